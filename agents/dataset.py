@@ -12,8 +12,8 @@ from typing import Annotated
 
 import tyro
 
-from .data.crew import Crew, Thrown
-from .data.tally import Tally, packing
+from .data.crew import Crew, EpisodeStore
+from .data.tally import Tally, packing_progress
 from .ground.amounts import NUM_ENVS
 from .ground.cli import at_least, option, run
 from .ground.environments import make_single
@@ -21,7 +21,7 @@ from .ground.places import MADE
 from .ground.tables import console, throws_bar
 from .jobs.cluster import pool
 from .judging.trials import open_trial
-from .learning.trained import setting
+from .learning.trained import resolve_task
 
 
 @dataclass(frozen=True)
@@ -93,19 +93,19 @@ def main(arguments: Arguments) -> None:
         name = arguments.name or offline.proper_name(env_id, config.name, crew.label)
         home.check_free(name)
         whole = config.name if config.ships() else config.model_dump(mode="json")
-        with closing(make_single(env_id, whole, mode)) as single, home.made(name):
+        with closing(make_single(env_id, whole, mode)) as single, home.create_dataset(name):
             offline.check_recoverable(single)
             folder = arguments.work or MADE / "runs" / "dataset" / name
-            hands = partial(pool, arguments.jobs, arguments.cluster)
-            thrown = Thrown(crew, folder, arguments.throws, arguments.score_throws, hands)
-            scores, tally = thrown.scores(), Tally()
+            make_pool = partial(pool, arguments.jobs, arguments.cluster)
+            store = EpisodeStore(crew, folder, arguments.throws, arguments.score_throws, make_pool)
+            scores, tally = store.scores(), Tally()
             authorship = {name: getattr(arguments, name) for name in ("author", "author_email", "code_permalink")}
-            found = tally.counted(thrown.episodes())
-            first = next(found)
+            episodes = tally.count_episodes(store.episodes())
+            first = next(episodes)
             facts = facts_of(crew, scores, offline.columns(first), authorship)
             with throws_bar() as bar:
-                offline.write(name, single, chain([first], found), facts, packing(bar))
-    thrown.remove()
+                offline.write(name, single, chain([first], episodes), facts, packing_progress(bar))
+    store.remove()
     console().print(tally.table(name, scores).terminal())
     console().print(f"it lies in {home.folder / name}", markup=False)
 
@@ -115,7 +115,7 @@ def task(arguments: Arguments) -> tuple[str, str | None, str | None]:
     env, level = arguments.env, arguments.level
     if env is None and not os.path.isdir(arguments.controller):
         env, level = "PnTRelease-v0", "waste" if level is None else level
-    return setting(arguments.controller, env, level, arguments.action_mode)
+    return resolve_task(arguments.controller, env, level, arguments.action_mode)
 
 
 if __name__ == "__main__":

@@ -34,9 +34,9 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Evaluate the controllers and print the table."""
     at_least(vars(arguments), picks=1, threads=1, seed=0)
-    asked = RunFolder(POLICY).arguments
-    entries = {**PEERS, f"trained policy ({asked['algo']})": (str(POLICY), asked["steps"])}
-    opened = open_trial(asked["env"], asked["level"], NUM_ENVS, arguments.threads, asked["action_mode"])
+    run_args = RunFolder(POLICY).arguments
+    entries = {**PEERS, f"trained policy ({run_args['algo']})": (str(POLICY), run_args["steps"])}
+    opened = open_trial(run_args["env"], run_args["level"], NUM_ENVS, arguments.threads, run_args["action_mode"])
     with closing(opened) as trial, throws_bar() as bar:
         controllers = [(label, trial.controller(name), throws) for label, (name, throws) in entries.items()]
         for _, controller, _ in controllers:
@@ -45,7 +45,7 @@ def main(arguments: Arguments) -> None:
             trial, controllers, arguments.picks, arguments.seed, practice_seed=arguments.seed,
             progress=lambda label: partial(bar.advance, bar.add_task(label, total=arguments.picks)),
         )  # fmt: skip
-        title = f"{asked['env']}, level {asked['level']}: the same {arguments.picks} {trial.unit} each"
+        title = f"{run_args['env']}, level {run_args['level']}: the same {arguments.picks} {trial.unit} each"
     console().print(trial.record.comparison(title, rows))
 
 

@@ -29,19 +29,19 @@ def main(arguments: Arguments) -> None:
         *versions().items(),
         ("cores", f"{os.cpu_count()}, OMP_NUM_THREADS {threads}"),
         ("pictures", f"{rendering_problem() or 'rendering works'}; MUJOCO_GL {os.environ.get('MUJOCO_GL', 'not set')}"),
-        ("self-test", throws_for_a_second()),
+        ("self-test", throw_for_a_second()),
     ]
     console().print(Grid("pnt_gym", ("what", "found"), rows).terminal())
 
 
-def throws_for_a_second() -> str:
+def throw_for_a_second() -> str:
     """Number, rate and success rate of the planner's throws simulated within a second, in one sentence."""
     from .controllers import make_controller
     from .ground.environments import make_vector
-    from .judging.loop import thrown
+    from .judging.loop import throw_batches
 
     with closing(make_vector("PnTRelease-v0", "nominal", NUM_ENVS, os.cpu_count() or 1)) as env:
-        batches = thrown(make_controller("analytic", env), env, 100 * NUM_ENVS, 0)
+        batches = throw_batches(make_controller("analytic", env), env, 100 * NUM_ENVS, 0)
         next(batches)  # warms up
         count, successes, begin = 0, 0, time.perf_counter()
         for throws in batches:

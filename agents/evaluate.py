@@ -66,16 +66,16 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
     from .controllers import Learner, save_state
-    from .controllers.state import steps_to_practise
+    from .controllers.state import practice_steps
     from .judging.evaluation import judge
     from .judging.trials import check_options, open_trial
-    from .learning.trained import setting
+    from .learning.trained import resolve_task
     from .pictures.stage import Stage
 
     at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
     check_writable(arguments.json, arguments.save, arguments.picture, arguments.video)
     check_ending("video", arguments.video, VIDEOS)
-    env_id, level, mode = setting(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
+    env_id, level, mode = resolve_task(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
     opened = open_trial(env_id, level, arguments.num_envs, arguments.threads, mode, arguments.throws)
     with closing(opened) as trial:
         check_options(trial, vars(arguments), env_id)
@@ -83,7 +83,7 @@ def main(arguments: Arguments) -> None:
         controller = trial.controller(arguments.controller, trust=arguments.trust)
         controller.reset(arguments.seed)
         usual, files = trial.practice(controller), (arguments.load, arguments.save)
-        practice = steps_to_practise(controller, usual, arguments.practice, *files)
+        practice = practice_steps(controller, usual, arguments.practice, *files)
         count = getattr(arguments, trial.option, None) or trial.count()
         record = judge(trial, controller, count, arguments.seed, practice=practice, online=arguments.online)
         name, config = trial.core.config.name, trial.core.config
@@ -96,8 +96,8 @@ def main(arguments: Arguments) -> None:
     if arguments.picture is not None and (drawing := record.picture()) is not None:
         deliver_text(arguments.picture, drawing)
     if arguments.video is not None:
-        given, trust = (arguments.controller, env_id, config, arguments.seed), arguments.trust
-        with closing(Stage(*given, trust=trust, release=arguments.release)) as stage:
+        stage_args, trust = (arguments.controller, env_id, config, arguments.seed), arguments.trust
+        with closing(Stage(*stage_args, trust=trust, release=arguments.release)) as stage:
             stage.film(arguments.video)
         console().print(f"a film of the first {trial.step}s is in {arguments.video}")
     if arguments.json is not None:

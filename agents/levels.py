@@ -39,15 +39,15 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Print the list of levels, or the settings of one level."""
-    known = {f"{family}/{name}": (kind, name) for family, kind in FAMILIES.items() for name in kind.level_names()}
+    levels = {f"{family}/{name}": (kind, name) for family, kind in FAMILIES.items() for name in kind.level_names()}
     if arguments.show is None:
-        rows = [(key, _purpose(kind, name)) for key, (kind, name) in known.items()]
+        rows = [(key, _purpose(kind, name)) for key, (kind, name) in levels.items()]
         console().print(Grid("levels that ship", ("environments / level", "what it is"), rows).terminal())
-    elif arguments.show in known:
-        kind, name = known[arguments.show]
+    elif arguments.show in levels:
+        kind, name = levels[arguments.show]
         print(yaml_text(kind.load(name).model_dump(mode="json")), end="")
     else:
-        raise UsageError(f"level {arguments.show!r} does not ship; those that do are {', '.join(known)}")
+        raise UsageError(f"level {arguments.show!r} does not ship; those that do are {', '.join(levels)}")
 
 
 def _purpose(kind: type[LevelConfig], name: str) -> str:

@@ -17,7 +17,7 @@ from .ground.cli import UsageError, at_least, option, run
 from .ground.environments import find_environment
 from .ground.outputs import PICTURES, VIDEOS, check_ending, check_writable, deliver
 from .ground.tables import console
-from .learning.trained import setting
+from .learning.trained import resolve_task
 from .pictures.stage import Stage
 
 RATE: Final = 60
@@ -65,8 +65,8 @@ def main(arguments: Arguments) -> None:
     at_least(vars(arguments), picks=1, seed=0, slow=1)
     if not 0.0 <= arguments.at < np.inf:
         raise UsageError(f"--at is {arguments.at} s; it must be finite and not negative")
-    wanted = [w for w in (arguments.video, arguments.picture, arguments.viewer) if w is not None]
-    if len(wanted) != 1:
+    outputs = [w for w in (arguments.video, arguments.picture, arguments.viewer) if w is not None]
+    if len(outputs) != 1:
         raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native|web")
     check_writable(arguments.video, arguments.picture)
     check_ending("video", arguments.video, VIDEOS)
@@ -74,7 +74,7 @@ def main(arguments: Arguments) -> None:
     if arguments.viewer is not None:
         show(arguments, arguments.viewer)
         return
-    with closing(stage_of(arguments, arguments.controller, arguments.level)) as stage:
+    with closing(open_stage(arguments, arguments.controller, arguments.level)) as stage:
         if arguments.video is not None:
             stage.film(arguments.video, arguments.picks, arguments.slow)
             console().print(f"video in {arguments.video}")
@@ -84,7 +84,7 @@ def main(arguments: Arguments) -> None:
             console().print(f"picture of a throw in {arguments.picture}")
 
 
-def stage_of(arguments: Arguments, controller: str, level: str | None) -> Stage:
+def open_stage(arguments: Arguments, controller: str, level: str | None) -> Stage:
     """The stage for a controller and a level, either of which a viewer may have changed."""
     return Stage(controller, arguments.env, level, arguments.seed, trust=arguments.trust, throws=arguments.throws)
 
@@ -98,10 +98,12 @@ def show(arguments: Arguments, viewer: str) -> None:
     except ImportError as error:
         raise UsageError(f"--viewer needs MuJoCo's Studio, which this platform has not ({error})") from None
 
-    env_id, level, _ = setting(arguments.controller, arguments.env, arguments.level, None)
-    own = find_environment(env_id).kwargs.get("level", "nominal")
-    first = Choice(arguments.controller, level or own)
-    watch(lambda choice: stage_of(arguments, choice.controller, choice.level), first, "web" if viewer == "web" else "")
+    env_id, level, _ = resolve_task(arguments.controller, arguments.env, arguments.level, None)
+    default_level = find_environment(env_id).kwargs.get("level", "nominal")
+    first = Choice(arguments.controller, level or default_level)
+    watch(
+        lambda choice: open_stage(arguments, choice.controller, choice.level), first, "web" if viewer == "web" else ""
+    )
 
 
 def save_picture(view: View, path: Path, moment: float) -> None:

@@ -12,15 +12,15 @@ import tyro
 
 from .ground.cli import UsageError, at_least, option, run
 from .ground.environments import config_of
-from .ground.files import sweep, unfinished, write_text
+from .ground.files import sweep, temporary_path, write_text
 from .ground.places import MADE
 from .ground.tables import console, throws_bar
 from .judging.evaluation import evaluate
 from .judging.trials import check_options, trial_class
 from .learning.runs import RunFolder
-from .learning.trained import own_environment
+from .learning.trained import importless_environment
 from .publishing.card import card
-from .publishing.folder import check_graph, check_model, fill, names
+from .publishing.folder import check_graph, check_model, fill, level_and_folder_name
 
 LEVELS: Mapping[str, tuple[str, ...]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), ("waste", "unseen"))
 """Default levels of the evaluation by environment; the second level has items that were not in training."""
@@ -59,9 +59,9 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Copy, draw, film and evaluate the policy and write its card; the folder appears complete or not at all."""
     at_least(vars(arguments), picks=1, shifts=1, seed=0)
-    folder, asked = arguments.folder, RunFolder(arguments.folder).arguments
-    env_id = arguments.env or own_environment(folder, asked["env"])
-    trained_on, name = names(folder, env_id, asked)
+    folder, run_args = arguments.folder, RunFolder(arguments.folder).arguments
+    env_id = arguments.env or importless_environment(folder, run_args["env"])
+    trained_on, name = level_and_folder_name(folder, env_id, run_args)
     trial = trial_class(config_of(env_id, str(folder / "env.yaml")))
     check_options(trial, {"picks": arguments.picks, "shifts": arguments.shifts}, env_id)
     target = arguments.to / name
@@ -69,34 +69,36 @@ def main(arguments: Arguments) -> None:
         raise UsageError(f"{str(target)!r} exists already; remove it first")
     check_model(folder)
     if arguments.onnx:
-        check_graph(asked)
+        check_graph(run_args)
     levels = {level: level for level in arguments.levels or LEVELS.get(env_id, ())}
     levels = levels or {trained_on: str(folder / "env.yaml")}
     for level in levels.values():
         config_of(env_id, level)  # an error now, not after the film
     sweep(arguments.to)
-    parts = unfinished(target)
+    parts = temporary_path(target)
     try:
         parts.mkdir(parents=True)
         film_seed = arguments.seed if arguments.video else None
-        fill(parts, folder, env_id, asked, trial, onnx=arguments.onnx, film_seed=film_seed)
+        fill(parts, folder, env_id, run_args, trial, onnx=arguments.onnx, film_seed=film_seed)
         count = getattr(arguments, trial.option, None) or trial.usual_card
-        reports = {label: report(env_id, level, count, arguments, asked) for label, level in levels.items()}
+        reports = {label: evaluate_level(env_id, level, count, arguments, run_args) for label, level in levels.items()}
         files = {path.name for path in parts.iterdir()}
-        write_text(parts / "README.md", card(asked, trained_on, reports, name, files, trial))
+        write_text(parts / "README.md", card(run_args, trained_on, reports, name, files, trial))
         parts.rename(target)
     finally:
         shutil.rmtree(parts, ignore_errors=True)
     console().print(f"policy and card in {target}")
 
 
-def report(env_id: str, level: str, count: int, arguments: Arguments, asked: dict[str, Any]) -> dict[str, Any]:
+def evaluate_level(
+    env_id: str, level: str, count: int, arguments: Arguments, run_args: dict[str, Any]
+) -> dict[str, Any]:
     """Evaluation of the policy on one level, as `agents.evaluate` reports it."""
-    given: dict[str, Any] = {"level": level, "action_mode": asked["action_mode"]}
+    options: dict[str, Any] = {"level": level, "action_mode": run_args["action_mode"]}
     with throws_bar() as bar:
         task = bar.add_task(level, total=count)
-        given["progress"] = lambda _, done: bar.advance(task, done)
-        return evaluate(str(arguments.folder), env_id, count, arguments.seed, **given)
+        options["progress"] = lambda _, steps: bar.advance(task, steps)
+        return evaluate(str(arguments.folder), env_id, count, arguments.seed, **options)
 
 
 if __name__ == "__main__":

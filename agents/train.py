@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from .ground.cli import at_least, option, run
 from .judging.trials import open_trial
 from .learning.algorithms import MASKED, RESIDUAL, Algorithm
-from .training.request import settled
+from .training.request import resolve_request
 from .training.session import Session, run_session, say_how_to_resume
 from .training.table import show_table
 
@@ -65,20 +65,20 @@ def main(arguments: Arguments) -> None:
     """Train the policy, and print its comparison with other controllers."""
     least = {"steps": 1, "num_envs": 1, "checkpoint_every": 1, "threads": 1, "stack": 1}
     at_least(vars(arguments), **least, seed=0, eval_picks=0, full_last=0)
-    asked, settings = settled(vars(arguments))
+    run_args, settings = resolve_request(vars(arguments))
     resume, threads = arguments.resume, arguments.threads
-    level = asked["level"] if resume is None else str(resume / "env.yaml")
-    with closing(open_trial(asked["env"], level, asked["num_envs"], threads, asked["action_mode"])) as trial:
-        trial.check_training(asked)
-        settings = trial.hyperparameters(asked, settings) if resume is None else settings
-        with closing(Session(trial, asked, settings, threads)) as session:
+    level = run_args["level"] if resume is None else str(resume / "env.yaml")
+    with closing(open_trial(run_args["env"], level, run_args["num_envs"], threads, run_args["action_mode"])) as trial:
+        trial.check_training(run_args)
+        settings = trial.hyperparameters(run_args, settings) if resume is None else settings
+        with closing(Session(trial, run_args, settings, threads)) as session:
             ended = run_session(session, arguments.out, resume, arguments.steps, arguments.tensorboard)
             folder, steps, signal = ended
             if signal is not None:
-                say_how_to_resume(folder.path, asked["env"], steps, trial.step)
+                say_how_to_resume(folder.path, run_args["env"], steps, trial.step)
                 sys.exit(128 + signal)
             if arguments.eval_picks != 0:
-                show_table(trial, folder, steps, session.asked, arguments.eval_picks)
+                show_table(trial, folder, steps, session.run_args, arguments.eval_picks)
 
 
 if __name__ == "__main__":

@@ -71,7 +71,7 @@ def cases_of(cell: LineCell) -> list[tuple[int, int, float]]:
     state, config = cell.state, cell.config
     robot = int(state.robot[0])
     own = config.cell_of(robot)
-    seen, able = cell.stream.objects.measured.kind[0], config.able()[robot]
+    seen, able = cell.stream.objects.measured.kind[0], config.can_take()[robot]
     x = cell.stream.x[0] + own.belt.speed * state.clock[0]
     low, high = config.reach
     there = (x >= low) & (x <= high) & (state.books.whole().since[0] <= state.clock[0]) & able[seen]

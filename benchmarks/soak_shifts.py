@@ -15,7 +15,7 @@ import numpy as np
 from agents.line.plan import line_up
 from benchmarks.checks import choices, memory
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.line.chances import place_of
+from pnt_gym.cells.line.chances import table_path
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.errors import PntGymError
 
@@ -40,7 +40,7 @@ FATES: Final = ("sorted", "misplaced", "on_floor", "passed")
 def shipped() -> list[LineConfig]:
     """Shipped levels whose tables are there."""
     levels = [LineConfig.load(name) for name in LineConfig.level_names()]
-    return [level for level in levels if place_of(level).is_file()]
+    return [level for level in levels if table_path(level).is_file()]
 
 
 def random_level(random: np.random.Generator, longest: float = LONGEST) -> LineConfig:

@@ -29,10 +29,10 @@ def finite_points(values: ArrayLike, name: str, count: int | None = None) -> Flo
     """
     points = np.ascontiguousarray(values, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or count not in (None, len(points)):
-        wanted = "(N, 3)" if count is None else f"({count}, 3), one row each"
-        raise PlanningError(f"{name} must have shape {wanted}, got {points.shape}")
+        shape = "(N, 3)" if count is None else f"({count}, 3), one row each"
+        raise PlanningError(f"{name} must have shape {shape}, got {points.shape}")
     if not np.isfinite(points).all():
-        raise not_finite(points, name)
+        raise not_finite_error(points, name)
     return points
 
 
@@ -46,7 +46,7 @@ def finite_rows(values: ArrayLike, count: int, name: str) -> Floats:
     if rows.shape not in ((), (count,)):
         raise PlanningError(f"{name} must be one number or have shape ({count},), got {rows.shape}")
     if not np.isfinite(rows).all():
-        raise not_finite(rows, name)
+        raise not_finite_error(rows, name)
     return np.ascontiguousarray(np.broadcast_to(rows, (count,)))
 
 
@@ -71,9 +71,9 @@ def length(vectors: Floats) -> Floats:
     return np.sqrt(x * x + y * y + z * z)
 
 
-def dot(one: Floats, other: Floats) -> Floats:
+def dot(first: Floats, second: Floats) -> Floats:
     """Return the scalar product (...,) of vectors (..., 3), written out as in `length`."""
-    return one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1] + one[..., 2] * other[..., 2]
+    return first[..., 0] * second[..., 0] + first[..., 1] * second[..., 1] + first[..., 2] * second[..., 2]
 
 
 def take(record: RecordT, index: Any) -> RecordT:
@@ -83,82 +83,84 @@ def take(record: RecordT, index: Any) -> RecordT:
         record: a dataclass, a NamedTuple or a dict of arrays, nested records and plain values.
         index: any numpy index.
     """
-    return _each(itemgetter(index), record)
+    return _map_arrays(itemgetter(index), record)
 
 
-def replaced(record: RecordT, index: Any, other: RecordT) -> RecordT:
+def replace_rows(record: RecordT, index: Any, source: RecordT) -> RecordT:
     """A copy of the record in which another record's arrays overwrite the rows at a numpy index."""
 
-    def overwritten(values: Floats, new: Floats) -> Floats:
-        mixed = values.copy()
-        mixed[index] = new
-        return mixed
+    def overwrite(values: Floats, new: Floats) -> Floats:
+        result = values.copy()
+        result[index] = new
+        return result
 
-    return _each(overwritten, record, other)
+    return _map_arrays(overwrite, record, source)
 
 
-def made_anew(record: RecordT, which: Bools, make: Callable[..., RecordT], *given: Any) -> RecordT:
+def recompute_rows(record: RecordT, mask: Bools, make: Callable[..., RecordT], *inputs: Any) -> RecordT:
     """A copy of the record in which the masked rows are computed again; the record itself where the mask is empty.
 
     Args:
         record: N rows.
-        which: True for the rows to compute (N,).
-        make: computes the record of the masked rows from the masked rows of ``given``.
-        given: arguments of ``make``: records and arrays of N rows, and plain values.
+        mask: True for the rows to compute (N,).
+        make: computes the record of the masked rows from the masked rows of ``inputs``.
+        inputs: arguments of ``make``: records and arrays of N rows, and plain values.
     """
-    rows = np.flatnonzero(which)
-    return replaced(record, rows, make(*(take(one, rows) for one in given))) if rows.size > 0 else record
+    rows = np.flatnonzero(mask)
+    return replace_rows(record, rows, make(*(take(value, rows) for value in inputs))) if rows.size > 0 else record
 
 
-def either(which: Bools, make: Callable[..., RecordT], other: Callable[..., RecordT], *given: Any) -> RecordT:
+def compute_by_mask(
+    mask: Bools, make_masked: Callable[..., RecordT], make_unmasked: Callable[..., RecordT], *inputs: Any
+) -> RecordT:
     """A record of N rows: one function computes the masked rows, another function the unmasked rows.
 
     Args:
-        which: True for the rows that ``make`` computes (N,).
-        make: computes the record of the masked rows from the masked rows of ``given``.
-        other: computes the record of the unmasked rows from the unmasked rows of ``given``.
-        given: arguments of both functions: records and arrays of N rows, and plain values.
+        mask: True for the rows that ``make_masked`` computes (N,).
+        make_masked: computes the record of the masked rows from the masked rows of ``inputs``.
+        make_unmasked: computes the record of the unmasked rows from the unmasked rows of ``inputs``.
+        inputs: arguments of both functions: records and arrays of N rows, and plain values.
     """
-    if which.all():
-        return make(*given)
-    if not which.any():
-        return other(*given)
-    ways = (np.flatnonzero(which), make), (np.flatnonzero(~which), other)
-    both = joined([way(*(take(one, rows) for one in given)) for rows, way in ways])
-    return take(both, np.argsort(np.concatenate([rows for rows, _ in ways])))
+    if mask.all():
+        return make_masked(*inputs)
+    if not mask.any():
+        return make_unmasked(*inputs)
+    ways = (np.flatnonzero(mask), make_masked), (np.flatnonzero(~mask), make_unmasked)
+    record = concatenate_records([way(*(take(value, rows) for value in inputs)) for rows, way in ways])
+    return take(record, np.argsort(np.concatenate([rows for rows, _ in ways])))
 
 
-def joined(records: Sequence[RecordT], axis: int = 0) -> RecordT:
+def concatenate_records(records: Sequence[RecordT], axis: int = 0) -> RecordT:
     """The rows of all records, concatenated along an axis; plain values come from the first record."""
 
-    def one_after_the_other(*values: Floats) -> Floats:
+    def concatenate(*values: Floats) -> Floats:
         return np.concatenate(values, axis=axis)
 
-    return _each(one_after_the_other, *records)
+    return _map_arrays(concatenate, *records)
 
 
-def _each(change: Callable[..., Any], first: Any, *others: Any) -> Any:
+def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
     """A record of the same type, each array computed by ``change`` from the records' arrays of that name."""
     if isinstance(first, np.ndarray):
-        return change(first, *others)
+        return change(first, *records)
     if first.__class__ is dict:
-        return {name: _each(change, *(record[name] for record in (first, *others))) for name in first}
-    made: dict[str, Any] = {}
-    for name in _columns(first.__class__):
-        made[name] = _each(change, *map(attrgetter(name), (first, *others)))
-    return first.__class__(**made) if made else first
+        return {name: _map_arrays(change, *(record[name] for record in (first, *records))) for name in first}
+    values: dict[str, Any] = {}
+    for name in _field_names(first.__class__):
+        values[name] = _map_arrays(change, *map(attrgetter(name), (first, *records)))
+    return first.__class__(**values) if values else first
 
 
 @cache
-def _columns(kind: Any) -> tuple[str, ...]:
+def _field_names(kind: Any) -> tuple[str, ...]:
     """Names of the constructor fields of a record type; empty for any other type."""
     if is_dataclass(kind):
         return tuple(field.name for field in fields(kind) if field.init)
     return getattr(kind, "_fields", ())
 
 
-def not_finite(values: Floats, name: str) -> PlanningError:
+def not_finite_error(values: Floats, name: str) -> PlanningError:
     """The error that names the first NaN or infinite value and its index."""
     bad = ~np.isfinite(values)
-    where = tuple(int(i) for i in np.argwhere(bad)[0])
-    return PlanningError(f"{name} must be finite, got {values[bad][0]} at index {where}")
+    index = tuple(int(i) for i in np.argwhere(bad)[0])
+    return PlanningError(f"{name} must be finite, got {values[bad][0]} at index {index}")

@@ -20,12 +20,12 @@ _NJIT: Final[Any] = partial(numba.njit, error_model="numpy")
 """Divisions as in numpy, inf and NaN instead of exceptions. No `fastmath`: every operation is rounded as written."""
 
 
-def part(function: FunctionT) -> FunctionT:
+def kernel_part(function: FunctionT) -> FunctionT:
     """Compile a function that only compiled functions call, not Python; numba makes it a part of its callers."""
     return _NJIT(no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
 
 
-def compiled(signature: str) -> Callable[[FunctionT], FunctionT]:
+def compile_for(signature: str) -> Callable[[FunctionT], FunctionT]:
     """Compile a function for one set of types, when its module is imported, and keep the machine code on disk.
 
     The machine code lies in the folder `NUMBA_CACHE_DIR`, next to the module, or in the user's cache: the first of
@@ -36,14 +36,14 @@ def compiled(signature: str) -> Callable[[FunctionT], FunctionT]:
         signature: types of result and arguments, in numba's notation.
     """
 
-    def made(function: FunctionT) -> FunctionT:
+    def decorate(function: FunctionT) -> FunctionT:
         try:
             return _NJIT(signature, cache=True)(function)
         except Exception:  # any error of the cache folder; an error of the code is raised again below
             _warn()
             return _NJIT(signature)(function)
 
-    return made
+    return decorate
 
 
 @cache

@@ -43,15 +43,15 @@ Batch: Any = _batch.Batch
 
 
 @contextmanager
-def unheard() -> Generator[None, None, None]:
+def mute_warnings() -> Generator[None, None, None]:
     """Keep MuJoCo from printing its warnings or logging them to a file; a batch counts the warnings all the same."""
-    before = mujoco.get_mju_user_warning()
+    handler = mujoco.get_mju_user_warning()
     # A C function that only reads the text: MuJoCo's threads cannot call a Python function.
     mujoco.set_mju_user_warning(None if sys.platform == "win32" else ctypes.CDLL(None).strlen)
     try:
         yield
     finally:
-        mujoco.set_mju_user_warning(before)
+        mujoco.set_mju_user_warning(handler)
 
 
 MjSpec: TypeAlias = Any

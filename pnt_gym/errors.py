@@ -9,10 +9,10 @@ from collections.abc import Callable, Mapping
 from typing import NoReturn
 
 
-def one_sentence(said: object, most: int = 400) -> str:
-    """A text, or the message of an error, on one line of at most ``most`` characters."""
-    line = " ".join(str(said).split())
-    return line if len(line) <= most else f"{line[: most - 3]}..."
+def one_sentence(text: object, limit: int = 400) -> str:
+    """A text, or the message of an error, on one line of at most ``limit`` characters."""
+    line = " ".join(str(text).split())
+    return line if len(line) <= limit else f"{line[: limit - 3]}..."
 
 
 class PntGymError(ValueError):
@@ -46,7 +46,7 @@ class MovedError(PntGymError, ImportError):
     """A name that has left pnt_gym; an ImportError too, since `from ... import` hides the message of other errors."""
 
 
-def moved(module: str, places: Mapping[str, str]) -> Callable[[str], NoReturn]:
+def refuse_moved_names(module: str, places: Mapping[str, str]) -> Callable[[str], NoReturn]:
     """Return a module's `__getattr__` that refuses moved names and says where each name is now.
 
     Args:

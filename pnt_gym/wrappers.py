@@ -15,7 +15,7 @@ from .errors import ConfigError
 Trigger = Callable[[int], bool]
 
 
-def _cubes(episode: int) -> bool:
+def _is_cube(episode: int) -> bool:
     """Whether Gymnasium's default records an episode: 0, 1, 8, 27, ... up to 1000, and then every 1000th."""
     return round(episode ** (1 / 3)) ** 3 == episode if episode < 1000 else episode % 1000 == 0
 
@@ -70,7 +70,7 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self.video_folder, self.name_prefix = Path(video_folder).absolute(), name_prefix
         self.video_length = video_length
         self.frames_per_sec: int = fps or env.metadata.get("render_fps", 30)
-        self.episode_trigger = _cubes if episode_trigger is None and step_trigger is None else episode_trigger
+        self.episode_trigger = _is_cube if episode_trigger is None and step_trigger is None else episode_trigger
         self.step_trigger = step_trigger
         self.recorded_frames: list[Any] = []
         self.episode_id = self.step_id = -1

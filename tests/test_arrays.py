@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import either, joined, made_anew, replaced, take
+from pnt_gym.arrays import compute_by_mask, concatenate_records, recompute_rows, replace_rows, take
 
 
 class Pair(NamedTuple):
@@ -40,7 +40,7 @@ def test_take_reaches_into_nested_records_and_makes_them_anew():
 
 def test_replaced_leaves_the_record_as_it_was():
     record = whole()
-    changed = replaced(record, np.array([1, 3]), take(whole(10), np.array([0, 1])))
+    changed = replace_rows(record, np.array([1, 3]), take(whole(10), np.array([0, 1])))
     assert record.values.tolist() == [0.0, 1.0, 2.0, 3.0]
     assert changed.values.tolist() == [0.0, 10.0, 2.0, 11.0]
     assert changed.pair.left.tolist() == [0, 10, 2, 11]
@@ -54,11 +54,11 @@ def test_made_anew_are_only_the_rows_asked_for_from_their_own_rows_of_what_is_gi
         asked.append((values.tolist(), name))
         return take(whole(10), np.arange(len(values)))
 
-    changed = made_anew(record, np.array([False, True, False, True]), make, np.arange(4) * 2.0, "plain")
+    changed = recompute_rows(record, np.array([False, True, False, True]), make, np.arange(4) * 2.0, "plain")
     assert asked == [([2.0, 6.0], "plain")]
     assert changed.values.tolist() == [0.0, 10.0, 2.0, 11.0]
     assert record.values.tolist() == [0.0, 1.0, 2.0, 3.0]
-    assert made_anew(record, np.zeros(4, dtype=bool), make, np.arange(4), "plain") is record
+    assert recompute_rows(record, np.zeros(4, dtype=bool), make, np.arange(4), "plain") is record
     assert len(asked) == 1
 
 
@@ -67,7 +67,7 @@ def test_rows_are_made_in_either_way_and_keep_their_places():
         return lambda values, name: Whole(values + first, Pair(values.astype(int), values[:, None] - first), name)
 
     def made(which):
-        return either(np.array(which), way(10), way(20), np.arange(4) * 1.0, "plain")
+        return compute_by_mask(np.array(which), way(10), way(20), np.arange(4) * 1.0, "plain")
 
     mixed = made([False, True, False, True])
     assert mixed.values.tolist() == [20.0, 11.0, 22.0, 13.0]
@@ -78,7 +78,7 @@ def test_rows_are_made_in_either_way_and_keep_their_places():
 
 
 def test_joined_rows_stand_one_after_the_other():
-    both = joined([whole(), take(whole(10), [1])])
+    both = concatenate_records([whole(), take(whole(10), [1])])
     assert both.pair.left.tolist() == [0, 1, 2, 3, 11]
     assert (both.name, both.total) == ("name", 17.0)
 
@@ -86,7 +86,7 @@ def test_joined_rows_stand_one_after_the_other():
 def test_dicts_of_arrays_are_records_too():
     column = np.arange(3)
     told = {"count": column, "name": "name", "pair": Pair(column, -column)}
-    both = joined([take(told, slice(2)), take(told, [2, 2])])
+    both = concatenate_records([take(told, slice(2)), take(told, [2, 2])])
     assert both["count"].tolist() == [0, 1, 2, 2]
     assert (both["name"], both["pair"].right.tolist()) == ("name", [0, -1, -2, -2])
     assert told["count"] is column

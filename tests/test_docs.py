@@ -13,7 +13,7 @@ import yaml
 from pnt_gym.cells.base.canvas import RENDER_MODES
 from pnt_gym.cells.base.cell import Cell
 from pnt_gym.cells.base.features import CLIP
-from pnt_gym.cells.base.request import ASKED, MOST_DRAWS
+from pnt_gym.cells.base.request import MOST_DRAWS, REQUEST_OPTIONS
 from pnt_gym.cells.base.sorting import Belt, SortingReward
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ActionScale, ConveyorConfig, Motion
@@ -245,7 +245,7 @@ def test_settings_of_the_reward_are_all_named(env_class):
 
 def test_what_can_be_asked_for_is_named(env_class):
     text = words(env_class, "Arguments").partition("`reset(options=")[2]
-    assert all(f'"{name}"' in text for name in ASKED)
+    assert all(f'"{name}"' in text for name in REQUEST_OPTIONS)
     assert "`reset_mask`" in text
     if env_class in CONVEYOR:
         assert f"does not come in {MOST_DRAWS} draws" in text

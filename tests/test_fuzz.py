@@ -18,7 +18,7 @@ from benchmarks.fuzz_cases.cases import KINDS, SHARES, tried
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.outcome import told
+from pnt_gym.cells.line.outcome import shift_figures
 from pnt_gym.cells.one_joint.pallets import Pallet
 from pnt_gym.errors import ConfigError, PhysicsError
 from tests.tools.nightly import with_nightly
@@ -140,13 +140,13 @@ def test_books_of_a_line_that_do_not_agree_are_found(monkeypatch: pytest.MonkeyP
     assert soak.soaked("PnTLine-v0", level, 1) == []
 
     def lost(*given: Any) -> dict[str, Any]:
-        found = told(*given)
+        found = shift_figures(*given)
         wrong = {"passed": found["shift_passed"] - 1, "sorted": found["shift_sorted"] + 1}  # the sum is right
         wrong["utilisation"] = found["shift_utilisation"] + 1
         return {**found, **{f"shift_{name}": figure for name, figure in wrong.items()}}
 
     with monkeypatch.context() as patch:
-        patch.setattr("pnt_gym.cells.line.core.told", lost)
+        patch.setattr("pnt_gym.cells.line.core.shift_figures", lost)
         said = soak.soaked("PnTLine-v0", level, 1)
     assert any(re.search(r"line \d+: sorted is \d+, and \d+ by a count", find) for find in said)
     assert any(" of their time" in find for find in said)

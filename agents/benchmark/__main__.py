@@ -46,14 +46,14 @@ def main(arguments: Arguments) -> None:
     check_writable(out)
     work = arguments.work or MADE / "runs" / "benchmark" / plan.name
     planned = jobs(plan)
-    hands = pool(arguments.jobs, arguments.cluster, needs(plan) if arguments.cluster else Needs())
-    parts = do_missing(planned, work, hands, unit=f"{trial_of_plan(plan).step}s")
+    workers = pool(arguments.jobs, arguments.cluster, needs(plan) if arguments.cluster else Needs())
+    parts = do_missing(planned, work, workers, unit=f"{trial_of_plan(plan).step}s")
     results = [result for part in parts for result in part["results"]]
-    found = assemble(plan, results)
+    comparison = assemble(plan, results)
     head = {"plan": plan.model_dump(mode="json"), "versions": versions()}
     seconds = sum(part["seconds"] for part in parts)
-    deliver_json(out, {**head, "seconds": seconds, **found, "results": results}, indent=None)
-    show(plan, found["table"])
+    deliver_json(out, {**head, "seconds": seconds, **comparison, "results": results}, indent=None)
+    show(plan, comparison["table"])
     console().print(f"all figures and throws are in {out}")
 
 

@@ -35,24 +35,24 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     trial = trial_of_plan(plan)
     record = trial.record
     _check_paired(record, results)
-    groups = _grouped(plan, results)
+    groups = _group_results(plan, results)
     table: list[dict[str, Any]] = []
     for (label, throws, level), group in groups.items():
         head = {"label": label, "throws": throws, "level": level, "train_level": group[0]["train_level"]}
         table.append({**head, "controller": group[0]["controller"], **record.summarise(group, plan.num_envs)})
     _add_floors(plan, table)
     comparisons: list[dict[str, Any]] = []
-    for mine, other, level in product(plan.learned, plan.references, plan.levels):
-        learned, reference = (groups.get((choice.label, choice.throws, level)) for choice in (mine, other))
+    for candidate, baseline, level in product(plan.learned, plan.references, plan.levels):
+        learned, reference = (groups.get((choice.label, choice.throws, level)) for choice in (candidate, baseline))
         if learned and reference:
-            head = {"level": level, "learned": mine.model_dump(), "reference": other.model_dump()}
+            head = {"level": level, "learned": candidate.model_dump(), "reference": baseline.model_dump()}
             comparisons.append({**head, **compare(record, learned, reference, plan.num_envs)})
     figures = figures_as_json(record)
     head = {"trial": trial_name(plan), "unit": trial.unit, "step": trial.step, "figures": figures}
     return {**head, "table": table, "comparisons": comparisons}
 
 
-def _grouped(plan: Plan, results: Sequence[Result]) -> dict[tuple[str, int, str], list[Result]]:
+def _group_results(plan: Plan, results: Sequence[Result]) -> dict[tuple[str, int, str], list[Result]]:
     groups: dict[tuple[str, int, str], list[Result]] = {}
     order = [label for entry in plan.entries for label in labels_of(entry)]
     for result in sorted(results, key=lambda r: (order.index(r["label"]), r["throws"], r["seed"])):
@@ -74,22 +74,28 @@ def _difference(
 ) -> dict[str, Any]:
     difference: dict[str, Any] = {}
     sides = (learned, reference)
-    mine, base = (record.compared(side, sides, num_envs) for side in sides)
-    for name in mine:
+    candidate, baseline = (record.paired_columns(side, sides, num_envs) for side in sides)
+    for name in candidate:
         # Mean over seeds (S, N) -> (N,); NaN where any seed was not measured.
-        one, other = ([column.mean(axis=0) for column in side[name]] for side in (mine, base))
-        interval = metrics.paired_rate(*one, *other) if len(one) > 1 else metrics.paired_mean(*one, *other)
+        candidate_means, baseline_means = (
+            [column.mean(axis=0) for column in side[name]] for side in (candidate, baseline)
+        )
+        interval = (
+            metrics.rate_difference(*candidate_means, *baseline_means)
+            if len(candidate_means) > 1
+            else metrics.mean_difference(*candidate_means, *baseline_means)
+        )
         difference[name] = {**asdict(interval), "excludes_zero": interval.excludes_zero}
     return difference
 
 
 def _check_paired(record: type[Record], results: Sequence[Result]) -> None:
-    seen: dict[str, tuple[str, list[int]]] = {}
+    first_results: dict[str, tuple[str, list[int]]] = {}
     for result in results:
         objects = record.objects(result["columns"])
         if objects is None:
             continue
-        label, items = seen.setdefault(result["level"], (result["label"], objects))
+        label, items = first_results.setdefault(result["level"], (result["label"], objects))
         if items != objects:
             raise UsageError(
                 f"{label!r} and {result['label']!r} threw different objects on level {result['level']!r}; "

@@ -11,8 +11,8 @@ from pydantic import Field, model_validator
 from pnt_gym.cells.base.config import FileName, Section
 
 from ..controllers import NAMES
-from ..controllers.adaptive import READY
-from ..controllers.between import MOST, OVER, PLANNER
+from ..controllers.adaptive import PRETRAINED
+from ..controllers.between import BASES, MAX_STACK, PLANNER
 from ..dispatchers.registry import NAMES as DECIDING
 from ..dispatchers.registry import SEARCHED
 from ..learning.algorithms import MASKED, RESIDUAL
@@ -61,33 +61,35 @@ class Entry(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        known = ", ".join(NAMES)
+        names = ", ".join(NAMES)
         if self.controller in TRAINED and (self.also or self.online):
             raise ValueError(f"entry {self.label!r}: also and online are not for {', '.join(TRAINED)}")
         for name in self.also:
             if name not in NAMES:
-                raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {known}")
+                raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {names}")
         if ":" not in self.controller and not is_learned(self.controller):
             self._check_name()
         return self
 
     def _check_name(self) -> None:
         if self.controller not in (*NAMES, *DECIDING, *TRAINED):
-            known, deciding = ", ".join((*NAMES, *RESIDUAL, "MODULE:CLASS")), ", ".join((*DECIDING, *MASKED))
+            correcting, deciding = ", ".join((*NAMES, *RESIDUAL, "MODULE:CLASS")), ", ".join((*DECIDING, *MASKED))
             raise ValueError(
-                f"unknown controller {self.controller!r}; known are {known}, of a line {deciding}, a scorer's .npz "
+                f"unknown controller {self.controller!r}; known are {correcting}, of a line {deciding}, a scorer's "
+                ".npz "
                 "file, and a run folder"
             )
         if self.config is not None and self.controller not in TRAINED:
             raise ValueError(f"entry {self.label!r}: config is for {', '.join(TRAINED)}")
         if self.controller not in RESIDUAL and (self.stack, self.over, self.fidelity) != (1, PLANNER, "full"):
             raise ValueError(f"entry {self.label!r}: stack, over and fidelity are for {', '.join(RESIDUAL)}")
-        if not 1 <= self.stack <= MOST or self.over not in OVER:
+        if not 1 <= self.stack <= MAX_STACK or self.over not in BASES:
             raise ValueError(
-                f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MOST} over one of "
-                f"{', '.join(OVER)}"
+                f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MAX_STACK} over "
+                "one of "
+                f"{', '.join(BASES)}"
             )
-        if self.controller in (*READY, SEARCHED) or self.online:
+        if self.controller in (*PRETRAINED, SEARCHED) or self.online:
             return
         if (self.controller in LEARNERS) != all(t > 0 for t in self.throws):
             raise ValueError(f"entry {self.label!r} with controller {self.controller!r} has throws {self.throws}")
@@ -100,8 +102,8 @@ def is_learned(name: str) -> bool:
 
 def labels_of(entry: Entry) -> list[str]:
     """Labels of an entry's results: the entry's label, then those of the controllers in `also`."""
-    taken = [name if entry.label == entry.controller else f"{name}_{entry.label}" for name in entry.also]
-    return [entry.label, *taken]
+    followers = [name if entry.label == entry.controller else f"{name}_{entry.label}" for name in entry.also]
+    return [entry.label, *followers]
 
 
 def settings_of(entry: Entry, env_id: str) -> dict[str, Any]:

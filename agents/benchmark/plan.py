@@ -25,7 +25,7 @@ from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
 from ..jobs.cluster import Needs
 from ..jobs.code import code_digest
-from ..jobs.parcel import own_code
+from ..jobs.parcel import user_code_digest
 from ..jobs.work import key
 from ..judging.trial import Trial
 from ..judging.trials import check_options, open_trial, trial_class
@@ -84,20 +84,22 @@ class Plan(Section):
         labels = [label for entry in self.entries for label in labels_of(entry)]
         if len(set(labels)) != len(labels):
             raise ValueError(f"entries: labels {labels} must differ from one another")
-        known = {(label, t) for entry in self.entries for label in labels_of(entry) for t in entry.throws}
+        results = {(label, t) for entry in self.entries for label in labels_of(entry) for t in entry.throws}
         for choice in (*self.learned, *self.references):
-            if (choice.label, choice.throws) not in known:
+            if (choice.label, choice.throws) not in results:
                 raise ValueError(f"no entry gives {choice.label!r} after {choice.throws} throws")
         for level, label in self.floors.items():
             if label not in labels:
                 raise ValueError(f"floors.{level}: no entry is labelled {label!r}")
         for level in self.picks_on:
-            if level not in self.judged:
-                raise ValueError(f"picks_on.{level}: no entry is evaluated there, but on {', '.join(self.judged)}")
+            if level not in self.evaluation_levels:
+                raise ValueError(
+                    f"picks_on.{level}: no entry is evaluated there, but on {', '.join(self.evaluation_levels)}"
+                )
         return self
 
     @property
-    def judged(self) -> tuple[str, ...]:
+    def evaluation_levels(self) -> tuple[str, ...]:
         """Names of all levels on which an entry is evaluated, sorted."""
         return tuple(sorted({level for entry in self.entries for level in entry.levels or self.levels}))
 
@@ -111,8 +113,8 @@ class Plan(Section):
 
     def count_of(self, trial: type[Trial], level: str, entry: Entry | None = None) -> int:
         """Number of held-out units per seed on a level: for all entries, or for one entry, which may have fewer."""
-        own = None if entry is None else getattr(entry, trial.option, None)
-        return own or self.picks_on.get(level) or int(getattr(self, trial.option))
+        entry_count = None if entry is None else getattr(entry, trial.option, None)
+        return entry_count or self.picks_on.get(level) or int(getattr(self, trial.option))
 
 
 @final
@@ -169,32 +171,32 @@ def pieces(plan: Plan) -> list[Piece]:
     """
     kind = trial_of_plan(plan)
     _check_keys(plan, kind)
-    for level in plan.judged:
+    for level in plan.evaluation_levels:
         _check_level(plan, level)
     code = code_digest(_CODE, ["agents.benchmark.run"])
-    made: list[Piece] = []
-    for entry, where in _by_level(plan):
+    work: list[Piece] = []
+    for entry, where in _entries_by_level(plan):
         learns = any(entry.throws)
         seeds = (entry.seeds or plan.seeds) if learns else (plan.seeds[0],)
         # A training run passes through its smaller throw counts; practice is planned for each count anew.
         groups = [tuple(sorted(entry.throws))] if entry.controller in TRAINED else [(t,) for t in entry.throws]
         for group, seed in product(groups, seeds):
             name = f"{entry.label}-{where}{'-'.join(map(str, group))}-seed{seed}"
-            made.append(_piece(plan, kind, entry, group, seed, name, code))
-    return sorted(made, key=lambda piece: -piece.cost)
+            work.append(_piece(plan, kind, entry, group, seed, name, code))
+    return sorted(work, key=lambda piece: -piece.cost)
 
 
-def _by_level(plan: Plan) -> list[tuple[Entry, str]]:
+def _entries_by_level(plan: Plan) -> list[tuple[Entry, str]]:
     """Entries, one copy per level where `train_level` is `EACH`, each with a prefix that tells copies apart."""
-    found: list[tuple[Entry, str]] = []
+    pairs: list[tuple[Entry, str]] = []
     for entry in plan.entries:
         if (entry.train_level or plan.train_level) != EACH:
-            found.append((entry, ""))
+            pairs.append((entry, ""))
             continue
         for level in entry.levels or plan.levels:
-            alone = entry.model_copy(update={"levels": (level,), "train_level": level})
-            found.append((alone, f"{level if level in plan.inline else Path(level).stem}-"))
-    return found
+            level_entry = entry.model_copy(update={"levels": (level,), "train_level": level})
+            pairs.append((level_entry, f"{level if level in plan.inline else Path(level).stem}-"))
+    return pairs
 
 
 def _piece(
@@ -202,39 +204,39 @@ def _piece(
 ) -> Piece:
     levels = entry.levels or plan.levels
     train_level = entry.train_level or plan.train_level
-    known: dict[str, Any] = {level: plan.config(level) for level in (*levels, train_level)}
+    configs: dict[str, Any] = {level: plan.config(level) for level in (*levels, train_level)}
     counts = {level: plan.count_of(kind, level, entry) for level in levels}
-    settled = {"label", "throws", "seeds", "levels", "train_level"}
+    excluded = {"label", "throws", "seeds", "levels", "train_level"}
     inputs = {
-        "entry": entry.model_dump(mode="json", exclude=settled),
+        "entry": entry.model_dump(mode="json", exclude=excluded),
         "throws": throws,
         "seed": seed,
-        "levels": [known[level].model_dump(mode="json") for level in levels],
-        "train_level": known[train_level].model_dump(mode="json"),
+        "levels": [configs[level].model_dump(mode="json") for level in levels],
+        "train_level": configs[train_level].model_dump(mode="json"),
         "settings": settings_of(entry, plan.env) if entry.controller in TRAINED else {},
         "plan": plan.model_dump(mode="json", include={"env", "seed", "num_envs"}),
         "counts": list(counts.values()),
         "code": code,
-        "own": [own_code(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
-        "depends": _depends(kind, entry, list(known.values()), throws),
+        "own": [user_code_digest(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
+        "depends": _dependencies(kind, entry, list(configs.values()), throws),
     }
-    own = {level: config for level, config in known.items() if _is_own(plan, level, config)}
-    efforts = (kind.effort(entry.controller, known[level], counts[level], plan.num_envs) for level in levels)
+    user_configs = {level: config for level, config in configs.items() if _is_user_level(plan, level, config)}
+    efforts = (kind.effort(entry.controller, configs[level], counts[level], plan.num_envs) for level in levels)
     cost = max(throws) + len(throws) * len(labels_of(entry)) * sum(efforts)
-    return Piece(plan, entry, throws, seed, levels, train_level, own, key(**inputs), name, cost)
+    return Piece(plan, entry, throws, seed, levels, train_level, user_configs, key(**inputs), name, cost)
 
 
-def _depends(kind: type[Trial], entry: Entry, levels: list[Any], throws: tuple[int, ...]) -> list[Any]:
+def _dependencies(kind: type[Trial], entry: Entry, levels: list[Any], throws: tuple[int, ...]) -> list[Any]:
     """Dependencies of an entry's figures beside code and levels: shipped settings and files, and trained policies."""
-    names = [value for _, value in _read(kind, entry, levels)]
-    parts = [kind.depends(name, levels, entry.options, throws) for name in (entry.controller, *names)]
+    names = [value for _, value in _artefact_settings(kind, entry, levels)]
+    parts = [kind.dependencies(name, levels, entry.options, throws) for name in (entry.controller, *names)]
     learned = [_digest(name) for name in (entry.controller, *names) if is_learned(name)]
-    return [*parts, kind.depends(entry.over, levels, {}, (0,)), *learned]
+    return [*parts, kind.dependencies(entry.over, levels, {}, (0,)), *learned]
 
 
-def _read(kind: type[Trial], entry: Entry, levels: list[Any]) -> list[tuple[str, str]]:
+def _artefact_settings(kind: type[Trial], entry: Entry, levels: list[Any]) -> list[tuple[str, str]]:
     """Settings of an entry by which its controller reads further files, and their values."""
-    return kind.learned(entry.controller, levels, entry.options)
+    return kind.artefact_settings(entry.controller, levels, entry.options)
 
 
 def _digest(name: str) -> str:
@@ -249,14 +251,14 @@ def _check_keys(plan: Plan, kind: type[Trial]) -> None:
     Raises:
         UsageError: the plan or an entry has such a key, or an entry asks for more units than the plan.
     """
-    said = {name: name in plan.model_fields_set for name in ("picks", "picks_on", "floors", "shifts")}
-    check_options(kind, said, repr(plan.env), dashes="")
+    plan_keys = {name: name in plan.model_fields_set for name in ("picks", "picks_on", "floors", "shifts")}
+    check_options(kind, plan_keys, repr(plan.env), dashes="")
     for entry in plan.entries:
-        own = {name: bool(getattr(entry, name)) for name in ("shifts", "also", "online")}
-        check_options(kind, own, repr(plan.env), dashes="")
-        fewer, most = getattr(entry, kind.option, None) or 0, int(getattr(plan, kind.option))
-        if fewer > most:
-            raise UsageError(f"entry {entry.label!r} has {kind.option} {fewer}; the plan has {most}")
+        entry_keys = {name: bool(getattr(entry, name)) for name in ("shifts", "also", "online")}
+        check_options(kind, entry_keys, repr(plan.env), dashes="")
+        entry_count, plan_count = getattr(entry, kind.option, None) or 0, int(getattr(plan, kind.option))
+        if entry_count > plan_count:
+            raise UsageError(f"entry {entry.label!r} has {kind.option} {entry_count}; the plan has {plan_count}")
 
 
 def _check_level(plan: Plan, level: str) -> None:
@@ -279,12 +281,12 @@ def _check_entry(plan: Plan, entry: Entry, trial: Trial) -> None:
             trial.check_training({**entry.model_dump(), "algo": entry.controller, "env": plan.env})
             return
         for name in (entry.controller, *entry.also):
-            made(trial, entry, name)
+            entry_controller(trial, entry, name)
     except UsageError as error:
         raise UsageError(f"entry {entry.label!r}: {error}") from None
 
 
-def made(trial: Trial, entry: Entry, name: str) -> Controller:
+def entry_controller(trial: Trial, entry: Entry, name: str) -> Controller:
     """A controller of an entry by name; the entry's options apply only to the entry's own controller.
 
     Raises:
@@ -293,8 +295,8 @@ def made(trial: Trial, entry: Entry, name: str) -> Controller:
     try:
         return trial.controller(name, **(entry.options if name == entry.controller else {}))
     except TypeError:
-        known = ", ".join(entry.options)
-        raise UsageError(f"controller {name!r} has no settings {known}") from None
+        settings = ", ".join(entry.options)
+        raise UsageError(f"controller {name!r} has no settings {settings}") from None
 
 
 @cache
@@ -303,7 +305,7 @@ def _config(env_id: str, level: str) -> Any:
     return config_of(env_id, json.loads(level))
 
 
-def _is_own(plan: Plan, level: str, config: Any) -> bool:
+def _is_user_level(plan: Plan, level: str, config: Any) -> bool:
     """Whether a level is the user's own, and its config can be sent to another machine instead of its name."""
     return isinstance(config, LevelConfig) and (level in plan.inline or level not in config.level_names())
 
@@ -315,26 +317,26 @@ def needs(plan: Plan) -> Needs:
         UsageError: the work reads a file that lies on this machine alone.
     """
     kind = trial_of_plan(plan)
-    for entry, _ in _by_level(plan):
-        known = {
+    for entry, _ in _entries_by_level(plan):
+        configs = {
             level: plan.config(level)
             for level in {*(entry.levels or plan.levels), entry.train_level or plan.train_level}
         }
-        for level, config in known.items():
+        for level, config in configs.items():
             if not isinstance(config, LevelConfig) and os.path.exists(level):
                 raise UsageError(f"level {level!r} is a file, which {plan.env!r} would have to read on another machine")
-        learned = [("controller", entry.controller), *_read(kind, entry, list(known.values()))]
+        learned = [("controller", entry.controller), *_artefact_settings(kind, entry, list(configs.values()))]
         for name, value in (*learned, ("config", entry.config), *entry.options.items()):
-            if _lies_here_alone(name, value):
+            if _is_local_file(name, value):
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
-    named = [entry.controller for entry in plan.entries]
-    modules = sorted({name.partition(":")[0] for name in (plan.env, *named) if ":" in name})
-    return Needs(tuple(modules), torch=any(name in (*TRAINED, "mlp") for name in named))
+    controllers = [entry.controller for entry in plan.entries]
+    modules = sorted({name.partition(":")[0] for name in (plan.env, *controllers) if ":" in name})
+    return Needs(tuple(modules), torch=any(name in (*TRAINED, "mlp") for name in controllers))
 
 
-def _lies_here_alone(name: str, value: Any) -> bool:
+def _is_local_file(name: str, value: Any) -> bool:
     """Whether an entry's setting names a file that other machines lack; they have the shipped hyperparameters."""
     if name in ("controller", "guide"):
         return is_learned(str(value))
-    there = name == "config" and at(str(value)).resolve().is_relative_to(SHIPPED / "configs")
-    return isinstance(value, str) and os.path.isfile(value) and not there
+    ships = name == "config" and at(str(value)).resolve().is_relative_to(SHIPPED / "configs")
+    return isinstance(value, str) and os.path.isfile(value) and not ships

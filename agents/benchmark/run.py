@@ -11,16 +11,16 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from ..controllers import Learner
-from ..controllers.apart import Apart
+from ..controllers.apart import SeparateControllers
 from ..controllers.protocol import Controller
 from ..jobs.work import Job
 from ..judging.trial import Trial
 from ..judging.trials import open_trial
 from ..learning.runs import RunFolder
 from .entries import TRAINED, labels_of, settings_of
-from .plan import Piece, Plan, made, pieces
+from .plan import Piece, Plan, entry_controller, pieces
 
-Able: TypeAlias = Callable[[str, Trial], Controller]
+ControllerFactory: TypeAlias = Callable[[str, Trial], Controller]
 """Returns the trained controller of a name for the trial that evaluates it."""
 
 
@@ -29,19 +29,19 @@ def jobs(plan: Plan) -> list[Job]:
     return [Job(piece.name, piece.key, partial(run_piece, piece), piece.cost) for piece in pieces(plan)]
 
 
-def run_piece(piece: Piece, kept: Path) -> dict[str, Any]:
-    """Results of a piece of work; a training keeps its run folder below `kept` and goes on from there."""
+def run_piece(piece: Piece, folder: Path) -> dict[str, Any]:
+    """Results of a piece of work; a training keeps its run folder below `folder` and goes on from there."""
     plan, entry = piece.plan, piece.entry
     results: list[dict[str, Any]] = []
-    named = list(zip(labels_of(entry), (entry.controller, *entry.also), strict=True))
-    for throws, seconds, able in _learn(piece, kept):
-        for level, (label, name) in product(piece.levels, named):
+    names = list(zip(labels_of(entry), (entry.controller, *entry.also), strict=True))
+    for throws, seconds, make_controller in _learn(piece, folder):
+        for level, (label, name) in product(piece.levels, names):
             with closing(_trial(piece, level)) as trial:
                 count = plan.count_of(type(trial), level, entry)
-                record = trial.run(able(name, trial), count, plan.seed, online=entry.online)
+                record = trial.run(make_controller(name, trial), count, plan.seed, online=entry.online)
             head = {"label": label, "controller": name, "throws": throws}
-            more = {"seed": piece.seed, "level": level, "train_level": piece.train_level, "learn_seconds": seconds}
-            results.append({**head, **more, "columns": record.columns()})
+            details = {"seed": piece.seed, "level": level, "train_level": piece.train_level, "learn_seconds": seconds}
+            results.append({**head, **details, "columns": record.columns()})
     return {"results": results}
 
 
@@ -51,31 +51,31 @@ def _trial(piece: Piece, level: str, count: int | None = None) -> Trial:
     )
 
 
-def _learn(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
+def _learn(piece: Piece, folder: Path) -> Iterator[tuple[int, float, ControllerFactory]]:
     """Throws learned from, seconds of learning, and a factory of trained controllers, for each count of the piece."""
     if piece.entry.controller in TRAINED:
-        yield from _train(piece, kept)
+        yield from _train(piece, folder)
         return
     with closing(_trial(piece, piece.train_level)) as trial:
-        controller = made(trial, piece.entry, piece.entry.controller)
+        controller = entry_controller(trial, piece.entry, piece.entry.controller)
         controller.reset(piece.seed)
         began = time.perf_counter()
-        able = trial.practise(controller, piece.throws[0], piece.seed)
+        learner = trial.practise(controller, piece.throws[0], piece.seed)
         seconds = round(time.perf_counter() - began, 1)
-    if able is controller:
+    if learner is controller:
         yield piece.throws[0], seconds, partial(_transfer, controller, piece)
     else:  # the controller that a search returns acts on every level alike
-        yield piece.throws[0], seconds, lambda name, trial: able
+        yield piece.throws[0], seconds, lambda name, trial: learner
 
 
-def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
+def _train(piece: Piece, folder: Path) -> Iterator[tuple[int, float, ControllerFactory]]:
     """Train, or resume training, and yield a factory of the policy at each count of throws or decisions."""
     from ..learning.progress import Stop  # noqa: PLC0415 - imports torch
     from ..training.session import Session  # noqa: PLC0415 - as above
 
-    algo, entry, run = piece.entry.controller, piece.entry, RunFolder(kept / f"{piece.name}-{piece.key}-run")
+    algo, entry, run = piece.entry.controller, piece.entry, RunFolder(folder / f"{piece.name}-{piece.key}-run")
     settings = settings_of(entry, piece.plan.env)
-    asked = {
+    run_args = {
         "env": piece.plan.env,
         "level": piece.train_level,
         "algo": algo,
@@ -85,8 +85,8 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
         **{name: getattr(entry, name) for name in ("stack", "over", "fidelity")},
     }
     with closing(_trial(piece, piece.train_level, settings.get("n_envs"))) as trial:
-        asked["num_envs"] = trial.env.num_envs
-        with closing(Session(trial, asked, trial.hyperparameters(asked, settings), threads=1)) as session:
+        run_args["num_envs"] = trial.env.num_envs
+        with closing(Session(trial, run_args, trial.hyperparameters(run_args, settings), threads=1)) as session:
             model = run.restore(session.env) if run.checkpoints else session.create(run.path)[1]
             for throws in piece.throws:
                 began = time.perf_counter()
@@ -94,24 +94,24 @@ def _train(piece: Piece, kept: Path) -> Iterator[tuple[int, float, Able]]:
                     session.learn(model, run, Stop(), checkpoint_every=throws, until=throws, quiet=True)
                 seconds = round(time.perf_counter() - began, 1)
                 place = next(p for p in run.checkpoints if int(p.name) >= throws)
-                yield throws, seconds, partial(_policy, run, place, session.asked)
+                yield throws, seconds, partial(_checkpoint_policy, run, place, session.run_args)
 
 
-def _policy(run: RunFolder, place: Path, asked: dict[str, Any], name: str, trial: Trial) -> Controller:
+def _checkpoint_policy(run: RunFolder, place: Path, run_args: dict[str, Any], name: str, trial: Trial) -> Controller:
     """Policy of a training's checkpoint as a controller for an evaluation level."""
-    return trial.policy(run, place, asked, name)
+    return trial.policy(run, place, run_args, name)
 
 
 def _transfer(controller: Controller, piece: Piece, name: str, trial: Trial) -> Controller:
     """Controller of an evaluation level with a trained controller's state; one per cell if all go on learning."""
     count = trial.env.num_envs if piece.entry.online else 1
-    able = [_informed(controller, piece, name, trial) for _ in range(count)]
-    return Apart(able) if piece.entry.online else able[0]
+    receivers = [_copy_knowledge(controller, piece, name, trial) for _ in range(count)]
+    return SeparateControllers(receivers) if piece.entry.online else receivers[0]
 
 
-def _informed(controller: Controller, piece: Piece, name: str, trial: Trial) -> Controller:
-    able = made(trial, piece.entry, name)
-    able.reset(piece.seed)
-    if isinstance(able, Learner) and isinstance(controller, Learner) and max(piece.throws) > 0:
-        able.restore(controller.state())
-    return able
+def _copy_knowledge(controller: Controller, piece: Piece, name: str, trial: Trial) -> Controller:
+    receiver = entry_controller(trial, piece.entry, name)
+    receiver.reset(piece.seed)
+    if isinstance(receiver, Learner) and isinstance(controller, Learner) and max(piece.throws) > 0:
+        receiver.restore(controller.state())
+    return receiver

@@ -12,8 +12,8 @@ from pnt_gym.errors import one_sentence
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env
-from .named import NAMES, named_controller
-from .own import controller_of, own_controller, trained_policy
+from .named import NAMES, make_named
+from .own import controller_of, import_controller, load_trained
 from .protocol import Controller, Learner, Observation, Outcome
 from .state import load_state, save_state
 
@@ -48,11 +48,11 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
             f"controller {one_sentence(name, 80)!r} corrects throws; the actions of this environment are choices"
         )
     if name in NAMES:
-        return named_controller(name, env, **options)
+        return make_named(name, env, **options)
     if os.path.isdir(name) or name.endswith(".zip"):
-        return trained_policy(Path(name), env, trust=trust)
+        return load_trained(Path(name), env, trust=trust)
     if ":" in name:
-        return own_controller(name, env, **options)
+        return import_controller(name, env, **options)
     raise UsageError(
         f"{one_sentence(name, 80)!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, "
         "MODULE:CLASS and MODEL.zip, and a run folder is what training leaves in runs/"

@@ -21,11 +21,11 @@ from pnt_gym.cells.conveyor.observation import FEEDBACK, SHIFT_TABLE
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of
 from .mlp import Mlp
-from .newcomers import Newcomers
+from .newcomers import UnseenKinds
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .regression import OnPolicyRegression
 from .shift import to_action
-from .trackers import Nothing, Tracker
+from .trackers import NoTracker, Tracker
 
 FEEDBACK_SIZE: Final = len(FEEDBACK)
 """Entries at the end of an observation that describe the previous throw."""
@@ -36,9 +36,9 @@ STATIC: Final = "static"
 IN_CONTEXT: Final = "in_context"
 """Controller whose file also holds the static policy of all adaptive controllers but `STATIC`, learned without
 drift."""
-READY: Final = (STATIC, "ema", "kalman", "recursive_ridge", IN_CONTEXT)
+PRETRAINED: Final = (STATIC, "ema", "kalman", "recursive_ridge", IN_CONTEXT)
 """Adaptive controllers that need no practice, because they ship pre-trained."""
-FEW: Final = 20
+MIN_THROWS: Final = 20
 """Kinds with fewer throws in practice count as unseen."""
 
 
@@ -47,33 +47,33 @@ def without_feedback(observation: Observation) -> Observation:
     return Observation(observation.features[:, :-FEEDBACK_SIZE], observation.kind)
 
 
-def told(observation: Observation) -> tuple[Floats, Bools]:
+def ideal_offsets(observation: Observation) -> tuple[Floats, Bools]:
     """Ideal offsets of the previous throws (N, 2) [m], along and left of them, and whether each is known (N,)."""
-    seen = SHIFT_TABLE.decode(observation.features)
-    asked = np.stack([seen["last_shift_along"], seen["last_shift_across"]], axis=1)
-    error = np.stack([seen["last_along"], seen["last_across"]], axis=1)
-    return asked - error, (seen["last_seen"] > 0.5) & ~begins(observation)
+    features = SHIFT_TABLE.decode(observation.features)
+    offset = np.stack([features["last_shift_along"], features["last_shift_across"]], axis=1)
+    error = np.stack([features["last_along"], features["last_across"]], axis=1)
+    return offset - error, (features["last_seen"] > 0.5) & ~begins_shift(observation)
 
 
-def begins(observation: Observation) -> Bools:
+def begins_shift(observation: Observation) -> Bools:
     """Whether each coming throw is the first of its shift of picks (N,)."""
     return observation.features[:, -1] <= 0.0
 
 
-def is_told(core: Core) -> bool:
+def has_feedback(core: Core) -> bool:
     """Whether observations include the previous landing and the time in the shift of picks."""
     table = getattr(getattr(core, "cell", None), "table", None)
     return table is not None and table.names[-1] == FEEDBACK[-1].name
 
 
-def check_begins(env: Env, who: str) -> None:
+def check_begins(env: Env, user: str) -> None:
     """Check that the observations of an environment mark the begin of a shift of picks.
 
     Raises:
         UsageError: observations do not, so no controller there can forget the previous shift.
     """
-    if not is_told(core_of(env)):
-        raise UsageError(f"{who} goes by where a shift begins, which observations here do not tell; use PnTAdapt-v0")
+    if not has_feedback(core_of(env)):
+        raise UsageError(f"{user} goes by where a shift begins, which observations here do not tell; use PnTAdapt-v0")
 
 
 @final
@@ -113,7 +113,7 @@ class Adaptive(Learner):
         """Restore the shipped state and forget the shift."""
         self._seed, self._practising = seed, False
         self._last: tuple[Floats, Floats, Ints] | None = None
-        self._thrown = np.zeros(len(self._items), dtype=np.int64)
+        self._throw_counts = np.zeros(len(self._items), dtype=np.int64)
         self._static.reset(seed)
         self.restore(self._shipped)
 
@@ -121,18 +121,18 @@ class Adaptive(Learner):
         """Offsets of the static policy minus the estimated effects of drift and kind, as actions (N, 2)."""
         if self._practising:
             return self._static.act(without_feedback(observation))
-        self._take_in(observation)
+        self._learn_feedback(observation)
         plain = without_feedback(observation)
-        own, throws = self._static.predict(plain), plain.features.astype(np.float64)
-        self._last = throws, own, observation.kind
-        off = self._tracker.effect(throws) + self._newcomers.effect(observation.kind, throws)
-        return to_action(own - off, self._correction)
+        offset, throws = self._static.predict(plain), plain.features.astype(np.float64)
+        self._last = throws, offset, observation.kind
+        effect = self._tracker.effect(throws) + self._newcomers.effect(observation.kind, throws)
+        return to_action(offset - effect, self._correction)
 
     def learn(self, outcome: Outcome) -> None:
         """Train the static policy in practice. Outside practice all feedback is in the observations."""
         if self._practising:
             self._static.learn(replace(outcome, observation=without_feedback(outcome.observation)))
-            self._thrown += np.bincount(outcome.observation.kind, minlength=len(self._thrown))
+            self._throw_counts += np.bincount(outcome.observation.kind, minlength=len(self._throw_counts))
 
     def begin_practice(self, throws: int) -> None:
         """Begin the practice of the static policy from its initial state."""
@@ -144,38 +144,40 @@ class Adaptive(Learner):
         """End the practice, and let the tracker study the static policy's errors."""
         self._practising = False
         self._static.end_practice()
-        throws, right = self._static.data()
-        own = self._static.predict(Observation(throws.astype(np.float32), np.zeros(len(throws), dtype=np.int64)))
-        self._tracker.study(throws, own - right, self._seed)
-        self._learned(self._items[self._thrown >= FEW])
+        throws, ideal_offset = self._static.data()
+        offset = self._static.predict(Observation(throws.astype(np.float32), np.zeros(len(throws), dtype=np.int64)))
+        self._tracker.study(throws, offset - ideal_offset, self._seed)
+        self._set_known_kinds(self._items[self._throw_counts >= MIN_THROWS])
 
     def state(self) -> State:
         """State of the static policy, names of the learned kinds, and state of the tracker."""
-        own = {f"{STATIC}_{name}": value for name, value in self._static.state().items()}
-        return {**own, "kinds": self._kinds, **self._tracker.state()}
+        static_arrays = {f"{STATIC}_{name}": value for name, value in self._static.state().items()}
+        return {**static_arrays, "kinds": self._kinds, **self._tracker.state()}
 
     def restore(self, state: State) -> None:
         """Load a static policy and the state of the tracker."""
-        own = {name: value for name, value in state.items() if name.startswith(f"{STATIC}_")}
-        self._static.restore({name.removeprefix(f"{STATIC}_"): value for name, value in own.items()})
-        self._tracker.restore({name: value for name, value in state.items() if name not in own and name != "kinds"})
-        self._learned(np.asarray(state.get("kinds", self._items[:0])))
+        static_arrays = {name: value for name, value in state.items() if name.startswith(f"{STATIC}_")}
+        self._static.restore({name.removeprefix(f"{STATIC}_"): value for name, value in static_arrays.items()})
+        self._tracker.restore(
+            {name: value for name, value in state.items() if name not in static_arrays and name != "kinds"}
+        )
+        self._set_known_kinds(np.asarray(state.get("kinds", self._items[:0])))
 
-    def _learned(self, kinds: NDArray[np.str_]) -> None:
+    def _set_known_kinds(self, kinds: NDArray[np.str_]) -> None:
         """Mark the kinds of these names as known."""
         self._kinds = kinds
-        known = np.isin(self._items, kinds) | isinstance(self._tracker, Nothing)
-        self._newcomers = Newcomers(known)
+        is_known = np.isin(self._items, kinds) | isinstance(self._tracker, NoTracker)
+        self._newcomers = UnseenKinds(is_known)
 
-    def _take_in(self, observation: Observation) -> None:
+    def _learn_feedback(self, observation: Observation) -> None:
         """Learn from the feedback of the previous throws."""
-        fresh = begins(observation)
-        if self._last is None or len(fresh) != len(self._last[1]):
-            self._last, fresh = None, np.full(len(fresh), True)
+        is_first = begins_shift(observation)
+        if self._last is None or len(is_first) != len(self._last[1]):
+            self._last, is_first = None, np.full(len(is_first), True)
         if self._last is not None:
-            throws, own, kind = self._last
-            right, known = told(observation)
-            known, new = known & ~fresh, self._newcomers.new(kind)
-            self._newcomers.learn(kind, throws, own - right - self._tracker.effect(throws), known)
-            self._tracker.learn(throws, own - right, known & ~new)
-        self._tracker.begin(fresh)  # last, so that a row with a new shift has no trace of the previous one
+            throws, offset, kind = self._last
+            ideal_offset, has_landing = ideal_offsets(observation)
+            has_landing, is_unseen = has_landing & ~is_first, self._newcomers.is_unseen(kind)
+            self._newcomers.learn(kind, throws, offset - ideal_offset - self._tracker.effect(throws), has_landing)
+            self._tracker.learn(throws, offset - ideal_offset, has_landing & ~is_unseen)
+        self._tracker.begin(is_first)  # last, so that a row with a new shift has no trace of the previous one

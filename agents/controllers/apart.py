@@ -13,7 +13,7 @@ from .protocol import Actions, Controller, Observation, Outcome
 
 
 @final
-class Apart(Controller):
+class SeparateControllers(Controller):
     """N controllers of one class; controller i sees only row i.
 
     Args:
@@ -21,20 +21,22 @@ class Apart(Controller):
     """
 
     def __init__(self, controllers: Sequence[Controller]) -> None:
-        self._each = list(controllers)
-        self.name = self._each[0].name
+        self._controllers = list(controllers)
+        self.name = self._controllers[0].name
 
     def reset(self, seed: int) -> None:
         """Reset every controller, each with its own seed."""
-        for row, controller in enumerate(self._each):
+        for row, controller in enumerate(self._controllers):
             controller.reset(seed + row)
 
     def act(self, observation: Observation) -> Actions:
         """Action of each row's controller (N, A)."""
         rows = [slice(row, row + 1) for row in range(len(observation.kind))]
-        return np.concatenate([one.act(take(observation, row)) for one, row in zip(self._each, rows, strict=False)])
+        return np.concatenate(
+            [controller.act(take(observation, row)) for controller, row in zip(self._controllers, rows, strict=False)]
+        )
 
     def learn(self, outcome: Outcome) -> None:
         """Pass each row's outcome to the row's controller."""
         for row in range(len(outcome.cycle_time)):
-            self._each[row].learn(take(outcome, slice(row, row + 1)))
+            self._controllers[row].learn(take(outcome, slice(row, row + 1)))

@@ -16,7 +16,7 @@ from pnt_gym.cells.base.action import Correction
 from pnt_gym.errors import PntGymError
 
 from .protocol import Actions, Learner, Observation, Outcome, State
-from .shift import check_width, ideal_shift, instructive, to_action
+from .shift import check_width, ideal_offset, is_instructive, to_action
 
 Step = Callable[[int], float]
 """Weight of the newest throw, from the number of throws in a bucket, the newest one included."""
@@ -50,8 +50,8 @@ class BucketTable(Learner):
     def act(self, observation: Observation) -> Actions:
         """Action of each throw's bucket, else of its item, else of all items, else zero: (N, E)."""
         buckets = self._correction.buckets(observation.features, observation.kind)
-        shift = [self._find(self._chain(*bucket)) for bucket in buckets]
-        return to_action(np.array(shift).reshape(-1, self._correction.count), self._correction)
+        offsets = [self._find(self._chain(*bucket)) for bucket in buckets]
+        return to_action(np.array(offsets).reshape(-1, self._correction.count), self._correction)
 
     def learn(self, outcome: Outcome) -> None:
         """Move each throw's bucket, and the coarser buckets around it, towards the ideal offset.
@@ -59,12 +59,12 @@ class BucketTable(Learner):
         A batch gives the same update as its throws one after another: with the offset s in force, s + K (d - z) = s + K
         (ideal - s).
         """
-        ideal = ideal_shift(outcome, self._correction)
-        usable = instructive(outcome)
-        seen = outcome.observation
-        for row, bucket in enumerate(self._correction.buckets(seen.features, seen.kind)):
+        offsets = ideal_offset(outcome, self._correction)
+        usable = is_instructive(outcome)
+        observation = outcome.observation
+        for row, bucket in enumerate(self._correction.buckets(observation.features, observation.kind)):
             if usable[row]:
-                self._update(self._chain(*bucket), ideal[row])
+                self._update(self._chain(*bucket), offsets[row])
 
     def state(self) -> State:
         """Names, offsets and counts of the buckets."""

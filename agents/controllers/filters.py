@@ -40,7 +40,7 @@ class Filters:
         camera: float = BIN_CAMERA,
     ) -> None:
         self._priors, self._beliefs, self._walks, self._turning = priors, np.array(beliefs), walks, turning
-        self._noise = seen_by(camera)
+        self._noise = landing_noise(camera)
         self.state = np.zeros((*shape, *priors.shape[:-1]))
         self.spread = np.broadcast_to(priors, (*shape, *priors.shape)).copy()
         self.belief = np.broadcast_to(self._beliefs, (*shape, 2)).copy()
@@ -51,13 +51,13 @@ class Filters:
 
     def learn(self, at: Ints | tuple[Ints, ...], effect: Floats, z: Floats) -> None:
         """Update N pairs by landings z (N, 2) [m], with the unknowns' effects on them (N, 2, S)."""
-        state, spread, likely = corrected(self.state[at], self.spread[at], effect[:, None], z[:, None], self._noise)
+        state, spread, likely = kalman_update(self.state[at], self.spread[at], effect[:, None], z[:, None], self._noise)
         # Bayes' rule for the two hypotheses, then a Markov switch between them.
         belief = self.belief[at] * np.exp(likely - likely.max(axis=-1, keepdims=True))
         belief = (1.0 - self._turning) * belief / belief.sum(axis=-1, keepdims=True) + 0.5 * self._turning
         self.state[at], self.spread[at], self.belief[at] = state, spread, belief
 
-    def wander(self) -> None:
+    def add_walk(self) -> None:
         """Add the random walk of one step to all covariances."""
         self.spread += self._walks
 
@@ -66,17 +66,19 @@ class Filters:
         return (self.belief[at][..., None] * self.state[at]).sum(axis=-2)
 
 
-def seen_by(camera: float) -> Floats:
+def landing_noise(camera: float) -> Floats:
     """Covariance of landings with known unknowns (2, 2) [m2], for a camera with a standard deviation [m]."""
     return np.diag(np.square(NOISE) + (camera**2 - BIN_CAMERA**2))
 
 
-def landing(effect: Floats, state: Floats) -> Floats:
+def landing_offset(effect: Floats, state: Floats) -> Floats:
     """Offsets of landings (..., 2) [m] from effects (..., 2, S) of unknowns (..., S)."""
     return (effect @ state[..., None])[..., 0]
 
 
-def corrected(state: Floats, spread: Floats, effect: Floats, z: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
+def kalman_update(
+    state: Floats, spread: Floats, effect: Floats, z: Floats, noise: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Kalman update by landings z (..., 2) [m], with the effects of S unknowns on them (..., 2, S).
 
     A far landing gets so much noise that it lies `SURPRISE` deviations off.
@@ -91,13 +93,13 @@ def corrected(state: Floats, spread: Floats, effect: Floats, z: Floats, noise: F
     Returns:
         Estimates, covariances, and each filter's log-likelihood of its landing (...), up to a constant.
     """
-    turned = effect.swapaxes(-1, -2)
-    new = z - landing(effect, state)
-    expected = effect @ spread @ turned + noise
+    transposed = effect.swapaxes(-1, -2)
+    innovation = z - landing_offset(effect, state)
+    covariance = effect @ spread @ transposed + noise
     # Squared Mahalanobis distance of the landing, in units of SURPRISE.
-    far = np.einsum("...i,...ij,...j->...", new, np.linalg.inv(expected), new) / SURPRISE**2
-    expected = expected + np.maximum(far - 1.0, 0.0)[..., None, None] * noise
-    inverse = np.linalg.inv(expected)
-    gain = spread @ turned @ inverse
-    likely = np.log(np.linalg.det(inverse)) - np.einsum("...i,...ij,...j->...", new, inverse, new)
-    return state + landing(gain, new), spread - gain @ effect @ spread, 0.5 * likely
+    distance = np.einsum("...i,...ij,...j->...", innovation, np.linalg.inv(covariance), innovation) / SURPRISE**2
+    covariance = covariance + np.maximum(distance - 1.0, 0.0)[..., None, None] * noise
+    inverse = np.linalg.inv(covariance)
+    gain = spread @ transposed @ inverse
+    likely = np.log(np.linalg.det(inverse)) - np.einsum("...i,...ij,...j->...", innovation, inverse, innovation)
+    return state + landing_offset(gain, innovation), spread - gain @ effect @ spread, 0.5 * likely

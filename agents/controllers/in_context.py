@@ -18,8 +18,8 @@ from pnt_gym.cells.conveyor.drift import Drift
 
 from ..ground.cli import UsageError
 from .protocol import State
-from .recurrent import Lessons, Recurrent, trained
-from .trackers import Tracker, effects
+from .recurrent import Recurrent, TrainingShifts, train
+from .trackers import Tracker, drift_effects
 
 LEVELS: Final = ("day", "steps", "drift_mix")
 """Levels whose drifts are used in training; each shift has the drift of one level, up to `STRONGEST` times as
@@ -60,19 +60,19 @@ class InContext(Tracker):
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
         """Update the memory by throws and their landings."""
         if self._network is not None:
-            new = self._network.remembered(self._memory, throws, z)
+            new = self._network.update_memory(self._memory, throws, z)
             self._memory = np.where(rows[:, None], new, self._memory)
 
     def effect(self, throws: Floats) -> Floats:
         """Effect that the network predicts (N, 2); zero before its training."""
         if self._network is None:
             return np.zeros((len(throws), 2))
-        return self._network.foreseen(self._memory, throws)
+        return self._network.predict(self._memory, throws)
 
     def study(self, throws: Floats, z: Floats, seed: int) -> None:
         """Train the network on simulated shifts made from these throws."""
-        shifts = simulated(throws, z, self._camera_x, self._batches, seed)
-        self._network = trained(shifts, self._batches, throws.shape[1], seed, self._size)
+        shifts = simulate_shifts(throws, z, self._camera_x, self._batches, seed)
+        self._network = train(shifts, self._batches, throws.shape[1], seed, self._size)
 
     def state(self) -> State:
         """State of the network; empty before its training."""
@@ -89,27 +89,29 @@ class InContext(Tracker):
             return
         if "memory_in_weight" not in state:
             raise UsageError("what 'in_context' is to take over holds no network; practise it without drift")
-        self._network = Recurrent.of(state)
+        self._network = Recurrent.from_state(state)
         self._size = self._network.size
         self._memory = np.zeros((0, self._size))
 
 
-def simulated(throws: Floats, z: Floats, camera_x: float, batches: int, seed: int) -> Iterator[Lessons]:
+def simulate_shifts(throws: Floats, z: Floats, camera_x: float, batches: int, seed: int) -> Iterator[TrainingShifts]:
     """Batches of simulated shifts, from throws (M, D) with landing errors z (M, 2) [m] without drift."""
     random, drifts = np.random.default_rng(seed), [ConveyorConfig.load(name).drift for name in LEVELS]
-    effect = effects(throws, camera_x)
+    effect = drift_effects(throws, camera_x)
     for _ in range(batches):
-        drawn = random.integers(len(throws), size=(SHIFTS, PICKS))
-        state = np.stack([_drawn(drifts[random.integers(len(drifts))], random) for _ in range(SHIFTS)])
-        known = random.random((SHIFTS, PICKS)) >= UNSEEN * random.random((SHIFTS, 1))
-        off = z[drawn] + (effect[drawn] @ state[..., None])[..., 0]
+        picks = random.integers(len(throws), size=(SHIFTS, PICKS))
+        state = np.stack([_draw_drift(drifts[random.integers(len(drifts))], random) for _ in range(SHIFTS)])
+        has_landing = random.random((SHIFTS, PICKS)) >= UNSEEN * random.random((SHIFTS, 1))
+        landing_errors = z[picks] + (effect[picks] @ state[..., None])[..., 0]
         blur = BLURRED * np.maximum(2.0 * random.random((SHIFTS, 1, 1)) - 1.0, 0.0)
-        seen = off + blur * random.standard_normal(off.shape)
-        yield Lessons(throws[drawn], np.where(known[..., None], seen, 0.0), off, known)
+        observed = landing_errors + blur * random.standard_normal(landing_errors.shape)
+        yield TrainingShifts(
+            throws[picks], np.where(has_landing[..., None], observed, 0.0), landing_errors, has_landing
+        )
 
 
-def _drawn(drift: Drift, random: np.random.Generator) -> Floats:
+def _draw_drift(drift: Drift, random: np.random.Generator) -> Floats:
     """Delay, camera along x and y, and encoder of one shift's drift (P, 4)."""
     parts = (drift.delay, drift.camera, drift.camera, drift.encoder)
     strength = STRONGEST * random.random()
-    return strength * np.stack([one.path(random, PICKS, drift.steps_every) for one in parts], axis=1)
+    return strength * np.stack([part.path(random, PICKS, drift.steps_every) for part in parts], axis=1)

@@ -12,7 +12,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 
-from ..policies.networks import Layers, layers_from_torch, layers_of, named, numbers_of, through
+from ..policies.networks import Layers, arrays_by_name, layers_from_torch, layers_of, numbers_of, run_layers
 from .protocol import State
 
 BATCH = 256
@@ -53,11 +53,11 @@ class Mlp:
 
     def predict(self, features: Floats) -> Floats:
         """Offsets (N, E) for features (N, D)."""
-        return through(self._layers, "SiLU", features) * self._scale + self._centre
+        return run_layers(self._layers, "SiLU", features) * self._scale + self._centre
 
     def state(self) -> State:
         """Weights and biases by layer, and the scale of the labels."""
-        return {**named(self._layers), "centre": self._centre, "scale": self._scale}
+        return {**arrays_by_name(self._layers), "centre": self._centre, "scale": self._scale}
 
     def restore(self, state: State) -> None:
         """Load a fit."""

@@ -15,7 +15,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of
 from ..ground.places import ADAPTIVE
-from .adaptive import IN_CONTEXT, STATIC, Adaptive, is_told
+from .adaptive import IN_CONTEXT, STATIC, Adaptive, has_feedback
 from .analytic import Analytic
 from .ballistic import AnalyticHeight, MeanLead
 from .bucket_table import mean_shift, virtual_goal
@@ -28,11 +28,11 @@ from .random import Random
 from .regression import OnPolicyRegression
 from .ridge import Ridge
 from .state import read_state
-from .trackers import Kalman, Known, Nothing, RecursiveRidge, RunningMean, Tracker
+from .trackers import Kalman, NoTracker, OracleTracker, RecursiveRidge, RunningMean, Tracker
 
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
-    "analytic": lambda env: Analytic(_entries(env.single_action_space)),
-    "random": lambda env: Random(_entries(env.single_action_space)),
+    "analytic": lambda env: Analytic(_entry_count(env.single_action_space)),
+    "random": lambda env: Random(_entry_count(env.single_action_space)),
 }
 _SHIFTS: Mapping[str, Callable[..., Controller]] = {
     "analytic_height": lambda env, correction: AnalyticHeight(_conveyor(env, "analytic_height"), correction),
@@ -42,23 +42,23 @@ _SHIFTS: Mapping[str, Callable[..., Controller]] = {
     "newton_goal": lambda env, correction: NewtonGoal(correction),
     "ridge": lambda env, correction: OnPolicyRegression("ridge", correction, _features(env), Ridge()),
     "mlp": lambda env, correction, **options: OnPolicyRegression("mlp", correction, _features(env), Mlp(**options)),
-    "oracle": lambda env, correction, **options: Oracle(_whole_core(env), correction, **options),
+    "oracle": lambda env, correction, **options: Oracle(_shared_core(env), correction, **options),
 }
 _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
-    STATIC: lambda core: Nothing(),
+    STATIC: lambda core: NoTracker(),
     "ema": lambda core, **options: RunningMean(**options),
     "kalman": lambda core, **options: Kalman(
         core.config.belt.camera_x, **{"noise": core.config.feedback.noise, **options}
     ),
     "recursive_ridge": lambda core, **options: RecursiveRidge(**options),
     IN_CONTEXT: lambda core, **options: InContext(core.config.belt.camera_x, **options),
-    "oracle_drift": Known,
+    "oracle_drift": OracleTracker,
 }
 """Trackers by controller; the tracker's effect is subtracted from the static policy's offset."""
 NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS)
 
 
-def named_controller(name: str, env: Env, **options: Any) -> Controller:
+def make_named(name: str, env: Env, **options: Any) -> Controller:
     """Controller of one of `NAMES`, fitted to an environment.
 
     Raises:
@@ -67,7 +67,7 @@ def named_controller(name: str, env: Env, **options: Any) -> Controller:
     if name in _ANY_ACTIONS:
         return _ANY_ACTIONS[name](env, **options)
     if name in _SHIFTS:
-        return _SHIFTS[name](env, _needed_correction(name, env), **options)
+        return _SHIFTS[name](env, _required_correction(name, env), **options)
     return _adaptive(name, env, options)
 
 
@@ -77,15 +77,15 @@ def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
     The static policy of `static` has learned under drift; that of the other controllers in a cell without drift, whose
     landings are not blurred.
     """
-    correction, core = _needed_correction(name, env), core_of(env)
-    if not is_told(core):
+    correction, core = _required_correction(name, env), core_of(env)
+    if not has_feedback(core):
         raise UsageError(f"controller {name!r} goes by what is told of the throw before; use --env PnTAdapt-v0")
     tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
     shipped = read_state(ADAPTIVE / f"{file}.npz")[1]
     return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)
 
 
-def _needed_correction(name: str, env: Env) -> Correction:
+def _required_correction(name: str, env: Env) -> Correction:
     """Correction of an environment; some action modes have none."""
     core = core_of(env)
     if core.correction is not None:
@@ -95,11 +95,11 @@ def _needed_correction(name: str, env: Env) -> Correction:
     sizes = sorted({core.action_sizes[mode] for mode in core.shift_modes})
     raise UsageError(
         f"controller {name!r} shifts the landing and needs an action of {' or '.join(map(str, sizes))} numbers, "
-        f"not {_entries(env.single_action_space)}; use the action mode {' or '.join(core.shift_modes)}"
+        f"not {_entry_count(env.single_action_space)}; use the action mode {' or '.join(core.shift_modes)}"
     )
 
 
-def _whole_core(env: Env) -> Core:
+def _shared_core(env: Env) -> Core:
     """Core of all rows, unless each row has its own."""
     core = core_of(env)
     if hasattr(env.unwrapped, "envs") and env.num_envs > 1:
@@ -116,9 +116,9 @@ def _conveyor(env: Env, name: str) -> ConveyorConfig:
 
 
 def _features(env: Env) -> int:
-    return _entries(env.single_observation_space)
+    return _entry_count(env.single_observation_space)
 
 
-def _entries(space: Space[Any]) -> int:
+def _entry_count(space: Space[Any]) -> int:
     """Number of entries of one action or observation."""
     return int(np.prod(space.shape or (1,)))

@@ -25,7 +25,7 @@ from pnt_gym.cells.base.action import Correction
 
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .response import Response, gauss_newton, log_chance
-from .shift import check_width, instructive, to_action
+from .shift import check_width, is_instructive, to_action
 
 MEMORY: Final = 160
 """Throws that a bucket keeps, the latest ones; fitting more would take longer than a throw."""
@@ -70,8 +70,8 @@ class _Bucket:
         self.shift, self.error = np.concatenate([self.shift, shift]), np.concatenate([self.error, error])
         # The newest throw with the best offset is always kept.
         last = np.flatnonzero((self.shift == self.best).all(axis=1))[-1:]
-        kept = np.union1d(np.arange(len(self.shift))[-MEMORY:], last)
-        self.shift, self.error = self.shift[kept], self.error[kept]
+        rows = np.union1d(np.arange(len(self.shift))[-MEMORY:], last)
+        self.shift, self.error = self.shift[rows], self.error[rows]
 
     def choose(self, random: np.random.Generator, possible: _Possible) -> None:
         """Choose the best offset thrown, the offset to keep, and the offsets of the next throws.
@@ -83,19 +83,19 @@ class _Bucket:
         if len(self.shift) == 0:
             return
         response = Response(self.shift, self.error)
-        known = np.unique(self.shift, axis=0)
-        size = ((self._weight * response.error_again(known)) ** 2).sum(axis=1)
-        self.best = known[size.argmin()]
+        offsets = np.unique(self.shift, axis=0)
+        sizes = ((self._weight * response.error_again(offsets)) ** 2).sum(axis=1)
+        self.best = offsets[sizes.argmin()]
         newton = gauss_newton(response, self._weight, self.best)
         risk = np.hypot(response.error(newton[None]), response.doubt(newton[None]))[0]
-        better = ((self._weight * risk) ** 2).sum() < size.min()
+        is_better = ((self._weight * risk) ** 2).sum() < sizes.min()
         planned = possible(newton[None])[0]
-        self.kept = newton if better and planned and self._to_be_had(newton[None])[0] else self.best
-        if len(known) == 1 and len(self.refused) == 0 and planned:
+        self.kept = newton if is_better and planned and self._is_attainable(newton[None])[0] else self.best
+        if len(offsets) == 1 and len(self.refused) == 0 and planned:
             self.next = newton[None]
             return
         options = self._options(newton, random, possible)
-        bound = np.sqrt(size.min() / len(self.best)) / self._weight
+        bound = np.sqrt(sizes.min() / len(self.best)) / self._weight
         chance = log_chance(response.error(options), response.doubt(options), bound)
         # The most likely improvement first; further ones are drawn by their chances (Gumbel's trick).
         score = chance + random.gumbel(size=len(chance))
@@ -108,20 +108,20 @@ class _Bucket:
         size = np.repeat(AROUND, OPTIONS)[:, None]
         around = self.best + size * random.standard_normal((len(size), len(newton)))
         options = np.clip(np.concatenate([newton[None], near, around]), -1.0, 1.0)
-        good = options[self._to_be_had(options)]
+        good = options[self._is_attainable(options)]
         good = good[possible(good)]
         return good if len(good) > 0 else self.best[None]
 
-    def _to_be_had(self, shift: Floats) -> Bools:
+    def _is_attainable(self, shift: Floats) -> Bools:
         """Whether offsets (N, E) are nearer to a measured throw than to a refused one (N,)."""
         if len(self.refused) == 0:
             return np.full(len(shift), True)
-        thrown, refused = (_nearest(shift, seen) for seen in (self.shift, self.refused))
-        return thrown <= refused
+        to_thrown, to_refused = (_nearest_distance(shift, reference) for reference in (self.shift, self.refused))
+        return to_thrown <= to_refused
 
 
-def _nearest(shift: Floats, seen: Floats) -> Floats:
-    return ((shift[:, None] - seen) ** 2).sum(axis=2).min(axis=1)
+def _nearest_distance(shift: Floats, reference: Floats) -> Floats:
+    return ((shift[:, None] - reference) ** 2).sum(axis=2).min(axis=1)
 
 
 @final
@@ -164,12 +164,12 @@ class NewtonGoal(Learner):
         """Next offset of each throw's bucket as an action, zero without throws: (N, E)."""
         action = np.zeros((len(observation.kind), self._correction.count))
         for name, rows in self._rows(observation).items():
-            action[rows] = self._next(name, len(rows), self._possible(observation, rows[0]))
+            action[rows] = self._next_offsets(name, len(rows), self._possible(observation, rows[0]))
         return to_action(action * self._correction.scale, self._correction)
 
     def learn(self, outcome: Outcome) -> None:
         """Add the throws to their buckets; throws that were shortened or not measured count as refused."""
-        usable = instructive(outcome)
+        usable = is_instructive(outcome)
         shift = outcome.action.astype(np.float64)
         error = np.clip(outcome.error / self._correction.scale, -LARGEST, LARGEST)
         for name, rows in self._rows(outcome.observation).items():
@@ -183,11 +183,11 @@ class NewtonGoal(Learner):
     def state(self) -> State:
         """Names, throws and offsets of the buckets."""
         buckets = list(self._buckets.values())
-        none = np.zeros((0, self._correction.count))
+        empty = np.zeros((0, self._correction.count))
         state: dict[str, np.ndarray] = {"buckets": np.array(list(self._buckets), dtype=np.str_)}
         for key in _TABLES:
             parts = [getattr(bucket, key) for bucket in buckets]
-            state[key] = np.concatenate([none, *parts])
+            state[key] = np.concatenate([empty, *parts])
             state[f"{key}_count"] = np.array([len(part) for part in parts], dtype=np.int64)
         for key in _CHOSEN:
             state[key] = np.array([getattr(bucket, key) for bucket in buckets]).reshape(-1, self._correction.count)
@@ -225,7 +225,7 @@ class NewtonGoal(Learner):
             return lambda shift: np.full(len(shift), True)
         return partial(test, observation.features[row], int(observation.kind[row]))
 
-    def _next(self, name: str, count: int, possible: _Possible) -> Floats:
+    def _next_offsets(self, name: str, count: int, possible: _Possible) -> Floats:
         """Offsets (count, E) of the next throws in one bucket."""
         bucket = self._buckets.get(name)
         if bucket is not None:

@@ -72,8 +72,8 @@ class Oracle(Controller):
 
     def _error(self, action: Floats) -> Floats:
         """Errors of previewed actions, in actions (N, E); NaN where a throw was not measured."""
-        seen = self._core.preview(action.astype(np.float32), jitter=False)
-        return np.stack([getattr(seen, name) for name in self._correction.errors], axis=-1) / self._correction.scale
+        outcome = self._core.preview(action.astype(np.float32), jitter=False)
+        return np.stack([getattr(outcome, name) for name in self._correction.errors], axis=-1) / self._correction.scale
 
 
 @final
@@ -103,22 +103,22 @@ class _Search:
     def learn(self, shift: Floats, error: Floats) -> None:
         """Add a preview of all throws, (N, E) each; an unmeasured throw is no improvement."""
         size = np.nan_to_num(np.hypot.reduce(self._weight * error, axis=1), nan=np.inf)
-        better = size < self._smallest
+        is_better = size < self._smallest
         self._shifts = np.concatenate([self._shifts, shift[:, None]], axis=1)
         self._errors = np.concatenate([self._errors, error[:, None]], axis=1)
-        self.best = np.where(better[:, None], shift, self.best)
-        self._error = np.where(better[:, None], error, self._error)
-        self._smallest = np.where(better, size, self._smallest)
-        self._failures = np.where(better, 0, self._failures + 1)
-        more = np.where(self._jumped, self._damping, 10.0 * np.maximum(self._damping, 0.1 * MORE_DAMPING))
-        damping = np.where(better, np.maximum(0.1 * self._damping, LEAST_DAMPING), more)
+        self.best = np.where(is_better[:, None], shift, self.best)
+        self._error = np.where(is_better[:, None], error, self._error)
+        self._smallest = np.where(is_better, size, self._smallest)
+        self._failures = np.where(is_better, 0, self._failures + 1)
+        increased = np.where(self._jumped, self._damping, 10.0 * np.maximum(self._damping, 0.1 * MORE_DAMPING))
+        damping = np.where(is_better, np.maximum(0.1 * self._damping, LEAST_DAMPING), increased)
         self._damping = np.where(damping > MOST_DAMPING, MORE_DAMPING, damping)
 
     def propose(self, random: np.random.Generator) -> Floats:
         """Offsets (N, E) of the next preview, the best one where a throw is over."""
         jumps = self._failures >= 2
         self._jumped = jumps & (self._failures % 2 == 0)
-        trial = np.where(self._jumped[:, None], self._elsewhere(random), self._newton())
+        trial = np.where(self._jumped[:, None], self._jump(random), self._newton())
         return np.where(self.over[:, None], self.best, np.clip(trial, -1.0, 1.0))
 
     def _newton(self) -> Floats:
@@ -132,22 +132,29 @@ class _Search:
 
     def _jacobian(self) -> Floats:
         """Jacobian of the error by the offset at the best offsets (N, E, E), a weighted fit to the previews."""
-        moved, came = self._shifts - self.best[:, None], self._errors - self._error[:, None]
-        square = (moved**2).sum(axis=2)
-        known = (square > 0.0) & np.isfinite(came).all(axis=2)
+        offset_changes, error_changes = self._shifts - self.best[:, None], self._errors - self._error[:, None]
+        square = (offset_changes**2).sum(axis=2)
+        is_valid = (square > 0.0) & np.isfinite(error_changes).all(axis=2)
         # Weighted least squares of the errors' differences, near previews with more weight, shrunk towards one to one.
-        weight = np.where(known, 1.0 / np.where(known, square, 1.0), 0.0)
-        came = np.where(known[..., None], came, 0.0)
-        spread = np.einsum("nm,nmi,nmj->nij", weight, moved, moved) + TRUST * np.eye(self.best.shape[1])
-        surprise = np.einsum("nm,nmi,nmj->nij", weight, moved, came - np.where(known[..., None], moved, 0.0))
+        weight = np.where(is_valid, 1.0 / np.where(is_valid, square, 1.0), 0.0)
+        error_changes = np.where(is_valid[..., None], error_changes, 0.0)
+        spread = np.einsum("nm,nmi,nmj->nij", weight, offset_changes, offset_changes) + TRUST * np.eye(
+            self.best.shape[1]
+        )
+        surprise = np.einsum(
+            "nm,nmi,nmj->nij",
+            weight,
+            offset_changes,
+            error_changes - np.where(is_valid[..., None], offset_changes, 0.0),
+        )
         return np.eye(self.best.shape[1]) + np.linalg.solve(spread, surprise).transpose(0, 2, 1)
 
-    def _elsewhere(self, random: np.random.Generator) -> Floats:
+    def _jump(self, random: np.random.Generator) -> Floats:
         """Random offsets near the best offset of a throw of the same bucket with no larger error, itself included."""
         order = np.lexsort((self._smallest, self._bucket))
         ranked = self._bucket[order]
         rank = np.empty_like(order)
         rank[order] = np.arange(len(order)) - np.searchsorted(ranked, ranked)
         donor = order[np.searchsorted(ranked, self._bucket) + random.integers(rank + 1)]
-        far = random.choice(JUMPS, size=(len(order), 1)) * random.standard_normal(self.best.shape)
-        return self.best[donor] + far
+        jump = random.choice(JUMPS, size=(len(order), 1)) * random.standard_normal(self.best.shape)
+        return self.best[donor] + jump

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from pnt_gym.errors import PntGymError, one_sentence
 
 from ..ground.cli import UsageError
-from ..ground.environments import Env, core_of, own_module
+from ..ground.environments import Env, core_of, import_user_module
 from ..learning.runs import RunFolder
-from ..learning.trained import check_trust, find_trained
+from ..learning.trained import check_trust, find_policy
 from ..policies.actor import Actor
 from .adaptive import check_begins
-from .between import PLANNER, Remembering, between
+from .between import PLANNER, MemoryPolicy, make_wrapper
 from .protocol import Actions, Controller, Observation
 
 Function: TypeAlias = Callable[[NDArray[np.float32]], Any]
@@ -51,9 +51,9 @@ def controller_of(policy: Any, env: Env) -> Controller:
         UsageError: the policy is none of these, or a model that does not fit the environment.
     """
     if inspect.isclass(policy):
-        return _made(policy, repr(policy.__name__), env)
+        return _instantiate(policy, repr(policy.__name__), env)
     if hasattr(policy, "act"):
-        return _complete(policy, repr(type(policy).__name__))
+        return _check_controller(policy, repr(type(policy).__name__))
     if hasattr(policy, "predict"):
         return model_policy(policy, type(policy).__name__.lower(), env)
     if callable(policy):
@@ -61,33 +61,33 @@ def controller_of(policy: Any, env: Env) -> Controller:
     raise UsageError(f"a policy is a controller, a model or a function of observations, not {policy!r}")
 
 
-def own_controller(reference: str, env: Env, **options: Any) -> Controller:
+def import_controller(reference: str, env: Env, **options: Any) -> Controller:
     """Controller of the class MODULE:CLASS; `Controller` describes the class.
 
     Raises:
         UsageError: the class does not exist, cannot be instantiated, or is no controller.
     """
     module, _, name = reference.partition(":")
-    made = getattr(own_module(module), name, None)
-    if not inspect.isclass(made):
+    controller_class = getattr(import_user_module(module), name, None)
+    if not inspect.isclass(controller_class):
         raise UsageError(f"module {module!r} has no class {name!r}")
-    _check_parts(made, repr(reference), METHODS)  # before any call: a plan of others may name any class
-    return _made(made, repr(reference), env, **options)
+    _check_parts(controller_class, repr(reference), METHODS)  # before any call: a plan of others may name any class
+    return _instantiate(controller_class, repr(reference), env, **options)
 
 
-def _made(made: Callable[..., Any], name: str, env: Env, **options: Any) -> Controller:
+def _instantiate(factory: Callable[..., Any], name: str, env: Env, **options: Any) -> Controller:
     try:
-        if "core" in inspect.signature(made).parameters:
+        if "core" in inspect.signature(factory).parameters:
             options["core"] = core_of(env)
-        controller = made(**options)
+        controller = factory(**options)
     except PntGymError:
         raise
     except Exception as error:
         raise UsageError(f"controller {name} cannot be made: {type(error).__name__}: {one_sentence(error)}") from error
-    return _complete(controller, name)
+    return _check_controller(controller, name)
 
 
-def _complete(controller: Any, name: str) -> Controller:
+def _check_controller(controller: Any, name: str) -> Controller:
     _check_parts(controller, name, ("name", *METHODS))
     return controller
 
@@ -98,62 +98,62 @@ def _check_parts(controller: Any, name: str, parts: Sequence[str]) -> None:
         raise UsageError(f"controller {name} has no {' and no '.join(missing)}; inherit agents.controllers.Controller")
 
 
-def trained_policy(place: Path, env: Env, *, trust: bool = False) -> Controller:
+def load_trained(place: Path, env: Env, *, trust: bool = False) -> Controller:
     """Policy of a run folder, or with `trust`, because loading runs code, of an RL-Zoo folder or a model file.
 
     Raises:
         UsageError: the policy is missing, damaged or not trusted, or does not fit the environment.
     """
-    found, what = find_trained(place), f"the policy of {str(place)!r}"
-    if found.is_run:
+    files, label = find_policy(place), f"the policy of {str(place)!r}"
+    if files.is_run:
         run = RunFolder(place)
-        return run_policy(run.load_actor(), run.arguments, env, what)
+        return run_policy(run.load_actor(), run.arguments, env, label)
     check_trust(place, trust)
     from ..learning.sb3 import load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
     from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
 
-    model = load_policy(found.model)
-    policy = model_policy(model, type(model).__name__.lower(), env, what)
-    if found.statistics is None:
+    model = load_policy(files.model)
+    policy = model_policy(model, type(model).__name__.lower(), env, label)
+    if files.statistics is None:
         return policy
     if not isinstance(policy, Policy):
-        raise UsageError(f"{what} is recurrent and its observations were normalised, which is not understood together")
-    statistics = load_statistics(found.statistics, SameStepVecEnv(env))
+        raise UsageError(f"{label} is recurrent and its observations were normalised, which is not understood together")
+    statistics = load_statistics(files.statistics, SameStepVecEnv(env))
 
-    def normalised(features: NDArray[np.float32]) -> Any:
-        seen: Any = statistics.normalize_obs(features)
-        return policy.function(seen)
+    def act_on_normalised(features: NDArray[np.float32]) -> Any:
+        normalised_features: Any = statistics.normalize_obs(features)
+        return policy.function(normalised_features)
 
-    return Policy(normalised, policy.name)
+    return Policy(act_on_normalised, policy.name)
 
 
-def run_policy(actor: Actor, asked: Mapping[str, Any], env: Env, what: str, name: str | None = None) -> Controller:
+def run_policy(actor: Actor, arguments: Mapping[str, Any], env: Env, label: str, name: str | None = None) -> Controller:
     """Controller from a trained policy stored as numbers, with the policy wrapper of its training.
 
     Args:
         actor: the policy.
-        asked: arguments of the training.
+        arguments: arguments of the training.
         env: the environment in which the policy will act.
-        what: name of the policy in error messages.
+        label: name of the policy in error messages.
         name: name in tables; None for the algorithm's.
 
     Raises:
         UsageError: the policy does not fit the environment.
     """
-    return _acting(actor, name or asked["algo"], env, what, asked["stack"], asked["over"])
+    return _actor_controller(actor, name or arguments["algo"], env, label, arguments["stack"], arguments["over"])
 
 
-def _acting(actor: Actor, name: str, env: Env, what: str, stack: int = 1, over: str = PLANNER) -> Controller:
-    seen, given = actor.sizes
-    _check_fit((seen,), (given,), env, what, stack)
+def _actor_controller(actor: Actor, name: str, env: Env, label: str, stack: int = 1, over: str = PLANNER) -> Controller:
+    input_size, output_size = actor.sizes
+    _check_fit((input_size,), (output_size,), env, label, stack)
     if actor.lstm is None and (stack, over) == (1, PLANNER):
         return Policy(actor, name)
     if actor.lstm is not None:
-        check_begins(env, what)
-    return Remembering(actor, name, between(env, stack, over))
+        check_begins(env, label)
+    return MemoryPolicy(actor, name, make_wrapper(env, stack, over))
 
 
-def model_policy(model: Any, name: str, env: Env, what: str = "the model") -> Controller:
+def model_policy(model: Any, name: str, env: Env, label: str = "the model") -> Controller:
     """Controller of a stable-baselines3 model's mean action.
 
     Raises:
@@ -164,15 +164,15 @@ def model_policy(model: Any, name: str, env: Env, what: str = "the model") -> Co
 
         actor = actor_of(model)
         assert isinstance(actor, Actor)  # scorers have no LSTM
-        return _acting(actor, name, env, what)
-    _check_fit(model.observation_space.shape, model.action_space.shape, env, what)
+        return _actor_controller(actor, name, env, label)
+    _check_fit(model.observation_space.shape, model.action_space.shape, env, label)
     return Policy(lambda features: model.predict(features, deterministic=True)[0], name)
 
 
-def _check_fit(seen: Any, given: Any, env: Env, what: str, stack: int = 1) -> None:
-    here = ((*(stack * size for size in env.single_observation_space.shape or ()),), env.single_action_space.shape)
-    if (seen, given) != here:
+def _check_fit(inputs: Any, outputs: Any, env: Env, label: str, stack: int = 1) -> None:
+    shapes = ((*(stack * size for size in env.single_observation_space.shape or ()),), env.single_action_space.shape)
+    if (inputs, outputs) != shapes:
         raise UsageError(
-            f"{what} takes observations {seen} and gives actions {given}, but the environment has {here[0]} and "
-            f"{here[1]}"
+            f"{label} takes observations {inputs} and gives actions {outputs}, but the environment has {shapes[0]} and "
+            f"{shapes[1]}"
         )

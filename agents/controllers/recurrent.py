@@ -15,7 +15,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
 
-from ..policies.networks import Dense, Gru, dense_of, layers_from_torch, through
+from ..policies.networks import Dense, Gru, dense_of, layers_from_torch, run_layers
 from .protocol import State
 
 UNIT: Final = 0.01
@@ -26,7 +26,7 @@ LAYERS: Final = ("memory_in", "memory_kept", "head", "answer")
 
 @final
 @dataclass(frozen=True)
-class Lessons:
+class TrainingShifts:
     """A batch of S shifts of P throws each."""
 
     features: Floats
@@ -35,7 +35,7 @@ class Lessons:
     """Observed landing error of each throw (S, P, 2) [m]; 0 where it is unknown."""
     true: Floats
     """True landing error of each throw (S, P, 2) [m], which the network learns to predict."""
-    known: Bools
+    has_landing: Bools
     """Whether the landing error was observed (S, P)."""
 
 
@@ -57,13 +57,13 @@ class Recurrent:
         """Numbers in the network's memory H."""
         return self._unit.size
 
-    def remembered(self, memory: Floats, features: Floats, z: Floats) -> Floats:
+    def update_memory(self, memory: Floats, features: Floats, z: Floats) -> Floats:
         """Memory (N, H) after throws (N, D) with landing errors (N, 2) [m]."""
-        return self._unit(np.concatenate([features, _bounded(z)], axis=1), memory)
+        return self._unit(np.concatenate([features, _normalise(z)], axis=1), memory)
 
-    def foreseen(self, memory: Floats, features: Floats) -> Floats:
+    def predict(self, memory: Floats, features: Floats) -> Floats:
         """Predicted landing errors of throws (N, D) by memories (N, H): (N, 2) [m]."""
-        return UNIT * through((self._head, self._answer), "SiLU", np.concatenate([memory, features], axis=1))
+        return UNIT * run_layers((self._head, self._answer), "SiLU", np.concatenate([memory, features], axis=1))
 
     def state(self) -> State:
         """Arrays of all layers by name."""
@@ -71,10 +71,12 @@ class Recurrent:
         return {f"{name}_{part}": array for name, layer in layers for part, array in layer._asdict().items()}
 
     @classmethod
-    def of(cls, state: State) -> Self:
+    def from_state(cls, state: State) -> Self:
         """Network from a state."""
-        seen, kept, *layers = (dense_of(state, f"{name}_weight", f"{name}_bias", np.float64) for name in LAYERS)
-        return cls(Gru(seen, kept), *layers)
+        input_layer, memory_layer, *layers = (
+            dense_of(state, f"{name}_weight", f"{name}_bias", np.float64) for name in LAYERS
+        )
+        return cls(Gru(input_layer, memory_layer), *layers)
 
     @classmethod
     def from_torch(cls, unit: Any, head: Any, answer: Any) -> Self:
@@ -83,8 +85,8 @@ class Recurrent:
         return cls(Gru.from_torch(unit, np.float64), *layers)
 
 
-def trained(
-    batches: Iterable[Lessons], total: int, features: int, seed: int, size: int, rate: float = 3e-3
+def train(
+    batches: Iterable[TrainingShifts], total: int, features: int, seed: int, size: int, rate: float = 3e-3
 ) -> Recurrent:
     """Network trained on batches of shifts.
 
@@ -100,7 +102,7 @@ def trained(
 
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        parts = _parts(torch, features, size)
+        parts = _torch_layers(torch, features, size)
     parameters = [number for part in parts for number in part.parameters()]
     optimiser = torch.optim.AdamW(parameters, lr=rate, weight_decay=0.1)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, total)
@@ -113,7 +115,7 @@ def trained(
     return Recurrent.from_torch(*parts)
 
 
-def _parts(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
+def _torch_layers(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
     """Unit, head and answer in torch; the answer starts near zero."""
     unit, head = torch.nn.GRUCell(features + 2, size), torch.nn.Linear(size + features, size)
     answer = torch.nn.Linear(size, 2)
@@ -123,22 +125,22 @@ def _parts(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
     return unit, head, answer
 
 
-def _loss(torch: Any, parts: tuple[Any, Any, Any], lessons: Lessons) -> Any:
+def _loss(torch: Any, parts: tuple[Any, Any, Any], lessons: TrainingShifts) -> Any:
     """Huber loss of a network's predictions in shifts."""
-    parts_of = (lessons.features, _bounded(lessons.z), _bounded(lessons.true))
+    parts_of = (lessons.features, _normalise(lessons.z), _normalise(lessons.true))
     features, z, true = (torch.as_tensor(part, dtype=torch.float32) for part in parts_of)
-    known = torch.as_tensor(lessons.known)
+    has_landing = torch.as_tensor(lessons.has_landing)
     unit, head, answer = parts
-    memory, foreseen = torch.zeros(len(features), unit.hidden_size), list[Any]()
+    memory, predictions = torch.zeros(len(features), unit.hidden_size), list[Any]()
     for at in range(features.shape[1]):
-        seen = features[:, at]
-        hidden = torch.nn.functional.silu(head(torch.cat([memory, seen], dim=1)))
-        foreseen.append(answer(hidden))
-        learned = unit(torch.cat([seen, z[:, at]], dim=1), memory)
-        memory = torch.where(known[:, at, None], learned, memory)
-    return torch.nn.functional.huber_loss(torch.stack(foreseen, dim=1), true, delta=1.0)
+        throw = features[:, at]
+        hidden = torch.nn.functional.silu(head(torch.cat([memory, throw], dim=1)))
+        predictions.append(answer(hidden))
+        updated = unit(torch.cat([throw, z[:, at]], dim=1), memory)
+        memory = torch.where(has_landing[:, at, None], updated, memory)
+    return torch.nn.functional.huber_loss(torch.stack(predictions, dim=1), true, delta=1.0)
 
 
-def _bounded(z: Floats) -> Floats:
+def _normalise(z: Floats) -> Floats:
     """Landing errors in `UNIT`s, clipped, so that a deflected object only counts as far off."""
     return np.clip(z / UNIT, -6.0, 6.0)

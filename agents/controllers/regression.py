@@ -17,7 +17,7 @@ from ..ground.cli import UsageError
 from .mlp import Mlp
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .ridge import Ridge
-from .shift import ideal_shift, instructive, to_action
+from .shift import ideal_offset, is_instructive, to_action
 
 ROUNDS = (0.25, 0.60, 1.0)
 """Shares of the practice after which the fit is renewed: rounds of 25, 35 and 40 %."""
@@ -86,9 +86,9 @@ class OnPolicyRegression(Learner):
 
     def learn(self, outcome: Outcome) -> None:
         """Add the throws to the data; renew the fit when a round is over."""
-        usable = instructive(outcome)
+        usable = is_instructive(outcome)
         self._features.append(outcome.observation.features[usable].astype(np.float64))
-        self._shifts.append(ideal_shift(outcome, self._correction)[usable])
+        self._shifts.append(ideal_offset(outcome, self._correction)[usable])
         self._count += int(usable.sum())
         if self._exploring:
             due = bool(self._rounds) and self._count >= self._rounds[0]
@@ -119,10 +119,10 @@ class OnPolicyRegression(Learner):
             return
         self._regressor.restore(state)
         try:
-            found = self._regressor.predict(np.zeros((1, self._width))).shape
+            shape = self._regressor.predict(np.zeros((1, self._width))).shape
         except ValueError:  # numpy's word for shapes that do not go together
-            found = None
-        if found != (1, self._correction.count):
+            shape = None
+        if shape != (1, self._correction.count):
             raise UsageError(
                 f"what {self.name!r} learned does not fit: here an observation has {self._width} entries and a shift "
                 f"{self._correction.count} numbers"

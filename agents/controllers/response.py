@@ -46,28 +46,28 @@ class _Kernel:
 
     def smooth(self, a: Floats, b: Floats) -> Floats:
         """Covariance of the map (A, B) at offsets (A, E) and (B, E): OFFSET^2 + SLOPE^2 a b + nonlinear part."""
-        return OFFSET**2 + SLOPE**2 * (a @ b.T) + self._bent(a, b)
+        return OFFSET**2 + SLOPE**2 * (a @ b.T) + self._nonlinear(a, b)
 
     def slope(self, a: Floats, b: Floats) -> Floats:
         """Derivative of `smooth` by one offset `a` (E,): (E, B)."""
         pull = (b - a) / self.length**2
-        return SLOPE**2 * b.T + (self._bent(a[None], b)[0][:, None] * pull).T
+        return SLOPE**2 * b.T + (self._nonlinear(a[None], b)[0][:, None] * pull).T
 
     def rough(self, a: Floats, b: Floats) -> Floats:
         """Covariance of the repeatable error at equal offsets, which `smooth` does not contain (A, B)."""
-        same = (a[:, None] == b).all(axis=2)
-        return np.where(same, self.repeats * self.noise**2, 0.0)
+        is_same = (a[:, None] == b).all(axis=2)
+        return np.where(is_same, self.repeats * self.noise**2, 0.0)
 
-    def observed(self, a: Floats) -> Floats:
+    def measured(self, a: Floats) -> Floats:
         """Covariance of errors measured at offsets (A, E): (A, A)."""
-        rest = (1.0 - self.repeats) * self.noise**2
-        return self.smooth(a, a) + self.rough(a, a) + rest * np.eye(len(a))
+        scatter = (1.0 - self.repeats) * self.noise**2
+        return self.smooth(a, a) + self.rough(a, a) + scatter * np.eye(len(a))
 
     def variance(self, a: Floats) -> Floats:
         """Prior variance of the error of one throw (A,)."""
         return OFFSET**2 + SLOPE**2 * (a**2).sum(axis=1) + self.bend**2 + self.noise**2
 
-    def _bent(self, a: Floats, b: Floats) -> Floats:
+    def _nonlinear(self, a: Floats, b: Floats) -> Floats:
         square = ((a[:, None] - b) ** 2).sum(axis=2)
         return self.bend**2 * np.exp(-0.5 * square / self.length**2)
 
@@ -75,7 +75,7 @@ class _Kernel:
 _KERNELS: Final = tuple(_Kernel(n, *bend, share) for n in NOISE for bend in BENDS for share in REPEATABLE)
 
 
-def _solved(factor: Floats, right: Floats, *, transposed: bool = False) -> Floats:
+def _solve(factor: Floats, right: Floats, *, transposed: bool = False) -> Floats:
     """Solution x of L x = right, or of L^T x = right, for a lower triangle L."""
     scipy = importlib.import_module("scipy.linalg")  # at first use, because it takes a while
     return np.asarray(scipy.solve_triangular(factor, right, lower=True, trans=int(transposed), check_finite=False))
@@ -95,14 +95,14 @@ class Response:
         surprise = error - shift
         repeated = len(np.unique(shift, axis=0)) < len(shift)
         kernels = [k for k in _KERNELS if repeated or k.repeats == REPEATABLE[0]]
-        factors: list[Floats] = [np.asarray(np.linalg.cholesky(k.observed(shift)), np.float64) for k in kernels]
-        whitened = [_solved(factor, surprise) for factor in factors]
+        factors: list[Floats] = [np.asarray(np.linalg.cholesky(k.measured(shift)), np.float64) for k in kernels]
+        whitened = [_solve(factor, surprise) for factor in factors]
         # Log-likelihood of each error under each kernel, up to a constant.
         fits = [-0.5 * (w**2).sum(axis=0) - np.log(f.diagonal()).sum() for w, f in zip(whitened, factors, strict=True)]
         best: list[int] = np.array(fits).argmax(axis=0).tolist()
         self._kernels = [kernels[i] for i in best]
         self._factors = [factors[i] for i in best]
-        self._weights = [_solved(factors[i], whitened[i][:, e], transposed=True) for e, i in enumerate(best)]
+        self._weights = [_solve(factors[i], whitened[i][:, e], transposed=True) for e, i in enumerate(best)]
 
     def error(self, shift: Floats) -> Floats:
         """Smooth part of the error (N, E) expected at offsets (N, E)."""
@@ -118,8 +118,8 @@ class Response:
         """Standard deviation (N, E) of the errors of throws with new offsets (N, E), scatter included."""
         parts: list[Floats] = []
         for kernel, factor in zip(self._kernels, self._factors, strict=True):
-            known = _solved(factor, kernel.smooth(self._shift, shift))
-            parts.append(kernel.variance(shift) - (known**2).sum(axis=0))
+            explained = _solve(factor, kernel.smooth(self._shift, shift))
+            parts.append(kernel.variance(shift) - (explained**2).sum(axis=0))
         return np.sqrt(np.maximum(np.stack(parts, axis=1), 1e-12))
 
     def jacobian(self, shift: Floats) -> Floats:
@@ -131,20 +131,20 @@ class Response:
 def gauss_newton(response: Response, weight: Floats, start: Floats) -> Floats:
     """Offset (E,) within [-1, 1] after damped Gauss-Newton steps from `start` (E,) on weighted errors."""
     best, damping = start, LEAST_DAMPING
-    error, jacobian = _weighted(response, weight, best)
+    error, jacobian = _weigh(response, weight, best)
     for _ in range(ITERATIONS):
         square = jacobian.T @ jacobian + damping * np.eye(len(start))
         trial = np.clip(best - np.linalg.solve(square, jacobian.T @ error), -1.0, 1.0)
-        found, slope = _weighted(response, weight, trial)
-        if found @ found < error @ error:
-            best, error, jacobian = trial, found, slope
+        trial_error, trial_jacobian = _weigh(response, weight, trial)
+        if trial_error @ trial_error < error @ error:
+            best, error, jacobian = trial, trial_error, trial_jacobian
             damping = max(0.1 * damping, LEAST_DAMPING)
         else:
             damping = 10.0 * max(damping, MORE_DAMPING)
     return best
 
 
-def _weighted(response: Response, weight: Floats, shift: Floats) -> tuple[Floats, Floats]:
+def _weigh(response: Response, weight: Floats, shift: Floats) -> tuple[Floats, Floats]:
     return weight * response.error(shift[None])[0], weight[:, None] * response.jacobian(shift)
 
 

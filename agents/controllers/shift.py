@@ -11,12 +11,12 @@ from ..ground.cli import UsageError
 from .protocol import Actions, Outcome
 
 
-def to_action(shift: Floats, correction: Correction) -> Actions:
-    """Actions (N, E) that offset the planned outcome by `shift` (N, E), clipped to [-1, 1]."""
-    return np.clip(shift / correction.scale, -1.0, 1.0).astype(np.float32)
+def to_action(offset: Floats, correction: Correction) -> Actions:
+    """Actions (N, E) that offset the planned outcome by `offset` (N, E), clipped to [-1, 1]."""
+    return np.clip(offset / correction.scale, -1.0, 1.0).astype(np.float32)
 
 
-def ideal_shift(outcome: Outcome, correction: Correction) -> Floats:
+def ideal_offset(outcome: Outcome, correction: Correction) -> Floats:
     """Offset (N, E) that would have brought each throw to its goal.
 
     The outcome is assumed to follow the offset one to one: the offset of the action minus the error. The result is
@@ -25,17 +25,17 @@ def ideal_shift(outcome: Outcome, correction: Correction) -> Floats:
     return np.clip(outcome.action * correction.scale - outcome.error, -correction.scale, correction.scale)
 
 
-def instructive(outcome: Outcome) -> Bools:
+def is_instructive(outcome: Outcome) -> Bools:
     """Whether each throw (N,) was executed as asked and its error was measured."""
     return np.isfinite(outcome.error).all(axis=1) & ~outcome.clipped
 
 
-def check_width(shift: Floats, correction: Correction, name: str) -> None:
+def check_width(offset: Floats, correction: Correction, name: str) -> None:
     """Check that the learned offsets (M, E) of a controller have the number of coordinates of this cell.
 
     Raises:
         UsageError: the number of coordinates differs.
     """
-    found, needed = shift.shape[1], correction.count
-    if found != needed:
-        raise UsageError(f"what {name!r} learned are shifts of {found} numbers; here they have {needed}")
+    count, required = offset.shape[1], correction.count
+    if count != required:
+        raise UsageError(f"what {name!r} learned are shifts of {count} numbers; here they have {required}")

@@ -22,7 +22,7 @@ STATE: Final = re.compile(r"\w[\w .:-]*")
 """Pattern of the names of the arrays that a controller saves."""
 
 
-def steps_to_practise(
+def practice_steps(
     controller: Controller, usual: int, practice: int | None, load: Path | None, save: Path | None
 ) -> int:
     """Load a learning controller's state, and return its number of steps of practice.
@@ -50,7 +50,7 @@ def steps_to_practise(
 
 def save_state(controller: Learner, path: Path) -> None:
     """Write the learned state of a controller to a .npz file, atomically."""
-    arrays: dict[str, Any] = {"controller": np.array(knowledge(controller)[0]), **controller.state()}
+    arrays: dict[str, Any] = {"controller": np.array(compatible_names(controller)[0]), **controller.state()}
 
     def write(temporary: Path) -> None:
         with temporary.open("wb") as file:  # given a name, numpy would append a suffix
@@ -66,9 +66,9 @@ def load_state(controller: Learner, path: Path) -> None:
         UsageError: the file is missing or damaged, or belongs to another controller.
     """
     owner, state = read_state(path)
-    wanted = knowledge(controller)
-    if owner not in wanted:
-        raise UsageError(f"{str(path)!r} was saved by {owner!r}, not by {' or '.join(map(repr, wanted))}")
+    names = compatible_names(controller)
+    if owner not in names:
+        raise UsageError(f"{str(path)!r} was saved by {owner!r}, not by {' or '.join(map(repr, names))}")
     try:
         controller.restore(state)
     except UsageError:
@@ -77,7 +77,7 @@ def load_state(controller: Learner, path: Path) -> None:
         raise UsageError(f"{str(path)!r} holds no state of {owner!r} that is understood here") from None
 
 
-def knowledge(controller: Learner) -> tuple[str, ...]:
+def compatible_names(controller: Learner) -> tuple[str, ...]:
     """Names of controllers whose state a controller can load, its own first; adaptive ones contain a static policy."""
     if not isinstance(controller, Adaptive):
         return (controller.name,)
@@ -94,7 +94,7 @@ def read_state(path: Path) -> tuple[str, dict[str, np.ndarray]]:
         state = arrays_of(path, STATE)
         return str(state.pop("controller")), state
     except AccessError as error:
-        said = f"holds no saved controller: {error}" if str(error) != MISSING else "does not exist"
-        raise UsageError(f"{str(path)!r} {said}") from None
+        reason = f"holds no saved controller: {error}" if str(error) != MISSING else "does not exist"
+        raise UsageError(f"{str(path)!r} {reason}") from None
     except Exception:  # a damaged or foreign file may raise anything
         raise UsageError(f"{str(path)!r} holds no saved controller") from None

@@ -18,7 +18,7 @@ from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
 
 from .ballistic import later_release
-from .filters import BIN_CAMERA, NOISE, SURPRISE, Filters, landing
+from .filters import BIN_CAMERA, NOISE, SURPRISE, Filters, landing_offset
 from .protocol import State
 
 TURNING: Final = 0.02
@@ -53,7 +53,7 @@ class Tracker(Protocol):
 
 
 @final
-class Nothing(Tracker):
+class NoTracker(Tracker):
     """Tracker that expects no effect."""
 
     def effect(self, throws: Floats) -> Floats:
@@ -84,8 +84,8 @@ class RunningMean(Tracker):
         """Move the mean towards z; a far landing counts as `SURPRISE` deviations off."""
         self._count[rows] += 1.0
         weight = np.maximum(1.0 / (self._count + self._prior), self._rate)
-        most = SURPRISE * np.array(NOISE)
-        step = np.clip(z - self._mean, -most, most) * weight[:, None]
+        limit = SURPRISE * np.array(NOISE)
+        step = np.clip(z - self._mean, -limit, limit) * weight[:, None]
         self._mean = np.where(rows[:, None], self._mean + step, self._mean)
 
     def effect(self, throws: Floats) -> Floats:
@@ -93,13 +93,13 @@ class RunningMean(Tracker):
         return self._mean.copy()
 
 
-def lateness(plan: dict[str, Floats]) -> Floats:
+def delay_effect(plan: dict[str, Floats]) -> Floats:
     """Change of the landing distance per second of release delay, to first order (N,) [m/s]."""
     little = 1e-3
     return later_release(plan, little) / little
 
 
-def effects(throws: Floats, camera_x: float) -> Floats:
+def drift_effects(throws: Floats, camera_x: float) -> Floats:
     """Effects of 1 s delay, 1 m camera offset along x and y, and an encoder error of 1 on landings (N, 2, 4).
 
     In closed form, to first order: a later release on the throw line; a grasp offset shifts the whole flight; an
@@ -109,14 +109,14 @@ def effects(throws: Floats, camera_x: float) -> Floats:
         throws: observations (N, D).
         camera_x: place where the camera sees objects [m].
     """
-    seen = TABLE.decode(throws)
-    far_x, far_y = seen["target_x"] - seen["pick_x"], seen["target_y"] - seen["pick_y"]
-    size = np.maximum(np.hypot(far_x, far_y), 1e-9)
-    ex, ey = far_x / size, far_y / size
-    late = lateness(seen)
-    way = seen["pick_x"] - camera_x
-    along = np.stack([late, ex, ey, way * ex], axis=-1)
-    across = np.stack([np.zeros_like(ex), -ey, ex, -way * ey], axis=-1)
+    features = TABLE.decode(throws)
+    throw_x, throw_y = features["target_x"] - features["pick_x"], features["target_y"] - features["pick_y"]
+    size = np.maximum(np.hypot(throw_x, throw_y), 1e-9)
+    ex, ey = throw_x / size, throw_y / size
+    delay = delay_effect(features)
+    ride = features["pick_x"] - camera_x
+    along = np.stack([delay, ex, ey, ride * ex], axis=-1)
+    across = np.stack([np.zeros_like(ex), -ey, ex, -ride * ey], axis=-1)
     return np.stack([along, across], axis=1)
 
 
@@ -143,29 +143,31 @@ class Kalman(Tracker):
         priors = np.tile(np.diag(np.square(prior)), (2, 1, 1))
         walks = np.stack([np.zeros((4, 4)), np.diag(np.square(walk))])
         self._camera_x = camera_x
-        self._of = partial(Filters, priors=priors, beliefs=(0.5, 0.5), walks=walks, turning=TURNING, camera=noise)
-        self._filters = self._of((0,))
+        self._make_filters = partial(
+            Filters, priors=priors, beliefs=(0.5, 0.5), walks=walks, turning=TURNING, camera=noise
+        )
+        self._filters = self._make_filters((0,))
 
     def begin(self, rows: Bools) -> None:
         """Reset some rows to the prior."""
         if len(rows) != len(self._filters.state):
-            self._filters = self._of((len(rows),))
+            self._filters = self._make_filters((len(rows),))
         self._filters.begin(np.flatnonzero(rows))
 
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
         """Update both filters in the selected rows; the random walk advances in every row."""
-        here = np.flatnonzero(rows)
-        self._filters.learn(here, effects(throws[here], self._camera_x), z[here])
-        self._filters.wander()
+        selected = np.flatnonzero(rows)
+        self._filters.learn(selected, drift_effects(throws[selected], self._camera_x), z[selected])
+        self._filters.add_walk()
 
     def effect(self, throws: Floats) -> Floats:
         """Effect by the present estimate (N, 2)."""
-        return landing(effects(throws, self._camera_x), self._filters.estimate(np.arange(len(throws))))
+        return landing_offset(drift_effects(throws, self._camera_x), self._filters.estimate(np.arange(len(throws))))
 
 
-FOLLOWED: Final = ("release_speed", "elevation", "flight_time", "distance", "pick_x", "target_x")
+RIDGE_FEATURES: Final = ("release_speed", "elevation", "flight_time", "distance", "pick_x", "target_x")
 """Features of the plan in which the effect of `RecursiveRidge` is linear, beside a constant."""
-_COLUMNS: Final = [[one.name for one in FEATURES].index(name) for name in FOLLOWED]
+_COLUMNS: Final = [[feature.name for feature in FEATURES].index(name) for name in RIDGE_FEATURES]
 
 
 @final
@@ -183,25 +185,25 @@ class RecursiveRidge(Tracker):
 
     def begin(self, rows: Bools) -> None:
         """Reset the fit of some rows."""
-        size = len(FOLLOWED) + 1
+        size = len(RIDGE_FEATURES) + 1
         if len(rows) != len(self._left):
             self._left, self._right = np.zeros((len(rows), size, size)), np.zeros((len(rows), size, 2))
         self._left[rows], self._right[rows] = 0.0, 0.0
 
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
         """Add a throw to the normal equations."""
-        one, most = _regressors(throws), 3.0 * SURPRISE * np.array(NOISE)
-        z = np.clip(z, -most, most)
-        left = self._forget * self._left + one[:, :, None] * one[:, None, :]
-        right = self._forget * self._right + one[:, :, None] * z[:, None, :]
+        regressors, limit = _regressors(throws), 3.0 * SURPRISE * np.array(NOISE)
+        z = np.clip(z, -limit, limit)
+        left = self._forget * self._left + regressors[:, :, None] * regressors[:, None, :]
+        right = self._forget * self._right + regressors[:, :, None] * z[:, None, :]
         self._left = np.where(rows[:, None, None], left, self._left)
         self._right = np.where(rows[:, None, None], right, self._right)
 
     def effect(self, throws: Floats) -> Floats:
         """Effect by the present fit (N, 2)."""
-        one = _regressors(throws)
-        weights = np.linalg.solve(self._left + self._penalty * np.eye(one.shape[1]), self._right)
-        return np.einsum("nf,nfe->ne", one, weights)
+        regressors = _regressors(throws)
+        weights = np.linalg.solve(self._left + self._penalty * np.eye(regressors.shape[1]), self._right)
+        return np.einsum("nf,nfe->ne", regressors, weights)
 
 
 def _regressors(throws: Floats) -> Floats:
@@ -210,7 +212,7 @@ def _regressors(throws: Floats) -> Floats:
 
 
 @final
-class Known(Tracker):
+class OracleTracker(Tracker):
     """Oracle tracker: reads the true drift of the cells, and predicts its effect as `Kalman` does, without draught.
 
     Args:
@@ -224,4 +226,4 @@ class Known(Tracker):
         """Effect of the true drift (N, 2)."""
         drift = self._core.context.drift
         state = np.concatenate([drift.delay[:, None], drift.camera, drift.encoder[:, None]], axis=1)
-        return landing(effects(throws, self._core.config.belt.camera_x), state)
+        return landing_offset(drift_effects(throws, self._core.config.belt.camera_x), state)

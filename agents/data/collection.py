@@ -23,7 +23,7 @@ from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of
 from ..controllers.protocol import Controller, Learner, State
 from ..ground.environments import Env, Role, make_vector, stream_seed
 from ..jobs.code import code_digest
-from ..jobs.parcel import own_code
+from ..jobs.parcel import user_code_digest
 from ..jobs.work import Job, key
 from ..judging.trials import trial_of
 from .episodes import Episode, episode_seeds, episodes
@@ -50,7 +50,7 @@ reads."""
 
 @final
 @dataclass(frozen=True)
-class Thrower:
+class ControllerRecipe:
     """A controller as data, from which any machine can build the controller.
 
     Attributes:
@@ -65,7 +65,7 @@ class Thrower:
     trust: bool
     state: State | None
 
-    def made(self, env: Env, seed: int) -> Controller:
+    def build(self, env: Env, seed: int) -> Controller:
         """The controller for an environment, with its random generators reset to the seed."""
         with TemporaryDirectory() as folder:
             for path, content in self.files.items():
@@ -98,7 +98,7 @@ class Collection:
         mode: action mode.
         num_envs: largest number of cells side by side.
         episode: largest or approximate number of throws in an episode.
-        thrower: the controller.
+        recipe: the controller.
         role: purpose of the throws, which separates their random streams.
         seed: seed of the throws.
     """
@@ -108,7 +108,7 @@ class Collection:
     mode: str
     num_envs: int
     episode: int
-    thrower: Thrower
+    recipe: ControllerRecipe
     role: Role
     seed: int
 
@@ -123,22 +123,22 @@ class Collection:
 
     def _key(self) -> str:
         level = self.level
-        said, files = (level, ()) if isinstance(level, str) else (level.model_dump(mode="json"), level.files())
+        level_data, files = (level, ()) if isinstance(level, str) else (level.model_dump(mode="json"), level.files())
         return key(
             env=self.env,
-            level=said,
+            level=level_data,
             files=[hashlib.sha256(bytes_of(file, MOST_NUMBERS)).hexdigest() for file in files],
             settings=[self.mode, self.num_envs, self.role, self.seed],
-            thrower=self.thrower.digest(),
+            thrower=self.recipe.digest(),
             code=code_digest(_CODE, ["agents.data.collection"]),
-            own=[own_code(name) for name in self.modules],
+            own=[user_code_digest(name) for name in self.modules],
         )
 
     @property
     def modules(self) -> list[str]:
         """Names of the user's modules that the jobs import."""
-        named = [self.env, *([] if self.thrower.files else [self.thrower.name])]
-        return sorted({name.partition(":")[0] for name in named if ":" in name})
+        names = [self.env, *([] if self.recipe.files else [self.recipe.name])]
+        return sorted({name.partition(":")[0] for name in names if ":" in name})
 
 
 def collect(collection: Collection, number: int, throws: int, _folder: Path) -> bytes:
@@ -146,59 +146,59 @@ def collect(collection: Collection, number: int, throws: int, _folder: Path) -> 
     role, seed = collection.role, collection.seed
     rows = min(collection.num_envs, -(-throws // collection.episode))  # further rows would simulate unneeded throws
     with closing(make_vector(collection.env, collection.level, rows, 1, collection.mode)) as env:
-        controller = collection.thrower.made(env, stream_seed(role, seed, number))
-        return packed(episodes(controller, env, throws, episode_seeds(role, seed, number)))
+        controller = collection.recipe.build(env, stream_seed(role, seed, number))
+        return pack_episodes(episodes(controller, env, throws, episode_seeds(role, seed, number)))
 
 
-def packed(found: Iterable[Episode]) -> bytes:
+def pack_episodes(episode_stream: Iterable[Episode]) -> bytes:
     """Episodes as a NumPy archive of plain arrays."""
-    whole = list(found)
+    whole = list(episode_stream)
     arrays: dict[str, Any] = {
-        "seed": np.array([one.seed for one in whole]),
-        "terminated": np.array([one.terminated for one in whole]),
-        "actions": np.concatenate([one.actions for one in whole]),
-        "rewards": np.concatenate([one.rewards for one in whole]),
-        "lengths": np.array([len(one) for one in whole]),
-        "figures": np.array([json.dumps(one.figures) for one in whole]),
+        "seed": np.array([episode.seed for episode in whole]),
+        "terminated": np.array([episode.terminated for episode in whole]),
+        "actions": np.concatenate([episode.actions for episode in whole]),
+        "rewards": np.concatenate([episode.rewards for episode in whole]),
+        "lengths": np.array([len(episode) for episode in whole]),
+        "figures": np.array([json.dumps(episode.figures) for episode in whole]),
     }
     for name in ("observations", "told", "hidden"):
-        arrays |= _joined(name, [getattr(one, name) for one in whole])
+        arrays |= _join_arrays(name, [getattr(episode, name) for episode in whole])
     file = io.BytesIO()
     np.savez(file, **arrays)
     return file.getvalue()
 
 
-def unpacked(file: Path) -> Iterator[Episode]:
-    """Episodes of an archive that `packed` has written."""
+def unpack_episodes(file: Path) -> Iterator[Episode]:
+    """Episodes of an archive that `pack_episodes` has written."""
     arrays = arrays_of(file, PARTS, MOST_CHUNK)
-    throws = np.cumsum(arrays["lengths"])[:-1]
-    seen = np.cumsum(arrays["lengths"] + 1)[:-1]  # an episode has one observation more than throws
+    throw_ends = np.cumsum(arrays["lengths"])[:-1]
+    observation_ends = np.cumsum(arrays["lengths"] + 1)[:-1]  # an episode has one observation more than throws
     count = len(arrays["seed"])
     columns = (
         arrays["seed"].tolist(),
-        _parted("observations", arrays, seen, count),
-        np.split(arrays["actions"], throws),
-        np.split(arrays["rewards"], throws),
+        _split_arrays("observations", arrays, observation_ends, count),
+        np.split(arrays["actions"], throw_ends),
+        np.split(arrays["rewards"], throw_ends),
         arrays["terminated"].tolist(),
-        _parted("told", arrays, seen, count),
-        _parted("hidden", arrays, throws, count),
+        _split_arrays("told", arrays, observation_ends, count),
+        _split_arrays("hidden", arrays, throw_ends, count),
         map(json.loads, arrays["figures"].tolist()),
     )
     return (Episode(*row) for row in zip(*columns, strict=True))
 
 
-def _joined(name: str, parts: list[Any]) -> dict[str, NDArray[Any]]:
+def _join_arrays(name: str, parts: list[Any]) -> dict[str, NDArray[Any]]:
     """Concatenated arrays of episodes; arrays in nested mappings are named by their path."""
     if not isinstance(parts[0], Mapping):
         return {name: np.concatenate(parts)}
-    inner = [_joined(f"{name}/{one}", [part[one] for part in parts]) for one in parts[0]]
+    inner = [_join_arrays(f"{name}/{part_name}", [part[part_name] for part in parts]) for part_name in parts[0]]
     return {path: array for arrays in inner for path, array in arrays.items()}
 
 
-def _parted(name: str, arrays: Mapping[str, NDArray[Any]], ends: NDArray[Any], count: int) -> list[Any]:
-    """Arrays or nested mappings of each episode, from the arrays that `_joined` has concatenated."""
+def _split_arrays(name: str, arrays: Mapping[str, NDArray[Any]], ends: NDArray[Any], count: int) -> list[Any]:
+    """Arrays or nested mappings of each episode, from the arrays that `_join_arrays` has concatenated."""
     if name in arrays:
         return np.split(arrays[name], ends)
     below = dict.fromkeys(path[len(name) + 1 :].partition("/")[0] for path in arrays if path.startswith(f"{name}/"))
-    parts = {one: _parted(f"{name}/{one}", arrays, ends, count) for one in below}
-    return [{one: part[n] for one, part in parts.items()} for n in range(count)]
+    parts = {part_name: _split_arrays(f"{name}/{part_name}", arrays, ends, count) for part_name in below}
+    return [{part_name: part[n] for part_name, part in parts.items()} for n in range(count)]

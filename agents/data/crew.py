@@ -21,13 +21,13 @@ from ..jobs.cluster import Needs
 from ..jobs.work import Pool, keep_missing
 from ..judging.trial import Trial
 from ..learning.trained import files_of
-from .collection import Collection, Thrower, unpacked
+from .collection import Collection, ControllerRecipe, unpack_episodes
 from .episodes import Episode
 from .tally import Scores
 
 EXPERT: Final = "expert"
 """As `--controller`: the controller that `--expert` names."""
-SAID: Final = ("config", "cell", "item_names")
+CORE_ATTRIBUTES: Final = ("config", "cell", "item_names")
 """Attributes that the core of an environment must have for a dataset's metadata."""
 
 
@@ -59,7 +59,7 @@ class Crew:
         trust: bool = False,
         practice: int | None = None,
     ) -> None:
-        missing = [part for part in SAID if not hasattr(trial.core, part)]
+        missing = [part for part in CORE_ATTRIBUTES if not hasattr(trial.core, part)]
         if missing:
             raise UsageError(f"environment {env_id!r} cannot be collected: its core has no {' and no '.join(missing)}")
         self.trial, self.env_id, self.seed = trial, env_id, seed
@@ -67,12 +67,12 @@ class Crew:
         expert = expert or trial.expert(env_id)
         chosen = expert if controller == EXPERT else controller
         self.chosen = (expert, chosen)
-        self.lowest, self.highest, self.thrower = (self._made(name) for name in ("random", expert, chosen))
+        self.lowest, self.highest, self.thrower = (self._make_controller(name) for name in ("random", expert, chosen))
         self.label = EXPERT if controller == EXPERT else self.thrower.name
         """Part of the dataset's name."""
-        self.expert, self.algorithm = _described(self.highest, expert), _described(self.thrower, chosen)
+        self.expert, self.algorithm = _describe(self.highest, expert), _describe(self.thrower, chosen)
 
-    def collection(self, controller: Controller, given: str, role: Role) -> Collection:
+    def collection(self, controller: Controller, policy_name: str, role: Role) -> Collection:
         """Collection of throws by one of the controllers, which first practises if it learns."""
         core, config = self.trial.core, self.trial.core.config
         return Collection(
@@ -81,7 +81,7 @@ class Crew:
             mode=core.action_mode,
             num_envs=self.trial.env.num_envs,
             episode=getattr(core.cell, "episode", 1),
-            thrower=self._thrower(controller, given),
+            recipe=self._recipe(controller, policy_name),
             role=role,
             seed=self.seed,
         )
@@ -92,7 +92,7 @@ class Crew:
             return 0
         return self.trial.practice(controller) if self._practice is None else self._practice
 
-    def _thrower(self, controller: Controller, given: str) -> Thrower:
+    def _recipe(self, controller: Controller, policy_name: str) -> ControllerRecipe:
         state = None
         if isinstance(controller, Learner):
             controller.reset(self.seed)
@@ -101,17 +101,19 @@ class Crew:
                 advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=practice))
                 self.trial.practise(controller, practice, self.seed, progress=advance)
             state = controller.state()
-        place = at(given)
-        is_trained = os.path.isdir(place) or given.endswith((".zip", ".npz"))
+        place = at(policy_name)
+        is_trained = os.path.isdir(place) or policy_name.endswith((".zip", ".npz"))
         files = files_of(place) if is_trained else {}
-        return Thrower(Path(given).resolve().name if is_trained else given, files, self._trust, state)
+        return ControllerRecipe(
+            Path(policy_name).resolve().name if is_trained else policy_name, files, self._trust, state
+        )
 
-    def _made(self, name: str) -> Controller:
+    def _make_controller(self, name: str) -> Controller:
         return self.trial.controller(name, trust=self._trust)
 
 
 @final
-class Thrown:
+class EpisodeStore:
     """Collected throws of a crew's controllers, kept in a folder; kept throws are not collected again.
 
     Args:
@@ -123,30 +125,30 @@ class Thrown:
     """
 
     def __init__(
-        self, crew: Crew, folder: Path, throws: int, score_throws: int, hands: Callable[[Needs], Pool]
+        self, crew: Crew, folder: Path, throws: int, score_throws: int, make_pool: Callable[[Needs], Pool]
     ) -> None:
         self._folder = folder
-        planned = (
+        plans = (
             ("random", crew.collection(crew.lowest, "random", "evaluate"), score_throws),
             ("expert", crew.collection(crew.highest, crew.chosen[0], "evaluate"), score_throws),
             ("throws", crew.collection(crew.thrower, crew.chosen[1], "dataset"), throws),
         )
-        jobs = {name: collection.jobs(name, throws) for name, collection, throws in planned}
-        modules = sorted({module for _, collection, _ in planned for module in collection.modules})
-        models = [path for _, one, _ in planned for path in one.thrower.files if path.endswith(".zip")]
-        workers = hands(Needs(tuple(modules), torch=bool(models)))
+        jobs = {name: collection.jobs(name, throws) for name, collection, throws in plans}
+        modules = sorted({module for _, collection, _ in plans for module in collection.modules})
+        models = [path for _, one, _ in plans for path in one.recipe.files if path.endswith(".zip")]
+        workers = make_pool(Needs(tuple(modules), torch=bool(models)))
         unit = f"{crew.trial.step}s"
         files = iter(keep_missing([*chain(*jobs.values())], folder, workers, unit=unit))
-        self._files = {name: [next(files) for _ in some] for name, some in jobs.items()}
-        self._throws = {name: throws for name, _, throws in planned}
+        self._files = {name: [next(files) for _ in chunks] for name, chunks in jobs.items()}
+        self._throws = {name: throws for name, _, throws in plans}
 
     def episodes(self, name: str = "throws") -> Iterator[Episode]:
         """Episodes of the dataset, of random actions or of the expert, up to the number of throws asked for."""
-        done = 0
-        for episode in chain.from_iterable(map(unpacked, self._files[name])):
-            if done >= self._throws[name]:
+        throws_done = 0
+        for episode in chain.from_iterable(map(unpack_episodes, self._files[name])):
+            if throws_done >= self._throws[name]:
                 return
-            done += len(episode)
+            throws_done += len(episode)
             yield episode
 
     def scores(self) -> Scores:
@@ -167,6 +169,6 @@ class Thrown:
             self._folder.rmdir()
 
 
-def _described(controller: Controller, given: str) -> str:
+def _describe(controller: Controller, policy_name: str) -> str:
     """Description of a controller: its name and the name of its folder, without the folder's path."""
-    return f"{controller.name} of {Path(given).name}" if os.path.isdir(at(given)) else controller.name
+    return f"{controller.name} of {Path(policy_name).name}" if os.path.isdir(at(policy_name)) else controller.name

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Floats
 
 from ..controllers.protocol import Controller
-from ..ground.environments import Env, Role, cores_of, hidden_of
+from ..ground.environments import Env, Role, cores_of, get_hidden
 from ..judging.loop import observed
 from ..judging.throws.data import results
 
@@ -75,21 +75,21 @@ def episodes(controller: Controller, env: Env, throws: int, seeds: Iterator[int]
         throws: number of throws of all episodes together; the last episode is completed.
         seeds: seeds of the episodes.
     """
-    done = following = 0
+    throws_done = following = 0
     finished: dict[int, Episode] = {}
-    for number, found in _played(controller, env, seeds):
-        finished[number] = found
+    for number, ended in _play_episodes(controller, env, seeds):
+        finished[number] = ended
         while following in finished:
             episode = finished.pop(following)
             yield episode
-            following, done = following + 1, done + len(episode)
-            if done >= throws:
+            following, throws_done = following + 1, throws_done + len(episode)
+            if throws_done >= throws:
                 return
 
 
 @final
 @dataclass
-class _Open:
+class _OpenEpisode:
     """An episode that has not ended, with its steps so far."""
 
     number: int
@@ -97,10 +97,10 @@ class _Open:
     observations: list[Any] = field(default_factory=list)
     actions: list[Any] = field(default_factory=list)
     rewards: list[float] = field(default_factory=list)
-    told: list[Mapping[str, Any]] = field(default_factory=list)
+    infos: list[Mapping[str, Any]] = field(default_factory=list)
     hidden: list[Mapping[str, Any]] = field(default_factory=list)
 
-    def closed(self, space: gym.Space[Any], terminated: bool, figures: Mapping[str, Any]) -> Episode:
+    def close(self, space: gym.Space[Any], terminated: bool, figures: Mapping[str, Any]) -> Episode:
         """The finished episode, with its steps as arrays."""
         return Episode(
             seed=self.seed,
@@ -108,68 +108,74 @@ class _Open:
             actions=np.stack(self.actions),
             rewards=np.array(self.rewards, dtype=np.float64),
             terminated=terminated,
-            told=_columns(self.told, names=chain.from_iterable(self.told[1:])),
+            told=_columns(self.infos, names=chain.from_iterable(self.infos[1:])),
             hidden=_columns(self.hidden, names=self.hidden[0]),
             figures=figures,
         )
 
 
-def _played(controller: Controller, env: Env, seeds: Iterator[int]) -> Iterator[tuple[int, Episode]]:
+def _play_episodes(controller: Controller, env: Env, seeds: Iterator[int]) -> Iterator[tuple[int, Episode]]:
     """Endless episodes as they end, each with its index among the seeds."""
     begun = zip(count(), seeds, strict=False)
     cores, over = cores_of(env), np.ones(env.num_envs, dtype=np.bool_)
-    rows = [_Open(*next(begun)) for _ in range(env.num_envs)]
-    seen, coming = _begin(env, rows, over, {})
+    rows = [_OpenEpisode(*next(begun)) for _ in range(env.num_envs)]
+    observations, coming = _begin_episodes(env, rows, over, {})
     while True:
         kind = coming.get("kind", np.zeros(env.num_envs))
-        action = _given(env.single_action_space, controller.act(observed(seen, kind)))
-        hidden = _beside([hidden_of(core) for core in cores])
-        seen, reward, terminated, truncated, info = env.step(action)
-        over, told, last = terminated | truncated, _told(info, coming, env.num_envs), _last(env, seen, info)
+        action = _clip_actions(env.single_action_space, controller.act(observed(observations, kind)))
+        hidden = _concatenate_rows([get_hidden(core) for core in cores])
+        observations, reward, terminated, truncated, info = env.step(action)
+        over, infos, last = (
+            terminated | truncated,
+            _throw_infos(info, coming, env.num_envs),
+            _last_observations(env, observations, info),
+        )
         for row, episode in enumerate(rows):
             episode.observations.append(last[row])
             episode.actions.append(action[row])
             episode.rewards.append(float(reward[row]))
-            episode.told.append(_row(told, row))
+            episode.infos.append(_row(infos, row))
             episode.hidden.append(_row(hidden, row))
         for row in np.flatnonzero(over):
             figures = _figures(info, int(row), env.num_envs)
-            yield rows[row].number, rows[row].closed(env.single_observation_space, bool(terminated[row]), figures)
-            rows[row] = _Open(*next(begun))
-        coming = {name: told[name] for name in coming if name in told}
+            yield rows[row].number, rows[row].close(env.single_observation_space, bool(terminated[row]), figures)
+            rows[row] = _OpenEpisode(*next(begun))
+        coming = {name: infos[name] for name in coming if name in infos}
         if over.any():
-            seen, coming = _begin(env, rows, over, coming)
+            observations, coming = _begin_episodes(env, rows, over, coming)
 
 
-def _begin(env: Env, rows: Sequence[_Open], chosen: Bools, before: Rows) -> tuple[Any, Rows]:
+def _begin_episodes(env: Env, rows: Sequence[_OpenEpisode], chosen: Bools, before: Rows) -> tuple[Any, Rows]:
     """Begin the episodes of some rows; observations of all rows, and info values of their coming throws."""
     seeds = [episode.seed if new else None for episode, new in zip(rows, chosen, strict=True)]
-    seen, info = env.reset(seed=seeds, options={"reset_mask": chosen})  # pyright: ignore[reportArgumentType]
-    coming = {name: _either(chosen, values, before.get(name, values)) for name, values in _numbers(info, rows).items()}
-    for row, one in enumerate(iterate(env.observation_space, seen)):
+    observations, info = env.reset(seed=seeds, options={"reset_mask": chosen})  # pyright: ignore[reportArgumentType]
+    coming = {name: _select(chosen, values, before.get(name, values)) for name, values in _numbers(info, rows).items()}
+    for row, observation in enumerate(iterate(env.observation_space, observations)):
         if chosen[row]:
-            rows[row].observations.append(one)
-            rows[row].told.append(_row(coming, row))
-    return seen, coming
+            rows[row].observations.append(observation)
+            rows[row].infos.append(_row(coming, row))
+    return observations, coming
 
 
-def _given(space: gym.Space[Any], actions: Any) -> NDArray[Any]:
+def _clip_actions(space: gym.Space[Any], actions: Any) -> NDArray[Any]:
     """Actions clipped to the space and of its type, as the environment receives and the episode keeps them."""
-    given = np.asarray(actions, dtype=space.dtype)
-    return np.clip(given, space.low, space.high) if isinstance(space, gym.spaces.Box) else given
+    values = np.asarray(actions, dtype=space.dtype)
+    return np.clip(values, space.low, space.high) if isinstance(space, gym.spaces.Box) else values
 
 
 def _numbers(info: Mapping[str, Any], rows: Sequence[Any]) -> Rows:
     """Numeric arrays of a vector info that have a value for every row, (N, ...) each."""
     arrays = {name: np.asarray(values) for name, values in info.items() if not name.startswith("_")}
-    return {name: values for name, values in arrays.items() if values.dtype.kind in "biuf" and _has(values, len(rows))}
+    return {
+        name: values for name, values in arrays.items() if values.dtype.kind in "biuf" and _has_rows(values, len(rows))
+    }
 
 
-def _has(values: NDArray[Any], rows: int) -> bool:
+def _has_rows(values: NDArray[Any], rows: int) -> bool:
     return values.ndim > 0 and len(values) == rows
 
 
-def _told(info: Mapping[str, Any], coming: Rows, rows: int) -> Rows:
+def _throw_infos(info: Mapping[str, Any], coming: Rows, rows: int) -> Rows:
     """Info values of the throws of one step, and info values of the coming throws.
 
     Args:
@@ -178,53 +184,53 @@ def _told(info: Mapping[str, Any], coming: Rows, rows: int) -> Rows:
             next one.
         rows: number of rows N.
     """
-    over, final = _over(info, rows), info.get("final_info", {})
-    told: dict[str, NDArray[Any]] = {}
+    over, final = _episode_over(info, rows), info.get("final_info", {})
+    infos: dict[str, NDArray[Any]] = {}
     for name, values in results(info, rows).items():
         if name not in coming and not name.startswith(FIGURES):
-            told[name] = np.where(_known(info, name, rows), values.astype(np.float64), np.nan)
+            infos[name] = np.where(_info_mask(info, name, rows), values.astype(np.float64), np.nan)
     for name in coming:
         if name in info:
-            told[name] = _either(over, np.asarray(final.get(name, info[name])), np.asarray(info[name]))
-    return told
+            infos[name] = _select(over, np.asarray(final.get(name, info[name])), np.asarray(info[name]))
+    return infos
 
 
 def _figures(info: Mapping[str, Any], row: int, rows: int) -> dict[str, Any]:
     """Figures of the whole episode that has ended in one of N rows, from the vector info, as plain values."""
     final: Mapping[str, Any] = info.get("final_info", {})
-    names = [name for name in final if name.startswith(FIGURES) and _known(info, name, rows)[row]]
+    names = [name for name in final if name.startswith(FIGURES) and _info_mask(info, name, rows)[row]]
     return {name: np.asarray(final[name][row]).tolist() for name in names}
 
 
-def _over(info: Mapping[str, Any], rows: int) -> Bools:
+def _episode_over(info: Mapping[str, Any], rows: int) -> Bools:
     """Mask of the rows whose episodes have ended in a step (N,)."""
     return np.asarray(info.get("_final_info", np.zeros(rows, dtype=np.bool_)))
 
 
-def _known(info: Mapping[str, Any], name: str, rows: int) -> Bools:
+def _info_mask(info: Mapping[str, Any], name: str, rows: int) -> Bools:
     """Mask of the rows that have a value in a vector info (N,); from `final_info` where an episode has ended."""
-    there = [np.asarray(part.get(f"_{name}", name in part)) for part in (info.get("final_info", {}), info)]
-    return np.where(_over(info, rows), *there)
+    masks = [np.asarray(part.get(f"_{name}", name in part)) for part in (info.get("final_info", {}), info)]
+    return np.where(_episode_over(info, rows), *masks)
 
 
-def _either(which: Bools, values: NDArray[Any], others: NDArray[Any]) -> NDArray[Any]:
+def _select(mask: Bools, values: NDArray[Any], alternatives: NDArray[Any]) -> NDArray[Any]:
     """Values (N, ...) in the rows of a mask, and other values elsewhere."""
-    return np.where(which.reshape(-1, *[1] * (values.ndim - 1)), values, others)
+    return np.where(mask.reshape(-1, *[1] * (values.ndim - 1)), values, alternatives)
 
 
-def _last(env: Env, seen: Any, info: Mapping[str, Any]) -> list[Any]:
+def _last_observations(env: Env, observations: Any, info: Mapping[str, Any]) -> list[Any]:
     """Observation after the throw of each row; the final observation where an episode has ended."""
-    found = list(iterate(env.observation_space, seen))
+    last = list(iterate(env.observation_space, observations))
     for row in np.flatnonzero(info.get("_final_obs", ())).tolist():
-        found[row] = _row(info["final_obs"], row)
-    return found
+        last[row] = _row(info["final_obs"], row)
+    return last
 
 
 def _row(values: Any, row: int) -> Any:
     return {name: _row(part, row) for name, part in values.items()} if isinstance(values, Mapping) else values[row]
 
 
-def _beside(parts: Sequence[Rows]) -> Rows:
+def _concatenate_rows(parts: Sequence[Rows]) -> Rows:
     """Arrays of consecutive groups of rows, concatenated by name."""
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from pnt_gym.cells.base.features import numbered
+from pnt_gym.cells.base.features import merge_numbered
 
 from ..ground.versions import git_state, versions
 from .crew import Crew
@@ -53,8 +53,8 @@ def facts_of(
 def description(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]) -> str:
     """Description of the dataset in words, for its metadata."""
     core = crew.trial.core
-    quantities = numbered(getattr(core.cell, "hidden", ()))
-    hidden = "; ".join(f"{one.name} [{one.unit}], {one.meaning}" for one in quantities)
+    quantities = merge_numbered(getattr(core.cell, "hidden", ()))
+    hidden = "; ".join(f"{quantity.name} [{quantity.unit}], {quantity.meaning}" for quantity in quantities)
     parts = [
         f"Throws of {crew.env_id}, level {core.config.name}, action mode {core.action_mode}, by {crew.algorithm}.",
         "Reset the recovered environment with the seed of an episode and give it its actions: with the packages of "

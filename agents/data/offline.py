@@ -31,12 +31,12 @@ from pnt_gym.arrays import Floats
 from pnt_gym.errors import one_sentence
 
 from ..ground.cli import UsageError
-from ..ground.files import sweep, unfinished
+from ..ground.files import sweep, temporary_path
 from .episodes import Episode
 
 PLACE: Final = "MINARI_DATASETS_PATH"
 """Environment variable with Minari's folder of datasets."""
-ALONE: Final = ("landing_error", "is_success")
+SEPARATE: Final = ("landing_error", "is_success")
 """Values with an array of their own in `infos`. Every array of an episode costs space and time, so all other values
 share two arrays, `outcome` and `hidden`."""
 PIECE: Final = 1000
@@ -55,8 +55,8 @@ class Home:
     @classmethod
     def of(cls, folder: Path | None) -> Home:
         """The given folder, or for None Minari's default folder."""
-        own = os.environ.get(PLACE) or Path.home() / ".minari" / "datasets"
-        return cls(Path(own if folder is None else folder).absolute())  # Minari fails on a relative path
+        default = os.environ.get(PLACE) or Path.home() / ".minari" / "datasets"
+        return cls(Path(default if folder is None else folder).absolute())  # Minari fails on a relative path
 
     def check_free(self, name: str) -> None:
         """Make sure that a new dataset can have this name in the folder.
@@ -73,11 +73,11 @@ class Home:
                 raise UsageError(f"{name!r} would lie in {place!r}, which Minari takes for a dataset: it holds 'data'")
 
     @contextmanager
-    def made(self, name: str) -> Generator[None, None, None]:
+    def create_dataset(self, name: str) -> Generator[None, None, None]:
         """Let the block create a dataset in a temporary folder, and move the dataset into this one at its end."""
         self.folder.mkdir(parents=True, exist_ok=True)
         sweep(self.folder)
-        elsewhere = unfinished(self.folder / "dataset")
+        elsewhere = temporary_path(self.folder / "dataset")
         elsewhere.mkdir()
         try:
             with _minari_in(elsewhere):
@@ -110,8 +110,8 @@ def check_name(name: str) -> None:
     Raises:
         UsageError: the name is not valid.
     """
-    found = DATASET_ID_RE.fullmatch(name)
-    if found is None or found["version"] is None:
+    match = DATASET_ID_RE.fullmatch(name)
+    if match is None or match["version"] is None:
         raise UsageError(
             f"--name is {one_sentence(repr(name), 80)}; it must be NAMESPACE/NAME-vN of letters, digits, - and _, for "
             "instance pnt_gym/release/waste-random-v0"
@@ -150,7 +150,7 @@ class Facts:
 
 
 def write(
-    name: str, env: gym.Env[Any, Any], episodes: Iterable[Episode], facts: Facts, packed: Callable[[int, int], None]
+    name: str, env: gym.Env[Any, Any], episodes: Iterable[Episode], facts: Facts, progress: Callable[[int, int], None]
 ) -> None:
     """Create a dataset in Minari's current folder of datasets.
 
@@ -159,7 +159,7 @@ def write(
         env: single environment that reproduces every episode.
         episodes: at least one episode; an iterator may yield them as they are collected.
         facts: metadata of the dataset.
-        packed: called with the number of repacked episodes and the number of all episodes.
+        progress: called with the number of repacked episodes and the number of all episodes.
     """
     pieces = _pieces(episodes)
     first = next(pieces)
@@ -173,20 +173,20 @@ def write(
         for piece in pieces:
             dataset.update_dataset_from_buffer(_buffers(piece))
             _add_figures(dataset, piece)
-    _pack(Path(dataset.storage.data_path) / MAIN, packed)
+    _pack(Path(dataset.storage.data_path) / MAIN, progress)
     dataset.storage.update_metadata({**facts.ours, "dataset_size": dataset.storage.get_size()})
 
 
 def columns(episode: Episode) -> dict[str, list[str]]:
     """Names of the columns of the arrays `outcome` and `hidden` in `infos`; an array without columns is left out."""
-    outcome = [name for name, values in episode.told.items() if not _alone(name, values)]
-    found = {"outcome": outcome, "hidden": list(episode.hidden)}
-    return {name: names for name, names in found.items() if names}
+    outcome = [name for name, values in episode.told.items() if not _is_separate(name, values)]
+    groups = {"outcome": outcome, "hidden": list(episode.hidden)}
+    return {name: names for name, names in groups.items() if names}
 
 
-def _alone(name: str, values: NDArray[Any]) -> bool:
+def _is_separate(name: str, values: NDArray[Any]) -> bool:
     """Whether a value has an array of its own in `infos`; values of several numbers per throw have one."""
-    return name in ALONE or values.ndim > 1
+    return name in SEPARATE or values.ndim > 1
 
 
 def _buffers(episodes: Sequence[Episode]) -> list[EpisodeBuffer]:
@@ -196,17 +196,17 @@ def _buffers(episodes: Sequence[Episode]) -> list[EpisodeBuffer]:
 def _add_figures(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> None:
     """Write the figures of the last episodes of a dataset into the metadata of these episodes."""
     first = dataset.storage.total_episodes - len(episodes)
-    told = [(first + k, dict(episode.figures)) for k, episode in enumerate(episodes) if episode.figures]
-    if told:
-        dataset.storage.update_episode_metadata([figures for _, figures in told], [index for index, _ in told])
+    entries = [(first + k, dict(episode.figures)) for k, episode in enumerate(episodes) if episode.figures]
+    if entries:
+        dataset.storage.update_episode_metadata([figures for _, figures in entries], [index for index, _ in entries])
 
 
 def _buffer(episode: Episode) -> EpisodeBuffer:
     last = np.arange(len(episode)) == len(episode) - 1
-    told = episode.told
+    infos = episode.told
     # Minari's info arrays have an entry for the reset, so the hidden values of throw k are entry k + 1, as its outcome.
     hidden = {name: np.concatenate([[np.nan], values]) for name, values in episode.hidden.items()}
-    tables = {"outcome": told, "hidden": hidden}
+    tables = {"outcome": infos, "hidden": hidden}
     arrays: dict[str, Any] = {"actions": episode.actions, "rewards": episode.rewards}
     return EpisodeBuffer(
         seed=episode.seed,
@@ -215,7 +215,7 @@ def _buffer(episode: Episode) -> EpisodeBuffer:
         terminations=last & episode.terminated,
         truncations=last & (not episode.terminated),
         infos={
-            **{name: _flags(name, values) for name, values in told.items() if _alone(name, values)},
+            **{name: _flags(name, values) for name, values in infos.items() if _is_separate(name, values)},
             **{name: _table(tables[name], names) for name, names in columns(episode).items()},
         },
     )
@@ -231,19 +231,19 @@ def _table(values: Mapping[str, Floats], names: Sequence[str]) -> Floats:
 
 
 def _pieces(episodes: Iterable[Episode]) -> Iterator[list[Episode]]:
-    rest = iter(episodes)
-    while piece := list(islice(rest, PIECE)):
+    remaining = iter(episodes)
+    while piece := list(islice(remaining, PIECE)):
         yield piece
 
 
-def _pack(file: Path, packed: Callable[[int, int], None]) -> None:
+def _pack(file: Path, progress: Callable[[int, int], None]) -> None:
     """Rewrite every array of an HDF5 file in one block, without the index of growing arrays."""
-    small = unfinished(file)
+    small = temporary_path(file)
     with h5py.File(file) as old, h5py.File(small, "w", track_order=True) as new:
         new.attrs.update(old.attrs)
-        for done, (name, episode) in enumerate(old.items(), start=1):
+        for number, (name, episode) in enumerate(old.items(), start=1):
             _copy(episode, new.create_group(name))
-            packed(done, len(old))
+            progress(number, len(old))
     small.replace(file)
 
 

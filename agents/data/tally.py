@@ -40,17 +40,17 @@ class Tally:
 
     returns: list[float] = field(default_factory=list)
     throws: int = 0
-    told: dict[str, list[float]] = field(default_factory=dict)
+    figures: dict[str, list[float]] = field(default_factory=dict)
     """Values of throws and of whole episodes by the names in `SHOWN` that the environment has."""
 
-    def counted(self, found: Iterator[Episode]) -> Iterator[Episode]:
+    def count_episodes(self, episodes: Iterator[Episode]) -> Iterator[Episode]:
         """Yield the episodes unchanged, counting each."""
-        for episode in found:
+        for episode in episodes:
             self.returns.append(float(episode.rewards.sum()))
             self.throws += len(episode)
-            known = {**{name: values[1:] for name, values in episode.told.items()}, **episode.figures}
-            for name in known.keys() & SHOWN.keys():
-                self.told.setdefault(name, []).extend(np.ravel(known[name]).tolist())
+            columns = {**{name: values[1:] for name, values in episode.told.items()}, **episode.figures}
+            for name in columns.keys() & SHOWN.keys():
+                self.figures.setdefault(name, []).extend(np.ravel(columns[name]).tolist())
             yield episode
 
     def table(self, name: str, scores: Scores) -> Grid:
@@ -59,7 +59,7 @@ class Tally:
         rows = [
             ("episodes", f"{len(self.returns)}"),
             ("throws", f"{self.throws}"),
-            *((label, show(_mean(self.told[key]))) for key, (label, show) in SHOWN.items() if key in self.told),
+            *((label, show(_mean(self.figures[key]))) for key, (label, show) in SHOWN.items() if key in self.figures),
             ("return of an episode, mean", f"{mean:.3f}"),
             ("score: 0 is random, 1 the expert", f"{(mean - scores.lowest) / span:.3f}" if span else "-"),
         ]
@@ -68,11 +68,11 @@ class Tally:
 
 def _mean(values: Sequence[float]) -> float:
     """Mean of the finite values; NaN where there is none."""
-    known = [value for value in values if np.isfinite(value)]
-    return float(np.mean(known)) if known else np.nan
+    finite = [value for value in values if np.isfinite(value)]
+    return float(np.mean(finite)) if finite else np.nan
 
 
-def packing(bar: Progress) -> Callable[[int, int], None]:
+def packing_progress(bar: Progress) -> Callable[[int, int], None]:
     """Callback that shows the number of repacked episodes on a progress bar, from the first call on."""
-    shown = bar.add_task("packing", total=None, visible=False)
-    return lambda done, total: bar.update(shown, completed=done, total=total, visible=True)
+    task = bar.add_task("packing", total=None, visible=False)
+    return lambda number, total: bar.update(task, completed=number, total=total, visible=True)

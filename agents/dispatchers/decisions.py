@@ -14,7 +14,7 @@ from pnt_gym.arrays import Bools, Ints
 from ..controllers.protocol import Observation
 from ..ground.cli import UsageError
 from ..ground.environments import Env
-from .registry import the_line
+from .registry import line_core
 
 Act = Callable[[Observation], NDArray[Any]]
 """Function from observations to the choices in N lines (N,), such as the `act` of a controller."""
@@ -22,10 +22,10 @@ Progress = Callable[[float], object]
 """Function of the number of work shifts, or parts of them, since its last call."""
 
 
-class Decided(NamedTuple):
+class DecisionStep(NamedTuple):
     """One executed decision in each of N lines."""
 
-    seen: Observation
+    observation: Observation
     shift: Ints
     """Work shifts completed in each line before the decision (N,)."""
     over: Bools
@@ -35,19 +35,19 @@ class Decided(NamedTuple):
     """Time that the controller took for all decisions [s]."""
 
 
-def observed_line(features: NDArray[Any]) -> Observation:
+def line_observation(features: NDArray[Any]) -> Observation:
     """Observation of N lines from an environment's observations (N, D); a line has no kind."""
     return Observation(np.asarray(features, dtype=np.float32), np.zeros(len(features), dtype=np.int64))
 
 
-def worked_by(act: Act, env: Env, seed: int | list[int], each: int) -> Iterator[Decided]:
-    """Work shifts one after the other in every line, until `each` of them are over in each line.
+def work_shifts(act: Act, env: Env, seed: int | list[int], count: int) -> Iterator[DecisionStep]:
+    """Work shifts one after the other in every line, until `count` of them are over in each line.
 
     Args:
         act: function that chooses.
         env: environment of lines.
         seed: seed of the environment, or one seed for each line's stream.
-        each: number of work shifts in every line.
+        count: number of work shifts in every line.
 
     Raises:
         UsageError: the environment ends shifts early.
@@ -55,18 +55,18 @@ def worked_by(act: Act, env: Env, seed: int | list[int], each: int) -> Iterator[
     shift = np.zeros(env.num_envs, dtype=np.int64)
     seeds: Any = seed  # vector environments take a seed for each row, which the annotation of their base does not say
     features, _ = env.reset(seed=seeds)
-    while (shift < each).any():
-        seen = observed_line(features)
+    while (shift < count).any():
+        observation = line_observation(features)
         begin = time.perf_counter()
-        action = act(seen)
+        action = act(observation)
         seconds = time.perf_counter() - begin
         features, _, _, over, info = env.step(action)
-        _check_whole(over, info)
-        yield Decided(seen, shift, over, info, seconds)
+        _check_figures(over, info)
+        yield DecisionStep(observation, shift, over, info, seconds)
         shift = shift + over
 
 
-def single_shifts(act: Act, env: Env, seeds: Ints, progress: Progress | None = None) -> Iterator[Decided]:
+def work_single_shifts(act: Act, env: Env, seeds: Ints, progress: Progress | None = None) -> Iterator[DecisionStep]:
     """Work one shift in every line; finished lines continue with other shifts, whose results do not count.
 
     Args:
@@ -75,17 +75,17 @@ def single_shifts(act: Act, env: Env, seeds: Ints, progress: Progress | None = N
         seeds: seeds of the lines' streams (N,).
         progress: called with the numbers of shifts and parts of them.
     """
-    core, before = the_line(env), 0.0
-    for one in worked_by(act, env, seeds.tolist(), 1):
-        yield one
+    core, before = line_core(env), 0.0
+    for step in work_shifts(act, env, seeds.tolist(), 1):
+        yield step
         if progress is not None:
-            working = (one.shift == 0) & ~one.over
-            gone = float(np.where(working, core.cell.state.clock / core.config.duration, 1.0).sum())
-            progress(gone - before)
-            before = gone
+            working = (step.shift == 0) & ~step.over
+            total = float(np.where(working, core.cell.state.clock / core.config.duration, 1.0).sum())
+            progress(total - before)
+            before = total
 
 
-def _check_whole(over: Bools, info: Mapping[str, Any]) -> None:
+def _check_figures(over: Bools, info: Mapping[str, Any]) -> None:
     """Check that shifts have figures where they are over (N,)."""
     figures = info.get("final_info", {}).get("_shift_value_per_min", np.zeros(len(over), dtype=np.bool_))
     if (over & ~figures).any():

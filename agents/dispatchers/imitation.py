@@ -20,8 +20,8 @@ from ..controllers.protocol import Controller, Observation
 from ..ground.environments import Env
 from ..learning.residual import Scoring, choices_of
 from ..policies.scorer import Scorer
-from .decisions import Progress, observed_line, single_shifts
-from .scored import Scored, there
+from .decisions import Progress, line_observation, work_single_shifts
+from .scored import ScoreController, choice_mask
 
 EPOCHS: Final = 60
 BATCH: Final = 256
@@ -37,18 +37,18 @@ NEVER: Final = -1e9
 class Labels:
     """T observed decisions with the planner's choices."""
 
-    seen: NDArray[np.float32]
+    observations: NDArray[np.float32]
     """Observations (T, ENTRIES)."""
     choice: Ints
     """Choices of the planner (T,)."""
 
     @classmethod
-    def joined(cls, parts: list[Self]) -> Self:
+    def concatenate(cls, parts: list[Self]) -> Self:
         """Labels of several parts in one."""
-        return cls(np.concatenate([p.seen for p in parts]), np.concatenate([p.choice for p in parts]))
+        return cls(np.concatenate([p.observations for p in parts]), np.concatenate([p.choice for p in parts]))
 
 
-def collected(
+def collect_labels(
     expert: Controller, worker: Controller, env: Env, seeds: Ints, progress: Progress | None = None
 ) -> Labels:
     """Choices of an expert in the shifts that a worker works, one shift in each line.
@@ -62,18 +62,18 @@ def collected(
     """
     parts, labels = list[Labels](), list[Ints]()
 
-    def told(seen: Observation) -> NDArray[Any]:
+    def act(observation: Observation) -> NDArray[Any]:
         """Choices of the worker; the expert labels first, because it may read the lines themselves."""
-        labels.append(np.asarray(expert.act(seen), dtype=np.int64))
-        return labels[-1] if worker is expert else worker.act(seen)
+        labels.append(np.asarray(expert.act(observation), dtype=np.int64))
+        return labels[-1] if worker is expert else worker.act(observation)
 
-    for one in single_shifts(told, env, seeds, progress):
-        working = one.shift == 0
-        parts.append(Labels(one.seen.features[working], labels[-1][working]))
-    return Labels.joined(parts)
+    for step in work_single_shifts(act, env, seeds, progress):
+        working = step.shift == 0
+        parts.append(Labels(step.observation.features[working], labels[-1][working]))
+    return Labels.concatenate(parts)
 
 
-def fitted(labels: Labels, patience: float, widths: tuple[int, ...], seed: int) -> tuple[Scorer, float]:
+def fit_scorer(labels: Labels, patience: float, widths: tuple[int, ...], seed: int) -> tuple[Scorer, float]:
     """Scorer fitted to labels, and the share of held-out labels on which it agrees.
 
     Args:
@@ -84,20 +84,29 @@ def fitted(labels: Labels, patience: float, widths: tuple[int, ...], seed: int) 
     """
     torch.set_num_threads(1)  # small networks are slower on many threads
     torch.manual_seed(seed)
-    scoring, held = Scoring(patience, widths), np.arange(len(labels.choice)) % HELD_OUT == HELD_OUT - 1
-    learned, label = torch.as_tensor(labels.seen[~held]), torch.as_tensor(labels.choice[~held])
-    mask, seen = torch.as_tensor(there(labels.seen[~held])), choices_of(learned)
+    scoring, is_held_out = Scoring(patience, widths), np.arange(len(labels.choice)) % HELD_OUT == HELD_OUT - 1
+    training_observations, label = (
+        torch.as_tensor(labels.observations[~is_held_out]),
+        torch.as_tensor(labels.choice[~is_held_out]),
+    )
+    mask, choice_features = (
+        torch.as_tensor(choice_mask(labels.observations[~is_held_out])),
+        choices_of(training_observations),
+    )
     optimizer = torch.optim.Adam(scoring.parameters(), lr=RATE)
     steps = EPOCHS * -(-len(label) // BATCH)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps)
     for _ in range(EPOCHS):
         for rows in torch.randperm(len(label)).split(BATCH):
-            scores = torch.where(mask[rows], scoring(seen[rows]), NEVER)
+            scores = torch.where(mask[rows], scoring(choice_features[rows]), NEVER)
             loss: Any = cross_entropy(scores, label[rows])
             optimizer.zero_grad()
             loss.backward()
             optimizer.step()
             schedule.step()
     scorer = scoring.numbers()
-    alike = Scored("", scorer).act(observed_line(labels.seen[held])) == labels.choice[held]
-    return scorer, float(alike.mean()) if held.any() else float("nan")
+    agrees = (
+        ScoreController("", scorer).act(line_observation(labels.observations[is_held_out]))
+        == labels.choice[is_held_out]
+    )
+    return scorer, float(agrees.mean()) if is_held_out.any() else float("nan")

@@ -11,24 +11,24 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, joined, take
-from pnt_gym.cells.line.choosing import IDLE
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, take
+from pnt_gym.cells.line.choosing import IDLE_TIME
 from pnt_gym.cells.line.core import LineCore
-from pnt_gym.cells.line.options import AWAY
+from pnt_gym.cells.line.options import UNAVAILABLE_X
 from pnt_gym.cells.line.state import CHOICES
 
 from ..controllers.protocol import Controller, Observation
-from .outlook import Outlook, outlook
+from .outlook import Outlook, observe_outlook
 from .rules import first_of
-from .scored import Scored, there
+from .scored import ScoreController, choice_mask
 
-MOST: Final = 24
+MAX_DECISIONS: Final = 24
 """Decisions of one plan at most."""
 
 
 @final
 @dataclass(frozen=True)
-class Plans:
+class PartialPlans:
     """B partial plans for N lines, from now on."""
 
     line: Ints
@@ -70,82 +70,84 @@ class Lookahead:
         share: float = 0.0,
         joint: bool = False,
         width: int = 20,
-        apart: bool = False,
+        per_choice: bool = False,
         horizon: float = 4.0,
-        depth: int = MOST,
+        depth: int = MAX_DECISIONS,
         by_rate: bool = False,
     ) -> None:
         self._price, self._share = price, share
-        self._joint, self._width, self._apart = joint, width, apart
+        self._joint, self._width, self._per_choice = joint, width, per_choice
         self._horizon, self._depth, self._by_rate = horizon, depth, by_rate
 
-    def plans(self, known: Outlook, among: Bools) -> Plans:
+    def plans(self, outlook: Outlook, among: Bools) -> PartialPlans:
         """The best plans that begin with some of the choices (N, CHOICES) of each line."""
-        plans = self._begun(known, among)
+        plans = self._begin(outlook, among)
         for _ in range(self._depth):
-            more = np.flatnonzero(plans.free.min(axis=1) < self._horizon)
-            if more.size == 0:
+            incomplete = np.flatnonzero(plans.free.min(axis=1) < self._horizon)
+            if incomplete.size == 0:
                 break
-            complete = take(plans, np.setdiff1d(np.arange(len(plans.line)), more))
-            plans = self._kept(joined([complete, *self._continued(known, take(plans, more))]))
+            complete = take(plans, np.setdiff1d(np.arange(len(plans.line)), incomplete))
+            plans = self._prune(concatenate_records([complete, *self._extend(outlook, take(plans, incomplete))]))
         return plans
 
-    def worth(self, plans: Plans) -> Floats:
+    def worth(self, plans: PartialPlans) -> Floats:
         """Figure of merit of plans (B,)."""
         return plans.value / plans.spent if self._by_rate else plans.value - self._price * plans.spent
 
-    def best(self, plans: Plans, count: int, group: Ints) -> Ints:
+    def best(self, plans: PartialPlans, count: int, group: Ints) -> Ints:
         """Indices of the best `count` plans of each group; `group` gives each plan's group (B,)."""
         order = np.lexsort((-self.worth(plans), group))
-        whose = group[order]
-        place = np.arange(len(order)) - np.searchsorted(whose, whose)
+        groups = group[order]
+        place = np.arange(len(order)) - np.searchsorted(groups, groups)
         return order[place < count]
 
-    def _kept(self, plans: Plans) -> Plans:
+    def _prune(self, plans: PartialPlans) -> PartialPlans:
         """The best plans of each line, or of each first choice."""
-        group = plans.line * CHOICES + plans.first if self._apart else plans.line
+        group = plans.line * CHOICES + plans.first if self._per_choice else plans.line
         return take(plans, self.best(plans, self._width, group))
 
-    def _begun(self, known: Outlook, among: Bools) -> Plans:
+    def _begin(self, outlook: Outlook, among: Bools) -> PartialPlans:
         """Plans of one decision: some of the choices."""
-        choices = known.choices
+        choices = outlook.choices
         line, first = np.nonzero(among)
-        robot, rows = known.robot[line], np.arange(len(line))
-        free = known.busy[line]
+        robot, rows = outlook.robot[line], np.arange(len(line))
+        free = outlook.busy[line]
         if not self._joint:
             free = np.full_like(free, np.inf)
         cycle = choices.cycle[line, first]
         free[rows, robot] = cycle
-        hand = known.hand[line]
+        hand = outlook.hand[line]
         hand[rows, robot] = choices.stop[line, first]
-        taken = known.sight.which[line] == choices.index[line, first][:, None]
+        is_taken = outlook.sight.object_index[line] == choices.index[line, first][:, None]
         value = choices.value[line, first] * choices.chance[line, first]
         value *= 1.0 - self._share * (choices.heirs[line, first] > 0.0)
-        return Plans(line, first.astype(np.int64), free, hand, taken, value, cycle)
+        return PartialPlans(line, first.astype(np.int64), free, hand, is_taken, value, cycle)
 
-    def _continued(self, known: Outlook, plans: Plans) -> list[Plans]:
+    def _extend(self, outlook: Outlook, plans: PartialPlans) -> list[PartialPlans]:
         """Plans extended by every possible next decision; plans without one wait for a moment."""
         robot, rows = plans.free.argmin(axis=1), np.arange(len(plans.line))
         now = plans.free[rows, robot]
-        x = known.sight.x[plans.line] + known.speed * now[:, None]
-        x = np.where(plans.taken, AWAY, x)
-        options, worth, inherited = known.options(plans.line, x, robot, plans.hand[rows, robot])
-        own = take(plans, options.row)
-        k, who = np.arange(len(options.row)), robot[options.row]
-        free, hand, taken = own.free.copy(), own.hand.copy(), own.taken.copy()
-        free[k, who] += options.cycle
-        hand[k, who] = options.stop
-        taken[k, options.place] = True
-        value = own.value + worth * (1.0 - self._share * inherited)
-        longer = replace(own, free=free, hand=hand, taken=taken, value=value, spent=own.spent + options.cycle)
-        return [longer, self._idle(plans, robot, np.setdiff1d(rows, options.row))]
+        x = outlook.sight.x[plans.line] + outlook.speed * now[:, None]
+        x = np.where(plans.taken, UNAVAILABLE_X, x)
+        options, worth, inherited = outlook.options(plans.line, x, robot, plans.hand[rows, robot])
+        parents = take(plans, options.row)
+        k, robots = np.arange(len(options.row)), robot[options.row]
+        free, hand, is_taken = parents.free.copy(), parents.hand.copy(), parents.taken.copy()
+        free[k, robots] += options.cycle
+        hand[k, robots] = options.stop
+        is_taken[k, options.place] = True
+        value = parents.value + worth * (1.0 - self._share * inherited)
+        extended = replace(
+            parents, free=free, hand=hand, taken=is_taken, value=value, spent=parents.spent + options.cycle
+        )
+        return [extended, self._wait(plans, robot, np.setdiff1d(rows, options.row))]
 
-    def _idle(self, plans: Plans, robot: Ints, rows: Ints) -> Plans:
+    def _wait(self, plans: PartialPlans, robot: Ints, rows: Ints) -> PartialPlans:
         """Some plans in which the next robot waits for a moment."""
         waiting, k = take(plans, rows), np.arange(len(rows))
         free = waiting.free.copy()
-        free[k, robot[rows]] += IDLE
-        return replace(waiting, free=free, spent=waiting.spent + IDLE)
+        free[k, robot[rows]] += IDLE_TIME
+        return replace(waiting, free=free, spent=waiting.spent + IDLE_TIME)
 
 
 @final
@@ -163,16 +165,16 @@ class Beam(Controller):
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """The first decision of the best plan of each line (N,)."""
-        known = outlook(self._core)
-        plans = self._ahead.plans(known, known.choices.real)
+        line_outlook = observe_outlook(self._core)
+        plans = self._ahead.plans(line_outlook, line_outlook.choices.real)
         best = self._ahead.best(plans, 1, plans.line)
-        choice = np.zeros(len(known.robot), dtype=np.int64)
+        choice = np.zeros(len(line_outlook.robot), dtype=np.int64)
         choice[plans.line[best]] = plans.first[best]
         return choice
 
 
 @final
-class Guided(Controller):
+class GuidedBeam(Controller):
     """Lookahead from the few choices that a scorer prefers; the plans' worth is added to the scores.
 
     Args:
@@ -191,7 +193,7 @@ class Guided(Controller):
         self,
         name: str,
         core: LineCore,
-        guide: Scored,
+        guide: ScoreController,
         *,
         few: int = 4,
         trust: float = 5.0,
@@ -200,15 +202,15 @@ class Guided(Controller):
         **options: Any,
     ) -> None:
         self.name, self.trust, self._core, self._guide, self._few = name, trust, core, guide, few
-        self._ahead = Lookahead(width=width, apart=True, horizon=horizon, **options)
+        self._ahead = Lookahead(width=width, per_choice=True, horizon=horizon, **options)
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """The best of the preferred choices of each line (N,)."""
-        seen = observation.features
-        scores: Floats = np.where(there(seen), self._guide.scores(seen), -np.inf)
+        features = observation.features
+        scores: Floats = np.where(choice_mask(features), self._guide.scores(features), -np.inf)
         place = np.argsort(np.argsort(-scores, axis=1, kind="stable"), axis=1)
-        among = (place < self._few) & there(seen)
-        plans = self._ahead.plans(outlook(self._core), among)
+        among = (place < self._few) & choice_mask(features)
+        plans = self._ahead.plans(observe_outlook(self._core), among)
         worth = np.full(scores.shape, -np.inf)
         np.maximum.at(worth, (plans.line, plans.first), self._ahead.worth(plans))
         return first_of(np.where(among, scores + self.trust * np.where(among, worth, 0.0), -np.inf))

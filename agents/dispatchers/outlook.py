@@ -62,23 +62,23 @@ class Outlook:
             C options, the expected value of each (C,), and whether a robot downstream can take the object too (C,).
         """
         places = np.broadcast_to(np.arange(x.shape[1]), x.shape)
-        sight = Sight(line, places, x, self.sight.seen[line])
+        sight = Sight(line, places, x, self.sight.kind[line])
         options = self.chooser.options(self.objects, sight, robot, hand)
         at = line[options.row], options.place
-        inherited = np.asarray(self.chooser.heirs(robot[options.row], self.sight.seen[at]).any(axis=1))
+        inherited = np.asarray(self.chooser.heirs(robot[options.row], self.sight.kind[at]).any(axis=1))
         return options, self.worth[at] * self.chooser.chance(sight, options), inherited
 
 
-def outlook(core: LineCore) -> Outlook:
+def observe_outlook(core: LineCore) -> Outlook:
     """Outlook of lines at their coming decisions."""
     cell = core.cell
     state, stream = cell.state, cell.stream
     sight = cell.chooser.sight(state, stream, np.arange(core.count))
-    at = sight.line[:, None], sight.which
+    objects = sight.line[:, None], sight.object_index
     return Outlook(
         sight=sight,
-        objects=reported(take(stream.objects, at)),
-        worth=stream.worth[at],
+        objects=report_objects(take(stream.objects, objects)),
+        worth=stream.worth[objects],
         choices=state.choices,
         robot=state.robot,
         busy=np.maximum(state.expected - state.clock[:, None], 0.0),
@@ -88,16 +88,16 @@ def outlook(core: LineCore) -> Outlook:
     )
 
 
-def reported(objects: Objects) -> Objects:
+def report_objects(objects: Objects) -> Objects:
     """Objects with measured values instead of true ones; NaN, or -1, where no sensor measures.
 
     The error of the belt's speed stays, because the camera sees its effect on the grasp.
     """
     measured = objects.measured
-    nothing = np.full(objects.mass.shape, np.nan)
+    missing = np.full(objects.mass.shape, np.nan)
     return replace(
         objects,
-        **dict.fromkeys(TRUTH, nothing),
+        **dict.fromkeys(TRUTH, missing),
         kind=np.full(objects.kind.shape, -1),
         size=measured.size,
         yaw=measured.yaw,

@@ -13,9 +13,9 @@ from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of
 from ..ground.places import at
 from ..policies.scorer import Scorer
-from .lookahead import Beam, Guided
-from .rules import Anything, Index
-from .scored import Scored, run_scores, scorer_in
+from .lookahead import Beam, GuidedBeam
+from .rules import IndexRule, RandomChoice
+from .scored import ScoreController, load_scorer, run_scores
 from .settings import settings
 
 ENV: Final = "PnTLine-v0"
@@ -24,23 +24,23 @@ GUIDED: Final = "guided_beam"
 SEARCHED: Final = "index"
 """The controller whose weights a search tunes; without a search its shipped weights are used."""
 _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
-    "random": lambda core: Anything(),
-    FIRST: lambda core: Index(FIRST, "first"),
-    "spt": lambda core: Index("spt", "soonest"),
-    "value_rate": lambda core: Index("value_rate", "value_rate"),
-    "atc": lambda core, **found: Index("atc", "atc", **found),
-    "price": lambda core, **found: Index("price", "atc", **found),
+    "random": lambda core: RandomChoice(),
+    FIRST: lambda core: IndexRule(FIRST, "first"),
+    "spt": lambda core: IndexRule("spt", "soonest"),
+    "value_rate": lambda core: IndexRule("value_rate", "value_rate"),
+    "atc": lambda core, **found: IndexRule("atc", "atc", **found),
+    "price": lambda core, **found: IndexRule("price", "atc", **found),
     "pair": lambda core: Beam("pair", core, depth=1, width=10**6, by_rate=True),
     "beam": lambda core, **found: Beam("beam", core, **found),
     "price_beam": lambda core, **found: Beam("price_beam", core, **found),
     "joint_beam": lambda core, **found: Beam("joint_beam", core, joint=True, **found),
-    GUIDED: lambda core, guide=SEARCHED, **found: Guided(GUIDED, core, _guide(guide, core), **found),
-    SEARCHED: lambda core, **found: Scored(SEARCHED, Scorer.linear(**found)),
+    GUIDED: lambda core, guide=SEARCHED, **found: GuidedBeam(GUIDED, core, _guide_controller(guide, core), **found),
+    SEARCHED: lambda core, **found: ScoreController(SEARCHED, Scorer.linear(**found)),
 }
 NAMES: Final = tuple(_RULES)
 
 
-def the_line(env: Env) -> LineCore:
+def line_core(env: Env) -> LineCore:
     """Core of an environment of lines."""
     core = core_of(env)
     assert isinstance(core, LineCore)
@@ -64,26 +64,26 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
         if place.is_dir():
             return run_scores(place)
         if name.endswith(".npz"):
-            return scorer_in(place)
-        known = ", ".join(NAMES)
+            return load_scorer(place)
+        names = ", ".join(NAMES)
         raise UsageError(
-            f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {known}, the folder of a training "
+            f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {names}, the folder of a training "
             "run, and a scorer's .npz file"
         )
-    tuned = settings(core.config.name, name, len(core.config.robots))
-    return _RULES[name](core, **{**tuned, **options})
+    tuned_settings = settings(core.config.name, name, len(core.config.robots))
+    return _RULES[name](core, **{**tuned_settings, **options})
 
 
-def _guide(name: str, core: LineCore) -> Scored:
+def _guide_controller(name: str, core: LineCore) -> ScoreController:
     """Scoring controller that guides a planner.
 
     Raises:
         UsageError: no scoring controller has this name.
     """
-    found = line_controller(name, core)
-    if not isinstance(found, Scored):
+    guide = line_controller(name, core)
+    if not isinstance(guide, ScoreController):
         raise UsageError(
             f"{GUIDED} has guide {one_sentence(name, 80)!r}; guides are index, the folder of a training run, and a "
             "scorer's .npz file"
         )
-    return found
+    return guide

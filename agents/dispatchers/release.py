@@ -16,7 +16,7 @@ from ..ground.environments import make_vector
 ENV = "PnTRelease-v0"
 
 
-def releaser(name: str, core: LineCore) -> Release:
+def make_release(name: str, core: LineCore) -> Release:
     """Function that corrects throws by a controller of `PnTRelease-v0`.
 
     Args:
@@ -30,7 +30,7 @@ def releaser(name: str, core: LineCore) -> Release:
     controller = make_controller(name, env)
     env.close()
 
-    def corrected(observation: NDArray[np.float32], kind: Ints) -> NDArray[np.floating]:
+    def correct(observation: NDArray[np.float32], kind: Ints) -> NDArray[np.floating]:
         return controller.act(Observation(observation, kind))
 
-    return corrected
+    return correct

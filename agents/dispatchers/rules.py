@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.line.observation import Seen, decoded
+from pnt_gym.cells.line.observation import DecodedObservation, decoded
 from pnt_gym.planning.dispatch import Candidates, Rule, index
 
 from ..controllers.protocol import Controller, Observation
@@ -21,20 +21,22 @@ HALF: Final = 0.5
 """Threshold between the values 0 and 1 of binary entries."""
 
 
-def real(seen: Seen) -> Bools:
+def is_real(observation: DecodedObservation) -> Bools:
     """Whether each choice exists (N, C)."""
-    return seen.choices["real"] > HALF
+    return observation.choices["real"] > HALF
 
 
-def expected(seen: Seen) -> Floats:
+def expected_value(observation: DecodedObservation) -> Floats:
     """Value times chance of each choice (N, C)."""
-    return np.exp(seen.choices["ln_rate"]) * seen.choices["cycle"]
+    return np.exp(observation.choices["ln_rate"]) * observation.choices["cycle"]
 
 
-def candidates(seen: Seen, value: Floats) -> Candidates:
+def candidates(observation: DecodedObservation, value: Floats) -> Candidates:
     """Choices as candidates of the dispatching rules, each with its value (N, C)."""
-    own = seen.choices
-    return Candidates(value, own["cycle"], own["lift"], own["lift"] + own["slack"], real(seen))
+    choices = observation.choices
+    return Candidates(
+        value, choices["cycle"], choices["lift"], choices["lift"] + choices["slack"], is_real(observation)
+    )
 
 
 def first_of(worth: Floats) -> NDArray[np.int64]:
@@ -43,7 +45,7 @@ def first_of(worth: Floats) -> NDArray[np.int64]:
 
 
 @final
-class Index(Controller):
+class IndexRule(Controller):
     """One of the rules of `pnt_gym.planning.dispatch`.
 
     Args:
@@ -62,14 +64,14 @@ class Index(Controller):
         """The best choice of each line (N,)."""
         return first_of(self.worth(decoded(observation.features)))
 
-    def worth(self, seen: Seen) -> Floats:
+    def worth(self, observation: DecodedObservation) -> Floats:
         """Index of each choice (N, C); minus infinity for choices that do not exist."""
-        value = expected(seen) * np.where(seen.choices["heirs"] > HALF, 1.0 - self.share, 1.0)
-        return index(self._rule, candidates(seen, value), self.patience)
+        value = expected_value(observation) * np.where(observation.choices["heirs"] > HALF, 1.0 - self.share, 1.0)
+        return index(self._rule, candidates(observation, value), self.patience)
 
 
 @final
-class Anything(Controller):
+class RandomChoice(Controller):
     """Random choice among the real ones, with equal probabilities."""
 
     name = "random"
@@ -83,5 +85,5 @@ class Anything(Controller):
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """A random choice in each line (N,)."""
-        there = real(decoded(observation.features))
-        return first_of(np.where(there, self._generator.random(there.shape), -1.0))
+        is_choice = is_real(decoded(observation.features))
+        return first_of(np.where(is_choice, self._generator.random(is_choice.shape), -1.0))

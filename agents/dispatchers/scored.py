@@ -25,13 +25,13 @@ REAL: Final = slice(len(LINE_TABLE) + CHOICE_TABLE.names.index("real"), ENTRIES,
 """Entries of an observation that say whether each choice exists."""
 
 
-def there(observations: NDArray[np.floating]) -> NDArray[np.bool_]:
+def choice_mask(observations: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Whether each choice exists (N, CHOICES)."""
     return observations[:, REAL] > HALF
 
 
 @final
-class Scored(Controller):
+class ScoreController(Controller):
     """Takes the choice of the largest score.
 
     Args:
@@ -44,21 +44,21 @@ class Scored(Controller):
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """The best choice of each line (N,)."""
-        seen = observation.features
-        worth: Floats = np.where(there(seen), self.scores(seen), -np.inf)
+        features = observation.features
+        worth: Floats = np.where(choice_mask(features), self.scores(features), -np.inf)
         return first_of(worth)
 
 
-def scorer_in(file: Path) -> Scored:
+def load_scorer(file: Path) -> ScoreController:
     """Controller of a scorer's file.
 
     Raises:
         UsageError: the file is missing or damaged.
     """
-    return Scored(file.stem, Scorer.load(file))
+    return ScoreController(file.stem, Scorer.load(file))
 
 
-def run_scores(folder: Path, checkpoint: Path | None = None) -> Scored:
+def run_scores(folder: Path, checkpoint: Path | None = None) -> ScoreController:
     """Controller of a run folder's policy for lines, or of one of its checkpoints.
 
     Raises:
@@ -67,9 +67,10 @@ def run_scores(folder: Path, checkpoint: Path | None = None) -> Scored:
     run = RunFolder(folder)
     policy = run.load_policy(checkpoint)
     if policy.sizes != (ENTRIES, CHOICES) or getattr(policy, "output", "scores") != "scores":
-        seen, given = policy.sizes
+        inputs, outputs = policy.sizes
         raise UsageError(
-            f"the policy of {str(folder)!r} takes {seen} entries and gives {given} numbers; a line has {ENTRIES} and "
+            f"the policy of {str(folder)!r} takes {inputs} entries and gives {outputs} numbers; a line has {ENTRIES} "
+            "and "
             f"{CHOICES} choices"
         )
-    return Scored(run.arguments["algo"], policy)
+    return ScoreController(run.arguments["algo"], policy)

@@ -11,8 +11,8 @@ import numpy as np
 from pnt_gym.arrays import Floats
 
 from ..policies.scorer import NAMES, Scorer
-from .scored import Scored
-from .search import EACH, POPULATION, Bench, Settings, Tried
+from .scored import ScoreController
+from .search import EACH, POPULATION, Bench, Settings, SettingsResult
 
 WEIGHED: Final = tuple(name for name in NAMES if name != "real")
 """Entries of a choice that an index can weigh."""
@@ -20,9 +20,9 @@ SPREAD: Final = 0.15
 """Standard deviation of the weights in the first generation about their initial values."""
 
 
-def searched(
+def search_weights(
     bench: Bench, patience: float, generations: int, seed: int, begin: Mapping[str, float] | None = None
-) -> list[Tried]:
+) -> list[SettingsResult]:
     """Results of the index at the end of a search and of the initial one, with their settings of `index`.
 
     Args:
@@ -36,20 +36,25 @@ def searched(
     # For cma the seed 0 means the time of day.
     search = cma.CMAEvolutionStrategy(first, SPREAD, {"popsize": POPULATION, "seed": seed + 1, "verbose": -9})
     for generation in range(generations):
-        found = search.ask()
-        shifts = bench.apart(EACH, generation)
-        search.tell(found, (-_worth(shifts, [_settings(patience, one) for one in found])).tolist())
-    tried = [_settings(patience, search.result.xfavorite), {"patience": patience, "weights": dict(begin or {})}]
-    values = bench.beside([Scored("index", Scorer.linear(**settings)) for settings in tried])
-    return [Tried(settings, value) for settings, value in zip(tried, values, strict=True)]
+        candidates = search.ask()
+        shifts = bench.other_shifts(EACH, generation)
+        search.tell(
+            candidates, (-_mean_values(shifts, [_index_settings(patience, weights) for weights in candidates])).tolist()
+        )
+    settings_pair = [
+        _index_settings(patience, search.result.xfavorite),
+        {"patience": patience, "weights": dict(begin or {})},
+    ]
+    values = bench.compare([ScoreController("index", Scorer.linear(**settings)) for settings in settings_pair])
+    return [SettingsResult(settings, value) for settings, value in zip(settings_pair, values, strict=True)]
 
 
-def _worth(bench: Bench, tried: list[Settings]) -> Floats:
+def _mean_values(bench: Bench, candidates: list[Settings]) -> Floats:
     """Mean value per minute of some indices (C,)."""
-    return bench.beside([Scored("index", Scorer.linear(**settings)) for settings in tried]).mean(axis=1)
+    return bench.compare([ScoreController("index", Scorer.linear(**settings)) for settings in candidates]).mean(axis=1)
 
 
-def _settings(patience: float, weights: Floats) -> Settings:
+def _index_settings(patience: float, weights: Floats) -> Settings:
     """Settings of a controller `index`."""
     return {
         "patience": patience,

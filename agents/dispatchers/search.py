@@ -18,9 +18,9 @@ from pnt_gym.cells.line.config import LineConfig
 
 from ..controllers.protocol import Controller, Observation
 from ..dispatchers import settings as tuned
-from ..dispatchers.registry import ENV, GUIDED, line_controller, the_line
+from ..dispatchers.registry import ENV, GUIDED, line_controller, line_core
 from ..ground.environments import Env, make_vector
-from .decisions import Progress, observed_line, single_shifts
+from .decisions import Progress, line_observation, work_single_shifts
 
 PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
 """Candidate patiences of ATC and price [s]."""
@@ -49,7 +49,7 @@ Settings = dict[str, Any]
 
 @final
 @dataclass(frozen=True)
-class Tried:
+class SettingsResult:
     """Settings with their results."""
 
     settings: Settings
@@ -58,7 +58,7 @@ class Tried:
 
 
 @final
-class Beside(Controller):
+class ControllerBlocks(Controller):
     """Several controllers with a block of lines each; each sees observations of its own lines only.
 
     Args:
@@ -73,17 +73,19 @@ class Beside(Controller):
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """Choices of all controllers (C x S,)."""
         parts = np.split(observation.features, len(self._controllers))
-        each = zip(self._controllers, parts, strict=True)
-        return np.concatenate([np.asarray(one.act(observed_line(part)), dtype=np.int64) for one, part in each])
+        blocks = zip(self._controllers, parts, strict=True)
+        return np.concatenate(
+            [np.asarray(controller.act(line_observation(part)), dtype=np.int64) for controller, part in blocks]
+        )
 
 
-def gained(controller: Controller, env: Env, seeds: Ints, progress: Progress | None = None) -> Floats:
+def shift_values(controller: Controller, env: Env, seeds: Ints, progress: Progress | None = None) -> Floats:
     """Value per minute of one shift in each line (N,), by the seeds of the lines' streams (N,)."""
     value = np.full(env.num_envs, np.nan)
-    for one in single_shifts(controller.act, env, seeds, progress):
-        ended = one.over & (one.shift == 0)
-        if ended.any():
-            value[ended] = one.info["final_info"]["shift_value_per_min"][ended]
+    for step in work_single_shifts(controller.act, env, seeds, progress):
+        is_last = step.over & (step.shift == 0)
+        if is_last.any():
+            value[is_last] = step.info["final_info"]["shift_value_per_min"][is_last]
     return value
 
 
@@ -100,73 +102,75 @@ class Bench:
     def __init__(self, level: LineConfig, seeds: Ints, progress: Progress | None = None) -> None:
         self.level, self.seeds, self._progress = level, seeds, progress
 
-    def apart(self, shifts: int, number: int) -> Bench:
+    def other_shifts(self, shifts: int, number: int) -> Bench:
         """Bench with other shifts, which differ from those here and between numbers."""
         first = int(self.seeds[-1]) + 1 + number * shifts
         return Bench(self.level, np.arange(first, first + shifts), self._progress)
 
-    def beside(self, controllers: Sequence[Controller]) -> Floats:
+    def compare(self, controllers: Sequence[Controller]) -> Floats:
         """Value per minute of controllers that use only the observation (C, S)."""
         values: list[Floats] = []
-        most = max(ROWS // len(self.seeds), 1)
-        for first in range(0, len(controllers), most):
-            some = controllers[first : first + most]
-            with closing(make_vector(ENV, self.level, len(some) * len(self.seeds), 1)) as env:
-                found = gained(Beside(some), env, np.tile(self.seeds, len(some)), self._progress)
-            values.append(found.reshape(len(some), -1))
+        block_size = max(ROWS // len(self.seeds), 1)
+        for first in range(0, len(controllers), block_size):
+            block = controllers[first : first + block_size]
+            with closing(make_vector(ENV, self.level, len(block) * len(self.seeds), 1)) as env:
+                shift_value = shift_values(
+                    ControllerBlocks(block), env, np.tile(self.seeds, len(block)), self._progress
+                )
+            values.append(shift_value.reshape(len(block), -1))
         return np.concatenate(values)
 
-    def rules(self, name: str, tried: Iterable[Settings]) -> list[Tried]:
+    def try_rule(self, name: str, settings_list: Iterable[Settings]) -> list[SettingsResult]:
         """Results of a rule with several settings."""
-        given = list(tried)
+        candidates = list(settings_list)
         with closing(make_vector(ENV, self.level, 1, 1)) as env:
-            core = the_line(env)
-            values = self.beside([line_controller(name, core, **settings) for settings in given])
-        return [Tried(settings, value) for settings, value in zip(given, values, strict=True)]
+            core = line_core(env)
+            values = self.compare([line_controller(name, core, **settings) for settings in candidates])
+        return [SettingsResult(settings, value) for settings, value in zip(candidates, values, strict=True)]
 
-    def planners(self, name: str, tried: Iterable[Settings]) -> list[Tried]:
+    def try_planner(self, name: str, settings_list: Iterable[Settings]) -> list[SettingsResult]:
         """Results of a planner with several settings, one after the other."""
-        found: list[Tried] = []
-        for settings in tried:
+        results: list[SettingsResult] = []
+        for settings in settings_list:
             with closing(make_vector(ENV, self.level, len(self.seeds), 1)) as env:
-                controller = line_controller(name, the_line(env), **settings)
-                found.append(Tried(settings, gained(controller, env, self.seeds, self._progress)))
-        return found
+                controller = line_controller(name, line_core(env), **settings)
+                results.append(SettingsResult(settings, shift_values(controller, env, self.seeds, self._progress)))
+        return results
 
 
-def best(tried: Sequence[Tried]) -> Tried:
+def best_result(results: Sequence[SettingsResult]) -> SettingsResult:
     """The settings with the highest mean value; the first one of equals."""
-    return max(tried, key=lambda one: float(one.value.mean()))
+    return max(results, key=lambda one: float(one.value.mean()))
 
 
-def atc(bench: Bench) -> list[Tried]:
-    """Results of the rule `atc` with every patience."""
-    return bench.rules("atc", [{"patience": k} for k in PATIENCE])
+def search_atc(bench: Bench) -> list[SettingsResult]:
+    """Results of the rule `search_atc` with every patience."""
+    return bench.try_rule("atc", [{"patience": k} for k in PATIENCE])
 
 
-def price(bench: Bench, patience: float) -> list[Tried]:
-    """Results of `price`: a coarse grid, then every share at the best patience, then every patience at the best share.
+def search_price(bench: Bench, patience: float) -> list[SettingsResult]:
+    """Results of `search_price`: a coarse grid, every share at the best patience, every patience at the best share.
 
     With different skills of the robots there are several local optima, and the one near ATC's own patience may be the
     worse.
 
     Args:
         bench: bench of the comparison.
-        patience: patience of the tuned ATC rule [s], which equals `price` without robots downstream.
+        patience: patience of the tuned ATC rule [s], which equals `search_price` without robots downstream.
     """
     if len(bench.level.robots) == 1:
-        return bench.rules("price", [{"patience": patience, "share": 0.0}])
-    given: list[Settings] = [{"patience": k, "share": s} for k in (patience, *COARSE[0]) for s in COARSE[1]]
-    found = bench.rules("price", [one for i, one in enumerate(given) if one not in given[:i]])
+        return bench.try_rule("price", [{"patience": patience, "share": 0.0}])
+    grid: list[Settings] = [{"patience": k, "share": s} for k in (patience, *COARSE[0]) for s in COARSE[1]]
+    results = bench.try_rule("price", [candidate for i, candidate in enumerate(grid) if candidate not in grid[:i]])
     for name, values in (("share", SHARE), ("patience", PATIENCE)):
-        known = [one.settings for one in found]
-        new = [{**best(found).settings, name: value} for value in values]
-        new = [one for one in new if one not in known]
-        found += bench.rules("price", new) if new else []
-    return found
+        known_settings = [candidate.settings for candidate in results]
+        new = [{**best_result(results).settings, name: value} for value in values]
+        new = [candidate for candidate in new if candidate not in known_settings]
+        results += bench.try_rule("price", new) if new else []
+    return results
 
 
-def planner(bench: Bench, name: str, rate: float) -> list[Tried]:
+def search_planner(bench: Bench, name: str, rate: float) -> list[SettingsResult]:
     """Results of beam search with several prices of time, about the tuned ATC rule's value per second [1/s].
 
     `price_beam`: several shares at that price, then several prices at the best share. `guided_beam`: several trusts, at
@@ -174,9 +178,9 @@ def planner(bench: Bench, name: str, rate: float) -> list[Tried]:
     """
     if name == GUIDED:
         guide = {key: value for key, value in tuned.settings(bench.level.name, name).items() if key == "guide"}
-        return bench.planners(name, [{**guide, "trust": trust} for trust in TRUST])
+        return bench.try_planner(name, [{**guide, "trust": trust} for trust in TRUST])
     if name != "price_beam":
-        return bench.planners(name, [{"price": round(rate * factor, 3)} for factor in PRICE])
-    found = bench.planners(name, [{"price": round(rate, 3), "share": share} for share in SHARES])
-    share = best(found).settings["share"]
-    return found + bench.planners(name, [{"price": round(rate * factor, 3), "share": share} for factor in AROUND])
+        return bench.try_planner(name, [{"price": round(rate * factor, 3)} for factor in PRICE])
+    results = bench.try_planner(name, [{"price": round(rate, 3), "share": share} for share in SHARES])
+    share = best_result(results).settings["share"]
+    return results + bench.try_planner(name, [{"price": round(rate * factor, 3), "share": share} for factor in AROUND])

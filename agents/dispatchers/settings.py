@@ -14,10 +14,10 @@ PLANNERS: Final = ("beam", "price_beam", "joint_beam", "guided_beam")
 """Planners that compare plans by a price of time."""
 
 
-def written_settings() -> dict[str, Any]:
+def read_settings() -> dict[str, Any]:
     """All shipped settings, by level."""
-    told: Any = read_yaml(FILE, "settings of rules") if FILE.is_file() else {}
-    return dict(told or {})
+    content: Any = read_yaml(FILE, "settings of rules") if FILE.is_file() else {}
+    return dict(content or {})
 
 
 def settings(level: str, name: str, robots: int = 1) -> dict[str, Any]:
@@ -26,18 +26,18 @@ def settings(level: str, name: str, robots: int = 1) -> dict[str, Any]:
     A planner without a tuned price of time uses the tuned ATC rule's value per second and robot. `price_beam` without a
     tuned share uses that of the rule `price`. `guided_beam` uses both values of `price_beam`.
     """
-    own = written_settings().get(level) or {}
+    level_settings = read_settings().get(level) or {}
     usual = dict(USUAL.get(name, {}))
-    if name in PLANNERS and "rate" in own:
-        usual["price"] = round(own["rate"] / robots, 3)
+    if name in PLANNERS and "rate" in level_settings:
+        usual["price"] = round(level_settings["rate"] / robots, 3)
     if name == "price_beam":
         usual["share"] = settings(level, "price")["share"]
     if name == "guided_beam":
         usual = settings(level, "price_beam", robots)
-    return {**usual, **own.get(name, {})}
+    return {**usual, **level_settings.get(name, {})}
 
 
 def rate(level: str) -> float | None:
     """Value per second of the tuned ATC rule on a level; None on a level without tuned settings."""
-    found: Any = (written_settings().get(level) or {}).get("rate")
-    return None if found is None else float(found)
+    value: Any = (read_settings().get(level) or {}).get("rate")
+    return None if value is None else float(value)

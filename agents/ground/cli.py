@@ -17,7 +17,7 @@ import tyro
 from pnt_gym.errors import PntGymError, one_sentence
 
 from .places import module_name
-from .signals import REASONS, Interrupt, handled, interrupt
+from .signals import REASONS, Interrupt, handle_signals, interrupt
 from .streams import is_printed
 
 Arguments = TypeVar("Arguments")
@@ -53,7 +53,10 @@ def option(default: str, metavar: str | None = None) -> Any:
 
 
 def run(
-    command: Callable[[Arguments], None], arguments: type[Arguments], name: str, given: Sequence[str] | None = None
+    command: Callable[[Arguments], None],
+    arguments: type[Arguments],
+    name: str,
+    command_line: Sequence[str] | None = None,
 ) -> None:
     """Parse a command line into `arguments` and run `command`.
 
@@ -65,8 +68,8 @@ def run(
     Args:
         command: function of the command.
         arguments: dataclass of the options.
-        name: name of the module for `python -m`, or the words of the command line before `given`.
-        given: options of the command line; None for those of this process.
+        name: name of the module for `python -m`, or the words of the command line before `command_line`.
+        command_line: options of the command line; None for those of this process.
     """
     # A redirected stream of another encoding must not turn a table into a traceback.
     for stream in (sys.stdout, sys.stderr):
@@ -74,13 +77,13 @@ def run(
         if reconfigure is not None:
             reconfigure(errors="replace")
     try:
-        parsed = _parsed(arguments, f"python -m {module_name(name)}" if given is None else name, given)
+        parsed = _parse(arguments, f"python -m {module_name(name)}" if command_line is None else name, command_line)
         with warnings.catch_warnings():
-            warnings.showwarning = lambda said, *_, **__: print(f"warning: {one_sentence(said)}", file=sys.stderr)
-            with handled(interrupt), _printing(parsed):
+            warnings.showwarning = lambda message, *_, **__: print(f"warning: {one_sentence(message)}", file=sys.stderr)
+            with handle_signals(interrupt), _printing(parsed):
                 command(parsed)
     except (PntGymError, OSError, MemoryError) as error:
-        print(f"error: {explained(error)}", file=sys.stderr)
+        print(f"error: {describe_error(error)}", file=sys.stderr)
         sys.exit(BAD_USAGE)
     except ModuleNotFoundError as error:
         library = (error.name or "").partition(".")[0]
@@ -102,23 +105,23 @@ def _printing(arguments: Any) -> contextlib.AbstractContextManager[object]:
     return contextlib.redirect_stdout(sys.stderr) if any(map(is_printed, places)) else contextlib.nullcontext()
 
 
-def _parsed(arguments: type[Arguments], program: str, given: Sequence[str] | None) -> Arguments:
+def _parse(arguments: type[Arguments], program: str, command_line: Sequence[str] | None) -> Arguments:
     """Parsed options; an error that tyro prints in a box of several lines becomes one sentence."""
-    said = io.StringIO()
+    output = io.StringIO()
     try:
-        with contextlib.redirect_stderr(said):
-            return tyro.cli(arguments, prog=program, args=given)
+        with contextlib.redirect_stderr(output):
+            return tyro.cli(arguments, prog=program, args=command_line)
     except SystemExit as end:
         if not end.code:
             raise
-    box = re.sub(r"\x1b\[[\d;]*m|[│╭╮╰╯─]|-{5,}", "", said.getvalue())
+    box = re.sub(r"\x1b\[[\d;]*m|[│╭╮╰╯─]|-{5,}", "", output.getvalue())
     problem = re.split(r"\n\s*\n", box.partition("\n")[2].strip())[0]
     hint = re.search(r"Perhaps you meant:\s+(.*)", box)
-    meant = f"; perhaps you meant {hint[1].strip()}" if hint else ""
-    raise UsageError(f"{one_sentence(problem.rstrip(' .:'), 200)}{meant}; see {program} --help")
+    suggestion = f"; perhaps you meant {hint[1].strip()}" if hint else ""
+    raise UsageError(f"{one_sentence(problem.rstrip(' .:'), 200)}{suggestion}; see {program} --help")
 
 
-def explained(error: Exception) -> str:
+def describe_error(error: Exception) -> str:
     """Message of an error as one sentence, for user's mistakes, disk errors and lack of memory."""
     if isinstance(error, OSError):
         place = f" {one_sentence(repr(error.filename), 80)}" if error.filename is not None else ""
@@ -128,12 +131,12 @@ def explained(error: Exception) -> str:
     return one_sentence(error)
 
 
-def at_least(given: Mapping[str, Any], **least: int) -> None:
+def at_least(options: Mapping[str, Any], **least: int) -> None:
     """Make sure that no option lies below its least value; options that are None are skipped.
 
     Raises:
         UsageError: an option lies below its least value.
     """
     for name, bound in least.items():
-        if given[name] is not None and given[name] < bound:
-            raise UsageError(f"--{name.replace('_', '-')} is {given[name]}; it must be at least {bound}")
+        if options[name] is not None and options[name] < bound:
+            raise UsageError(f"--{name.replace('_', '-')} is {options[name]}; it must be at least {bound}")

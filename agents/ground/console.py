@@ -34,22 +34,22 @@ def main() -> None:
     choose("pnt-gym ", sys.argv[1:])
 
 
-def choose(program: str, given: Sequence[str]) -> None:
+def choose(program: str, words: Sequence[str]) -> None:
     """Run the command that the first words name, or list the commands that begin with these words.
 
     Args:
         program: what the user typed before the first word.
-        given: the words and options after `program`.
+        words: the words and options after `program`.
     """
-    room = given[0] if given[:1] == ["line"] else ""
-    name = " ".join(given[: 2 if room else 1])
+    room = words[0] if words[:1] == ["line"] else ""
+    name = " ".join(words[: 2 if room else 1])
     if name in ("", room, "-h", "--help", f"{room} -h", f"{room} --help"):
         print(f"usage: {program}COMMAND [OPTIONS]\n\nSorting by throwing.\n")
         print("\n".join(f"  {name:<16}{purpose}" for name, (_, purpose) in COMMANDS.items() if name.startswith(room)))
         print(f"\n`{program}COMMAND --help` lists the options of a command.")
     elif name in COMMANDS:
         module = importlib.import_module(f"...{COMMANDS[name][0]}", __name__)
-        run(module.main, module.Arguments, f"{program}{name}", given[len(name.split()) :])
+        run(module.main, module.Arguments, f"{program}{name}", words[len(name.split()) :])
     else:
         now = f"`{program}{FORMER[name]}` now" if name in FORMER else f"no command; commands are {', '.join(COMMANDS)}"
         print(f"error: {name!r} is {now}", file=sys.stderr)

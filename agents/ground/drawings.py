@@ -43,7 +43,7 @@ def subplots(rows: int, columns: int, size: tuple[float, float], **options: Any)
     return figure, list(axes.ravel())
 
 
-def tiled(count: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, list[Axes]]:
+def tile_panels(count: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, list[Axes]]:
     """A figure with `count` panels, each of a size in inches, in rows of `columns`; and its panels."""
     columns = min(count, columns)
     rows = -(-count // columns)
@@ -67,8 +67,8 @@ def dress(
 def frames_figure(frames: Sequence[tuple[str, NDArray[np.uint8]]], columns: int = 2, width: float = 10.0) -> Figure:
     """A figure of equal pictures (height, width, 3) in rows, each with its title; `width` of the figure in inches."""
     high, wide = frames[0][1].shape[:2]
-    each = width / columns
-    figure, axes = tiled(len(frames), columns, (each, each * high / wide + 0.3))
+    panel_width = width / columns
+    figure, axes = tile_panels(len(frames), columns, (panel_width, panel_width * high / wide + 0.3))
     for panel, (title, frame) in zip(axes, frames, strict=True):
         panel.imshow(frame, interpolation="none")
         panel.set_title(title, fontsize=10)

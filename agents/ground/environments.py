@@ -38,20 +38,20 @@ PLUGINS: Final = "pnt_gym.envs"
 """Group of entry points that name modules which register environments."""
 
 
-def own_module(name: str) -> ModuleType:
+def import_user_module(name: str) -> ModuleType:
     """Import a user's module, installed or in the working folder.
 
     Raises:
         UsageError: the module does not exist, or its import fails.
     """
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)
+    folder = str(Path.cwd())
+    if folder not in sys.path:
+        sys.path.insert(0, folder)
     try:
         return importlib.import_module(name)
     except Exception as error:
-        said = f"{type(error).__name__}: {one_sentence(error)}"
-        raise UsageError(f"module {name!r} cannot be imported: {said}") from error
+        reason = f"{type(error).__name__}: {one_sentence(error)}"
+        raise UsageError(f"module {name!r} cannot be imported: {reason}") from error
 
 
 def find_environment(env_id: str) -> EnvSpec:
@@ -62,16 +62,16 @@ def find_environment(env_id: str) -> EnvSpec:
     """
     module, _, name = env_id.rpartition(":")
     if module:
-        own_module(module)
+        import_user_module(module)
     elif name not in gym.registry:
         for plugin in entry_points(group=PLUGINS):
-            own_module(plugin.module)
+            import_user_module(plugin.module)
     if name in gym.registry:
         return gym.registry[name]
     if module:
         raise UsageError(f"unknown environment {name!r}: module {module!r} does not register it with Gymnasium")
-    known = ", ".join(pnt_gym.ENV_IDS)
-    raise UsageError(f"unknown environment {name!r}; known are {known}, and MODULE:ID for one that MODULE registers")
+    ids = ", ".join(pnt_gym.ENV_IDS)
+    raise UsageError(f"unknown environment {name!r}; known are {ids}, and MODULE:ID for one that MODULE registers")
 
 
 def make_vector(
@@ -97,15 +97,15 @@ def make_vector(
     """
     spec = find_environment(env_id)
     entry = spec.vector_entry_point or spec.entry_point
-    asked = _taken(spec, entry, {"level": level, "action_mode": action_mode, "threads": threads})
-    if level is not None and "level" not in asked:
+    settings = _usable_settings(spec, entry, {"level": level, "action_mode": action_mode, "threads": threads})
+    if level is not None and "level" not in settings:
         raise UsageError(f"environment {env_id!r} takes no level")
-    more: dict[str, Any] = {}
+    options: dict[str, Any] = {}
     if spec.vector_entry_point is None:
-        more = {"vectorization_mode": "sync", "vector_kwargs": {"autoreset_mode": AutoresetMode.SAME_STEP}}
-    with _made(env_id):
-        env = gym.make_vec(spec, num_envs=num_envs, **asked, **more)
-    if action_mode not in (None, _checked(env, env_id).action_mode):
+        options = {"vectorization_mode": "sync", "vector_kwargs": {"autoreset_mode": AutoresetMode.SAME_STEP}}
+    with _translate_errors(env_id):
+        env = gym.make_vec(spec, num_envs=num_envs, **settings, **options)
+    if action_mode not in (None, _require_core(env, env_id).action_mode):
         raise UsageError(f"environment {env_id!r} takes no action mode but its own")
     return env
 
@@ -119,8 +119,8 @@ def make_single(env_id: str, level: str | Mapping[str, Any], action_mode: str | 
     spec = find_environment(env_id)
     if spec.entry_point is None:
         raise UsageError(f"environment {env_id!r} has no single form")
-    with _made(env_id):
-        return gym.make(spec, **_taken(spec, spec.entry_point, {"level": level, "action_mode": action_mode}))
+    with _translate_errors(env_id):
+        return gym.make(spec, **_usable_settings(spec, spec.entry_point, {"level": level, "action_mode": action_mode}))
 
 
 def config_of(env_id: str, level: str | Path | LevelConfig | Mapping[str, Any] | None = None) -> Any:
@@ -131,7 +131,7 @@ def config_of(env_id: str, level: str | Path | LevelConfig | Mapping[str, Any] |
         ConfigError: there is no such level.
     """
     spec = find_environment(env_id)
-    with _made(env_id):
+    with _translate_errors(env_id):
         kind: Any = load_env_creator(spec.entry_point) if isinstance(spec.entry_point, str) else spec.entry_point
     if hasattr(kind, "load_config"):
         return kind.load_config(spec.kwargs.get("level", "nominal") if level is None else level)
@@ -143,7 +143,7 @@ def config_of(env_id: str, level: str | Path | LevelConfig | Mapping[str, Any] |
 
 
 @contextmanager
-def _made(env_id: str) -> Generator[None, None, None]:
+def _translate_errors(env_id: str) -> Generator[None, None, None]:
     """Turn errors of Gymnasium in the block, which makes an environment, into a `UsageError`.
 
     Raises:
@@ -158,10 +158,10 @@ def _made(env_id: str) -> Generator[None, None, None]:
         raise UsageError(f"environment {env_id!r} cannot be made: {one_sentence(error)}") from error
 
 
-def _taken(spec: EnvSpec, entry: Any, settings: Mapping[str, Any]) -> dict[str, Any]:
+def _usable_settings(spec: EnvSpec, entry: Any, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Settings that are not None and that the environment's entry point accepts."""
-    taken = _parameters(spec, entry)
-    return {name: v for name, v in settings.items() if v is not None and (taken is None or name in taken)}
+    names = _parameters(spec, entry)
+    return {name: v for name, v in settings.items() if v is not None and (names is None or name in names)}
 
 
 def _parameters(spec: EnvSpec, entry: Any) -> set[str] | None:
@@ -184,7 +184,7 @@ def as_vector(env: gym.Env[Any, Any] | Env) -> Env:
     if isinstance(env, gym.Env):
         return as_vector(SyncVectorEnv([lambda: env], autoreset_mode=AutoresetMode.SAME_STEP))
     check_autoreset(env)
-    _checked(env, type(env.unwrapped).__name__ if env.spec is None else env.spec.id)
+    _require_core(env, type(env.unwrapped).__name__ if env.spec is None else env.spec.id)
     return env
 
 
@@ -207,15 +207,15 @@ def core_of(env: Env) -> Core:
 def cores_of(env: Env) -> list[Core]:
     """All cores behind an environment: one for all rows, or one of each row."""
     whole: Any = env.unwrapped
-    return [one.unwrapped.core for one in whole.envs] if hasattr(whole, "envs") else [whole.core]
+    return [single.unwrapped.core for single in whole.envs] if hasattr(whole, "envs") else [whole.core]
 
 
-def hidden_of(core: Any) -> dict[str, Floats]:
+def get_hidden(core: Any) -> dict[str, Floats]:
     """Hidden quantities of the coming steps of N rows, which no observation contains, by name (N,)."""
     return getattr(core, "hidden", dict)()
 
 
-def _checked(env: Env, name: str) -> Core:
+def _require_core(env: Env, name: str) -> Core:
     try:
         return core_of(env)
     except AttributeError:

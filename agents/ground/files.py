@@ -27,7 +27,7 @@ MOST_RESULTS: Final = 2**28
 
 
 @contextmanager
-def held(folder: Path) -> Generator[None, None, None]:
+def lock_folder(folder: Path) -> Generator[None, None, None]:
     """Lock a folder against other commands during the block; the lock ends with the process, however the process ends.
 
     Raises:
@@ -37,8 +37,8 @@ def held(folder: Path) -> Generator[None, None, None]:
     try:
         lock.acquire()
     except Timeout:
-        said = f"another command is at work in {str(folder)!r}; let it end, or choose another folder"
-        raise UsageError(said) from None
+        message = f"another command is at work in {str(folder)!r}; let it end, or choose another folder"
+        raise UsageError(message) from None
     except (FileNotFoundError, NotADirectoryError):
         raise
     except OSError as error:
@@ -52,7 +52,7 @@ def held(folder: Path) -> Generator[None, None, None]:
             lock.release()
 
 
-def unfinished(path: Path) -> Path:
+def temporary_path(path: Path) -> Path:
     """Temporary path at which this process writes a file that is then renamed to `path`."""
     return path.with_name(f".{path.name}.{os.getpid()}.tmp")
 
@@ -73,7 +73,7 @@ def replace_file(path: Path, write: Callable[[Path], object]) -> None:
     The temporary file has the same name, because some writers choose the format by its ending.
     """
     sweep(path.parent)
-    parts = unfinished(path)
+    parts = temporary_path(path)
     try:
         parts.mkdir(exist_ok=True)
         write(parts / path.name)
@@ -118,24 +118,24 @@ def jsonable(values: Any) -> Any:
     """A number, an array or a list as JSON values; None replaces NaN and infinity, which JSON does not have."""
     listed: Any = cast("Any", values).tolist() if isinstance(values, np.ndarray | np.generic) else values
     if isinstance(listed, list):
-        return [jsonable(one) for one in cast("list[Any]", listed)]
+        return [jsonable(value) for value in cast("list[Any]", listed)]
     return None if isinstance(listed, float) and not math.isfinite(listed) else listed
 
 
-def read_json(path: Path, most: int = MOST_RESULTS) -> Any:
-    """Data of a JSON file of at most `most` bytes.
+def read_json(path: Path, max_bytes: int = MOST_RESULTS) -> Any:
+    """Data of a JSON file of at most `max_bytes` bytes.
 
     Raises:
         UsageError: the file is missing, too large, or not JSON.
     """
     try:
-        return json_of(path, most)
+        return json_of(path, max_bytes)
     except ReadError as error:
         raise UsageError(f"cannot read {str(path)!r}: {error}") from None
 
 
-def read_yaml(path: Path, what: str) -> Any:
-    """Data of a user's YAML file; `what` names their subject in errors.
+def read_yaml(path: Path, subject: str) -> Any:
+    """Data of a user's YAML file; `subject` names their subject in errors.
 
     Raises:
         UsageError: the file is missing, too large, or not YAML.
@@ -143,11 +143,11 @@ def read_yaml(path: Path, what: str) -> Any:
     try:
         return yaml_of(path)
     except ReadError as error:
-        raise UsageError(f"cannot read {what} {str(path)!r}: {error}") from None
+        raise UsageError(f"cannot read {subject} {str(path)!r}: {error}") from None
 
 
 @contextmanager
-def of_its_form(path: Path) -> Generator[None, None, None]:
+def check_form(path: Path) -> Generator[None, None, None]:
     """Turn errors in the block, which reads data of a file in an expected form, into a `UsageError`.
 
     Raises:
@@ -158,5 +158,5 @@ def of_its_form(path: Path) -> Generator[None, None, None]:
     except PntGymError:
         raise
     except (LookupError, TypeError, ValueError, AttributeError) as error:
-        said = f"{type(error).__name__}: {one_sentence(error, 80)}"
-        raise UsageError(f"{str(path)!r} was not written by this version: it is of another form ({said})") from error
+        reason = f"{type(error).__name__}: {one_sentence(error, 80)}"
+        raise UsageError(f"{str(path)!r} was not written by this version: it is of another form ({reason})") from error

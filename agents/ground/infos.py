@@ -20,13 +20,13 @@ def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:
     """
     final = info.get("final_info", {})
     over = np.asarray(info.get("_final_info", np.zeros(count, dtype=np.bool_)))
-    found: dict[str, NDArray[Any]] = {}
+    columns: dict[str, NDArray[Any]] = {}
     for name in {**info, **final}:
         if name != "kind" and not name.startswith("_"):
             values = np.asarray(info.get(name, final.get(name)))
             if values.shape == (count,) and values.dtype.kind in "biuf":
-                found[name] = np.where(over, final.get(name, values), values)
-    if "dropped" in found:
-        lost = found["dropped"].astype(np.bool_)
-        found |= {name: np.where(lost, np.nan, found[name]) for name in LANDING if name in found}
-    return found
+                columns[name] = np.where(over, final.get(name, values), values)
+    if "dropped" in columns:
+        lost = columns["dropped"].astype(np.bool_)
+        columns |= {name: np.where(lost, np.nan, columns[name]) for name in LANDING if name in columns}
+    return columns

@@ -88,10 +88,10 @@ def purity(ended_in: ArrayLike, belongs: ArrayLike, bins: int = 0) -> Purity:
         bins: number of bins in `by_bin`.
     """
     where, right = _columns(ended_in=ended_in, belongs=belongs)
-    held, own = np.bincount(where[where >= 0].astype(np.int64), minlength=bins), right[where >= 0]
-    good = np.bincount(where[where >= 0].astype(np.int64), weights=own, minlength=bins)
-    shares = [float(g / h) if h else np.nan for g, h in zip(good, held, strict=True)]
-    return Purity(float(own.mean()) if len(own) else np.nan, tuple(shares[:bins]))
+    counts, matches = np.bincount(where[where >= 0].astype(np.int64), minlength=bins), right[where >= 0]
+    good = np.bincount(where[where >= 0].astype(np.int64), weights=matches, minlength=bins)
+    shares = [float(g / h) if h else np.nan for g, h in zip(good, counts, strict=True)]
+    return Purity(float(matches.mean()) if len(matches) else np.nan, tuple(shares[:bins]))
 
 
 def recovery(sorted_: ArrayLike, passed: ArrayLike) -> float:
@@ -101,8 +101,8 @@ def recovery(sorted_: ArrayLike, passed: ArrayLike) -> float:
         sorted_: whether the object of each throw, or of a pick that failed, was sorted (N,).
         passed: number of objects that left unpicked since the previous throw (N,).
     """
-    done, gone = _columns(sorted_=sorted_, passed=passed)
-    return float(done.sum() / (len(done) + gone.sum()))
+    successes, gone = _columns(sorted_=sorted_, passed=passed)
+    return float(successes.sum() / (len(successes) + gone.sum()))
 
 
 def wilson(successes: int, throws: int) -> Interval:
@@ -160,11 +160,11 @@ def throughput(success: ArrayLike, cycle_time: ArrayLike) -> Throughput:
     Raises:
         MetricError: the arrays differ in shape, or a cycle time is not positive and finite.
     """
-    done, seconds = _columns(success=success, cycle_time=cycle_time)
+    successes, seconds = _columns(success=success, cycle_time=cycle_time)
     if not (np.isfinite(seconds).all() and (seconds > 0).all()):
         raise MetricError(f"cycle times must be positive and finite; the smallest is {seconds.min()} s")
     total = float(seconds.sum())
-    return Throughput(60.0 * len(seconds) / total, 60.0 * float(done.sum()) / total, total / len(seconds))
+    return Throughput(60.0 * len(seconds) / total, 60.0 * float(successes.sum()) / total, total / len(seconds))
 
 
 def mean_interval(values: ArrayLike, *, seed: int = 0) -> Interval:
@@ -173,7 +173,7 @@ def mean_interval(values: ArrayLike, *, seed: int = 0) -> Interval:
     return _percentiles(float(rows.mean()), np.concatenate([rows[i].mean(axis=1) for i in _resamples(len(rows), seed)]))
 
 
-def paired_mean(a: ArrayLike, b: ArrayLike) -> Interval:
+def mean_difference(a: ArrayLike, b: ArrayLike) -> Interval:
     """Mean of a - b over throws (N,) of the same objects, with its paired bootstrap interval.
 
     Throws in which either value is not finite are left out.
@@ -185,7 +185,7 @@ def paired_mean(a: ArrayLike, b: ArrayLike) -> Interval:
     return mean_interval((x - y)[np.isfinite(x) & np.isfinite(y)])
 
 
-def paired_rate(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLike, time_b: ArrayLike) -> Interval:
+def rate_difference(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLike, time_b: ArrayLike) -> Interval:
     """Sorted picks per minute of a minus those of b, over throws (N,) of the same objects.
 
     The rates are ratios of sums, so the bootstrap resamples whole throws, with success and time of both controllers.
@@ -224,8 +224,8 @@ def _percentiles(value: float, drawn: Floats) -> Interval:
 def _columns(**values: ArrayLike) -> list[Floats]:
     """Arrays (N,) of floats from values by name, after checking that all have the same length."""
     columns: list[Floats] = []
-    for name, given in values.items():
-        column = np.asarray(given, dtype=np.float64)
+    for name, column_values in values.items():
+        column = np.asarray(column_values, dtype=np.float64)
         if column.ndim != 1 or column.size == 0:
             raise MetricError(f"{name} must hold one number per throw and at least one throw, got shape {column.shape}")
         columns.append(column)

@@ -39,7 +39,7 @@ def deliver(path: Path, write: Callable[[Path], object]) -> None:
             place.parent.mkdir(parents=True, exist_ok=True)
             replace_file(place, write)
     except OSError as error:
-        raise _refused(path, str(error.strerror)) from None
+        raise _write_error(path, str(error.strerror)) from None
 
 
 def deliver_text(path: Path, text: str) -> None:
@@ -105,15 +105,15 @@ def _check_place(path: Path) -> None:
         if stream_of(place) is not None:
             return
         if place.exists() and (reason := _refusal(os.stat(place).st_mode)):
-            raise _refused(path, f"it is {reason}")
+            raise _write_error(path, f"it is {reason}")
         place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise _refused(path, str(error.strerror)) from None
+        raise _write_error(path, str(error.strerror)) from None
     if not os.access(place if place.exists() and not place.is_file() else place.parent, os.W_OK):
-        raise _refused(path, "its folder is read-only")
+        raise _write_error(path, "its folder is read-only")
 
 
-def _refused(path: Path, reason: str) -> UsageError:
+def _write_error(path: Path, reason: str) -> UsageError:
     return UsageError(f"cannot write {one_sentence(repr(str(path)), 200)}: {reason}")
 
 

@@ -33,7 +33,7 @@ def interrupt(number: int, _: FrameType | None) -> NoReturn:
 
 
 @contextmanager
-def handled(handler: Handler) -> Generator[None, None, None]:
+def handle_signals(handler: Handler) -> Generator[None, None, None]:
     """Install a handler of all signals of `REASONS` during the block; does nothing outside the main thread.
 
     A signal that this process ignores from its start, as SIGHUP under `nohup`, stays ignored. SIGINT is handled even
@@ -44,19 +44,19 @@ def handled(handler: Handler) -> Generator[None, None, None]:
         return
     before: dict[int, Handler] = {}
     for number in REASONS:
-        known = signal.getsignal(number)
-        if known is not signal.SIG_IGN or number == signal.SIGINT:
-            before[number] = known
+        previous = signal.getsignal(number)
+        if previous is not signal.SIG_IGN or number == signal.SIGINT:
+            before[number] = previous
             signal.signal(number, handler)
     try:
         yield
     finally:
-        for number, known in before.items():
-            signal.signal(number, known)
+        for number, previous in before.items():
+            signal.signal(number, previous)
 
 
 @contextmanager
-def blocked() -> Generator[None, None, None]:
+def block_signals() -> Generator[None, None, None]:
     """Block the signals of `REASONS` in a block: child processes inherit the mask, this process gets them later."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield

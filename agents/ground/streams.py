@@ -38,8 +38,8 @@ def stream_of(place: Path) -> int | None:
     """File descriptor of the open stream that a destination names; None for a file."""
     if str(place) in STANDARD:
         return STANDARD[str(place)]
-    own = place.parent == Path(f"/proc/{os.getpid()}/fd") and place.name.isdecimal()
-    return int(place.name) if own else None
+    is_descriptor = place.parent == Path(f"/proc/{os.getpid()}/fd") and place.name.isdecimal()
+    return int(place.name) if is_descriptor else None
 
 
 def is_printed(path: Path) -> bool:

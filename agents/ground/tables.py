@@ -79,13 +79,13 @@ class Grid(NamedTuple):
 
 def _are_figures(cells: Sequence[str]) -> bool:
     """Whether at least half of the cells that are not empty are figures."""
-    told = [cell for cell in cells if cell not in NONE]
-    return 2 * sum(FIGURE.match(cell) is not None for cell in told) >= len(told)
+    filled = [cell for cell in cells if cell not in NONE]
+    return 2 * sum(FIGURE.match(cell) is not None for cell in filled) >= len(filled)
 
 
 def markdown_text(text: str) -> str:
     """Text on one line of Markdown, with tags, links and separators of cells escaped."""
-    return MARKUP.sub(lambda found: rf"{2 * found[1]}\{found[2]}", " ".join(text.split()))
+    return MARKUP.sub(lambda match: rf"{2 * match[1]}\{match[2]}", " ".join(text.split()))
 
 
 def html_text(text: str) -> str:
@@ -95,8 +95,8 @@ def html_text(text: str) -> str:
 
 def console() -> Console:
     """The terminal; wide enough for a table when the output is a file."""
-    found = Console()
-    return found if found.is_terminal else Console(width=140)
+    terminal = Console()
+    return terminal if terminal.is_terminal else Console(width=140)
 
 
 def throws_bar(*columns: str) -> Progress:
@@ -113,7 +113,7 @@ def throws_bar(*columns: str) -> Progress:
     )
 
 
-def tuned_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, Any]]) -> Table:
+def settings_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, Any]]) -> Table:
     """Table of a line's controllers: best settings, value per minute, and paired gain over the tuned ATC rule."""
     lines = [
         [name, settings_text(settings), interval_text(metrics.mean_interval(value)), gain_text(value, base)]
@@ -134,7 +134,7 @@ def gain_text(value: Any, base: Any) -> str:
     if base is None or value is base:
         return "-"
     shared = min(len(value), len(base))
-    return interval_text(metrics.paired_mean(value[:shared], base[:shared]), "+")
+    return interval_text(metrics.mean_difference(value[:shared], base[:shared]), "+")
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:

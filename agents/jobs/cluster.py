@@ -24,9 +24,9 @@ from typing import Any, Final
 from pnt_gym.errors import one_sentence
 
 from ..ground.cli import UsageError
-from ..ground.signals import handled, interrupt
+from ..ground.signals import handle_signals, interrupt
 from .parcel import check_identity, identity, pack
-from .work import Done, Job, Pool, do, processes
+from .work import Completion, Job, Pool, processes, run_job
 
 RETRIES: Final = 10
 """Number of times that a job is repeated after its machine or process died."""
@@ -63,7 +63,7 @@ def pool(count: int, cluster: str | None, needs: Needs) -> Pool:
 @contextmanager
 def _on_cluster(
     address: str, needs: Needs, jobs: Sequence[Job], _folder: Path
-) -> Generator[Iterator[tuple[Job, Done]], None, None]:
+) -> Generator[Iterator[tuple[Job, Completion]], None, None]:
     """Do jobs on the cores of a cluster, one core per job; the end of the block ends the jobs.
 
     Raises:
@@ -76,59 +76,61 @@ def _on_cluster(
     import ray  # noqa: PLC0415 - of an extra
 
     for job in jobs:
-        _sent(job)
+        _serialise(job)
     _check_answers(address)
-    here = identity(needs.modules, needs.torch)
+    head_identity = identity(needs.modules, needs.torch)
     with TemporaryDirectory() as folder:
         pack(Path(folder), needs.modules)
         ray.init(address=address, runtime_env={"working_dir": folder, "env_vars": ALONE}, **_QUIET)
         try:
             _cores(ray)
-            remote: Any = ray.remote(num_cpus=1, max_retries=RETRIES)(_whole(__name__))
-            with handled(interrupt):  # Ray has put a handler of its own in place
-                yield _ended(ray, jobs, lambda job: remote.remote(_sent(job), here, needs.modules, needs.torch))
+            remote: Any = ray.remote(num_cpus=1, max_retries=RETRIES)(_self_contained_call(__name__))
+            with handle_signals(interrupt):  # Ray has put a handler of its own in place
+                yield _completions(
+                    ray, jobs, lambda job: remote.remote(_serialise(job), head_identity, needs.modules, needs.torch)
+                )
         finally:
             ray.shutdown()  # the cluster ends the jobs of a machine that leaves
 
 
-def _sent(job: Job) -> bytes:
+def _serialise(job: Job) -> bytes:
     try:
         return pickle.dumps(job)
     except Exception as error:  # pickling a user's object may raise anything
         raise UsageError(f"{job.name!r} cannot be sent to another machine: {one_sentence(error)}") from error
 
 
-def _whole(module: str) -> Callable[..., Done | str]:
+def _self_contained_call(module: str) -> Callable[..., Completion | str]:
     """Function that is pickled by value, not by its module's name, and so can report a module that a node lacks."""
 
-    def call(*given: Any) -> Done | str:
+    def call(*arguments: Any) -> Completion | str:
         try:
             code = importlib.import_module(module)
         except ImportError as error:
             return f"node {socket.gethostname()!r} lacks what the code needs: {error}"
-        return code.on_node(*given)
+        return code.on_node(*arguments)
 
     return call
 
 
-def on_node(sent: bytes, here: Mapping[str, str], modules: Sequence[str], torch: bool) -> Done:
+def on_node(job_bytes: bytes, head_identity: Mapping[str, str], modules: Sequence[str], torch: bool) -> Completion:
     """Do a job on a machine of the cluster, after checking that the machine computes the same results."""
-    _check_once(tuple(here.items()), tuple(modules), torch)
+    _check_once(tuple(head_identity.items()), tuple(modules), torch)
     with TemporaryDirectory() as folder:
-        return do(pickle.loads(sent), Path(folder))._replace(where=f" on {socket.gethostname()}")
+        return run_job(pickle.loads(job_bytes), Path(folder))._replace(where=f" on {socket.gethostname()}")
 
 
 @cache
-def _check_once(here: tuple[tuple[str, str], ...], modules: tuple[str, ...], torch: bool) -> None:
-    check_identity(dict(here), modules, torch)
+def _check_once(head_identity: tuple[tuple[str, str], ...], modules: tuple[str, ...], torch: bool) -> None:
+    check_identity(dict(head_identity), modules, torch)
 
 
-def _ended(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> Iterator[tuple[Job, Done]]:
+def _completions(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> Iterator[tuple[Job, Completion]]:
     """Jobs as they end; only enough are submitted at a time to keep all cores busy, because a job may hold a policy."""
-    left, tasks = iter(jobs), dict[Any, Job]()
+    queue, tasks = iter(jobs), dict[Any, Job]()
     while True:
         room = AHEAD * _cores(ray) - len(tasks)
-        tasks |= {begin(job): job for job in islice(left, max(room, 0))}
+        tasks |= {begin(job): job for job in islice(queue, max(room, 0))}
         if not tasks:
             return
         ended, _ = ray.wait([*tasks], timeout=LOOK)
@@ -136,16 +138,16 @@ def _ended(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> Iterat
             yield tasks.pop(task), _result(ray, task)
 
 
-def _result(ray: Any, task: Any) -> Done:
+def _result(ray: Any, task: Any) -> Completion:
     try:
-        found = ray.get(task)
+        outcome = ray.get(task)
     except ray.exceptions.RayTaskError as error:
         raise error.cause from None
     except ray.exceptions.RayError as error:
         raise UsageError(f"the cluster could not do a job; run the command again to go on: {error}") from None
-    if isinstance(found, str):
-        raise UsageError(found)
-    return found
+    if isinstance(outcome, str):
+        raise UsageError(outcome)
+    return outcome
 
 
 def _cores(ray: Any) -> int:
@@ -154,10 +156,10 @@ def _cores(ray: Any) -> int:
     Raises:
         UsageError: the cluster has no core.
     """
-    found = sum(int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"])
-    if not found:
+    count = sum(int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"])
+    if not count:
         raise UsageError("no machine with a core is in the cluster; let one join and run the command again to go on")
-    return found
+    return count
 
 
 def _check_answers(address: str) -> None:
@@ -179,17 +181,17 @@ def _check_answers(address: str) -> None:
     patient = {**os.environ, "RAY_gcs_server_request_timeout_seconds": f"{ANSWER / 2:.0f}"}
     hint = "this machine has to be in it, for instance by `ray start --address=HOST:PORT --num-cpus=0`"
     try:
-        joined = subprocess.run(command, env=patient, capture_output=True, text=True, timeout=ANSWER, check=False)
+        process = subprocess.run(command, env=patient, capture_output=True, text=True, timeout=ANSWER, check=False)
     except subprocess.TimeoutExpired:
         raise UsageError(f"no Ray cluster answers at {address!r} within {ANSWER:.0f} s; {hint}") from None
-    if joined.returncode != 0:
-        said = _last_line(joined.stderr)
-        more = f"; {hint}" if said.startswith("ConnectionError") else ""
-        raise UsageError(f"the cluster at {address!r} cannot be joined: {said}{more}")
+    if process.returncode != 0:
+        reason = _last_line(process.stderr)
+        advice = f"; {hint}" if reason.startswith("ConnectionError") else ""
+        raise UsageError(f"the cluster at {address!r} cannot be joined: {reason}{advice}")
 
 
-def _last_line(said: str) -> str:
+def _last_line(traceback: str) -> str:
     """End of a traceback as one sentence, from the line with the error's name on."""
-    lines = said.strip().splitlines()
+    lines = traceback.strip().splitlines()
     first = next((n for n in reversed(range(len(lines))) if lines[n][:1].isalpha() and "Error: " in lines[n]), -1)
     return one_sentence(" ".join(lines[first:]))

@@ -26,7 +26,7 @@ def code_digest(patterns: Iterable[str], modules: Iterable[str] = (), root: Path
         root: folder of the code.
     """
     files = {path for pattern in patterns for path in root.glob(code_pattern(pattern))}
-    files |= {path for name in modules for path in imported_by(module_name(name), root)}
+    files |= {path for name in modules for path in module_files(module_name(name), root)}
     digest = hashlib.sha256()
     for path in sorted(files):
         if not any(path.match(pattern) for pattern in DRAWS_ONLY):
@@ -35,7 +35,7 @@ def code_digest(patterns: Iterable[str], modules: Iterable[str] = (), root: Path
 
 
 @cache
-def imported_by(name: str, root: Path) -> frozenset[Path]:
+def module_files(name: str, root: Path) -> frozenset[Path]:
     """Files of a module, or of all modules of a package, and of the modules of `PACKAGES` that they import.
 
     The code is read and not run. An import within a function counts; an import by a string does not.

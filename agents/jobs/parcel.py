@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from ..ground.cli import UsageError
-from ..ground.environments import make_vector, own_module
+from ..ground.environments import import_user_module, make_vector
 from ..ground.places import CHECKOUT, CODE
 from ..ground.versions import versions
 from .code import code_digest
@@ -54,19 +54,19 @@ def _copy(source: Path, target: Path) -> None:
 
 def _source(module: str) -> Path:
     """The file of a module, or the folder of a package."""
-    found = own_module(module)
-    if found.__file__ is None:
+    package = import_user_module(module)
+    if package.__file__ is None:
         raise UsageError(f"module {module!r} lies in no file, so it cannot be sent to a node; give it an __init__.py")
-    file = Path(found.__file__).resolve()
-    return file.parent if hasattr(found, "__path__") else file
+    file = Path(package.__file__).resolve()
+    return file.parent if hasattr(package, "__path__") else file
 
 
 @cache
-def own_code(module: str) -> str:
+def user_code_digest(module: str) -> str:
     """Digest of the code of a user's module or package."""
-    found = own_module(module)
-    file = Path(found.__file__ or "")
-    return code_digest(["**/*.py" if hasattr(found, "__path__") else file.name], root=file.parent)
+    package = import_user_module(module)
+    file = Path(package.__file__ or "")
+    return code_digest(["**/*.py" if hasattr(package, "__path__") else file.name], root=file.parent)
 
 
 def identity(modules: Iterable[str], torch: bool) -> dict[str, str]:
@@ -79,23 +79,24 @@ def identity(modules: Iterable[str], torch: bool) -> dict[str, str]:
     return dict(_identity(modules, torch))
 
 
-def check_identity(here: Mapping[str, str], modules: Iterable[str], torch: bool) -> None:
-    """Make sure that this process computes the same as another one; `here` is the other one's `identity`.
+def check_identity(head_identity: Mapping[str, str], modules: Iterable[str], torch: bool) -> None:
+    """Make sure that this process computes the same as another one; `head_identity` is the other one's `identity`.
 
     The comparison stops at the first difference, before arithmetic that depends on differing packages.
 
     Raises:
         UsageError: this process differs; the message names this machine and the first difference.
     """
-    for name, found in _identity(modules, torch):
-        if found != here[name]:
+    for name, value in _identity(modules, torch):
+        if value != head_identity[name]:
             raise UsageError(
-                f"node {socket.gethostname()!r} {_SAID.get(name, _PACKAGE).format(name, found, here[name])}"
+                f"node {socket.gethostname()!r} "
+                f"{_DIFFERENCES.get(name, _PACKAGE).format(name, value, head_identity[name])}"
             )
 
 
 _PACKAGE: Final = "has {0} {1}, here it is {2}; a study needs the same everywhere"
-_SAID: Final = {
+_DIFFERENCES: Final = {
     "code": "runs other code of pnt_gym than this machine, perhaps from a folder in its PYTHONPATH",
     "arithmetic": "rounds otherwise than this machine, so its throws would not be these; leave it out of the cluster",
     "torch's arithmetic": "rounds otherwise than this machine when a network is fitted; leave it out of the cluster",
@@ -105,8 +106,8 @@ _SAID: Final = {
 def _identity(modules: Iterable[str], torch: bool) -> Iterator[tuple[str, str]]:
     yield "code", code_digest(_TEXTS)
     # A machine that received the code need not have the package installed.
-    yield from ((name, found) for name, found in versions().items() if name != "pnt_gym")
-    yield from ((f"module {name}", own_code(name)[:12]) for name in modules)
+    yield from ((name, version) for name, version in versions().items() if name != "pnt_gym")
+    yield from ((f"module {name}", user_code_digest(name)[:12]) for name in modules)
     yield "arithmetic", _arithmetic()
     if torch:
         yield "torch's arithmetic", _torch_arithmetic()
@@ -117,11 +118,11 @@ def _arithmetic() -> str:
     """Fingerprint of some throws and of the learners' arithmetic, in which processors round differently."""
     random = np.random.default_rng(0)
     numbers, square = random.standard_normal(999), random.standard_normal((24, 24))
-    found = [np.exp(numbers), np.sin(numbers), np.tanh(numbers), square @ square, *np.linalg.svd(square)]
+    results = [np.exp(numbers), np.sin(numbers), np.tanh(numbers), square @ square, *np.linalg.svd(square)]
     with closing(make_vector("PnTRelease-v0", "waste", num_envs=2, threads=1)) as env:
         env.reset(seed=0)
-        seen, reward, _, _, info = env.step(np.full(env.action_space.shape or (), 0.3, dtype=np.float32))
-    return _digest([*found, seen, reward, info["landing_error"]])
+        observations, reward, _, _, info = env.step(np.full(env.action_space.shape or (), 0.3, dtype=np.float32))
+    return _digest([*results, observations, reward, info["landing_error"]])
 
 
 def _torch_arithmetic() -> str:
@@ -132,11 +133,11 @@ def _torch_arithmetic() -> str:
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
         network = torch.nn.Sequential(torch.nn.Linear(26, 64), torch.nn.SiLU(), torch.nn.Linear(64, 2))
-        seen = torch.randn(256, 26)
+        batch = torch.randn(256, 26)
     optimiser = torch.optim.Adam(network.parameters())
     for _ in range(3):
         optimiser.zero_grad()
-        network(seen).square().mean().backward()
+        network(batch).square().mean().backward()
         optimiser.step()
     torch.set_num_threads(threads)
     return _digest([part.detach().numpy() for part in network.parameters()])

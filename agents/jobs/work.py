@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeAlias, final
 
 from ..ground.cli import UsageError
-from ..ground.files import held, read_json, write_bytes
+from ..ground.files import lock_folder, read_json, write_bytes
 from ..ground.outputs import check_writable
-from ..ground.signals import blocked
+from ..ground.signals import block_signals
 from ..ground.tables import throws_bar
 from ..ground.versions import versions
 
-Found: TypeAlias = dict[str, Any]
+JobValues: TypeAlias = dict[str, Any]
 """Result of a job, JSON values by name."""
 
 
@@ -54,16 +54,16 @@ class Job:
         return f"{self.name}-{self.key}.{self.suffix}"
 
 
-class Done(NamedTuple):
+class Completion(NamedTuple):
     """Result of a job that is done.
 
     Attributes:
-        found: content of the file that keeps the result.
+        content: content of the file that keeps the result.
         seconds: duration of the job [s].
         where: the machine that did the job, as text for the progress line; empty for this machine.
     """
 
-    found: bytes
+    content: bytes
     seconds: float
     where: str = ""
 
@@ -71,7 +71,9 @@ class Done(NamedTuple):
 class Pool(Protocol):
     """A way to do jobs: processes of this machine, or the machines of a cluster."""
 
-    def __call__(self, jobs: Sequence[Job], folder: Path, /) -> AbstractContextManager[Iterator[tuple[Job, Done]]]:
+    def __call__(
+        self, jobs: Sequence[Job], folder: Path, /
+    ) -> AbstractContextManager[Iterator[tuple[Job, Completion]]]:
         """Jobs as they end, begun in the given order; the end of the block ends the work.
 
         Args:
@@ -89,7 +91,7 @@ def key(**inputs: Any) -> str:
 
 def do_missing(
     jobs: Sequence[Job], folder: Path, pool: Pool, *, fresh: bool = False, unit: str = "parts"
-) -> list[Found]:
+) -> list[JobValues]:
     """Results of all jobs as JSON values; the arguments are those of `keep_missing`."""
     return [read_json(path) for path in keep_missing(jobs, folder, pool, fresh=fresh, unit=unit)]
 
@@ -112,17 +114,17 @@ def keep_missing(
         UsageError: a process died, for instance for lack of memory, or another command works in the folder.
     """
     check_writable(folder / "piece.json")
-    with held(folder):
+    with lock_folder(folder):
         missing = [job for job in jobs if fresh or not (folder / job.file).is_file()]
         if missing:
-            left, total = (sum(job.cost for job in some) for some in (missing, jobs))
+            left, total = (sum(job.cost for job in group) for group in (missing, jobs))
             longest_first = sorted(missing, key=lambda job: -job.cost)
             with pool(longest_first, folder) as ended, throws_bar() as bar:
                 task = bar.add_task(unit, total=total, completed=total - left)
-                for job, done in ended:
-                    write_bytes(folder / job.file, done.found)
+                for job, completion in ended:
+                    write_bytes(folder / job.file, completion.content)
                     bar.advance(task, job.cost)
-                    bar.console.print(f"done: {job.name} ({done.seconds:.0f} s{done.where})", markup=False)
+                    bar.console.print(f"done: {job.name} ({completion.seconds:.0f} s{completion.where})", markup=False)
     return [folder / job.file for job in jobs]
 
 
@@ -132,7 +134,9 @@ def processes(count: int) -> Pool:
 
 
 @contextmanager
-def _side_by_side(count: int, jobs: Sequence[Job], folder: Path) -> Generator[Iterator[tuple[Job, Done]], None, None]:
+def _side_by_side(
+    count: int, jobs: Sequence[Job], folder: Path
+) -> Generator[Iterator[tuple[Job, Completion]], None, None]:
     """Do jobs in processes of one thread each; the end of the block ends the processes.
 
     Raises:
@@ -140,12 +144,12 @@ def _side_by_side(count: int, jobs: Sequence[Job], folder: Path) -> Generator[It
     """
     os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit the variable: more threads would compete for the cores
     spawning = multiprocessing.get_context("spawn")
-    with blocked():
+    with block_signals():
         # Python's resource tracker starts here too.
         pool = ProcessPoolExecutor(min(count, len(jobs)), spawning, initializer=_end_with_parent)
     try:
-        with blocked():
-            futures = {pool.submit(do, job, folder): job for job in jobs}
+        with block_signals():
+            futures = {pool.submit(run_job, job, folder): job for job in jobs}
         yield ((futures[future], future.result()) for future in as_completed(futures))
     except BrokenProcessPool:
         raise UsageError(
@@ -157,15 +161,15 @@ def _side_by_side(count: int, jobs: Sequence[Job], folder: Path) -> Generator[It
             process.kill()  # workers block all other signals
 
 
-def do(job: Job, folder: Path) -> Done:
+def run_job(job: Job, folder: Path) -> Completion:
     """Run a job; its result as file content, and its duration."""
     began = time.perf_counter()
-    found = job.run(folder)
+    outcome = job.run(folder)
     seconds = time.perf_counter() - began
-    if isinstance(found, bytes):
-        return Done(found, seconds)
-    text = json.dumps({"seconds": round(seconds, 1), **found}, allow_nan=False)
-    return Done(f"{text}\n".encode(), seconds)
+    if isinstance(outcome, bytes):
+        return Completion(outcome, seconds)
+    text = json.dumps({"seconds": round(seconds, 1), **outcome}, allow_nan=False)
+    return Completion(f"{text}\n".encode(), seconds)
 
 
 def _end_with_parent() -> None:

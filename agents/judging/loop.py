@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pnt_gym.arrays import joined, take
+from pnt_gym.arrays import concatenate_records, take
 
 from ..controllers.protocol import Controller, Learner, Observation, Outcome
 from ..ground.environments import Env, core_of, stream_seed
@@ -17,7 +17,7 @@ Progress: TypeAlias = Callable[[int], object]
 """Called with the number of throws, or other units, just done."""
 
 
-def held_out(
+def throw_held_out(
     controller: Controller,
     env: Env,
     picks: int,
@@ -27,7 +27,7 @@ def held_out(
     progress: Progress | None = None,
 ) -> Throws:
     """Let a controller, without practice, throw `picks` held-out objects; the arguments are those of `Trial.run`."""
-    return _collect(thrown(controller, env, picks, stream_seed("evaluate", seed), learn=online), progress)
+    return _collect(throw_batches(controller, env, picks, stream_seed("evaluate", seed), learn=online), progress)
 
 
 def practise(
@@ -41,27 +41,29 @@ def practise(
     if not isinstance(controller, Learner) or throws == 0:
         return
     controller.begin_practice(throws)
-    _collect(thrown(controller, env, throws, stream_seed("practice", seed, start), learn=True), progress)
+    _collect(throw_batches(controller, env, throws, stream_seed("practice", seed, start), learn=True), progress)
     controller.end_practice()
 
 
-def thrown(controller: Controller, env: Env, picks: int, env_seed: int, *, learn: bool = False) -> Iterator[Throws]:
+def throw_batches(
+    controller: Controller, env: Env, picks: int, env_seed: int, *, learn: bool = False
+) -> Iterator[Throws]:
     """Carry out throws and yield batch after batch; the last batch is cut so that `picks` throws are yielded in all."""
     correction = core_of(env).correction
-    errors = () if correction is None else correction.told
+    errors = () if correction is None else correction.error_keys
     features, info = env.reset(seed=env_seed)
-    done = 0
-    while done < picks:
-        seen = observed(features, info.get("kind", np.zeros(env.num_envs)))
-        action = controller.act(seen)
+    throws_done = 0
+    while throws_done < picks:
+        observation = observed(features, info.get("kind", np.zeros(env.num_envs)))
+        action = controller.act(observation)
         features, reward, _, _, info = env.step(action)
-        part = take(Throws.of(info, np.asarray(reward), errors), slice(picks - done))
+        part = take(Throws.of(info, np.asarray(reward), errors), slice(picks - throws_done))
         if learn:
             count = len(part)  # the last batch may hold more rows than were asked for
-            seen = take(seen, slice(count))
-            told = (part.error, part.is_success, part.cycle_time, part.clipped)
-            controller.learn(Outcome(seen, action[:count], *told))
-        done += len(part)
+            observation = take(observation, slice(count))
+            outcome_fields = (part.error, part.is_success, part.cycle_time, part.clipped)
+            controller.learn(Outcome(observation, action[:count], *outcome_fields))
+        throws_done += len(part)
         yield part
 
 
@@ -76,4 +78,4 @@ def _collect(batches: Iterable[Throws], progress: Progress | None) -> Throws:
         parts.append(part)
         if progress is not None:
             progress(len(part))
-    return joined(parts)
+    return concatenate_records(parts)

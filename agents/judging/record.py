@@ -129,7 +129,7 @@ class Record(ABC):
         }
 
     @classmethod
-    def compared(
+    def paired_columns(
         cls, results: Sequence[Result], sides: Sequence[Sequence[Result]], num_envs: int
     ) -> dict[str, tuple[Floats, ...]]:
         """Columns of one controller for the paired comparison with another one.
@@ -174,8 +174,8 @@ def _means(values: Mapping[str, Floats]) -> dict[str, Any]:
     """Mean and 95 % interval of each figure (U,) over the units that have a value; None where no unit has one."""
     means: dict[str, Any] = {}
     for name, column in values.items():
-        known = column[np.isfinite(column)]
-        interval = metrics.mean_interval(known) if known.size else None
+        finite = column[np.isfinite(column)]
+        interval = metrics.mean_interval(finite) if finite.size else None
         means[name] = None if interval is None else interval.value
         means |= {f"{name}_{end}": None if interval is None else getattr(interval, end) for end in ("low", "high")}
     return means

@@ -94,7 +94,7 @@ class Trial(ABC):
     # Opening an environment
 
     @classmethod
-    def simulated(cls, config: LevelConfig, throws: str) -> LevelConfig:
+    def with_throws(cls, config: LevelConfig, throws: str) -> LevelConfig:
         """Copy of a level whose throws are computed as `--throws` says.
 
         Raises:
@@ -157,9 +157,9 @@ class Trial(ABC):
         practise(controller, self.env, steps, seed, progress=progress)
         return controller
 
-    def peers(self, asked: Mapping[str, Any]) -> dict[str, int]:
+    def peers(self, run_args: Mapping[str, Any]) -> dict[str, int]:
         """Controllers that the table after a training compares with the policy, and their practice steps, by name."""
-        return {"analytic": 0, asked["over"]: 0}
+        return {"analytic": 0, run_args["over"]: 0}
 
     # Pictures
 
@@ -171,7 +171,7 @@ class Trial(ABC):
         """
         raise UsageError(f"{self.unit} of this environment cannot be shown")
 
-    def filmed(self, steps: Iterator[Any], picks: int | None) -> Iterator[Any]:
+    def film_steps(self, steps: Iterator[Any], picks: int | None) -> Iterator[Any]:
         """Steps of a film: `picks` steps, or the default number for None."""
         return islice(steps, 5 if picks is None else picks)
 
@@ -182,36 +182,37 @@ class Trial(ABC):
 
     # Training
 
-    def check_training(self, asked: Mapping[str, Any]) -> None:
+    def check_training(self, run_args: Mapping[str, Any]) -> None:
         """Make sure that a training fits this kind of trial.
 
         Raises:
             UsageError: the algorithm does not fit.
         """
-        if asked["algo"] not in self.algorithms:
+        if run_args["algo"] not in self.algorithms:
             raise UsageError(
-                f"algorithm {asked['algo']} does not learn from {self.step}s of {asked['env']}; algorithms there are "
+                f"algorithm {run_args['algo']} does not learn from {self.step}s of {run_args['env']}; algorithms "
+                "there are "
                 f"{', '.join(self.algorithms)}"
             )
 
-    def hyperparameters(self, asked: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    def hyperparameters(self, run_args: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
         """Hyperparameters of a training, completed by those that depend on the cell.
 
         Args:
-            asked: arguments of the training.
-            given: hyperparameters.
+            run_args: arguments of the training.
+            settings: hyperparameters.
         """
-        del asked
-        return dict(given)
+        del run_args
+        return dict(settings)
 
     def price(self, settings: Mapping[str, Any]) -> float:
         """Price of time that a training subtracts beyond the price in the environment's reward [1/s]."""
         del settings
         return 0.0
 
-    def policy(self, folder: RunFolder, checkpoint: Path | None, asked: Mapping[str, Any], name: str) -> Controller:
+    def policy(self, folder: RunFolder, checkpoint: Path | None, run_args: Mapping[str, Any], name: str) -> Controller:
         """Newest policy of a training, or the policy of a checkpoint, as a controller with a name."""
-        return run_policy(folder.load_actor(checkpoint), asked, self.env, "the policy", name)
+        return run_policy(folder.load_actor(checkpoint), run_args, self.env, "the policy", name)
 
     @classmethod
     def card(cls) -> Card:
@@ -229,7 +230,7 @@ class Trial(ABC):
         del count, num_envs, level
 
     @classmethod
-    def depends(cls, name: str, levels: Sequence[Any], options: Mapping[str, Any], throws: Sequence[int]) -> Any:
+    def dependencies(cls, name: str, levels: Sequence[Any], options: Mapping[str, Any], throws: Sequence[int]) -> Any:
         """Dependencies of a controller's figures beside code, levels and its own files, as JSON values.
 
         Args:
@@ -242,7 +243,7 @@ class Trial(ABC):
         return {}
 
     @classmethod
-    def learned(cls, name: str, levels: Sequence[Any], options: Mapping[str, Any]) -> list[tuple[str, str]]:
+    def artefact_settings(cls, name: str, levels: Sequence[Any], options: Mapping[str, Any]) -> list[tuple[str, str]]:
         """Settings by which a controller reads further files, such as a guide, and their values."""
         del name, levels, options
         return []

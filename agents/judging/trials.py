@@ -11,7 +11,7 @@ from pnt_gym.cells.base.config import LevelConfig
 
 from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError
-from ..ground.environments import Env, config_of, core_of, make_vector, own_module
+from ..ground.environments import Env, config_of, core_of, import_user_module, make_vector
 from .throws.trial import ThrowTrial
 from .trial import Trial
 from .work_shifts.trial import ShiftTrial
@@ -33,11 +33,11 @@ def trial_class(config: Any) -> type[Trial]:
     if name in TRIALS:
         return TRIALS[name]
     module, _, attribute = name.partition(":")
-    kind = getattr(own_module(module), attribute, None) if attribute else None
+    kind = getattr(import_user_module(module), attribute, None) if attribute else None
     if not (inspect.isclass(kind) and issubclass(kind, Trial)):
-        known = ", ".join(TRIALS)
+        names = ", ".join(TRIALS)
         raise UsageError(
-            f"trial is {name!r}; it must be {known}, or MODULE:CLASS of a subclass of agents.judging.Trial"
+            f"trial is {name!r}; it must be {names}, or MODULE:CLASS of a subclass of agents.judging.Trial"
         )
     return kind
 
@@ -71,7 +71,7 @@ def open_trial(
     """
     if throws is not None:
         config = config_of(env_id, level)
-        level = trial_class(config).simulated(config, throws)
+        level = trial_class(config).with_throws(config, throws)
     env = make_vector(env_id, level, num_envs, threads, action_mode)
     try:
         return trial_of(env)
@@ -80,12 +80,12 @@ def open_trial(
         raise
 
 
-def check_options(trial: Trial | type[Trial], given: Mapping[str, Any], env_id: str, dashes: str = "--") -> None:
+def check_options(trial: Trial | type[Trial], options: Mapping[str, Any], env_id: str, dashes: str = "--") -> None:
     """Make sure that no option was given that only other kinds of trials use.
 
     Args:
         trial: trial of the environment.
-        given: options by name; an option that was not given is None or False.
+        options: options by name; an option that was not given is None or False.
         env_id: name of the environment, for the error.
         dashes: text before an option's name in the error.
 
@@ -94,6 +94,6 @@ def check_options(trial: Trial | type[Trial], given: Mapping[str, Any], env_id: 
     """
     for kind in TRIALS.values():
         for name in sorted(kind.options - trial.options):
-            if given.get(name) not in (None, False):
+            if options.get(name) not in (None, False):
                 option = name.replace("_", "-") if dashes else name
                 raise UsageError(f"{dashes}{option} goes with {kind.unit}; {env_id} is judged by {trial.unit}")

@@ -90,18 +90,18 @@ def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[st
     for name in (env_id, env_id.rpartition(":")[2], DEFAULT):
         if name in entries:
             return _settings(path, name, entries[name])
-    known = ", ".join(map(str, entries)) or "none"
-    raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {known}")
+    entry_names = ", ".join(map(str, entries)) or "none"
+    raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {entry_names}")
 
 
 def _settings(path: Path, name: str, entry: Any) -> dict[str, Any]:
     if not isinstance(entry, dict):
-        said = f"entry {name!r} is {one_sentence(repr(entry), 80)}; it must be a mapping, {{}} for none"
-        raise UsageError(f"hyperparameters {str(path)!r}: {said}")
+        reason = f"entry {name!r} is {one_sentence(repr(entry), 80)}; it must be a mapping, {{}} for none"
+        raise UsageError(f"hyperparameters {str(path)!r}: {reason}")
     return dict(entry)
 
 
-def size(algo: str, env_id: str, settings: Mapping[str, Any]) -> dict[str, int]:
+def training_size(algo: str, env_id: str, settings: Mapping[str, Any]) -> dict[str, int]:
     """Number of steps and of cells of a training, by its hyperparameters.
 
     Args:
@@ -118,7 +118,7 @@ def size(algo: str, env_id: str, settings: Mapping[str, Any]) -> dict[str, int]:
     return {name: _whole(usual[key]) for name, key in SIZES.items()}
 
 
-def checked(settings: Mapping[str, Any]) -> dict[str, Any]:
+def algorithm_arguments(settings: Mapping[str, Any]) -> dict[str, Any]:
     """Arguments of an algorithm's constructor, from hyperparameters in RL-Zoo syntax.
 
     The libraries would report some wrong values only after thousands of throws, or never.
@@ -146,7 +146,9 @@ def _check(name: str, value: Any) -> None:
     """
     if not _fits(name, value):
         hint = quotes_hint(value) if isinstance(value, str) else ""
-        raise UsageError(f"hyperparameter {name} is {one_sentence(repr(value), 80)}; it must be {_wanted(name)}{hint}")
+        raise UsageError(
+            f"hyperparameter {name} is {one_sentence(repr(value), 80)}; it must be {_range_text(name)}{hint}"
+        )
     weights = max(map(_weights, _layers(value)), default=0) if name == "net_arch" else 0
     if weights > MOST_WEIGHTS:
         raise UsageError(f"hyperparameter net_arch asks for {weights:,} weights; it must be at most {MOST_WEIGHTS:,}")
@@ -175,14 +177,14 @@ def _fits(name: str, value: Any) -> bool:
         value = _whole(value)
         return isinstance(value, int) and WHOLE[name][0] <= value <= WHOLE[name][1]
     if name in REAL:
-        value = begin(value) if name == FALLING else value
+        value = initial_value(value) if name == FALLING else value
         return isinstance(value, int | float) and REAL[name][0] <= value <= REAL[name][1]
     if name == "net_arch":
         return all(isinstance(sizes, list) and all(_is_width(size) for size in sizes) for sizes in _layers(value))
     return name != "action_noise" and not (isinstance(value, float) and not math.isfinite(value))
 
 
-def begin(value: Any) -> Any:
+def initial_value(value: Any) -> Any:
     """First value of a linearly falling hyperparameter; other values, and text without a number, unchanged."""
     try:
         return float(value.removeprefix(LINE)) if isinstance(value, str) and value.startswith(LINE) else value
@@ -194,7 +196,7 @@ def _is_width(size: Any) -> bool:
     return isinstance(size, int) and not isinstance(size, bool) and 1 <= size <= WIDEST
 
 
-def _wanted(name: str) -> str:
+def _range_text(name: str) -> str:
     """Range of a hyperparameter as text for an error."""
     if name in WHOLE:
         return "a whole number from {} to {}".format(*WHOLE[name])
@@ -208,7 +210,7 @@ def _wanted(name: str) -> str:
     return "left out or null" if name == "action_noise" else "a finite number, or what its documentation says"
 
 
-def policy_arguments(given: Any) -> dict[str, Any]:
+def policy_arguments(value: Any) -> dict[str, Any]:
     """The `policy_kwargs` of an algorithm, from a mapping or from RL-Zoo's text, which can name an activation.
 
     The text, such as `dict(net_arch=[64, 64], activation_fn=nn.SiLU)`, is parsed and never run.
@@ -216,18 +218,18 @@ def policy_arguments(given: Any) -> dict[str, Any]:
     Raises:
         UsageError: the text is no call of dict with literals and names of torch.nn.
     """
-    if isinstance(given, dict):
-        return dict(given)
+    if isinstance(value, dict):
+        return dict(value)
     try:
-        if not isinstance(given, str):
+        if not isinstance(value, str):
             raise ValueError("not text")
-        call = ast.parse(given.strip(), mode="eval").body
+        call = ast.parse(value.strip(), mode="eval").body
         if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "dict"):
             raise ValueError("not a call of dict")
         return {str(word.arg): _value(word.value) for word in call.keywords}
     except (ValueError, SyntaxError, AttributeError):
         raise UsageError(
-            f"policy_kwargs is {given!r}; it must be a mapping, "
+            f"policy_kwargs is {value!r}; it must be a mapping, "
             "or look like dict(net_arch=[64, 64], activation_fn=nn.SiLU)"
         ) from None
 

@@ -35,12 +35,12 @@ def load_memory(memory: Any, path: Path) -> None:
     """
     arrays = _arrays(memory)
     names = re.compile("|".join([*arrays, "pos", "full"]))
-    kept = arrays_of(path, names, sum(array.nbytes + HEADER for array in arrays.values()) + 4 * HEADER)
-    pos, full = int(kept["pos"]), bool(kept["full"])
+    stored = arrays_of(path, names, sum(array.nbytes + HEADER for array in arrays.values()) + 4 * HEADER)
+    pos, full = int(stored["pos"]), bool(stored["full"])
     if not 0 <= pos < memory.buffer_size:
         raise ValueError(f"pos is {pos}; it must be from 0 to {memory.buffer_size - 1}")
     for name, array in arrays.items():
-        rows, values = array[: None if full else pos], kept[name]
+        rows, values = array[: None if full else pos], stored[name]
         if (values.shape, values.dtype) != (rows.shape, rows.dtype):
             raise ValueError(f"{name} is {values.dtype} {values.shape}; it must be {rows.dtype} {rows.shape}")
         rows[:] = values
@@ -55,10 +55,10 @@ def save_random(model: BaseAlgorithm, path: Path) -> None:
     """Write the state of every random generator of a training as JSON."""
     import torch  # noqa: PLC0415 - a second to import
 
-    name, words, *rest = np.random.get_state()  # noqa: NPY002 - the generator that stable-baselines3 draws from
+    name, words, *position = np.random.get_state()  # noqa: NPY002 - the generator that stable-baselines3 draws from
     state = {
         "torch": torch.get_rng_state().tolist(),
-        "numpy": [name, np.asarray(words).tolist(), *rest],
+        "numpy": [name, np.asarray(words).tolist(), *position],
         "python": random.getstate(),
         "actions": model.action_space.np_random.bit_generator.state,
     }

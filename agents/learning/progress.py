@@ -15,7 +15,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from pnt_gym.reading import text_of
 
 from ..ground.files import MOST_RESULTS, write_text
-from ..ground.signals import handled, interrupt
+from ..ground.signals import handle_signals, interrupt
 from .windows import Window
 
 HEADER = "throws,seconds,success_rate,{},reward_mean"
@@ -30,18 +30,18 @@ class Stop:
         """Number of the signal, or None."""
 
     @property
-    def asked(self) -> bool:
+    def is_set(self) -> bool:
         """Whether a signal has asked to stop."""
         return self.number is not None
 
     @contextmanager
-    def listening(self) -> Iterator[Stop]:
+    def listen(self) -> Iterator[Stop]:
         """Handle signals in the block: the first one requests a stop, the second one interrupts at once."""
-        with handled(self._on_signal):
+        with handle_signals(self._on_signal):
             yield self
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
-        if self.asked:
+        if self.is_set:
             interrupt(number, frame)
         self.number = number
 
@@ -84,7 +84,7 @@ class ProgressCallback(BaseCallback):
         self._line = f"{self.num_timesteps},{seconds:.2f},{success:.4f},{figure:.5f},{reward:.4f}"
         if self.num_timesteps - self._written >= self._window.every:
             self._write()
-        return not self._stop.asked
+        return not self._stop.is_set
 
     def _on_training_end(self) -> None:
         if self.num_timesteps > self._written:

@@ -22,8 +22,8 @@ WIDTHS: Final = (64, 64)
 def choices_of(observations: Tensor) -> Tensor:
     """Inputs of a scorer for each choice (N, CHOICES, INPUTS), from observations (N, ENTRIES)."""
     head = len(LINE_TABLE)
-    each = observations[:, head:].reshape(-1, CHOICES, len(CHOICE_TABLE))
-    return torch.cat([each, observations[:, None, :head].expand(-1, CHOICES, -1)], dim=-1)
+    choices = observations[:, head:].reshape(-1, CHOICES, len(CHOICE_TABLE))
+    return torch.cat([choices, observations[:, None, :head].expand(-1, CHOICES, -1)], dim=-1)
 
 
 @final
@@ -50,9 +50,9 @@ class Scoring(nn.Module):
         between = [part for layer in layers[:-1] for part in (layer, nn.Tanh())]
         self.added = nn.Sequential(*between, layers[-1])
 
-    def forward(self, seen: Tensor) -> Tensor:
+    def forward(self, inputs: Tensor) -> Tensor:
         """Scores (N, CHOICES) of choices with inputs (N, CHOICES, INPUTS)."""
-        return seen @ self.weight + self.constant + self.added(seen)[..., 0]
+        return inputs @ self.weight + self.constant + self.added(inputs)[..., 0]
 
     def numbers(self) -> Scorer:
         """The present scorer as NumPy arrays."""
@@ -60,7 +60,7 @@ class Scoring(nn.Module):
 
 
 @final
-class Outlook(nn.Module):
+class LineEncoder(nn.Module):
     """Encoder of a line for the value function: mean and maximum of its encoded choices, and the line's entries.
 
     Args:
@@ -72,16 +72,16 @@ class Outlook(nn.Module):
         self.each = nn.Sequential(nn.Linear(INPUTS, width), nn.Tanh())
         self.whole = nn.Sequential(nn.Linear(2 * width + len(LINE_TABLE), width), nn.Tanh())
 
-    def forward(self, seen: Tensor) -> Tensor:
+    def forward(self, inputs: Tensor) -> Tensor:
         """Features (N, width) of choices with inputs (N, CHOICES, INPUTS)."""
-        real, each = seen[..., NAMES.index("real"), None], self.each(seen)
-        mean = (each * real).sum(dim=1) / real.sum(dim=1).clamp(min=1.0)
-        most = (each * real).amax(dim=1)
-        return self.whole(torch.cat([mean, most, seen[:, 0, len(CHOICE_TABLE) :]], dim=-1))
+        real, features = inputs[..., NAMES.index("real"), None], self.each(inputs)
+        mean = (features * real).sum(dim=1) / real.sum(dim=1).clamp(min=1.0)
+        maximum = (features * real).amax(dim=1)
+        return self.whole(torch.cat([mean, maximum, inputs[:, 0, len(CHOICE_TABLE) :]], dim=-1))
 
 
 @final
-class Sides(nn.Module):
+class ActorCriticExtractor(nn.Module):
     """Actor and critic of the policy, by the names that stable-baselines3 calls.
 
     Args:
@@ -90,7 +90,7 @@ class Sides(nn.Module):
         sharpness: factor on the scores; with 1 an untrained policy draws choices in proportion to their ATC indices.
     """
 
-    def __init__(self, scoring: Scoring, outlook: Outlook, sharpness: float) -> None:
+    def __init__(self, scoring: Scoring, outlook: LineEncoder, sharpness: float) -> None:
         super().__init__()
         self.scoring, self.outlook, self.sharpness = scoring, outlook, sharpness
 
@@ -114,18 +114,18 @@ class ResidualPolicy(MaskableActorCriticPolicy):
     Args:
         given: positional arguments of `MaskableActorCriticPolicy`.
         patience: patience of the ATC rule [s].
-        sharpness: see `Sides`.
+        sharpness: see `ActorCriticExtractor`.
         options: further arguments of `MaskableActorCriticPolicy`; `net_arch` has the widths of the scorer's layers.
     """
 
-    def __init__(self, *given: Any, patience: float = 1.0, sharpness: float = 4.0, **options: Any) -> None:
+    def __init__(self, *arguments: Any, patience: float = 1.0, sharpness: float = 4.0, **options: Any) -> None:
         self._patience, self._sharpness = patience, sharpness
-        super().__init__(*given, **{"net_arch": list(WIDTHS), **options})
+        super().__init__(*arguments, **{"net_arch": list(WIDTHS), **options})
 
     def _build(self, lr_schedule: Any) -> None:
         widths = tuple(int(width) for width in self.net_arch)
-        outlook = Outlook(widths[-1] if widths else WIDTHS[-1])
-        self.mlp_extractor = Sides(Scoring(self._patience, widths), outlook, self._sharpness)
+        outlook = LineEncoder(widths[-1] if widths else WIDTHS[-1])
+        self.mlp_extractor = ActorCriticExtractor(Scoring(self._patience, widths), outlook, self._sharpness)
         self.action_net = nn.Identity()
         self.value_net = nn.Linear(widths[-1] if widths else WIDTHS[-1], 1)
         optimizer_class: Any = self.optimizer_class

@@ -27,7 +27,7 @@ from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.reading import yaml_text
 
 from ..ground.cli import UsageError
-from ..ground.files import read_yaml, replace_file, sweep, unfinished, write_json, write_text
+from ..ground.files import read_yaml, replace_file, sweep, temporary_path, write_json, write_text
 from ..ground.versions import git_state, versions
 from ..policies.actor import Actor
 from ..policies.scorer import Scorer
@@ -74,7 +74,7 @@ class RunFolder:
         """
         check_new(path)
         sweep(path.parent)
-        parts = cls(unfinished(path))
+        parts = cls(temporary_path(path))
         try:
             shutil.rmtree(parts.path, ignore_errors=True)
             parts.path.mkdir(parents=True)
@@ -101,13 +101,13 @@ class RunFolder:
             write_text(self.path / "git.txt", state)
 
     @contextmanager
-    def nothing_left(self) -> Generator[None, None, None]:
+    def remove_on_error(self) -> Generator[None, None, None]:
         """Remove a new folder if an error ends the block before the first leg is done, to free its name."""
         try:
             yield
         except Exception:
             if len(self.checkpoints) == 1:
-                shutil.rmtree(self.path.rename(unfinished(self.path)))
+                shutil.rmtree(self.path.rename(temporary_path(self.path)))
             raise
 
     def write_arguments(self, arguments: Mapping[str, Any]) -> None:
@@ -143,8 +143,8 @@ class RunFolder:
         """
         arguments = self.arguments
         if arguments["algo"] in MASKED:
-            said = f"is of a policy that chooses; it is for --env {arguments['env']}"
-            raise UsageError(f"run folder {str(self.path)!r} {said}")
+            reason = f"is of a policy that chooses; it is for --env {arguments['env']}"
+            raise UsageError(f"run folder {str(self.path)!r} {reason}")
         return Actor.load(self.policy_file(checkpoint))
 
     def load_policy(self, checkpoint: Path | None = None) -> Actor | Scorer:
@@ -165,7 +165,7 @@ class RunFolder:
         file = (checkpoint or self.path) / POLICY
         if not file.is_file():
             old = f"; before 0.2.0 none was written: its {MODEL} can be used with --trust"
-            raise _damage(self.path, f"{POLICY} is missing{old if (self.path / MODEL).is_file() else ''}")
+            raise _damage_error(self.path, f"{POLICY} is missing{old if (self.path / MODEL).is_file() else ''}")
         return file
 
     def load_model(self, env: VecEnv | None = None, checkpoint: Path | None = None) -> BaseAlgorithm:
@@ -180,7 +180,7 @@ class RunFolder:
         settings = hyperparameters(arguments["algo"], arguments["env"], self.path / "config.yml")
         file = (checkpoint or self.path) / MODEL
         if not file.is_file():
-            raise _damage(self.path, f"{MODEL} is missing")
+            raise _damage_error(self.path, f"{MODEL} is missing")
         return load_tensors(file, arguments, settings, env)
 
     def save_checkpoint(self, model: BaseAlgorithm) -> None:
@@ -194,7 +194,7 @@ class RunFolder:
         actor = actor_of(model)
         place = self.path / "checkpoints" / f"{model.num_timesteps:08d}"
         sweep(place.parent)
-        parts = unfinished(place)
+        parts = temporary_path(place)
         shutil.rmtree(parts, ignore_errors=True)
         parts.mkdir(parents=True)
         actor.save(parts / POLICY)
@@ -208,12 +208,12 @@ class RunFolder:
 
     def _renew(self) -> None:
         """Copy the files of the last checkpoint to the run folder, also after a kill between writing and copying."""
-        *others, last = self.checkpoints
+        *earlier, last = self.checkpoints
         for name in (POLICY, MODEL, MEMORY):
             if (last / name).is_file():
                 replace_file(self.path / name, partial(shutil.copyfile, last / name))
         # Only the last checkpoint can be continued; earlier ones keep their policy.
-        for old in others:
+        for old in earlier:
             (old / MEMORY).unlink(missing_ok=True)
 
     def restore(self, env: VecEnv) -> BaseAlgorithm:
@@ -224,7 +224,7 @@ class RunFolder:
         """
         checkpoints = self.checkpoints
         if not checkpoints:
-            raise _damage(self.path, "it has no checkpoint")
+            raise _damage_error(self.path, "it has no checkpoint")
         last = checkpoints[-1]
         model = self.load_model(env, last)
         try:
@@ -233,9 +233,9 @@ class RunFolder:
             load_random(model, last / RANDOM)
         except Exception as error:
             # A truncated or foreign file may raise anything.
-            raise _damage(self.path, f"checkpoint {last.name} is truncated, or of another version") from error
+            raise _damage_error(self.path, f"checkpoint {last.name} is truncated, or of another version") from error
         if int(last.name) != model.num_timesteps:
-            raise _damage(self.path, f"checkpoint {last.name} is of another throw")
+            raise _damage_error(self.path, f"checkpoint {last.name} is of another throw")
         self._renew()
         sweep(last.parent)
         return model
@@ -249,19 +249,19 @@ def _arguments(folder: Path, stamp: tuple[int, ...]) -> Mapping[str, Any]:
         data = {**LATER, **data}
     missing = [name for name in ARGUMENTS if not isinstance(data, dict) or name not in data]
     if missing:
-        raise _damage(folder, f"args.yml lacks {', '.join(missing)}")
+        raise _damage_error(folder, f"args.yml lacks {', '.join(missing)}")
     for name in (*ARGUMENTS, *LATER):
         kind = int if name in WHOLE else str
         if not (isinstance(data[name], kind) and not isinstance(data[name], bool)):
-            raise _damage(folder, f"args.yml has {name} {data[name]!r}")
+            raise _damage_error(folder, f"args.yml has {name} {data[name]!r}")
     if data["algo"] not in (*RESIDUAL, *MASKED):
-        raise _damage(folder, f"args.yml has algo {data['algo']!r}")
+        raise _damage_error(folder, f"args.yml has algo {data['algo']!r}")
     return data
 
 
-def _damage(folder: Path, said: str) -> UsageError:
+def _damage_error(folder: Path, reason: str) -> UsageError:
     """Error of a damaged run folder."""
-    return UsageError(f"run folder {str(folder)!r} is damaged: {said}")
+    return UsageError(f"run folder {str(folder)!r} is damaged: {reason}")
 
 
 def check_new(folder: Path) -> None:
@@ -274,14 +274,14 @@ def check_new(folder: Path) -> None:
         raise UsageError(f"{str(folder)!r} exists already; choose another --out, or continue it with --resume")
 
 
-def name_of(asked: Mapping[str, Any], level: object) -> str:
+def run_name(run_args: Mapping[str, Any], level: object) -> str:
     """Name of a run's folder, from the run's arguments and level; the name has no path separators.
 
     Raises:
         UsageError: the name is no valid file name.
     """
-    env_id = asked["env"].rpartition(":")[2].replace("/", "-")  # Gymnasium's ids may have a namespace
-    name = f"{env_id}-{level}-{asked['algo']}-seed{asked['seed']}"
+    env_id = run_args["env"].rpartition(":")[2].replace("/", "-")  # Gymnasium's ids may have a namespace
+    name = f"{env_id}-{level}-{run_args['algo']}-seed{run_args['seed']}"
     if not isinstance(level, str) or Path(name).name != name or not name.isprintable():
-        raise UsageError(f"level {level!r} of environment {asked['env']!r} has a name that no folder can have")
+        raise UsageError(f"level {level!r} of environment {run_args['env']!r} has a name that no folder can have")
     return name

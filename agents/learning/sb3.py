@@ -31,7 +31,7 @@ from pnt_gym.reading import ReadError, archive, parsed_json
 
 from ..ground.cli import UsageError
 from .algorithms import MASKED, MOST_MODEL, RECURRENT, RESIDUAL
-from .hyperparameters import FALLING, WIDEST, begin, checked
+from .hyperparameters import FALLING, WIDEST, algorithm_arguments, initial_value
 from .vec_env import rows_thrown
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
@@ -72,13 +72,20 @@ class ThrownBuffer(ReplayBuffer):
         infos: list[dict[str, Any]],
     ) -> None:
         """Add the throws of one step of all rows."""
-        thrown = rows_thrown(infos)
-        if not thrown and self.size() > 0:
+        throw_rows = rows_thrown(infos)
+        if not throw_rows and self.size() > 0:
             return
-        kept = np.arange(len(infos))
-        others = np.setdiff1d(kept, thrown)
-        kept[others] = np.resize(thrown or others, len(others))
-        super().add(obs[kept], next_obs[kept], action[kept], reward[kept], done[kept], [infos[row] for row in kept])
+        sources = np.arange(len(infos))
+        replaced = np.setdiff1d(sources, throw_rows)
+        sources[replaced] = np.resize(throw_rows or replaced, len(replaced))
+        super().add(
+            obs[sources],
+            next_obs[sources],
+            action[sources],
+            reward[sources],
+            done[sources],
+            [infos[row] for row in sources],
+        )
 
 
 @final
@@ -146,7 +153,7 @@ def load_policy(file: Path, env: VecEnv | None = None) -> BaseAlgorithm:
 
 
 def load_tensors(
-    file: Path, asked: Mapping[str, Any], settings: Mapping[str, Any], env: VecEnv | None = None
+    file: Path, run_args: Mapping[str, Any], settings: Mapping[str, Any], env: VecEnv | None = None
 ) -> BaseAlgorithm:
     """Load a run's model: build it from arguments and settings, then fill in the tensors and counts of its file.
 
@@ -160,7 +167,9 @@ def load_tensors(
             stored = parsed_json(parts.read("data"))
             names = [info.filename for info in infos if info.filename.endswith(".pth")]
             tensors = {name: _tensors(parts.read(name)) for name in names}
-        model: Any = _made(asked["algo"], env or _nowhere(stored, asked["num_envs"]), settings, asked["seed"])
+        model: Any = _make_model(
+            run_args["algo"], env or _stub_env(stored, run_args["num_envs"]), settings, run_args["seed"]
+        )
         states, variables = model._get_torch_save_params()
         model.set_parameters({name: tensors[f"{name}.pth"] for name in states})
         for name in variables:
@@ -168,8 +177,8 @@ def load_tensors(
         for name in COUNTS:
             setattr(model, name, int(stored.get(name, 0)))
     except ReadError as error:
-        said = f"{file.name} is truncated or not a model of its run: {error}"
-        raise UsageError(f"{str(file)!r} is damaged: {said}") from error
+        reason = f"{file.name} is truncated or not a model of its run: {error}"
+        raise UsageError(f"{str(file)!r} is damaged: {reason}") from error
     except PntGymError:
         raise
     except Exception as error:
@@ -177,16 +186,16 @@ def load_tensors(
     return model
 
 
-def _nowhere(stored: Mapping[str, Any], count: int) -> VecEnv:
+def _stub_env(stored: Mapping[str, Any], count: int) -> VecEnv:
     """A stub environment with the spaces of a stored model and a number of rows, for a model that only acts."""
-    nowhere: gym.Env[Any, Any] = gym.Env()
-    seen, action = (tuple(stored[f"{name}_space"]["_shape"]) for name in ("observation", "action"))
+    stub: gym.Env[Any, Any] = gym.Env()
+    observation, action = (tuple(stored[f"{name}_space"]["_shape"]) for name in ("observation", "action"))
     count_of = stored["action_space"].get("n")
-    if max(math.prod(seen), math.prod(action), int(count_of or 0)) > WIDEST:
+    if max(math.prod(observation), math.prod(action), int(count_of or 0)) > WIDEST:
         raise ValueError("spaces of absurd sizes")
-    nowhere.observation_space = Box(-np.inf, np.inf, seen)
-    nowhere.action_space = Box(-1.0, 1.0, action) if count_of is None else Discrete(int(count_of))
-    rows = DummyVecEnv([lambda: nowhere])
+    stub.observation_space = Box(-np.inf, np.inf, observation)
+    stub.action_space = Box(-1.0, 1.0, action) if count_of is None else Discrete(int(count_of))
+    rows = DummyVecEnv([lambda: stub])
     rows.num_envs = count
     return rows
 
@@ -221,18 +230,18 @@ def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     Raises:
         UsageError: the settings do not fit the algorithm.
     """
-    model = _made(algo, env, settings, seed)
+    model = _make_model(algo, env, settings, seed)
     _start_at_zero(model)
     return model
 
 
-def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
+def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
     """A model with random weights."""
     torch.set_num_threads(1)  # small networks are slower on many threads than on one
-    chosen = checked(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
+    chosen = algorithm_arguments(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
     policy = _policy(algo, chosen.pop("policy", None))
     if isinstance(chosen.get(FALLING), str):
-        chosen[FALLING] = Falling(begin(chosen[FALLING]))
+        chosen[FALLING] = Falling(initial_value(chosen[FALLING]))
     kind = algorithm_class(algo)
     if issubclass(kind, OffPolicyAlgorithm):
         chosen.setdefault("replay_buffer_class", ThrownBuffer)
@@ -245,8 +254,8 @@ def _made(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
         raise UsageError(f"hyperparameters do not fit {algo}: {one_sentence(error)}") from error
 
 
-def _policy(algo: str, asked: str | None) -> str | type[Any]:
-    """The policy class of an algorithm: `asked`, or the default for None.
+def _policy(algo: str, name: str | None) -> str | type[Any]:
+    """The policy class of an algorithm: `name`, or the default for None.
 
     Raises:
         UsageError: the algorithm has only its own policy.
@@ -254,10 +263,10 @@ def _policy(algo: str, asked: str | None) -> str | type[Any]:
     if algo == "residual_ppo":
         from .residual import ResidualPolicy  # noqa: PLC0415 - only this algorithm needs it
 
-        if asked is not None:
-            raise UsageError(f"hyperparameter policy is {asked!r}; residual_ppo has a policy of its own: leave it out")
+        if name is not None:
+            raise UsageError(f"hyperparameter policy is {name!r}; residual_ppo has a policy of its own: leave it out")
         return ResidualPolicy
-    return asked or ("MlpLstmPolicy" if algo in RECURRENT else "MlpPolicy")
+    return name or ("MlpLstmPolicy" if algo in RECURRENT else "MlpPolicy")
 
 
 def _start_at_zero(model: BaseAlgorithm) -> None:

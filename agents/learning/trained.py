@@ -39,13 +39,13 @@ REFUSED: Final = ("env_wrapper", "vec_env_wrapper", "frame_stack")
 
 @final
 @dataclass(frozen=True)
-class Trained:
+class TrainedPolicy:
     """A policy on disk."""
 
     model: Path
     statistics: Path | None
     """File of the statistics that normalise the policy's observations (VecNormalize), if there is one."""
-    known: Mapping[str, Any]
+    task: Mapping[str, Any]
     """Recorded `env`, `level` and `action_mode` of the training."""
     is_run: bool = False
     """Whether the policy lies in a run folder of `agents.train`, which holds no code."""
@@ -56,16 +56,16 @@ class _ZooLoader(PlainLoader):
     """Loader of YAML as data, including the ordered mappings of RL-Zoo."""
 
 
-def _ordered(loader: _ZooLoader, node: yaml.SequenceNode) -> dict[str, Any]:
+def _construct_mapping(loader: _ZooLoader, node: yaml.SequenceNode) -> dict[str, Any]:
     (pairs,) = loader.construct_sequence(node, deep=True)
     return dict(pairs)
 
 
-_ZooLoader.add_constructor("tag:yaml.org,2002:python/object/apply:collections.OrderedDict", _ordered)
+_ZooLoader.add_constructor("tag:yaml.org,2002:python/object/apply:collections.OrderedDict", _construct_mapping)
 _ZooLoader.add_constructor("tag:yaml.org,2002:python/tuple", _ZooLoader.construct_sequence)
 
 
-def find_trained(place: Path) -> Trained:
+def find_policy(place: Path) -> TrainedPolicy:
     """Find the policy in a run folder, an RL-Zoo folder or a model file.
 
     Raises:
@@ -74,14 +74,14 @@ def find_trained(place: Path) -> Trained:
     if place.suffix == ".zip":
         if not place.is_file():
             raise UsageError(f"model {str(place)!r} does not exist")
-        return Trained(place, _there(place.with_name(STATISTICS)), {})
+        return TrainedPolicy(place, _file_or_none(place.with_name(STATISTICS)), {})
     inner = sorted(path.parent for path in place.glob("*/args.yml"))
     if inner and not (place / "args.yml").is_file():
         return _zoo(place, inner[0])
     run = RunFolder(place)
-    asked = run.arguments
-    known = {"env": asked["env"], "level": str(place / "env.yaml"), "action_mode": asked["action_mode"]}
-    return Trained(run.policy_file(), None, known, is_run=True)
+    run_args = run.arguments
+    task = {"env": run_args["env"], "level": str(place / "env.yaml"), "action_mode": run_args["action_mode"]}
+    return TrainedPolicy(run.policy_file(), None, task, is_run=True)
 
 
 def files_of(place: Path) -> dict[str, bytes]:
@@ -91,35 +91,35 @@ def files_of(place: Path) -> dict[str, bytes]:
         UsageError: there is no policy, or its files cannot be read.
     """
     root = place.resolve()
-    kept = [root] if root.suffix == ".npz" else _parts(root)
+    paths = [root] if root.suffix == ".npz" else _parts(root)
     try:
-        return {path.relative_to(root.parent).as_posix(): bytes_of(path, MOST_MODEL) for path in kept}
+        return {path.relative_to(root.parent).as_posix(): bytes_of(path, MOST_MODEL) for path in paths}
     except ReadError as error:
         raise UsageError(f"cannot read the files of {str(place)!r}: {error}") from None
 
 
 def _parts(place: Path) -> list[Path]:
-    """Files of a policy that `find_trained` or the loading of the policy reads."""
-    found = find_trained(place)
-    kept = [found.model, *([] if found.statistics is None else [found.statistics])]
+    """Files of a policy that `find_policy` or the loading of the policy reads."""
+    policy = find_policy(place)
+    paths = [policy.model, *([] if policy.statistics is None else [policy.statistics])]
     if place.is_dir():
-        kept += [path for pattern in ("*.y*ml", "*/args.yml", "*/config.yml") for path in place.glob(pattern)]
-    return kept
+        paths += [path for pattern in ("*.y*ml", "*/args.yml", "*/config.yml") for path in place.glob(pattern)]
+    return paths
 
 
-def _zoo(place: Path, inner: Path) -> Trained:
-    asked, settings = _zoo_yaml(inner / "args.yml"), _zoo_yaml(inner / "config.yml")
+def _zoo(place: Path, inner: Path) -> TrainedPolicy:
+    run_args, settings = _zoo_yaml(inner / "args.yml"), _zoo_yaml(inner / "config.yml")
     for name in REFUSED:
         if settings.get(name) not in (None, 1):
             raise UsageError(f"the policy of {str(place)!r} was trained with {name}, which is not understood here")
     models = [place / f"{inner.name}.zip", place / "best_model.zip"]
-    found = [model for model in models if model.is_file()]
-    if not found:
+    existing = [model for model in models if model.is_file()]
+    if not existing:
         raise UsageError(f"{str(place)!r} holds neither {models[0].name} nor {models[1].name}")
-    kwargs = asked.get("env_kwargs")
-    told = {**(kwargs if isinstance(kwargs, dict) else {}), "env": asked.get("env")}
-    known = {name: told[name] for name in ("env", "level", "action_mode") if isinstance(told.get(name), str)}
-    return Trained(found[0], _there(inner / STATISTICS), known)
+    kwargs = run_args.get("env_kwargs")
+    recorded = {**(kwargs if isinstance(kwargs, dict) else {}), "env": run_args.get("env")}
+    task = {name: recorded[name] for name in ("env", "level", "action_mode") if isinstance(recorded.get(name), str)}
+    return TrainedPolicy(existing[0], _file_or_none(inner / STATISTICS), task)
 
 
 def _zoo_yaml(path: Path) -> dict[str, Any]:
@@ -129,7 +129,7 @@ def _zoo_yaml(path: Path) -> dict[str, Any]:
         raise UsageError(f"{str(path)!r} cannot be read as RL-Zoo writes it") from None
 
 
-def _there(path: Path) -> Path | None:
+def _file_or_none(path: Path) -> Path | None:
     return path if path.is_file() else None
 
 
@@ -146,7 +146,7 @@ def check_trust(place: Path, trusted: bool) -> None:
         )
 
 
-def setting(
+def resolve_task(
     controller: str, env: str | None, level: LevelT | None, action_mode: str | None
 ) -> tuple[str, LevelT | str | None, str | None]:
     """Environment id, level and action mode: as given, else of the controller's training, else the defaults.
@@ -157,13 +157,13 @@ def setting(
         UsageError: the run folder's environment is in a module that the user has not named.
     """
     place = Path(controller)
-    known = find_trained(place).known if os.path.isdir(place) else {}  # False for a name too long to be one
-    found = own_environment(controller, known.get("env", "PnTConveyor-v0")) if env is None else env
-    mode = known.get("action_mode") if action_mode is None else action_mode
-    return found, known.get("level") if level is None else level, mode
+    recorded = find_policy(place).task if os.path.isdir(place) else {}  # False for a name too long to be one
+    env_id = importless_environment(controller, recorded.get("env", "PnTConveyor-v0")) if env is None else env
+    mode = recorded.get("action_mode") if action_mode is None else action_mode
+    return env_id, recorded.get("level") if level is None else level, mode
 
 
-def own_environment(folder: str | Path, env_id: str) -> str:
+def importless_environment(folder: str | Path, env_id: str) -> str:
     """Id of a run folder's environment, if opening the environment imports no user's module.
 
     Raises:

@@ -26,7 +26,7 @@ def rows_thrown(infos: Sequence[Mapping[str, Any]]) -> list[int]:
     return [row for row, info in enumerate(infos) if info.get("picked", True) and not info.get("dropped", False)]
 
 
-def _evened(reward: NDArray[Any], infos: Sequence[Mapping[str, Any]]) -> NDArray[Any]:
+def _even_rewards(reward: NDArray[Any], infos: Sequence[Mapping[str, Any]]) -> NDArray[Any]:
     """Rewards (N,), with the mean reward of the throws in rows without a throw; unchanged without any throw."""
     rows = rows_thrown(infos)
     if not rows:
@@ -81,19 +81,19 @@ class SameStepVecEnv(VecEnv):
     def step_wait(self) -> VecEnvStepReturn:
         """Step the environment; rows whose episode has ended return the first observation of the next one."""
         observation, reward, terminated, truncated, info = self.env.step(self._actions)
-        done = np.logical_or(terminated, truncated)
+        dones = np.logical_or(terminated, truncated)
         self._returns += reward
         self._lengths += 1
-        found = results(info, self.num_envs)
+        columns = results(info, self.num_envs)
         if self._price:
-            reward = reward - self._price * found["dt"]
-        infos = [{key: found[key][i].item() for key in INFO_KEYS if key in found} for i in range(self.num_envs)]
-        for i in np.flatnonzero(done).tolist():
+            reward = reward - self._price * columns["dt"]
+        infos = [{key: columns[key][i].item() for key in INFO_KEYS if key in columns} for i in range(self.num_envs)]
+        for i in np.flatnonzero(dones).tolist():
             infos[i].update(self._ending(info, i, bool(truncated[i] and not terminated[i])))
-        self._returns[done] = 0.0
-        self._lengths[done] = 0
-        reward = _evened(reward, infos) if self._even else reward
-        return np.array(observation, dtype=np.float32), np.asarray(reward, dtype=np.float32), done, infos
+        self._returns[dones] = 0.0
+        self._lengths[dones] = 0
+        reward = _even_rewards(reward, infos) if self._even else reward
+        return np.array(observation, dtype=np.float32), np.asarray(reward, dtype=np.float32), dones, infos
 
     def close(self) -> None:
         """Close the environment."""

@@ -101,5 +101,5 @@ class DecisionWindow(Window):
 
 def _mean(values: Sequence[float]) -> float:
     """Mean of the finite values; NaN without any, as before the first successful pick."""
-    known = [value for value in values if np.isfinite(value)]
-    return float(np.mean(known)) if known else np.nan
+    finite = [value for value in values if np.isfinite(value)]
+    return float(np.mean(finite)) if finite else np.nan

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
-from pnt_gym.cells.line.cell import LineCell, Taken
-from pnt_gym.cells.line.chances import Chances, digest, place_of, written
+from pnt_gym.cells.line.cell import Decisions, LineCell
+from pnt_gym.cells.line.chances import Chances, digest, format_table, table_path
 from pnt_gym.cells.line.config import LineConfig
 
 from ..ground.cli import UsageError, at_least, option
@@ -48,28 +48,31 @@ def main(arguments: Arguments) -> None:
     """Simulate the throws, count successes, write the table."""
     at_least(vars(arguments), throws=100, seed=0, num_envs=1, threads=1)
     config = LineConfig.load(arguments.level, throws="full", chances=None)
-    place = place_of(config) if arguments.out is None else arguments.out
+    place = table_path(config) if arguments.out is None else arguments.out
     check_writable(place)
     numbers = arguments.throws, arguments.seed, arguments.num_envs, arguments.threads
-    console().print(calibrated(config, place, *numbers))
+    console().print(calibrate(config, place, *numbers))
 
 
-def calibrated(
+def calibrate(
     config: LineConfig, place: Path, throws: int, seed: int, num_envs: int = NUM_ENVS, threads: int = 2
 ) -> str:
     """Make the table of a line and write it to a file; a summary in one sentence."""
-    told = list(thrown(LineConfig.load(config, throws="full", chances=None), throws, seed, num_envs, threads))
-    columns = {name: np.concatenate([part[name] for part in told]) for name in told[0]}
+    batches = list(random_throws(LineConfig.load(config, throws="full", chances=None), throws, seed, num_envs, threads))
+    columns = {name: np.concatenate([part[name] for part in batches]) for name in batches[0]}
     head = {"digest": digest(config), "throws": len(columns["kind"]), "seed": seed, "versions": versions()}
-    deliver_text(place, written(Chances.counted(config.cell, **columns), **head, items=list(config.cell.items)))
-    held = columns["won"].sum() / columns["picked"].sum()
+    deliver_text(
+        place, format_table(Chances.from_throws(config.cell, **columns), **head, items=list(config.cell.items))
+    )
+    success_share = columns["hits"].sum() / columns["picked"].sum()
     return (
-        f"{len(columns['kind'])} throws: cups sealed on {columns['picked'].mean():.1%}, of what they held {held:.1%} "
+        f"{len(columns['kind'])} throws: cups sealed on {columns['picked'].mean():.1%}, of what they held "
+        f"{success_share:.1%} "
         f"ended in its bin; the table is in {place}"
     )
 
 
-def thrown(config: LineConfig, throws: int, seed: int, num_envs: int, threads: int) -> Iterator[dict[str, Any]]:
+def random_throws(config: LineConfig, throws: int, seed: int, num_envs: int, threads: int) -> Iterator[dict[str, Any]]:
     """Columns of the throws of robots that choose at random, batch by batch.
 
     Raises:
@@ -83,33 +86,33 @@ def thrown(config: LineConfig, throws: int, seed: int, num_envs: int, threads: i
         count = empty = 0
         while count < throws:
             real = cell.state.choices.real
-            taken = cell.take(np.where(real, generator.random(real.shape), -1.0).argmax(axis=1))
-            yield _counted(taken)
-            thrown_now, over = int(taken.valid.sum()), np.flatnonzero(cell.over)
-            count += thrown_now
-            bar.advance(task, thrown_now)
-            empty = empty + over.size if thrown_now == 0 else 0
+            attempts = cell.take(np.where(real, generator.random(real.shape), -1.0).argmax(axis=1))
+            yield _table_columns(attempts)
+            throws_now, over = int(attempts.valid.sum()), np.flatnonzero(cell.over)
+            count += throws_now
+            bar.advance(task, throws_now)
+            empty = empty + over.size if throws_now == 0 else 0
             if empty >= MOST_EMPTY:
-                raise UsageError(_nothing(config, empty))
+                raise UsageError(_no_throw_text(config, empty))
             if over.size > 0:
                 cell.reset(over, [cell.generators[row] for row in over])
 
 
-def _nothing(config: LineConfig, shifts: int) -> str:
+def _no_throw_text(config: LineConfig, shifts: int) -> str:
     return (
         f"level {config.name!r}: nobody threw anything in {shifts} shifts of {config.duration:g} s; arrivals.rate is "
         f"{config.arrivals.rate:g} objects a second, so that {config.arrivals.rate * config.duration:.3g} come in one"
     )
 
 
-def _counted(taken: Taken) -> dict[str, Any]:
+def _table_columns(attempts: Decisions) -> dict[str, Any]:
     """Columns of the table's counts, for the valid attempts of one batch."""
-    objects, made = taken.context.objects, taken.made
+    objects, outcomes = attempts.context.objects, attempts.results
     columns = {
         "kind": objects.kind,
         "percent": objects.percent,
-        "distance": taken.context.distance,
-        "won": made.is_success,
-        "picked": made.picked,
+        "distance": attempts.context.distance,
+        "hits": outcomes.is_success,
+        "picked": outcomes.picked,
     }
-    return {name: values[taken.valid] for name, values in columns.items()}
+    return {name: values[attempts.valid] for name, values in columns.items()}

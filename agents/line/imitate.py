@@ -13,8 +13,8 @@ import tyro
 
 from pnt_gym.cells.line.config import LineConfig
 
-from ..dispatchers.registry import ENV, line_controller, the_line
-from ..dispatchers.scored import Scored
+from ..dispatchers.registry import ENV, line_controller, line_core
+from ..dispatchers.scored import ScoreController
 from ..dispatchers.settings import settings
 from ..ground.amounts import NUM_ENVS
 from ..ground.cli import at_least, option
@@ -64,47 +64,47 @@ def main(arguments: Arguments) -> None:
     level = LineConfig.load(arguments.level, throws="table")
     place = arguments.out or Path("runs") / f"{arguments.of}-{level.name}.npz"
     check_writable(place)
-    scorer = taught(level, arguments)
+    scorer = teach(level, arguments)
     deliver(place, scorer.save)
     console().print(f"the scorer is in {place}; {module_name('agents.evaluate')} --controller {place} works with it")
     if arguments.eval_shifts:
         compare_with_rule(level, scorer, arguments)
 
 
-def taught(level: LineConfig, arguments: Arguments) -> Scorer:
+def teach(level: LineConfig, arguments: Arguments) -> Scorer:
     """The fitted scorer after all rounds."""
-    from ..dispatchers.imitation import Labels, fitted  # noqa: PLC0415 - torch takes a second to import
+    from ..dispatchers.imitation import Labels, fit_scorer  # noqa: PLC0415 - torch takes a second to import
 
     patience = settings(level.name, "atc")["patience"]
     parts: list[Labels] = []
     shares = np.array_split(np.arange(arguments.shifts), arguments.rounds)
     scorer: Scorer | None = None
     for number, share in enumerate(part for part in shares if part.size > 0):
-        parts.append(lesson(level, share, scorer, arguments))
-        labels = Labels.joined(parts)
-        scorer, alike = fitted(labels, patience, arguments.hidden, arguments.seed)
+        parts.append(collect_labels(level, share, scorer, arguments))
+        labels = Labels.concatenate(parts)
+        scorer, alike = fit_scorer(labels, patience, arguments.hidden, arguments.seed)
         console().print(f"round {number + 1}: {len(labels.choice)} decisions, {alike:.1%} of others chosen alike")
     assert scorer is not None
     return scorer
 
 
-def lesson(level: LineConfig, share: np.ndarray, scorer: Scorer | None, arguments: Arguments) -> Labels:
+def collect_labels(level: LineConfig, share: np.ndarray, scorer: Scorer | None, arguments: Arguments) -> Labels:
     """The planner's decisions in some shifts, in which the planner or a scorer works."""
-    from ..dispatchers.imitation import collected  # noqa: PLC0415 - as above
+    from ..dispatchers.imitation import collect_labels  # noqa: PLC0415 - as above
 
     first = stream_seed("practice", arguments.seed) + TAUGHT
     with closing(make_vector(ENV, level, len(share), 1)) as env, throws_bar() as bar:
-        core = the_line(env)
+        core = line_core(env)
         expert = line_controller(arguments.of, core)
-        worker = expert if scorer is None else Scored(arguments.of, scorer)
+        worker = expert if scorer is None else ScoreController(arguments.of, scorer)
         task = bar.add_task(f"shifts of {worker.name if scorer is None else 'the scorer'}", total=len(share))
-        return collected(expert, worker, env, first + share, lambda count: bar.advance(task, count))
+        return collect_labels(expert, worker, env, first + share, lambda count: bar.advance(task, count))
 
 
 def compare_with_rule(level: LineConfig, scorer: Scorer, arguments: Arguments) -> None:
     """Print a table of the rule, the planner and the scorer on the same held-out shifts."""
     with closing(open_trial(ENV, level, NUM_ENVS, 1)) as trial, throws_bar() as bar:
-        learned = Scored(f"imitation of {arguments.of}", scorer)
+        learned = ScoreController(f"imitation of {arguments.of}", scorer)
         controllers = [trial.controller("atc"), trial.controller(arguments.of), learned]
         count = arguments.eval_shifts
         entries = [(controller.name, controller, 0) for controller in controllers]

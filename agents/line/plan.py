@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import tyro
 
-from pnt_gym.cells.line.chances import digest, place_of
+from pnt_gym.cells.line.chances import digest, table_path
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig, Robot
 
-from ..dispatchers.registry import ENV, NAMES, line_controller, the_line
+from ..dispatchers.registry import ENV, NAMES, line_controller, line_core
 from ..ground.cli import UsageError, at_least, option
 from ..ground.drawings import COLOURS, dress, subplots, svg
 from ..ground.environments import make_vector, stream_seed
@@ -22,8 +22,8 @@ from ..ground.metrics import mean_interval
 from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.tables import Grid, console, percent, throws_bar
 from ..ground.versions import versions
-from ..judging.work_shifts.data import worked
-from .calibrate import calibrated
+from ..judging.work_shifts.data import run_shifts
+from .calibrate import calibrate
 
 
 @dataclass(frozen=True)
@@ -73,17 +73,17 @@ def main(arguments: Arguments) -> None:
     _check(arguments)
     check_writable(arguments.json, arguments.picture)
     level = LineConfig.load(arguments.level, throws="table")
-    plans = list(planned(level, arguments))
+    plans = list(make_plans(level, arguments))
     rows: list[dict[str, Any]] = []
-    for number, (told, config) in enumerate(plans, 1):
-        said = ", ".join(f"{name} {value}" for name, value in told.items())
-        console().print(f"plan {number} of {len(plans)}: {said}")
-        rows.append({**told, **judged(with_table(config, arguments), arguments)})
+    for number, (numbers, config) in enumerate(plans, 1):
+        text = ", ".join(f"{name} {value}" for name, value in numbers.items())
+        console().print(f"plan {number} of {len(plans)}: {text}")
+        rows.append({**numbers, **evaluate_plan(with_table(config, arguments), arguments)})
     console().print(plans_table(arguments, rows).terminal())
     console().print(answer(arguments, rows))
     if arguments.json is not None:
-        asked = {"level": level.name, "controller": arguments.controller, "seed": arguments.seed}
-        deliver_json(arguments.json, {**asked, "versions": versions(), "plans": rows})
+        head = {"level": level.name, "controller": arguments.controller, "seed": arguments.seed}
+        deliver_json(arguments.json, {**head, "versions": versions(), "plans": rows})
     if arguments.picture is not None:
         deliver_text(arguments.picture, picture(arguments, rows))
 
@@ -97,15 +97,15 @@ def _check(arguments: Arguments) -> None:
         raise UsageError(f"--controller is {arguments.controller!r}; it must be one of {', '.join(NAMES)}")
 
 
-def planned(level: LineConfig, arguments: Arguments) -> Any:
+def make_plans(level: LineConfig, arguments: Arguments) -> Any:
     """Numbers and level of every plan."""
     speeds = arguments.speeds or (level.cell.belt.speed,)
     percents = arguments.percents or (None,)
     for count, speed, limit, skills in itertools.product(arguments.robots, speeds, percents, arguments.skills):
         changes = level.model_dump(mode="json", exclude_unset=True)
         changes |= {"name": f"{level.name}, a plan", "duration": 60.0 * arguments.minutes}
-        own = {} if skills == "level" else {"skills": []}
-        changes["robots"] = [{**robot.model_dump(mode="json"), **own} for robot in line_up(level, count)]
+        overrides = {} if skills == "level" else {"skills": []}
+        changes["robots"] = [{**robot.model_dump(mode="json"), **overrides} for robot in line_up(level, count)]
         cell = changes["cell"]
         cell["belt"] = {**cell.get("belt", {}), "speed": speed}
         if limit is not None:
@@ -113,8 +113,8 @@ def planned(level: LineConfig, arguments: Arguments) -> Any:
         if arguments.burst is not None:
             changes["arrivals"] = {**changes.get("arrivals", {}), "regularity": arguments.burst}
         config = LineConfig.load({"base": "nominal", **changes})
-        told = {"robots": count, "belt_speed": speed, "percent": max(config.cell.limits.percent), "skills": skills}
-        yield told, down(config, arguments)
+        numbers = {"robots": count, "belt_speed": speed, "percent": max(config.cell.limits.percent), "skills": skills}
+        yield numbers, down(config, arguments)
 
 
 def line_up(level: LineConfig, count: int) -> list[Robot]:
@@ -144,23 +144,23 @@ def down(config: LineConfig, arguments: Arguments) -> LineConfig:
 
 def with_table(config: LineConfig, arguments: Arguments) -> LineConfig:
     """The line with its table of chances, which is made if there is none yet."""
-    if place_of(config).is_file():
+    if table_path(config).is_file():
         return config
     place = arguments.tables / f"{digest(config)}.json"
     if not place.is_file():
-        calibrated(config, place, arguments.throws, arguments.seed, threads=arguments.threads)
+        calibrate(config, place, arguments.throws, arguments.seed, threads=arguments.threads)
     return LineConfig.load(config, chances=str(place))
 
 
-def judged(config: LineConfig, arguments: Arguments) -> dict[str, Any]:
+def evaluate_plan(config: LineConfig, arguments: Arguments) -> dict[str, Any]:
     """Recovery, value per minute and utilisation of a plan, from simulated shifts."""
     with closing(make_vector(ENV, config, arguments.shifts, arguments.threads)) as env, throws_bar() as bar:
-        core = the_line(env)
+        core = line_core(env)
         task = bar.add_task("shifts", total=arguments.shifts)
         controller = line_controller(arguments.controller, core)
         seed = stream_seed("evaluate", arguments.seed)
-        found = worked(controller, env, arguments.shifts, seed, lambda count: bar.advance(task, count))
-    recovery, value = mean_interval(found.told["shift_recovery"]), mean_interval(found.value)
+        shifts = run_shifts(controller, env, arguments.shifts, seed, lambda count: bar.advance(task, count))
+    recovery, value = mean_interval(shifts.figures["shift_recovery"]), mean_interval(shifts.value)
     return {
         "recovery": recovery.value,
         "recovery_low": recovery.low,
@@ -168,7 +168,7 @@ def judged(config: LineConfig, arguments: Arguments) -> dict[str, Any]:
         "value_per_min": value.value,
         "value_per_min_low": value.low,
         "value_per_min_high": value.high,
-        "utilisation": found.told["shift_utilisation"].mean(axis=0).tolist(),
+        "utilisation": shifts.figures["shift_utilisation"].mean(axis=0).tolist(),
     }
 
 
@@ -188,10 +188,10 @@ def plans_table(arguments: Arguments, rows: list[dict[str, Any]]) -> Grid:
         ]
         for row in rows
     ]
-    said = (
+    title = (
         f"level {arguments.level}, {arguments.shifts} shifts of {arguments.minutes:g} min each, {arguments.controller}"
     )
-    return Grid(said, header, lines)
+    return Grid(title, header, lines)
 
 
 def answer(arguments: Arguments, rows: list[dict[str, Any]]) -> str:
@@ -199,12 +199,14 @@ def answer(arguments: Arguments, rows: list[dict[str, Any]]) -> str:
     enough = [row for row in rows if row["recovery_low"] >= arguments.recovery]
     if not enough:
         best = max(rows, key=lambda row: row["recovery"])
-        return f"no plan recovers {percent(arguments.recovery)}; the best, {_said(best)}, {percent(best['recovery'])}"
+        return (
+            f"no plan recovers {percent(arguments.recovery)}; the best, {_plan_text(best)}, {percent(best['recovery'])}"
+        )
     least = min(enough, key=lambda row: (row["robots"], row["percent"], row["belt_speed"]))
-    return f"{_said(least)} are enough for {percent(arguments.recovery)}"
+    return f"{_plan_text(least)} are enough for {percent(arguments.recovery)}"
 
 
-def _said(row: dict[str, Any]) -> str:
+def _plan_text(row: dict[str, Any]) -> str:
     robots = "1 robot" if row["robots"] == 1 else f"{row['robots']} robots"
     return f"{robots} at {row['percent']:g} % and a belt at {row['belt_speed']:g} m/s"
 
@@ -219,11 +221,13 @@ def picture(arguments: Arguments, rows: list[dict[str, Any]]) -> str:
     figure, (axes,) = subplots(1, 1, (6.4, 4.0))
     kinds = sorted({_kind(row) for row in rows})
     for kind, colour in zip(kinds, itertools.cycle(COLOURS), strict=False):
-        own = sorted((row for row in rows if _kind(row) == kind), key=lambda row: row["robots"])
-        low, middle, high = (np.array([row[f"recovery{end}"] for row in own]) for end in ("_low", "", "_high"))
-        said = f"{kind[0]:g} m/s, {kind[1]:g} %, skills {kind[2]}"
+        kind_rows = sorted((row for row in rows if _kind(row) == kind), key=lambda row: row["robots"])
+        low, middle, high = (np.array([row[f"recovery{end}"] for row in kind_rows]) for end in ("_low", "", "_high"))
+        label = f"{kind[0]:g} m/s, {kind[1]:g} %, skills {kind[2]}"
         off = np.stack([middle - low, high - middle])
-        axes.errorbar([row["robots"] for row in own], middle, off, marker="o", capsize=3, color=colour, label=said)
+        axes.errorbar(
+            [row["robots"] for row in kind_rows], middle, off, marker="o", capsize=3, color=colour, label=label
+        )
     axes.axhline(arguments.recovery, color="black", linewidth=0.8, linestyle="--")
     axes.set_xticks(sorted({row["robots"] for row in rows}))
     dress(axes, "robots", "recovery", f"level {arguments.level}", legend="lower right", ylim=(0.0, 1.0))

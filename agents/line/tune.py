@@ -14,17 +14,17 @@ from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.reading import yaml_text
 
 from ..dispatchers import search as tuning
-from ..dispatchers.search import Bench, Tried
+from ..dispatchers.search import Bench, SettingsResult
 from ..dispatchers.settings import FILE, rate, settings
 from ..ground.cli import UsageError, at_least, option
 from ..ground.environments import stream_seed
 from ..ground.files import read_yaml
 from ..ground.outputs import check_writable, deliver_json, deliver_text
-from ..ground.tables import console, throws_bar, tuned_table
+from ..ground.tables import console, settings_table, throws_bar
 from ..ground.versions import versions
 
-What = Literal["atc", "price", "beam", "price_beam", "joint_beam", "index", "guided_beam"]
-ORDER: Final[tuple[What, ...]] = get_args(What)
+Tunable = Literal["atc", "price", "beam", "price_beam", "joint_beam", "index", "guided_beam"]
+ORDER: Final[tuple[Tunable, ...]] = get_args(Tunable)
 """Controllers in the order of tuning; each uses the settings of the first one."""
 ENOUGH: Final = 32
 """Least number of shifts from which settings are kept; with fewer shifts settings are only shown."""
@@ -40,7 +40,7 @@ class Arguments:
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
     """A shipped level's name or a YAML file; throws succeed by the level's table of chances."""
-    what: tuple[What, ...] = field(default=("atc", "price"))
+    what: tuple[Tunable, ...] = field(default=("atc", "price"))
     """Controllers to tune: patience of atc, patience and share of price, price of time of the beams, also the share of
     price_beam, the weights of an index by evolution, or the trust of guided_beam in its plans."""
     shifts: int = 64
@@ -63,102 +63,117 @@ def main(arguments: Arguments) -> None:
     at_least(vars(arguments), shifts=1, generations=1, seed=0)
     place = FILE if arguments.out is None else arguments.out
     check_writable(place, arguments.json)
-    level, known = LineConfig.load(arguments.level, throws="table"), kept_in(place)
-    told = found(level, arguments)
+    level, by_level = LineConfig.load(arguments.level, throws="table"), read_settings(place)
+    results = try_settings(level, arguments)
     enough = arguments.shifts >= ENOUGH
     if enough:
-        keep(place, known, level, told)
+        write_settings(place, by_level, level, results)
     if arguments.json is not None:
-        deliver_json(arguments.json, as_json(level, arguments, told))
+        deliver_json(arguments.json, as_json(level, arguments, results))
     console().print(
-        tuned_table(f"level {level.name}, {arguments.shifts} shifts each, seed {arguments.seed}", rows(told))
+        settings_table(f"level {level.name}, {arguments.shifts} shifts each, seed {arguments.seed}", rows(results))
     )
-    few = f"{arguments.shifts} shifts are too few to keep what they say; {ENOUGH} are enough"
-    console().print(f"kept in {place}" if enough else few)
+    message = f"{arguments.shifts} shifts are too few to keep what they say; {ENOUGH} are enough"
+    console().print(f"kept in {place}" if enough else message)
     if arguments.json is not None:
         console().print(f"all that was tried is in {arguments.json}")
 
 
-def found(level: LineConfig, arguments: Arguments) -> dict[str, list[Tried]]:
+def try_settings(level: LineConfig, arguments: Arguments) -> dict[str, list[SettingsResult]]:
     """All tried settings and their values, by controller."""
     first = stream_seed("practice", arguments.seed)
-    told: dict[str, list[Tried]] = {}
+    results: dict[str, list[SettingsResult]] = {}
     with throws_bar() as bar:
-        wanted: list[What] = [what for what in ORDER if what in arguments.what]
-        for what in wanted:
-            task = bar.add_task(f"shifts for {what}", total=most(what, level, arguments))
+        controllers: list[Tunable] = [controller for controller in ORDER if controller in arguments.what]
+        for controller in controllers:
+            task = bar.add_task(f"shifts for {controller}", total=max_shifts(controller, level, arguments))
             bench = Bench(level, np.arange(first, first + arguments.shifts), partial(bar.advance, task))
-            told[what] = tried(what, bench, arguments, told)
+            results[controller] = tune_controller(controller, bench, arguments, results)
             bar.update(task, total=bar.tasks[task].completed)
-    return told
+    return results
 
 
-def most(what: What, level: LineConfig, arguments: Arguments) -> int:
+def max_shifts(controller: Tunable, level: LineConfig, arguments: Arguments) -> int:
     """Largest number of shifts for tuning a controller."""
     grid = (1 + len(tuning.COARSE[0])) * len(tuning.COARSE[1])
     share = 1 if len(level.robots) == 1 else grid + len(tuning.SHARE) + len(tuning.PATIENCE)
-    both = len(tuning.AROUND) + len(tuning.SHARES)
+    pairs = len(tuning.AROUND) + len(tuning.SHARES)
     counts = {
-        "atc": len(tuning.PATIENCE), "price": share, "price_beam": both, "index": 2, "guided_beam": len(tuning.TRUST),
+        "atc": len(tuning.PATIENCE), "price": share, "price_beam": pairs, "index": 2, "guided_beam": len(tuning.TRUST),
     }  # fmt: skip
-    each = counts.get(what, len(tuning.PRICE))
-    return each * arguments.shifts + (arguments.generations * tuning.SEARCHED_SHIFTS if what == "index" else 0)
+    settings_count = counts.get(controller, len(tuning.PRICE))
+    return settings_count * arguments.shifts + (
+        arguments.generations * tuning.SEARCHED_SHIFTS if controller == "index" else 0
+    )
 
 
-def tried(what: What, bench: Bench, arguments: Arguments, told: dict[str, list[Tried]]) -> list[Tried]:
+def tune_controller(
+    controller: Tunable, bench: Bench, arguments: Arguments, results: dict[str, list[SettingsResult]]
+) -> list[SettingsResult]:
     """Tried settings of one controller, starting from the tuned ATC rule of this run, or from the shipped one."""
-    if what == "atc":
-        return tuning.atc(bench)
+    if controller == "atc":
+        return tuning.search_atc(bench)
     name, robots = bench.level.name, len(bench.level.robots)
-    patience = (tuning.best(told["atc"]).settings if "atc" in told else settings(name, "atc"))["patience"]
-    if what == "price":
-        return tuning.price(bench, patience)
-    if what == "index":
-        from ..dispatchers.scores import searched  # noqa: PLC0415 - needs a library that only it does
+    patience = (tuning.best_result(results["atc"]).settings if "atc" in results else settings(name, "atc"))["patience"]
+    if controller == "price":
+        return tuning.search_price(bench, patience)
+    if controller == "index":
+        from ..dispatchers.scores import search_weights  # noqa: PLC0415 - needs a library that only it does
 
-        begin = settings(name, what).get("weights") if arguments.go_on else None
-        return searched(bench, patience, arguments.generations, arguments.seed, begin)
-    brings = a_second(told["atc"]) if "atc" in told else rate(name)
-    brings = a_second(bench.rules("atc", [{"patience": patience}])) if brings is None else brings
-    return tuning.planner(bench, what, brings / robots)
+        begin = settings(name, controller).get("weights") if arguments.go_on else None
+        return search_weights(bench, patience, arguments.generations, arguments.seed, begin)
+    brings = value_per_second(results["atc"]) if "atc" in results else rate(name)
+    brings = value_per_second(bench.try_rule("atc", [{"patience": patience}])) if brings is None else brings
+    return tuning.search_planner(bench, controller, brings / robots)
 
 
-def a_second(values: list[Tried]) -> float:
+def value_per_second(values: list[SettingsResult]) -> float:
     """Value per second with the best settings."""
-    return float(tuning.best(values).value.mean()) / 60.0
+    return float(tuning.best_result(values).value.mean()) / 60.0
 
 
-def rows(told: dict[str, list[Tried]]) -> list[tuple[str, dict[str, Any], Any, Any]]:
+def rows(results: dict[str, list[SettingsResult]]) -> list[tuple[str, dict[str, Any], Any, Any]]:
     """Controllers, best settings, values per minute, and values of the best ATC rule, if it was tuned too."""
-    base = tuning.best(told["atc"]).value if "atc" in told else None
-    ends = {what: tuning.best(values) for what, values in told.items()}
-    return [(what, end.settings, end.value, base) for what, end in ends.items()]
+    base = tuning.best_result(results["atc"]).value if "atc" in results else None
+    ends = {controller: tuning.best_result(values) for controller, values in results.items()}
+    return [(controller, end.settings, end.value, base) for controller, end in ends.items()]
 
 
-def kept_in(place: Path) -> dict[str, Any]:
+def read_settings(place: Path) -> dict[str, Any]:
     """Settings in an existing file, by level.
 
     Raises:
         UsageError: the file holds other data.
     """
-    known: Any = (read_yaml(place, "settings of rules") or {}) if place.is_file() else {}
-    if not (isinstance(known, dict) and all(isinstance(own, dict) for own in known.values())):
+    by_level: Any = (read_yaml(place, "settings of rules") or {}) if place.is_file() else {}
+    if not (
+        isinstance(by_level, dict) and all(isinstance(level_settings, dict) for level_settings in by_level.values())
+    ):
         raise UsageError(f"{str(place)!r} holds no settings of rules by level")
-    return known
+    return by_level
 
 
-def keep(place: Path, known: dict[str, Any], level: LineConfig, told: dict[str, list[Tried]]) -> None:
+def write_settings(
+    place: Path, by_level: dict[str, Any], level: LineConfig, results: dict[str, list[SettingsResult]]
+) -> None:
     """Write the best settings to the file, keeping the settings of other levels and controllers."""
-    own: dict[str, Any] = dict(known.get(level.name, {}))
-    if "atc" in told:
-        own["rate"] = round(a_second(told["atc"]), 3)
-    own |= {what: tuning.best(values).settings for what, values in told.items()}
-    deliver_text(place, HEAD + yaml_text({**known, level.name: own}, default_flow_style=None, width=110))
+    level_settings: dict[str, Any] = dict(by_level.get(level.name, {}))
+    if "atc" in results:
+        level_settings["rate"] = round(value_per_second(results["atc"]), 3)
+    level_settings |= {controller: tuning.best_result(values).settings for controller, values in results.items()}
+    deliver_text(place, HEAD + yaml_text({**by_level, level.name: level_settings}, default_flow_style=None, width=110))
 
 
-def as_json(level: LineConfig, arguments: Arguments, told: dict[str, list[Tried]]) -> dict[str, Any]:
+def as_json(level: LineConfig, arguments: Arguments, results: dict[str, list[SettingsResult]]) -> dict[str, Any]:
     """All tried settings and their values, as JSON values."""
-    each = {
-        what: [{**one.settings, "value_per_min": one.value.tolist()} for one in values] for what, values in told.items()
+    by_controller = {
+        controller: [{**setting.settings, "value_per_min": setting.value.tolist()} for setting in values]
+        for controller, values in results.items()
     }
-    return {"level": level.name, "shifts": arguments.shifts, "seed": arguments.seed, **each, "versions": versions()}
+    return {
+        "level": level.name,
+        "shifts": arguments.shifts,
+        "seed": arguments.seed,
+        **by_controller,
+        "versions": versions(),
+    }

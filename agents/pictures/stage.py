@@ -11,7 +11,7 @@ from pnt_gym.cells.base.view import record_video
 
 from ..ground.outputs import deliver
 from ..judging.trials import open_trial
-from ..learning.trained import setting
+from ..learning.trained import resolve_task
 
 
 @final
@@ -42,7 +42,7 @@ class Stage:
         throws: str | None = None,
         release: str | None = None,
     ) -> None:
-        env_id, level, mode = setting(controller, env, level, None)
+        env_id, level, mode = resolve_task(controller, env, level, None)
         self._trial = open_trial(env_id, level, 1, 1, mode, throws)
         try:
             self.core = self._trial.core
@@ -64,7 +64,7 @@ class Stage:
             picks: number of throws or decisions; None for the default of the kind of trial.
             slow: factor by which the video is slower than real time.
         """
-        steps = self._trial.filmed(self.steps, picks)
+        steps = self._trial.film_steps(self.steps, picks)
         deliver(file, lambda path: record_video(self.view, steps, path, slow=slow))
 
     def advance(self, moment: float) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from mujoco.studio import app, launch_passive, messages, plugin, viewer_protocol
 from mujoco.studio.dear_imgui import dear_imgui as imgui
 
-from pnt_gym.arrays import joined
+from pnt_gym.arrays import concatenate_records
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.view import Scene, ThrowView
 from pnt_gym.engine import mujoco
@@ -96,7 +96,7 @@ class Panel(plugin.ViewerPlugin):
 
 
 @final
-class Wishes(plugin.SimPlugin):
+class ViewerRequests(plugin.SimPlugin):
     """Requests of the viewer to the simulation: controller, level and speed.
 
     Args:
@@ -140,8 +140,8 @@ class Film:
         """Show one moment of a throw, with lines of text."""
         model, data, markers = scene
         self._hide(model)
-        apart = np.flatnonzero(self._hidden & (model.geom_rgba[:, 3] > 0.0))
-        shapes = [*markers, *(_shape(model, data, int(geom)) for geom in apart)]
+        separate = np.flatnonzero(self._hidden & (model.geom_rgba[:, 3] > 0.0))
+        shapes = [*markers, *(_shape(model, data, int(geom)) for geom in separate)]
         self._viewer.send_to_viewer(Shown(shapes, lines, self._camera))
         state = np.empty(mujoco.mj_stateSize(model, STATE))
         mujoco.mj_getState(model, data, state, STATE)
@@ -172,17 +172,17 @@ def watch(make: Callable[[Choice], Stage], choice: Choice, gfx: str) -> None:
     Raises:
         PntGymError: the first choice cannot be shown.
     """
-    stage, wishes, note = make(choice), Wishes(choice), ""
+    stage, requests, note = make(choice), ViewerRequests(choice), ""
     try:
         if not isinstance(stage.view, ThrowView):
             raise UsageError("only pictures by pnt_gym.cells.base.view.ThrowView can be shown live")
         studio = app.App(app.Config(show_options=False, show_inspector=False, show_toolbar=True))
         panel = Panel(choice, stage.core.config.level_names())
         config = viewer_protocol.ViewerConfig(title=TITLE, gfx=gfx)
-        with launch_passive.launch(config, plugins=[studio, panel, wishes]) as viewer:
-            while _play(viewer, stage, wishes, note):
+        with launch_passive.launch(config, plugins=[studio, panel, requests]) as viewer:
+            while _play(viewer, stage, requests, note):
                 try:
-                    following, note = make(wishes.choice), ""
+                    following, note = make(requests.choice), ""
                 except PntGymError as error:
                     note = f"{error}; still showing the one before"
                 else:
@@ -192,33 +192,33 @@ def watch(make: Callable[[Choice], Stage], choice: Choice, gfx: str) -> None:
         stage.close()
 
 
-def _play(viewer: Any, stage: Stage, wishes: Wishes, note: str) -> bool:
+def _play(viewer: Any, stage: Stage, requests: ViewerRequests, note: str) -> bool:
     """Show throws until the viewer is closed (False) or another choice is made (True)."""
-    film, chosen, thrown, credit = Film(viewer, stage.view.camera), wishes.choice, list[Throws](), 0.0
+    film, chosen, throws, credit = Film(viewer, stage.view.camera), requests.choice, list[Throws](), 0.0
     for throw in stage.steps:
-        thrown.append(throw)
-        lines = [*_told(thrown, stage.core.item_names), note]
+        throws.append(throw)
+        lines = [*_summary_lines(throws, stage.core.item_names), note]
         for scene in stage.view.scenes(RATE):
             credit -= 1.0
             while credit < 0.0:
                 began = time.perf_counter()
                 film.show(scene, lines)
-                if not viewer.is_running() or wishes.choice != chosen:
+                if not viewer.is_running() or requests.choice != chosen:
                     return viewer.is_running()
                 time.sleep(max(1.0 / RATE - (time.perf_counter() - began), 0.0))
-                credit += wishes.speed
+                credit += requests.speed
     return False
 
 
-def _told(thrown: Sequence[Throws], item_names: Sequence[str]) -> list[str]:
+def _summary_lines(throws: Sequence[Throws], item_names: Sequence[str]) -> list[str]:
     """Lines of text about the last throw and about all throws."""
-    last, every = thrown[-1], joined(thrown)
+    last, every = throws[-1], concatenate_records(throws)
     rate = metrics.wilson(int(every.is_success.sum()), len(every))
     pace = metrics.throughput(every.sorted, every.cycle_time)
     off = f"{1000.0 * last.landing_error[0]:.1f} mm off" if last.picked[0] else "not picked"
     success = "a success" if last.is_success[0] else "no success"
     return [
-        f"throw {len(thrown)}: {item_names[last.item[0]]}, {off}, {success}",
+        f"throw {len(throws)}: {item_names[last.item[0]]}, {off}, {success}",
         f"success {rate.value:.0%} ({rate.low:.0%} to {rate.high:.0%})",
         f"{pace.attempted:.1f} picks/min, {pace.sorted:.1f} sorted/min",
     ]

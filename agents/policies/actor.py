@@ -27,7 +27,19 @@ from pnt_gym.arrays import Floats
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
-from .networks import ACTIVATIONS, LAYER, LSTM, Array, Layers, Lstm, layers_of, lstm_of, named, numbers_of, through
+from .networks import (
+    ACTIVATIONS,
+    LAYER,
+    LSTM,
+    Array,
+    Layers,
+    Lstm,
+    arrays_by_name,
+    layers_of,
+    lstm_of,
+    numbers_of,
+    run_layers,
+)
 
 OUTPUTS: Final = ("squashed", "clipped", "scores")
 PARTS: Final = re.compile(rf"{LAYER}|{'|'.join(LSTM)}|activation|output|bound|low|high")
@@ -54,23 +66,23 @@ class Actor:
 
         The computation has 64 bits, so actions rounded to 32 bits do not depend on the number of rows.
         """
-        return self.after(observations, self.blank(len(observations)))[0]
+        return self.act_with_memory(observations, self.initial_memory(len(observations)))[0]
 
-    def blank(self, rows: int) -> Floats:
+    def initial_memory(self, rows: int) -> Floats:
         """Memory of rows at the begin of a shift (N, 2, H); H is 0 without an LSTM."""
         return np.zeros((rows, 2, 0 if self.lstm is None else self.lstm.size))
 
-    def after(self, observations: NDArray[Any], memory: Floats) -> tuple[Array, Floats]:
+    def act_with_memory(self, observations: NDArray[Any], memory: Floats) -> tuple[Array, Floats]:
         """Actions (N, A) for observations (N, D) and a memory (N, 2, H), and the next memory (N, 2, H)."""
         value = np.asarray(observations, dtype=np.float64)
         if self.lstm is not None:
             memory = self.lstm(value, memory)
             value = memory[:, 0]
-        return self._answer(value), memory
+        return self._actions(value), memory
 
-    def _answer(self, value: Floats) -> Array:
+    def _actions(self, value: Floats) -> Array:
         """Actions (N, A) from the inputs of the full layers."""
-        value = np.clip(through(self.layers, self.activation, value), -self.bound, self.bound)
+        value = np.clip(run_layers(self.layers, self.activation, value), -self.bound, self.bound)
         if self.output == "scores":
             return value.astype(np.float32)
         if self.output == "squashed":
@@ -80,18 +92,18 @@ class Actor:
     @property
     def sizes(self) -> tuple[int, int]:
         """Lengths of an observation and of an action."""
-        first = self.layers[0].weight if self.lstm is None else self.lstm.seen
+        first = self.layers[0].weight if self.lstm is None else self.lstm.input_weights
         return first.shape[1], len(self.low)
 
     @property
     def numbers(self) -> dict[str, Array]:
         """Weights and biases by their names in a file."""
-        return dict(zip(LSTM, self.lstm or (), strict=False)) | named(self.layers)
+        return dict(zip(LSTM, self.lstm or (), strict=False)) | arrays_by_name(self.layers)
 
     def save(self, file: Path) -> None:
         """Write the policy to a file."""
-        more: dict[str, Any] = {"activation": self.activation, "output": self.output, "bound": np.float32(self.bound)}
-        np.savez(file, **self.numbers, **more, low=self.low, high=self.high)
+        header: dict[str, Any] = {"activation": self.activation, "output": self.output, "bound": np.float32(self.bound)}
+        np.savez(file, **self.numbers, **header, low=self.low, high=self.high)
 
     @classmethod
     def load(cls, file: Path) -> Self:
@@ -101,15 +113,15 @@ class Actor:
             UsageError: the file is damaged, or holds no policy.
         """
         try:
-            found = arrays_of(file, PARTS)
+            arrays = arrays_of(file, PARTS)
             actor = cls(
-                layers_of(found),
-                str(found["activation"]),
-                str(found["output"]),
-                float(found["bound"]),
-                numbers_of(found["low"], 1),
-                numbers_of(found["high"], 1),
-                lstm_of(found),
+                layers_of(arrays),
+                str(arrays["activation"]),
+                str(arrays["output"]),
+                float(arrays["bound"]),
+                numbers_of(arrays["low"], 1),
+                numbers_of(arrays["high"], 1),
+                lstm_of(arrays),
             )
             _check(actor)
         except Exception as error:

@@ -63,7 +63,7 @@ An input is x from the layer, y from the operator before, or one of `NUMBERS`.
 """
 
 
-def activated(name: str, value: Floats) -> Floats:
+def activate(name: str, value: Floats) -> Floats:
     """Apply one of `ACTIVATIONS` to a value."""
     inputs: dict[str, Any] = {"x": value, **NUMBERS}
     for operator, *names in ACTIVATIONS[name]:
@@ -95,9 +95,9 @@ class Lstm(NamedTuple):
     The gates lie one after the other: input, forget, cell, output.
     """
 
-    seen: Array
+    input_weights: Array
     """Weights of the inputs (4H, D)."""
-    kept: Array
+    recurrent_weights: Array
     """Weights of the previous outputs (4H, H)."""
     bias: Array
     """(4H,)"""
@@ -105,12 +105,12 @@ class Lstm(NamedTuple):
     @property
     def size(self) -> int:
         """Number of cells H."""
-        return self.kept.shape[1]
+        return self.recurrent_weights.shape[1]
 
-    def __call__(self, seen: Floats, memory: Floats) -> Floats:
+    def __call__(self, inputs: Floats, memory: Floats) -> Floats:
         """Compute the memory (N, 2, H), outputs and cells, after inputs (N, D)."""
         before, cell = memory[:, 0], memory[:, 1]
-        gates = seen @ self.seen.T + before @ self.kept.T + self.bias
+        gates = inputs @ self.input_weights.T + before @ self.recurrent_weights.T + self.bias
         take, keep, new, give = np.split(gates, 4, axis=1)
         cell = sigmoid(keep) * cell + sigmoid(take) * np.tanh(new)
         return np.stack([sigmoid(give) * np.tanh(cell), cell], axis=1)
@@ -118,8 +118,8 @@ class Lstm(NamedTuple):
     @classmethod
     def from_torch(cls, lstm: Any) -> Self:
         """Copy a plain `torch.nn.LSTM`, with the sum of its two biases."""
-        seen, kept, *biases = (tensor.detach().numpy().copy() for tensor in lstm.parameters())
-        return cls(seen, kept, biases[0] + biases[1])
+        input_weights, recurrent_weights, *biases = (tensor.detach().numpy().copy() for tensor in lstm.parameters())
+        return cls(input_weights, recurrent_weights, biases[0] + biases[1])
 
 
 @final
@@ -129,19 +129,19 @@ class Gru(NamedTuple):
     The gates lie one after the other: reset, update, candidate.
     """
 
-    seen: Dense
+    input_layer: Dense
     """Layer of the inputs (3H, D)."""
-    kept: Dense
+    recurrent_layer: Dense
     """Layer of the previous memory (3H, H)."""
 
     @property
     def size(self) -> int:
         """Number of units H."""
-        return self.kept.weight.shape[1]
+        return self.recurrent_layer.weight.shape[1]
 
-    def __call__(self, seen: Floats, memory: Floats) -> Floats:
+    def __call__(self, inputs: Floats, memory: Floats) -> Floats:
         """Compute the memory (N, H) after inputs (N, D)."""
-        new, old = self.seen(seen), self.kept(memory)
+        new, old = self.input_layer(inputs), self.recurrent_layer(memory)
         reset, update = (sigmoid((new + old)[:, part : part + self.size]) for part in (0, self.size))
         candidate = np.tanh(new[:, 2 * self.size :] + reset * old[:, 2 * self.size :])
         return (1.0 - update) * candidate + update * memory
@@ -158,15 +158,15 @@ def layers_from_torch(tensors: Iterable[Any], kind: DTypeLike = np.float32) -> L
     return tuple(map(Dense, arrays[0::2], arrays[1::2]))
 
 
-def through(layers: Layers, activation: str, value: Floats) -> Floats:
+def run_layers(layers: Layers, activation: str, value: Floats) -> Floats:
     """Compute outputs of full layers for values S + (D,), with an activation after every layer but the last."""
     *hidden, last = layers
     for layer in hidden:
-        value = activated(activation, layer(value))
+        value = activate(activation, layer(value))
     return last(value)
 
 
-def named(layers: Layers) -> dict[str, Array]:
+def arrays_by_name(layers: Layers) -> dict[str, Array]:
     """Name the arrays of full layers as in a file."""
     return {f"{part}_{k}": array for k, layer in enumerate(layers) for part, array in layer._asdict().items()}
 

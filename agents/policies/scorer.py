@@ -31,7 +31,7 @@ from pnt_gym.errors import one_sentence
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
-from .networks import ACTIVATIONS, LAYER, Dense, Layers, layers_of, named, through
+from .networks import ACTIVATIONS, LAYER, Dense, Layers, arrays_by_name, layers_of, run_layers
 
 NAMES: Final = CHOICE_TABLE.names
 """Names of a choice's entries."""
@@ -41,10 +41,10 @@ INPUTS: Final = len(CHOICE_TABLE) + len(LINE_TABLE)
 
 def inputs(observations: NDArray[np.floating]) -> Floats:
     """Inputs of a scorer for each choice (N, CHOICES, INPUTS), from observations (N, ENTRIES)."""
-    seen, head = np.asarray(observations, dtype=np.float64), len(LINE_TABLE)
-    each = seen[:, head:].reshape(len(seen), CHOICES, -1)
-    line = np.broadcast_to(seen[:, None, :head], (len(seen), CHOICES, head))
-    return np.concatenate([each, line], axis=-1)
+    entries, head = np.asarray(observations, dtype=np.float64), len(LINE_TABLE)
+    choices = entries[:, head:].reshape(len(entries), CHOICES, -1)
+    line = np.broadcast_to(entries[:, None, :head], (len(entries), CHOICES, head))
+    return np.concatenate([choices, line], axis=-1)
 
 
 def rule(patience: float) -> tuple[Floats, float]:
@@ -53,11 +53,11 @@ def rule(patience: float) -> tuple[Floats, float]:
     Apparent tardiness cost (Vepsalainen and Morton 1987): log(index) = log(value x chance / cycle) - slack / patience.
     The inputs `ln_rate` and `slack` are linear in the two terms.
     """
-    zero, one = (CHOICE_TABLE.decode(np.full(len(CHOICE_TABLE), value)) for value in (0.0, 1.0))
+    origin, unit = (CHOICE_TABLE.decode(np.full(len(CHOICE_TABLE), value)) for value in (0.0, 1.0))
     weight, constant = np.zeros(INPUTS), 0.0
     for name, factor in (("ln_rate", 1.0), ("slack", -1.0 / patience)):
-        weight[NAMES.index(name)] = factor * (one[name] - zero[name])
-        constant += float(factor * zero[name])
+        weight[NAMES.index(name)] = factor * (unit[name] - origin[name])
+        constant += float(factor * origin[name])
     return weight, constant
 
 
@@ -95,8 +95,8 @@ class Scorer:
 
     def __call__(self, observations: NDArray[np.floating]) -> Floats:
         """Scores (N, CHOICES) for observations (N, ENTRIES); scores of empty choices mean nothing."""
-        seen, (weight, constant) = inputs(observations), rule(self.patience)
-        return seen @ weight + constant + through(self.layers, self.activation, seen)[..., 0]
+        choice_inputs, (weight, constant) = inputs(observations), rule(self.patience)
+        return choice_inputs @ weight + constant + run_layers(self.layers, self.activation, choice_inputs)[..., 0]
 
     @property
     def sizes(self) -> tuple[int, int]:
@@ -106,7 +106,7 @@ class Scorer:
     @property
     def numbers(self) -> dict[str, NDArray[Any]]:
         """Arrays of the scorer by their names in a file, without the name of the activation."""
-        return {**named(self.layers), "patience": np.array(self.patience)}
+        return {**arrays_by_name(self.layers), "patience": np.array(self.patience)}
 
     def save(self, file: Path) -> None:
         """Write the scorer to a file."""
@@ -124,8 +124,8 @@ class Scorer:
         if not file.is_file():
             raise UsageError(f"scorer {str(file)!r} does not exist")
         try:
-            found = arrays_of(file, PARTS)
-            scorer = cls(layers_of(found), float(found["patience"]), str(found["activation"]))
+            arrays = arrays_of(file, PARTS)
+            scorer = cls(layers_of(arrays), float(arrays["patience"]), str(arrays["activation"]))
             _check(scorer)
         except Exception as error:
             # A truncated or foreign file may raise anything.

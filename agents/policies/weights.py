@@ -23,15 +23,15 @@ def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
     Raises:
         UsageError: the policy is no network of full layers with one known activation, for observations in one vector.
     """
-    policy, seen = cast("Any", model.policy), model.observation_space
+    policy, space = cast("Any", model.policy), model.observation_space
     if hasattr(policy, "numbers"):
         return policy.numbers()
     steps, bound = _steps(model)
     full, between = {type(step) for step in steps[::2]}, {type(step) for step in steps[1::2]}
-    known = [name for name in ACTIVATIONS if between <= {getattr(torch.nn, name)}]
+    activations = [name for name in ACTIVATIONS if between <= {getattr(torch.nn, name)}]
     recurrent = getattr(policy, "lstm_actor", None)
     plain = recurrent is None or _is_plain(recurrent)
-    if full != {torch.nn.Linear} or not known or not plain or not isinstance(seen, Box) or len(seen.shape) != 1:
+    if full != {torch.nn.Linear} or not activations or not plain or not isinstance(space, Box) or len(space.shape) != 1:
         raise UsageError(
             "the policy cannot be kept as numbers: it must take an observation in one vector, through full layers "
             f"(net_arch), with activation_fn one of {', '.join(ACTIVATIONS)} of nn, a recurrent one "
@@ -41,11 +41,11 @@ def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
     layers = layers_from_torch(tensor for step in steps[::2] for tensor in (step.weight, step.bias))
     if isinstance(model.action_space, Discrete):
         low = np.full(int(model.action_space.n), np.finfo(np.float32).min, dtype=np.float32)
-        return Actor(layers, known[0], "scores", bound, low, -low)
-    given = cast("Box", model.action_space)
-    low, high = (np.asarray(end, dtype=np.float32) for end in (given.low, given.high))
+        return Actor(layers, activations[0], "scores", bound, low, -low)
+    action_space = cast("Box", model.action_space)
+    low, high = (np.asarray(end, dtype=np.float32) for end in (action_space.low, action_space.high))
     output = "squashed" if policy.squash_output else "clipped"
-    return Actor(layers, known[0], output, bound, low, high, lstm)
+    return Actor(layers, activations[0], output, bound, low, high, lstm)
 
 
 def _is_plain(lstm: torch.nn.LSTM) -> bool:

@@ -46,7 +46,7 @@ session = onnxruntime.InferenceSession("policy.onnx")
 
 
 def card(
-    asked: Mapping[str, Any],
+    run_args: Mapping[str, Any],
     level: str,
     figures: Mapping[str, Mapping[str, Any]],
     name: str,
@@ -56,54 +56,65 @@ def card(
     """The card: metadata in YAML, then what the policy is, what it is worth, and how it is used.
 
     Args:
-        asked: arguments of the training.
+        run_args: arguments of the training.
         level: name of the training level.
         figures: reports of `agents.evaluate`, by evaluation level.
         name: name of the folder.
         files: names of the files in the folder.
         trial: kind of trial.
     """
-    found, said = next(iter(figures.values())), trial.card()
-    rows = [[label, *said.cells(one)] for label, one in figures.items()]
+    first, kind_card = next(iter(figures.values())), trial.card()
+    rows = [[label, *kind_card.cells(report)] for label, report in figures.items()]
     shown = f"success and {trial.window.label} over the training"
-    holds = {file: text.format(opset=OPSET, graph=said.graph) for file, text in PARTS.items()}
+    holds = {file: text.format(opset=OPSET, graph=kind_card.graph) for file, text in PARTS.items()}
     lines = [f"| `{file}` | {text} |" for file, text in holds.items() if file in files]
-    commands = "\n".join(said.use).format(name=name)
+    commands = "\n".join(kind_card.use).format(name=name)
     parts = (
-        f"---\n{yaml_text(metadata(asked, figures, said))}---",
-        markdown_text(f"# {asked['algo'].upper()} on {asked['env']}, level {level}"),
-        f"Trained for {asked['steps']} {trial.step}s with seed {asked['seed']}, action mode "
-        f"{markdown_text(asked['action_mode'])}.{_between(asked)} Measured on {found[said.judged]} held-out "
-        f"{said.judged.replace('picks', 'throws')} per level (seed {found['seed']}):",
-        Grid("", ("level", *said.header), rows).markdown(),
-        f"[{said.film}]({REPLAY})." if REPLAY in files else "",
+        f"---\n{yaml_text(metadata(run_args, figures, kind_card))}---",
+        markdown_text(f"# {run_args['algo'].upper()} on {run_args['env']}, level {level}"),
+        f"Trained for {run_args['steps']} {trial.step}s with seed {run_args['seed']}, action mode "
+        f"{markdown_text(run_args['action_mode'])}.{_training_text(run_args)} Measured on {first[kind_card.judged]} "
+        "held-out "
+        f"{kind_card.judged.replace('picks', 'throws')} per level (seed {first['seed']}):",
+        Grid("", ("level", *kind_card.header), rows).markdown(),
+        f"[{kind_card.film}]({REPLAY})." if REPLAY in files else "",
         f"The {trial.step}s that it learned from, with its exploration:\n\n![{shown}]({CURVE})",
         f"```sh\n{commands}\n```",
-        ELSEWHERE.format(actions=said.actions) if GRAPH in files else "",
+        ELSEWHERE.format(actions=kind_card.actions) if GRAPH in files else "",
         "\n".join(["| file | what it holds |", "| --- | --- |", *lines]),
     )
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def _between(asked: Mapping[str, Any]) -> str:
+def _training_text(run_args: Mapping[str, Any]) -> str:
     """Sentences on stacked observations, base controller and training on flights, if not the defaults."""
-    said = "" if asked["stack"] == 1 else f" It sees the last {asked['stack']} observations of a shift, oldest first."
-    more = "" if asked["over"] == "analytic" else f" Its action is added to that of `{markdown_text(asked['over'])}`."
-    flights = " It learned from flights alone." if asked["fidelity"] == "flight" and not asked["full_last"] else ""
-    return said + more + flights
+    stack_text = (
+        ""
+        if run_args["stack"] == 1
+        else f" It sees the last {run_args['stack']} observations of a shift, oldest first."
+    )
+    base_text = (
+        ""
+        if run_args["over"] == "analytic"
+        else f" Its action is added to that of `{markdown_text(run_args['over'])}`."
+    )
+    flights = (
+        " It learned from flights alone." if run_args["fidelity"] == "flight" and not run_args["full_last"] else ""
+    )
+    return stack_text + base_text + flights
 
 
-def metadata(asked: Mapping[str, Any], figures: Mapping[str, Mapping[str, Any]], said: Card) -> dict[str, Any]:
+def metadata(run_args: Mapping[str, Any], figures: Mapping[str, Mapping[str, Any]], kind_card: Card) -> dict[str, Any]:
     """Metadata for hubs: tags that find the policy, and its figures in `model-index`."""
-    env_id, algo = asked["env"].rpartition(":")[2], asked["algo"]
+    env_id, algo = run_args["env"].rpartition(":")[2], run_args["algo"]
     tags = ("reinforcement-learning", "deep-reinforcement-learning", "stable-baselines3", "robotics", "pnt_gym")
     results = [
         {
             "task": {"type": "reinforcement-learning", "name": "reinforcement-learning"},
             "dataset": {"name": f"{env_id}, level {level}", "type": env_id, "config": level},
-            "metrics": [{**metric, "verified": False} for metric in _metrics(found, said)],
+            "metrics": [{**metric, "verified": False} for metric in _metrics(report, kind_card)],
         }
-        for level, found in figures.items()
+        for level, report in figures.items()
     ]
     return {
         "library_name": "stable-baselines3",
@@ -114,10 +125,13 @@ def metadata(asked: Mapping[str, Any], figures: Mapping[str, Mapping[str, Any]],
     }
 
 
-def _metrics(found: Mapping[str, Any], said: Card) -> list[dict[str, Any]]:
-    reward = np.array(said.reward(found), dtype=np.float64)
-    mean = {"type": "mean_reward", "value": f"{reward.mean():.2f} +/- {reward.std():.2f}", "name": said.rewarded}
-    return [mean, *({"type": key, "value": round(found[key], 4), "name": name} for key, name in said.metrics.items())]
+def _metrics(report: Mapping[str, Any], kind_card: Card) -> list[dict[str, Any]]:
+    reward = np.array(kind_card.reward(report), dtype=np.float64)
+    mean = {"type": "mean_reward", "value": f"{reward.mean():.2f} +/- {reward.std():.2f}", "name": kind_card.rewarded}
+    return [
+        mean,
+        *({"type": key, "value": round(report[key], 4), "name": name} for key, name in kind_card.metrics.items()),
+    ]
 
 
 def curve(progress: Path, trial: type[Trial]) -> Figure:

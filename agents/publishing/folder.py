@@ -32,7 +32,7 @@ FRAME: Final = Picture(width=640, height=368)
 """Size of the film: small, and a multiple of the codec's blocks."""
 
 
-def names(folder: Path, env_id: str, asked: Mapping[str, Any]) -> tuple[str, str]:
+def level_and_folder_name(folder: Path, env_id: str, run_args: Mapping[str, Any]) -> tuple[str, str]:
     """Name of a run's training level, and name of the folder of its published policy.
 
     Raises:
@@ -41,7 +41,7 @@ def names(folder: Path, env_id: str, asked: Mapping[str, Any]) -> tuple[str, str
     level = read_yaml(folder / "env.yaml", "level")
     trained_on = level.get("name") if isinstance(level, dict) else None
     try:
-        return str(trained_on), runs.name_of({**asked, "env": env_id}, trained_on)
+        return str(trained_on), runs.run_name({**run_args, "env": env_id}, trained_on)
     except UsageError:
         raise UsageError(f"run folder {str(folder)!r} is damaged: env.yaml has name {trained_on!r}") from None
 
@@ -55,31 +55,33 @@ def check_model(folder: Path) -> None:
     from ..policies.weights import actor_of  # noqa: PLC0415 - imports torch
 
     run = runs.RunFolder(folder)
-    kept, made = (policy.numbers for policy in (run.load_policy(), actor_of(run.load_model())))
-    if kept.keys() != made.keys() or not all(np.array_equal(kept[name], made[name]) for name in kept):
+    stored, rebuilt = (policy.numbers for policy in (run.load_policy(), actor_of(run.load_model())))
+    if stored.keys() != rebuilt.keys() or not all(np.array_equal(stored[name], rebuilt[name]) for name in stored):
         raise UsageError(
             f"run folder {str(folder)!r} is damaged: {runs.POLICY} and {runs.MODEL} are not of the same throw; "
             "training that goes on with --resume mends it"
         )
 
 
-def check_graph(asked: Mapping[str, Any]) -> None:
+def check_graph(run_args: Mapping[str, Any]) -> None:
     """Make sure that a policy's ONNX graph can act like the policy: without memory and without a base controller.
 
     Raises:
         UsageError: the policy is recurrent, or is added to a base controller.
     """
-    if asked["algo"] in RECURRENT:
-        raise UsageError(f"a policy of {asked['algo']} remembers, which policy.onnx has no place for; give --no-onnx")
-    if asked["over"] != PLANNER:
-        raise UsageError(f"policy.onnx would lack the controller {asked['over']!r} under the policy; give --no-onnx")
+    if run_args["algo"] in RECURRENT:
+        raise UsageError(
+            f"a policy of {run_args['algo']} remembers, which policy.onnx has no place for; give --no-onnx"
+        )
+    if run_args["over"] != PLANNER:
+        raise UsageError(f"policy.onnx would lack the controller {run_args['over']!r} under the policy; give --no-onnx")
 
 
 def fill(
     parts: Path,
     folder: Path,
     env_id: str,
-    asked: Mapping[str, Any],
+    run_args: Mapping[str, Any],
     trial: type[Trial],
     *,
     onnx: bool,
@@ -91,7 +93,7 @@ def fill(
         parts: the new folder.
         folder: folder of the run.
         env_id: id of the run's environment.
-        asked: arguments of the training.
+        run_args: arguments of the training.
         trial: kind of trial.
         onnx: write the policy's ONNX graph.
         film_seed: seed of the film's objects; None for no film.
@@ -102,7 +104,7 @@ def fill(
     # Without a version in the metadata the same training gives the same bytes.
     curve(folder / "progress.csv", trial).savefig(parts / CURVE, dpi=100, metadata={"Software": None})
     if onnx:
-        about = {name: str(asked[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
+        about = {name: str(run_args[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
         save_onnx(runs.RunFolder(folder).load_policy(), parts / GRAPH, about)
     if film_seed is not None:
         film(folder, env_id, film_seed, parts / REPLAY)

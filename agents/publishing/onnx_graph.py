@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from pnt_gym.cells.line.observation import ENTRIES, LINE_TABLE
 from pnt_gym.cells.line.state import CHOICES
 
-from ..dispatchers.decisions import observed_line
+from ..dispatchers.decisions import line_observation
 from ..dispatchers.rules import HALF
-from ..dispatchers.scored import REAL, Scored, there
+from ..dispatchers.scored import REAL, ScoreController, choice_mask
 from ..ground.cli import UsageError
 from ..ground.versions import versions
 from ..policies.actor import Actor
@@ -56,19 +56,19 @@ def graph(policy: Actor | Scorer, about: Mapping[str, str]) -> Any:
     """The policy's graph as a model of the library onnx."""
     from onnx import TensorProto, helper  # noqa: PLC0415 - of an extra
 
-    seen, given = policy.sizes
+    observation_size, output_size = policy.sizes
     nodes, floats = _Nodes(), TensorProto.FLOAT
     if isinstance(policy, Actor) and policy.output != "scores":
         nodes.add("Identity", _output(nodes, policy, _layers(nodes, policy, "observation")), name="action")
-        outputs = [helper.make_tensor_value_info("action", floats, ["N", given])]
+        outputs = [helper.make_tensor_value_info("action", floats, ["N", output_size])]
     else:
         scores = _scores(nodes, policy) if isinstance(policy, Scorer) else _layers(nodes, policy, "observation")
         _choice(nodes, scores)
         outputs = [
             helper.make_tensor_value_info("action", TensorProto.INT64, ["N"]),
-            helper.make_tensor_value_info("scores", floats, ["N", given]),
+            helper.make_tensor_value_info("scores", floats, ["N", output_size]),
         ]
-    observation = helper.make_tensor_value_info("observation", floats, ["N", seen])
+    observation = helper.make_tensor_value_info("observation", floats, ["N", observation_size])
     whole = helper.make_graph(nodes.nodes, "policy", [observation], outputs, nodes.constants)
     model = helper.make_model(
         whole,
@@ -93,9 +93,9 @@ class _Nodes:
         """Append an operator; returns the name of its output."""
         from onnx import helper  # noqa: PLC0415 - of an extra
 
-        given = name or f"{operator.lower()}_{len(self.nodes)}"
-        self.nodes.append(helper.make_node(operator, inputs, [given], **attributes))
-        return given
+        output = name or f"{operator.lower()}_{len(self.nodes)}"
+        self.nodes.append(helper.make_node(operator, inputs, [output], **attributes))
+        return output
 
     def constant(self, name: str, value: ArrayLike, kind: type[np.generic] = np.float32) -> str:
         """Append a constant; returns the constant's name."""
@@ -109,7 +109,7 @@ class _Nodes:
         weight, bias = self.constant(f"weight_{name}", layer.weight), self.constant(f"bias_{name}", layer.bias)
         return self.add("Gemm", value, weight, bias, transB=1)
 
-    def reshaped(self, name: str, value: str, *shape: int) -> str:
+    def reshape(self, name: str, value: str, *shape: int) -> str:
         """Append a reshape of a value; returns the name of its output."""
         return self.add("Reshape", value, self.constant(f"{name}_shape", shape, np.int64))
 
@@ -123,7 +123,7 @@ def _layers(nodes: _Nodes, policy: Actor | Scorer, value: str) -> str:
     """Append the layers of a policy; returns the name of the last layer's output."""
     _numbers(nodes, policy.activation)
     for k, layer in enumerate(policy.layers):
-        value = _activated(nodes, policy.activation, value) if k > 0 else value
+        value = _activate(nodes, policy.activation, value) if k > 0 else value
         value = nodes.dense(str(k), value, layer)
     return value
 
@@ -131,21 +131,21 @@ def _layers(nodes: _Nodes, policy: Actor | Scorer, value: str) -> str:
 def _scores(nodes: _Nodes, scorer: Scorer) -> str:
     """Append a scorer's scores (N, CHOICES): the rule's plus the layers' output for each choice's inputs."""
     head = len(LINE_TABLE)
-    each = nodes.part("choices", "observation", slice(head, ENTRIES))
-    each = nodes.reshaped("each", each, -1, CHOICES, INPUTS - head)
-    line = nodes.reshaped("line", nodes.part("line", "observation", slice(0, head)), -1, 1, head)
+    choices = nodes.part("choices", "observation", slice(head, ENTRIES))
+    choices = nodes.reshape("each", choices, -1, CHOICES, INPUTS - head)
+    line = nodes.reshape("line", nodes.part("line", "observation", slice(0, head)), -1, 1, head)
     line = nodes.add("Expand", line, nodes.constant("choices_each", [1, CHOICES, 1], np.int64))
-    seen = nodes.reshaped("seen", nodes.add("Concat", each, line, axis=2), -1, INPUTS)
+    inputs = nodes.reshape("seen", nodes.add("Concat", choices, line, axis=2), -1, INPUTS)
     weight, constant = rule(scorer.patience)
-    index = nodes.dense("rule", seen, Dense(weight[None], np.array([constant])))
-    scores = nodes.add("Add", _layers(nodes, scorer, seen), index)
-    return nodes.reshaped("scores_each", scores, -1, CHOICES)
+    index = nodes.dense("rule", inputs, Dense(weight[None], np.array([constant])))
+    scores = nodes.add("Add", _layers(nodes, scorer, inputs), index)
+    return nodes.reshape("scores_each", scores, -1, CHOICES)
 
 
 def _choice(nodes: _Nodes, scores: str) -> None:
     """Append the outputs `scores` and `action`, from the scores of all choices."""
-    there = nodes.add("Greater", nodes.part("real", "observation", REAL), nodes.constant("half_way", HALF))
-    scores = nodes.add("Where", there, scores, nodes.constant("never", -np.inf), name="scores")
+    real = nodes.add("Greater", nodes.part("real", "observation", REAL), nodes.constant("half_way", HALF))
+    scores = nodes.add("Where", real, scores, nodes.constant("never", -np.inf), name="scores")
     nodes.add("ArgMax", scores, name="action", axis=1, keepdims=0)
 
 
@@ -156,7 +156,7 @@ def _numbers(nodes: _Nodes, activation: str) -> None:
             nodes.constant(name, number)
 
 
-def _activated(nodes: _Nodes, activation: str, value: str) -> str:
+def _activate(nodes: _Nodes, activation: str, value: str) -> str:
     """Append an activation of a value; returns the name of its output."""
     names = {"x": value}
     for operator, *inputs in ACTIVATIONS[activation]:
@@ -185,32 +185,34 @@ def _session(model: Any) -> Any:
     return onnxruntime.InferenceSession(model.SerializeToString(), options, providers=["CPUExecutionProvider"])
 
 
-def _asked(size: int) -> NDArray[np.float32]:
+def _sample_observations(size: int) -> NDArray[np.float32]:
     """Random observations (ROWS, size) on which graph and policy are compared."""
     return (2.0 * np.random.default_rng(0).standard_normal((ROWS, size))).astype(np.float32)
 
 
 def _check_choices(model: Any, policy: Actor | Scorer) -> None:
     """Make sure that the runtime chooses like the policy, on all sample observations at once and on the first alone."""
-    session, seen = _session(model), _asked(ENTRIES)
-    real, scores = there(seen), policy(seen)
-    expected = Scored("", policy).act(observed_line(seen))
+    session, observations = _session(model), _sample_observations(ENTRIES)
+    real, scores = choice_mask(observations), policy(observations)
+    expected = ScoreController("", policy).act(line_observation(observations))
     for rows in (slice(None), slice(1)):
-        action, found = session.run(["action", "scores"], {"observation": seen[rows]})
-        apart = np.abs(found - scores[rows])[real[rows]] / max(np.ptp(scores), 1e-9)
+        action, graph_scores = session.run(["action", "scores"], {"observation": observations[rows]})
+        differences = np.abs(graph_scores - scores[rows])[real[rows]] / max(np.ptp(scores), 1e-9)
         # Only between nearly equal scores may rounding change the choice.
         lost = np.take_along_axis(scores[rows], np.stack([action, expected[rows]], axis=1), axis=1)
-        if not (apart <= PARITY).all() or (np.abs(np.diff(lost)) > PARITY * np.ptp(scores)).any():
+        if not (differences <= PARITY).all() or (np.abs(np.diff(lost)) > PARITY * np.ptp(scores)).any():
             raise UsageError("the ONNX graph chooses otherwise than the policy")
 
 
 def _check_parity(model: Any, actor: Actor) -> None:
     """Make sure that the runtime acts like the policy, on all sample observations at once and on the first alone."""
-    session, seen = _session(model), _asked(actor.sizes[0])
-    found = [session.run(["action"], {"observation": rows})[0] for rows in (seen, seen[:1])]
-    apart = np.abs(np.concatenate(found) - actor(np.concatenate([seen, seen[:1]]))) / (actor.high - actor.low)
-    if not (apart <= PARITY).all():
+    session, observations = _session(model), _sample_observations(actor.sizes[0])
+    actions = [session.run(["action"], {"observation": rows})[0] for rows in (observations, observations[:1])]
+    differences = np.abs(np.concatenate(actions) - actor(np.concatenate([observations, observations[:1]]))) / (
+        actor.high - actor.low
+    )
+    if not (differences <= PARITY).all():
         raise UsageError(
-            f"the ONNX graph acts otherwise than the policy, by {apart.max():.2g} of the range of an action; "
+            f"the ONNX graph acts otherwise than the policy, by {differences.max():.2g} of the range of an action; "
             f"at most {PARITY:g} is rounding"
         )

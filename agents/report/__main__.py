@@ -9,7 +9,7 @@ from typing import Any
 
 from ..ground.cli import UsageError, run
 from ..ground.drawings import svg
-from ..ground.files import held, of_its_form, read_json
+from ..ground.files import check_form, lock_folder, read_json
 from ..ground.outputs import deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
@@ -49,7 +49,7 @@ def main(arguments: Arguments) -> None:
     if not chapters:
         raise UsageError(f"{str(results)!r} holds no results yet; `python -m agents.benchmark` makes some")
     parts = sections(chapters, results)
-    with held(results):
+    with lock_folder(results):
         for name, text in {**_pictures(results), **_figures(chapters)}.items():
             deliver_text(results / "figures" / name, text)
         for chapter in (chapter for section in parts for chapter in section.chapters):
@@ -78,7 +78,7 @@ def _pictures(results: Path) -> dict[str, str]:
     for question in QUESTIONS:
         contents = question.read(results)
         if question.draw is not None and contents is not None and question.answered(results) is not None:
-            with of_its_form(results / f"{question.sources[0]}.json"):
+            with check_form(results / f"{question.sources[0]}.json"):
                 drawn[question.picture] = svg(question.draw(contents))
     return drawn
 
@@ -92,12 +92,12 @@ def read_chapters(results: Path) -> list[Chapter]:
     files = ((path, read_json(path)) for path in sorted(results.glob("*.json")))
     chapters: list[Chapter] = []
     for path, data in files:
-        with of_its_form(path):
-            chapters += _named(_chapters(path.stem, data, results), path.stem) if isinstance(data, dict) else []
+        with check_form(path):
+            chapters += _with_names(_chapters(path.stem, data, results), path.stem) if isinstance(data, dict) else []
     return chapters
 
 
-def _named(chapters: Sequence[Chapter], file: str) -> list[Chapter]:
+def _with_names(chapters: Sequence[Chapter], file: str) -> list[Chapter]:
     """Chapters with the name of their file, where they have no other one."""
     return [replace(chapter, name=chapter.name or file, source=file) for chapter in chapters]
 

@@ -41,7 +41,7 @@ def learning(results: Results) -> str:
     level = data["plan"]["levels"][0]
     rows = rows_of(data, [level])
     planner = _row(rows, "analytic")
-    learned = _learned(rows)
+    learned = _learner_rows(rows)
     winner = max(learned, key=_pace)
     enough = _pace(planner) + NEARLY_ALL * (_pace(winner) - _pace(planner))
     soonest = min((row for row in learned if _pace(row) >= enough), key=lambda row: (row["throws"], -_pace(row)))
@@ -60,7 +60,7 @@ def drift(results: Results) -> str:
     rows = rows_of(data, [level])
     static, oracle = _row(rows, "static"), _row(rows, "oracle_drift")
     calm = next((row for row in data["table"] if row["label"] == "static" and row["level"] != level), None)
-    adapting = [row for row in _learned(rows) if row["controller"] not in ("static", "oracle_drift")]
+    adapting = [row for row in _learner_rows(rows) if row["controller"] not in ("static", "oracle_drift")]
     winner = min(adapting, key=_error)
     share = (_error(static) - _error(winner)) / (_error(static) - _error(oracle))
     without = "" if calm is None else f", against {1000 * _error(calm):.1f} mm without drift"
@@ -74,7 +74,7 @@ def drift(results: Results) -> str:
 def order(results: Results) -> str:
     """What the best order is worth over first in, first out, on the levels where the gain is least and largest."""
     data = results["benchmark_line"]
-    gains = [found for level in data["plan"]["levels"] if (found := _gain_on(data, level)) is not None]
+    gains = [level_gain for level in data["plan"]["levels"] if (level_gain := _gain_on(data, level)) is not None]
     if not gains:
         raise NoAnswer("no level has first in, first out and a rule to compare with")
     least, most = min(gains), max(gains)
@@ -89,7 +89,7 @@ def losses(results: Results) -> str:
     data = results["benchmark"]
     level = data["plan"]["levels"][0]
     rows = rows_of(data, [level])
-    winner = max(_learned(rows), key=_pace)
+    winner = max(_learner_rows(rows), key=_pace)
     return (
         f"On `{level}`, {_after(winner)} sorts {100 * winner['success_rate']:.1f} % of all picks; lost are "
         f"{_shares(winner)}. The analytic planner sorts {100 * _row(rows, 'analytic')['success_rate']:.1f} %; lost are "
@@ -142,12 +142,13 @@ def methods(results: Results) -> str:
 def flight(results: Results) -> str:
     """How far the same throws land apart in flights and in full physics, and how often their success differs."""
     rows = results["fidelity"]["rows"]
-    apart = max(rows, key=lambda row: row["landing_p95_m"])
+    farthest = max(rows, key=lambda row: row["landing_p95_m"])
     differs = max(rows, key=lambda row: row["success_differs"])
     near = sorted(row["landing_p95_m"] for row in rows)[len(rows) // 2]
     return (
         f"The same throw lands less than {1000 * near:.1f} mm apart in 95 % of the cases on half of the levels, and "
-        f"less than {1000 * apart['landing_p95_m']:.1f} mm on `{apart['level']}`, where the two differ most. Success "
+        f"less than {1000 * farthest['landing_p95_m']:.1f} mm on `{farthest['level']}`, where the two differ most. "
+        "Success "
         f"differs in at most {100 * differs['success_differs']:.1f} % of the throws (`{differs['level']}`); "
         f"{results['fidelity']['throws']} throws a level."
     )
@@ -180,12 +181,13 @@ def verdict_counts(record: Data) -> dict[str, dict[str, int]]:
 def speed(results: Results) -> str:
     """Throws per second of the main environment, single and vector, beside the bare physics; time of a plan."""
     figures = results["perf_envs"]["envs"]["PnTConveyor-v0"]
-    many = max(figures["vector"], key=lambda row: (row["level"] == "waste", row["threads"]))
+    vector = max(figures["vector"], key=lambda row: (row["level"] == "waste", row["threads"]))
     planner = results["perf_planner"]
     return (
-        f"`PnTConveyor-v0` simulates {many['env_throws_per_s']:.0f} throws per second with {many['cells']} cells on "
-        f"{many['threads']} threads, {100 * many['env_over_bare']:.0f} % of what the bare physics makes there. A "
-        f"single environment makes {many['singles_throws_per_s']:.0f}. The exact planner plans a throw in "
+        f"`PnTConveyor-v0` simulates {vector['env_throws_per_s']:.0f} throws per second with {vector['cells']} cells "
+        "on "
+        f"{vector['threads']} threads, {100 * vector['env_over_bare']:.0f} % of what the bare physics makes there. A "
+        f"single environment makes {vector['singles_throws_per_s']:.0f}. The exact planner plans a throw in "
         f"{planner['plan_release_us']['free']:.0f} us, {planner['slsqp_over_exact']:.0f} times as fast as the paper's "
         "nonlinear programme on the same machine."
     )
@@ -228,7 +230,7 @@ def _row(rows: Sequence[Data], label: str) -> Data:
     return matches[-1]
 
 
-def _learned(rows: Sequence[Data]) -> list[Data]:
+def _learner_rows(rows: Sequence[Data]) -> list[Data]:
     """Rows of controllers that have learned from throws, without noise floors.
 
     Raises:

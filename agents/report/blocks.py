@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any, Final
 
 from ..ground.cli import UsageError
-from ..ground.files import of_its_form, read_json
+from ..ground.files import check_form, read_json
 from ..ground.outputs import deliver_text
 from ..ground.tables import Grid, markdown_text
 from .headline import headline_failures, headline_table
-from .line import gains_table, learned_table, worked_table
+from .line import gains_table, line_table, seeds_table
 from .questions import QUESTIONS
 from .reproduction import table as reproduced_table
 from .speeds import environment_table, planner_table
@@ -26,9 +26,9 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "benchmark": ("benchmark.json", benchmark_table),
     "planner": ("perf_planner.json", planner_table),
     "environments": ("perf_envs.json", environment_table),
-    "line": ("benchmark_line.json", worked_table),
+    "line": ("benchmark_line.json", line_table),
     "line-gains": ("benchmark_line.json", gains_table),
-    "line-learned": ("benchmark_line.json", learned_table),
+    "line-learned": ("benchmark_line.json", seeds_table),
     "adapting": ("benchmark_adapt.json", first_shift_table),
     "failures": ("benchmark.json", headline_failures),
 }
@@ -81,7 +81,7 @@ def _table(name: str, results: Path) -> Grid:
     tables = {**BLOCKS, **study_blocks()}
     if name in tables:
         file, make_table = tables[name]
-        with of_its_form(results / file):
+        with check_form(results / file):
             return make_table(read_json(results / file))
     grid = reproduced_table(results, name) if "/" in name else None
     if grid is None:

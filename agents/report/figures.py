@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg, tiled
+from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg, tile_panels
 from .headline import headline_figure
 from .line import gains_figure
 from .tables import is_of_shifts, labels, name_of, rows_of
@@ -80,8 +80,8 @@ def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
 def bars(data: Mapping[str, Any]) -> Figure:
     """Landing error of every controller, one panel per level, with 95 % intervals."""
     levels, colour = data["plan"]["levels"], _colours(data)
-    most = max(len(rows_of(data, [level])) for level in levels)
-    figure, panels = subplots(1, len(levels), (5.2 * len(levels), 0.3 * most + 1.0))
+    row_count = max(len(rows_of(data, [level])) for level in levels)
+    figure, panels = subplots(1, len(levels), (5.2 * len(levels), 0.3 * row_count + 1.0))
     for axes, level in zip(panels, levels, strict=True):
         rows = rows_of(data, [level])
         places = np.arange(len(rows))
@@ -98,8 +98,8 @@ def bars(data: Mapping[str, Any]) -> Figure:
 def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
     """A figure over the throws or decisions learned from; controllers that do not learn are lines."""
     levels = data["plan"]["levels"]
-    figure, panels = tiled(len(levels), 3, (5.2, 4.0))
-    most = max([row["throws"] for row in data["table"] if not row["label"].startswith("floor")] or [0])
+    figure, panels = tile_panels(len(levels), 3, (5.2, 4.0))
+    greatest_count = max([row["throws"] for row in data["table"] if not row["label"].startswith("floor")] or [0])
     for axes, level in zip(panels, levels, strict=True):
         for label, colour in _colours(data).items():
             rows = [row for row in rows_of(data, [level]) if row["label"] == label]
@@ -110,7 +110,7 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
             axes.set_yscale("log")
             axes.set_yticks(measure.ticks, [str(tick) for tick in measure.ticks])
             axes.set_xticks(measure.counts, [f"{count:,}" for count in measure.counts])
-            axes.set_xlim(20, max(2000, 2 * most))
+            axes.set_xlim(20, max(2000, 2 * greatest_count))
         else:
             counts = sorted({row["throws"] for row in rows_of(data, [level]) if row["throws"] > 0})
             axes.set_xticks(counts, [f"{count / 1e6:g} M" if count >= 10**6 else f"{count:,}" for count in counts])
@@ -123,7 +123,7 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
 def over_the_shift(data: Mapping[str, Any]) -> Figure:
     """Mean landing error pick by pick, one panel per level, of those that are `ADAPTING`."""
     levels = list(dict.fromkeys(row["level"] for row in data["table"]))
-    figure, panels = tiled(len(levels), 2, (4.4, 2.8))
+    figure, panels = tile_panels(len(levels), 2, (4.4, 2.8))
     colours = dict(zip(ADAPTING, cycle(COLOURS), strict=False))
     for axes, level in zip(panels, levels, strict=True):
         for row in rows_of(data, [level]):
@@ -178,11 +178,11 @@ def _colours(data: Mapping[str, Any]) -> dict[str, str]:
 def _cloud_choices(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """The planner, the references after most throws, the first learner on the first level: one seed each."""
     plan = data["plan"]
-    wanted = [("analytic", 0)]
+    choices = [("analytic", 0)]
     for label in ("virtual_goal", "mean_shift"):
         throws = [c["throws"] for c in plan["references"] if c["label"] == label]
-        wanted += [(label, max(throws))] if throws else []
-    wanted += [(c["label"], c["throws"]) for c in plan["learned"][:1]]
+        choices += [(label, max(throws))] if throws else []
+    choices += [(c["label"], c["throws"]) for c in plan["learned"][:1]]
     on_first = [r for r in reversed(data["results"]) if r["level"] == plan["levels"][0] and "along_m" in r["columns"]]
     first = {(r["label"], r["throws"]): r for r in on_first}
-    return [first[key] for key in wanted if key in first]
+    return [first[key] for key in choices if key in first]

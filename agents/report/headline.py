@@ -60,8 +60,8 @@ def headline_figure(data: Data) -> Figure:
     rows = rows_of(data, [level])
     figure, (axes,) = subplots(1, 1, (7.0, 3.8))
     for label, colour in zip(LEARNERS, COLOURS, strict=False):
-        own = sorted((row["throws"], row["sorted_per_min"]) for row in rows if row["label"] == label)
-        axes.plot(*zip(*own, strict=True), marker="o", color=colour, label=label) if own else None
+        points = sorted((row["throws"], row["sorted_per_min"]) for row in rows if row["label"] == label)
+        axes.plot(*zip(*points, strict=True), marker="o", color=colour, label=label) if points else None
     for label, style in zip(LEVELS, ("-", ":", "--"), strict=True):
         for row in (row for row in rows if row["label"] == label):
             axes.axhline(row["sorted_per_min"], color="black", linestyle=style, linewidth=1.0, label=label)

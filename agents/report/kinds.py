@@ -67,7 +67,7 @@ def kind_of(data: Data) -> Kind:
 
 def _figures(data: Data) -> dict[str, Figure]:
     """How the figures of a benchmark are called and written."""
-    return {name: Figure(**told) for name, told in data["figures"].items()}
+    return {name: Figure(**fields) for name, fields in data["figures"].items()}
 
 
 def _cell(name: str, figure: Figure) -> Callable[[Data], str]:

@@ -11,7 +11,7 @@ from pnt_gym.arrays import Floats
 
 from ..dispatchers.settings import PLANNERS
 from ..ground import metrics
-from ..ground.drawings import COLOURS, Figure, dress, tiled
+from ..ground.drawings import COLOURS, Figure, dress, tile_panels
 from ..ground.tables import Grid, percent
 from ..judging.work_shifts.record import ShiftRecord
 from .tables import comparison_table, conditions, name_of, other_levels, rows_of, side_by_side, who
@@ -35,23 +35,23 @@ AGAINST: Final[Mapping[str, tuple[str, ...]]] = {
 
 def line_grids(data: Data) -> list[Grid]:
     """Every table of a benchmark of lines."""
-    grids = [worked_table(data), side_by_side("Further levels", data, other_levels(data), COLUMNS, "", WHO)]
-    grids += [gains_table(data), learned_table(data)]
+    grids = [line_table(data), side_by_side("Further levels", data, other_levels(data), COLUMNS, "", WHO)]
+    grids += [gains_table(data), seeds_table(data)]
     for level in data["plan"]["levels"]:
         grids += [
             comparison_table(data, level, ShiftRecord.figures),
-            judged_table(data, level),
+            figures_table(data, level),
             items_table(data, level),
         ]
     return [grid for grid in grids if grid.rows]
 
 
-def worked_table(data: Data) -> Grid:
+def line_table(data: Data) -> Grid:
     """Every controller on the levels of the plan, side by side."""
-    said = "value a minute, ± half of its 95 % interval over shifts"
+    meaning = "value a minute, ± half of its 95 % interval over shifts"
     shifts = data["plan"]["shifts"]
     fewer = {f"{row['label']} {row['shifts']}": None for row in data["table"] if row["shifts"] < shifts}
-    note = conditions(data, f"{shifts} held-out shifts" + (f" ({', '.join(fewer)})" if fewer else ""), said)
+    note = conditions(data, f"{shifts} held-out shifts" + (f" ({', '.join(fewer)})" if fewer else ""), meaning)
     return side_by_side(
         "Every controller on the same held-out shifts", data, data["plan"]["levels"], COLUMNS, note, WHO
     )
@@ -61,11 +61,11 @@ def gains_table(data: Data) -> Grid:
     """What the best of each sort is worth over first in, first out, and over the best class-blind rule."""
     rows: list[list[str]] = []
     for level in data["plan"]["levels"]:
-        found = rows_of(data, [level])
-        first, blind, planner = (best(found, names) for names in ((FIRST,), CLASS_BLIND, PLANNERS))
+        level_rows = rows_of(data, [level])
+        first, blind, planner = (best(level_rows, names) for names in ((FIRST,), CLASS_BLIND, PLANNERS))
         if first is None or blind is None:
             continue
-        top, won = best(found) or first, best(learners(found))
+        top, won = best(level_rows) or first, best(learners(level_rows))
         rows.append(
             [
                 f"`{level}`",
@@ -80,32 +80,32 @@ def gains_table(data: Data) -> Grid:
     return Grid("What the order is worth", [*header, "best learned over best planner"], rows, note)
 
 
-def learned_table(data: Data) -> Grid:
+def seeds_table(data: Data) -> Grid:
     """What several seeds of those who learn bring in after all they learned; their worst against rules and planners."""
     rows: list[list[str]] = []
     for level in data["plan"]["levels"]:
-        found = rows_of(data, [level])
-        last = {row["label"]: row for row in found if row["throws"] > 0}
-        others = [(best(found, names), len(names) > 1) for names in AGAINST.values()]
+        level_rows = rows_of(data, [level])
+        last = {row["label"]: row for row in level_rows if row["throws"] > 0}
+        references = [(best(level_rows, names), len(names) > 1) for names in AGAINST.values()]
         for row in last.values():
             ends = sorted(by_seed(data, row), key=np.mean)
             low, high = ends[0].mean(), ends[-1].mean()
-            against = [_against(ends[0], other, named) for other, named in others]
-            told = f"{row['value_per_min']:.1f} ({low:.1f}..{high:.1f})"
-            rows.append([f"`{level}`", f"`{name_of(row)}`", str(len(ends)), told, *against])
+            against = [_against(ends[0], reference, named) for reference, named in references]
+            value_text = f"{row['value_per_min']:.1f} ({low:.1f}..{high:.1f})"
+            rows.append([f"`{level}`", f"`{name_of(row)}`", str(len(ends)), value_text, *against])
     header = ["level", "who learned", "seeds", "value/min, mean (worst..best seed)"]
-    against = [f"worst seed over {said}" for said in AGAINST]
+    against = [f"worst seed over {reference_name}" for reference_name in AGAINST]
     return Grid("Learned, in several seeds", [*header, *against], rows, "Paired by shift, 95 % intervals.")
 
 
-def _against(one: Floats, other: Data | None, named: bool) -> str:
+def _against(values: Floats, reference: Data | None, named: bool) -> str:
     """Gain over another controller, which is named if the header does not say who it is."""
-    if other is None:
+    if reference is None:
         return "-"
-    return (f"`{other['label']}` " if named else "") + gain(one, value(other))
+    return (f"`{reference['label']}` " if named else "") + gain(values, value(reference))
 
 
-def judged_table(data: Data, level: str) -> Grid:
+def figures_table(data: Data, level: str) -> Grid:
     """What a line is judged by beside its value a minute."""
     rows = [
         [
@@ -126,9 +126,9 @@ def judged_table(data: Data, level: str) -> Grid:
 
 def items_table(data: Data, level: str) -> Grid:
     """Recovery by item."""
-    found = rows_of(data, [level])
-    items = found[0]["items"] if found else []
-    rows = [[*who(row), *map(percent, row["recovery_by_item"])] for row in found]
+    level_rows = rows_of(data, [level])
+    items = level_rows[0]["items"] if level_rows else []
+    rows = [[*who(row), *map(percent, row["recovery_by_item"])] for row in level_rows]
     return Grid(f"Recovery by item, level {level}", [*WHO, *items], rows)
 
 
@@ -137,13 +137,13 @@ def gains_figure(data: Data) -> Figure:
     levels = data["plan"]["levels"]
     shown = [row for row in rows_of(data, levels) if row["controller"] not in ("random", FIRST)]
     names = list(dict.fromkeys(map(name_of, shown)))
-    figure, panels = tiled(len(levels), 3, (3.6, 0.2 * len(names) + 0.8), sharey=True)
+    figure, panels = tile_panels(len(levels), 3, (3.6, 0.2 * len(names) + 0.8), sharey=True)
     for axes, level in zip(panels, levels, strict=True):
         base = best(rows_of(data, [level]), (FIRST,)) or rows_of(data, [level])[0]
         for row in (row for row in shown if row["level"] == level):
-            at, found = names.index(name_of(row)), _gained(value(row), value(base))
-            ends = [[found.value - found.low], [found.high - found.value]]
-            axes.errorbar(found.value, at, xerr=ends, marker="o", color=COLOURS[at % len(COLOURS)])
+            at, interval = names.index(name_of(row)), _gain_interval(value(row), value(base))
+            ends = [[interval.value - interval.low], [interval.high - interval.value]]
+            axes.errorbar(interval.value, at, xerr=ends, marker="o", color=COLOURS[at % len(COLOURS)])
         axes.axvline(0.0, color="black", linewidth=0.8)
         dress(axes, f"over {base['label']} [%]", "", level)
     panels[0].set_yticks(range(len(names)), labels=names)
@@ -158,17 +158,17 @@ def value(row: Data) -> Floats:
 
 def by_seed(data: Data, row: Data) -> list[Floats]:
     """The same of each seed."""
-    same = ("label", "throws", "level")
-    found = (one for one in data["results"] if all(one[name] == row[name] for name in same))
-    return [np.array(one["columns"]["value_per_min"], dtype=np.float64) for one in found]
+    keys = ("label", "throws", "level")
+    results = (result for result in data["results"] if all(result[name] == row[name] for name in keys))
+    return [np.array(result["columns"]["value_per_min"], dtype=np.float64) for result in results]
 
 
 def best(rows: Iterable[Data], names: Iterable[str] | None = None) -> Data | None:
     """Who of some controllers, or of all, brings in most on average, on the shifts that all have worked."""
-    known = None if names is None else set(names)
-    there = [row for row in rows if known is None or row["controller"] in known]
-    shared = min((row["shifts"] for row in there), default=0)
-    return max(there, key=lambda row: value(row)[:shared].mean(), default=None)
+    controllers = None if names is None else set(names)
+    candidates = [row for row in rows if controllers is None or row["controller"] in controllers]
+    shared = min((row["shifts"] for row in candidates), default=0)
+    return max(candidates, key=lambda row: value(row)[:shared].mean(), default=None)
 
 
 def learners(rows: Iterable[Data]) -> list[Data]:
@@ -176,21 +176,21 @@ def learners(rows: Iterable[Data]) -> list[Data]:
     return [row for row in rows if row["controller"] not in NOT_LEARNED]
 
 
-def gain(one: Floats, other: Floats) -> str:
+def gain(values: Floats, base: Floats) -> str:
     """How much more one brings in than another on the shifts that both have worked, with its 95 % interval."""
-    found = _gained(one, other)
-    return f"{found.value:+.1f} % ({found.low:+.1f}..{found.high:+.1f})"
+    interval = _gain_interval(values, base)
+    return f"{interval.value:+.1f} % ({interval.low:+.1f}..{interval.high:+.1f})"
 
 
-def _gained(one: Floats, other: Floats) -> metrics.Interval:
+def _gain_interval(values: Floats, base: Floats) -> metrics.Interval:
     """The same [%]."""
-    shared = min(len(one), len(other))
-    mean = other[:shared].mean() / 100.0
-    return metrics.paired_mean(one[:shared] / mean, other[:shared] / mean)
+    shared = min(len(values), len(base))
+    mean = base[:shared].mean() / 100.0
+    return metrics.mean_difference(values[:shared] / mean, base[:shared] / mean)
 
 
-def _gain(one: Data, other: Data) -> str:
-    return gain(value(one), value(other))
+def _gain(row: Data, base: Data) -> str:
+    return gain(value(row), value(base))
 
 
 def _value(row: Data) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, final
 
 from ..ground.drawings import Figure
-from ..ground.files import of_its_form, read_json
+from ..ground.files import check_form, read_json
 from . import answers, pictures
 
 Results = Mapping[str, Any]
@@ -54,7 +54,7 @@ class Question(NamedTuple):
         results = self.read(folder)
         if results is None:
             return None
-        with of_its_form(folder / f"{self.sources[0]}.json"):
+        with check_form(folder / f"{self.sources[0]}.json"):
             try:
                 return self.answer(results)
             except answers.NoAnswer:

@@ -13,9 +13,9 @@ Data = Mapping[str, Any]
 def planner_table(data: Data) -> Grid:
     """Timings of the exact planner beside the paper's two methods, from one run."""
     kinds = {"free": "no ceiling", "ceiling_active": "the ceiling moves the release", "infeasible": "no throw"}
-    one, many, cells = (data[name] for name in ("plan_release_us", "batch_plans_per_s", "batch_of_64_us"))
+    single, batch, cells = (data[name] for name in ("plan_release_us", "batch_plans_per_s", "batch_of_64_us"))
     rows = [
-        [said, f"{one[kind]:.0f} us", f"{cells[kind]:.0f} us", f"{many[kind]:,.0f}"] for kind, said in kinds.items()
+        [case, f"{single[kind]:.0f} us", f"{cells[kind]:.0f} us", f"{batch[kind]:,.0f}"] for kind, case in kinds.items()
     ]
     rows += [
         ["Method 1 of the paper (SLSQP), no ceiling", f"{data['method_1_slsqp_median_us']:.0f} us", "", ""],

@@ -84,38 +84,42 @@ def shift_table(data: Data) -> Grid:
 
 def _over(row: Data, static: Mapping[tuple[str, int], Data]) -> str:
     """A row's error over that of the static policy of its level, and of its throws if there is one."""
-    like = [found for (level, _), found in static.items() if level == row["level"]]
+    like = [static_row for (level, _), static_row in static.items() if level == row["level"]]
     base = static.get((row["level"], row["throws"]), like[0] if like else None)
     return "-" if base is None else f"{row['landing_error_mean_m'] / base['landing_error_mean_m']:.2f}"
 
 
 def _conditions(data: Data) -> str:
-    said = (
+    meaning = (
         "errors are of what was thrown, success is of all picks, failed ones and drops included; "
         "x floor is the error over that of a large network trained on very many throws"
     )
-    more = ", ".join(f"{count} on {level}" for level, count in data["plan"].get("picks_on", {}).items())
-    return conditions(data, f"{data['plan']['picks']} held-out throws" + (f" ({more})" if more else ""), said)
-
-
-def conditions(data: Data, count: str, said: str) -> str:
-    """Count, seeds and versions behind the tables, and what else is to be said of them."""
-    plan = data["plan"]
-    where = "the level itself" if plan["train_level"] == "each" else f"{plan['train_level']}{_learned_elsewhere(data)}"
-    return (
-        f"{count} per seed and level on {plan['env']}, seeds {plan['seeds']} of the learning, learned on {where}; "
-        f"{said}. Versions: " + ", ".join(f"{package} {version}" for package, version in data["versions"].items()) + "."
+    other_counts = ", ".join(f"{count} on {level}" for level, count in data["plan"].get("picks_on", {}).items())
+    return conditions(
+        data, f"{data['plan']['picks']} held-out throws" + (f" ({other_counts})" if other_counts else ""), meaning
     )
 
 
-def _learned_elsewhere(data: Data) -> str:
+def conditions(data: Data, count: str, meaning: str) -> str:
+    """Count, seeds and versions behind the tables, and what else is to be said of them."""
+    plan = data["plan"]
+    where = "the level itself" if plan["train_level"] == "each" else f"{plan['train_level']}{_other_train_levels(data)}"
+    return (
+        f"{count} per seed and level on {plan['env']}, seeds {plan['seeds']} of the learning, learned on {where}; "
+        f"{meaning}. Versions: "
+        + ", ".join(f"{package} {version}" for package, version in data["versions"].items())
+        + "."
+    )
+
+
+def _other_train_levels(data: Data) -> str:
     """Who learned on another level than the others, and on which, in brackets."""
-    found: dict[str, dict[str, None]] = {}
+    labels_by_level: dict[str, dict[str, None]] = {}
     for row in data["table"]:
         if row["throws"] > 0 and row["train_level"] != data["plan"]["train_level"]:
-            found.setdefault(row["train_level"], {})[row["label"]] = None
-    said = "; ".join(f"{', '.join(who)} on {level}" for level, who in found.items())
-    return f" ({said})" if said else ""
+            labels_by_level.setdefault(row["train_level"], {})[row["label"]] = None
+    text = "; ".join(f"{', '.join(names)} on {level}" for level, names in labels_by_level.items())
+    return f" ({text})" if text else ""
 
 
 def other_levels(data: Data) -> list[str]:
@@ -131,19 +135,20 @@ def other_levels_table(data: Data) -> Grid:
 
 def failure_table(data: Data, level: str) -> Grid:
     """What stood between an object and its bin, of what happened on this level."""
-    found = rows_of(data, [level])
-    shares = {name: said for name, said in FAILED.items() if name in USUAL or any(row.get(name) for row in found)}
+    level_rows = rows_of(data, [level])
+    shares = {name: text for name, text in FAILED.items() if name in USUAL or any(row.get(name) for row in level_rows)}
     header = [*WHO, *shares.values()]
-    rows = [[*who(row), *(percent(row.get(name, 0.0)) for name in shares)] for row in found]
+    rows = [[*who(row), *(percent(row.get(name, 0.0)) for name in shares)] for row in level_rows]
     return Grid(f"What failed, level {level}", header, rows)
 
 
 def sorting_table(data: Data, level: str) -> Grid:
     """What a sorter is judged by beside its pace; no rows where the cell does not tell."""
-    found = [row for row in rows_of(data, [level]) if any(name in row for name in SHARES)]
-    shares = {name: said for name, said in SHARES.items() if any(name in row for row in found)}
+    level_rows = [row for row in rows_of(data, [level]) if any(name in row for name in SHARES)]
+    shares = {name: text for name, text in SHARES.items() if any(name in row for row in level_rows)}
     rows = [
-        [*who(row), *(percent(row.get(name)) for name in shares), f"{row['energy_per_pick_j']:.1f} J"] for row in found
+        [*who(row), *(percent(row.get(name)) for name in shares), f"{row['energy_per_pick_j']:.1f} J"]
+        for row in level_rows
     ]
     note = "Purity is of what lies in any bin. Energy: positive work of the motors, without recuperation."
     return Grid(f"What a sorter is judged by, level {level}", [*WHO, *shares.values(), "energy per pick"], rows, note)
@@ -167,20 +172,24 @@ def comparison_table(data: Data, level: str, figures: Mapping[str, Figure]) -> G
         figures: by which controllers are compared.
     """
     pairs = [c for c in data["comparisons"] if c["level"] == level and c["learned"] != c["reference"]]
-    told = {name: figure for name, figure in figures.items() if pairs and name in pairs[0]}
+    shown_figures = {name: figure for name, figure in figures.items() if pairs and name in pairs[0]}
     rows = [
-        [name_of(c["learned"]), name_of(c["reference"]), *(_interval(c[name], told[name]) for name in told)]
+        [
+            name_of(c["learned"]),
+            name_of(c["reference"]),
+            *(_interval(c[name], shown_figures[name]) for name in shown_figures),
+        ]
         for c in pairs
     ]
-    header = ["learned", "less", *(figure.label for figure in told.values())]
+    header = ["learned", "less", *(figure.label for figure in shown_figures.values())]
     return Grid(f"Paired differences, level {level} (95 % intervals)", header, rows)
 
 
 def rows_of(data: Data, levels: Iterable[str]) -> list[Data]:
     """What was measured on levels, in the order of the plan's entries."""
     order = labels(data)
-    found = [row for row in data["table"] if row["level"] in levels]
-    return sorted(found, key=lambda row: (order.index(row["label"]), row["throws"]))
+    rows = [row for row in data["table"] if row["level"] in levels]
+    return sorted(rows, key=lambda row: (order.index(row["label"]), row["throws"]))
 
 
 def labels(data: Data) -> list[str]:

@@ -58,8 +58,8 @@ def main(arguments: Arguments) -> None:
     work = arguments.work or MADE / "runs" / "reproduce"
     planned = select([job for paper in chosen for job in jobs(paper)], [*chain(*arguments.only)])
     parts = do_missing(planned, work, processes(arguments.jobs or available()), fresh=arguments.fresh)
-    found = {job.name: part for job, part in zip(planned, parts, strict=True)}
-    record, drawings = assemble(f"python -m agents.reproduce {arguments.paper}", found)
+    findings = {job.name: part for job, part in zip(planned, parts, strict=True)}
+    record, drawings = assemble(f"python -m agents.reproduce {arguments.paper}", findings)
     for grid in headlines(record):
         console().print(grid.terminal())
     if arguments.json is not None:

@@ -16,11 +16,11 @@ Conditions: TypeAlias = Literal["paper", "ours", "unpublished", "infeasible"]
 that the paper leaves out although they decide the figure; or conditions under which nothing feasible exists."""
 
 
-def agree(one: Value, other: Value, tolerance: float | None) -> bool:
+def agree(published: Value, reproduced: Value, tolerance: float | None) -> bool:
     """Whether two figures are the same: numbers within the tolerance (None: exactly), words to the letter."""
-    if isinstance(one, int | float) and isinstance(other, int | float):
-        return math.isfinite(other) and abs(other - one) <= (tolerance or 0.0)
-    return one == other
+    if isinstance(published, int | float) and isinstance(reproduced, int | float):
+        return math.isfinite(reproduced) and abs(reproduced - published) <= (tolerance or 0.0)
+    return published == reproduced
 
 
 @final

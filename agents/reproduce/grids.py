@@ -34,7 +34,7 @@ def plain(headline: str, rows: Iterable[JsonRow], *, verdict: bool = True, drop:
     return Grid(headline, header, lines)
 
 
-def listed(
+def table_findings(
     headline: str,
     rows: Iterable[Row],
     figures: Mapping[str, Figure] | None = None,
@@ -43,9 +43,9 @@ def listed(
     drop: str,
 ) -> Findings:
     """Findings with one table of all rows, and figures by file name; `drop` as in `plain`."""
-    found = tuple(rows)
+    table = tuple(rows)
     drawn = {name: svg(figure) for name, figure in (figures or {}).items()}
-    return Findings(found, data or {}, drawn, (plain(headline, by_quantity(found).values(), drop=drop),))
+    return Findings(table, data or {}, drawn, (plain(headline, by_quantity(table).values(), drop=drop),))
 
 
 def short(quantity: str) -> str:
@@ -67,8 +67,8 @@ def text(value: object) -> str:
 
 def number(row: JsonRow | None, name: str, digits: int) -> str:
     """Text of a row's entry with a fixed number of decimals; a dash for a missing entry."""
-    found = None if row is None else row.get(name)
-    return NONE if found is None else f"{found:.{digits}f}" if isinstance(found, float) else str(found)
+    entry = None if row is None else row.get(name)
+    return NONE if entry is None else f"{entry:.{digits}f}" if isinstance(entry, float) else str(entry)
 
 
 def value(rows: Rows, quantity: str, form: str) -> str:

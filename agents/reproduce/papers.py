@@ -81,14 +81,14 @@ def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:
         PntGymError: the part failed; the message has its name.
     """
     try:
-        found = package(name).PARTS[part]()
+        findings = package(name).PARTS[part]()
     except PntGymError as error:
         raise PntGymError(f"{name}, part {part}: {one_sentence(error)}") from None
     except ModuleNotFoundError as error:
         raise PntGymError(f"{name}, part {part}: {error.name} is not installed; `make setup` does it") from None
     return {
-        "rows": [{**row.as_json(), "paper": name} for row in found.rows],
-        "data": dict(found.data),
-        "figures": dict(found.figures),
-        "grids": [grid._asdict() for grid in found.grids],
+        "rows": [{**row.as_json(), "paper": name} for row in findings.rows],
+        "data": dict(findings.data),
+        "figures": dict(findings.figures),
+        "grids": [grid._asdict() for grid in findings.grids],
     }

@@ -17,24 +17,24 @@ FEW: Final = 5
 """Number of tables on the terminal for a paper without an overview."""
 
 
-def assemble(command: str, found: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, Any], dict[str, str]]:
+def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, Any], dict[str, str]]:
     """One record of the results of parts by "paper/part"; and the drawings by file name."""
     papers: dict[str, list[Mapping[str, Any]]] = {}
-    for name, part in found.items():
+    for name, part in results.items():
         papers.setdefault(name.split("/")[0], []).append(part)
-    rows = [row for part in found.values() for row in part["rows"]]
+    rows = [row for part in results.values() for row in part["rows"]]
     overviews = {paper: package(paper).overview(_by_quantity(rows, paper)) for paper in papers}
     figures = {
-        paper: {**_united(parts, "figures"), **overviews[paper].figures} for paper, parts in papers.items()
+        paper: {**_merge(parts, "figures"), **overviews[paper].figures} for paper, parts in papers.items()
     }  # fmt: skip
     record = {
         "command": command,
         "versions": versions(),
-        "seconds": {name: part["seconds"] for name, part in found.items()},
+        "seconds": {name: part["seconds"] for name, part in results.items()},
         "papers": list(papers),
         "titles": {paper: package(paper).SHORT for paper in papers},
         "figures": {paper: list(drawn) for paper, drawn in figures.items()},
-        "data": {paper: _united(parts, "data") for paper, parts in papers.items()},
+        "data": {paper: _merge(parts, "data") for paper, parts in papers.items()},
         "overview": {paper: _as_json(overview) for paper, overview in overviews.items()},
         "grids": {paper: [grid for part in parts for grid in part["grids"]] for paper, parts in papers.items()},
         "rows": rows,
@@ -59,8 +59,8 @@ def all_grids(record: Record, paper: str) -> list[Grid]:
 
 def overview_grids(record: Record, paper: str) -> dict[str, Grid]:
     """Tables over several parts of a paper, by name."""
-    found = record["overview"][paper]["grids"]
-    return {name: grid for name, fields in found.items() if (grid := Grid(**fields)).rows}
+    fields_by_name = record["overview"][paper]["grids"]
+    return {name: grid for name, fields in fields_by_name.items() if (grid := Grid(**fields)).rows}
 
 
 def part_grids(record: Record, paper: str) -> list[Grid]:
@@ -70,20 +70,20 @@ def part_grids(record: Record, paper: str) -> list[Grid]:
 
 def disagreements(record: Record, paper: str) -> Grid:
     """Table of the published figures that were not reproduced."""
-    shown = [row for row in _compared(record, paper) if row["verdict"] != AGREES]
+    shown = [row for row in _comparable_rows(record, paper) if row["verdict"] != AGREES]
     return plain(f"{record['titles'][paper]}: what does not agree", shown, drop=f"{paper}/")
 
 
 def verdicts(record: Record, paper: str) -> Grid:
     """Table of the number of published figures by verdict, and of the number of figures of ours."""
-    found = [row["verdict"] for row in _compared(record, paper)]
-    lines = [[verdict, str(found.count(verdict))] for verdict in sorted(set(found))]
-    ours = len(_by_quantity(record["rows"], paper)) - len(found)
-    beside = [["ours, not compared", str(ours)]] if ours else []
-    return Grid(f"{record['titles'][paper]}: verdicts", ["verdict", "figures"], [*lines, *beside])
+    names = [row["verdict"] for row in _comparable_rows(record, paper)]
+    lines = [[verdict, str(names.count(verdict))] for verdict in sorted(set(names))]
+    ours = len(_by_quantity(record["rows"], paper)) - len(names)
+    extra_lines = [["ours, not compared", str(ours)]] if ours else []
+    return Grid(f"{record['titles'][paper]}: verdicts", ["verdict", "figures"], [*lines, *extra_lines])
 
 
-def _compared(record: Record, paper: str) -> list[Mapping[str, Any]]:
+def _comparable_rows(record: Record, paper: str) -> list[Mapping[str, Any]]:
     """Rows of the published figures, under the paper's own conditions."""
     rows = _by_quantity(record["rows"], paper).values()
     return [row for row in rows if row["published"] is not None and row["verdict"] != "ours"]
@@ -93,7 +93,7 @@ def _by_quantity(rows: Iterable[Mapping[str, Any]], paper: str) -> Rows:
     return {row["quantity"]: row for row in rows if row["paper"] == paper}
 
 
-def _united(parts: Iterable[Mapping[str, Any]], entry: str) -> dict[str, Any]:
+def _merge(parts: Iterable[Mapping[str, Any]], entry: str) -> dict[str, Any]:
     """An entry of all parts, merged into one mapping."""
     return {name: value for part in parts for name, value in part[entry].items()}
 

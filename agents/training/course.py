@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from ..controllers.between import as_seen
+from ..controllers.between import wrap_env
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of, make_vector, stream_seed
 from ..ground.tables import throws_bar
@@ -19,26 +19,28 @@ if TYPE_CHECKING:
     from ..learning.vec_env import SameStepVecEnv
 
 
-def in_flight(cell: Env, asked: Mapping[str, Any], threads: int) -> Env | None:
+def open_flight_env(cell: Env, run_args: Mapping[str, Any], threads: int) -> Env | None:
     """The training's cells with only flights simulated, as the policy observes them; None for a full simulation.
 
     Raises:
         UsageError: the environment has no simulation of flights alone.
     """
-    if asked["fidelity"] == "full":
+    if run_args["fidelity"] == "full":
         return None
     config = core_of(cell).config
     if "fidelity" not in type(config).model_fields:
-        raise UsageError(f"--fidelity flight: environment {asked['env']!r} is simulated in full only")
+        raise UsageError(f"--fidelity flight: environment {run_args['env']!r} is simulated in full only")
     level = config.model_copy(update={"fidelity": "flight"})
-    return as_seen(make_vector(asked["env"], level, asked["num_envs"], threads, asked["action_mode"]), asked)
+    return wrap_env(
+        make_vector(run_args["env"], level, run_args["num_envs"], threads, run_args["action_mode"]), run_args
+    )
 
 
 def learn(
     model: BaseAlgorithm,
     env: SameStepVecEnv,
     folder: RunFolder,
-    asked: Mapping[str, Any],
+    run_args: Mapping[str, Any],
     stop: Stop,
     window: Window,
     *,
@@ -61,12 +63,12 @@ def learn(
 
     logger = configure(str(folder.path / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
     model.set_logger(logger)
-    total, every = asked["steps"], asked["checkpoint_every"]
-    change, judged = total - asked.get("full_last", 0) if quick is not None else 0, env.env
+    total, every = run_args["steps"], run_args["checkpoint_every"]
+    change, full_env = total - run_args.get("full_last", 0) if quick is not None else 0, env.env
     with throws_bar("rate", "success", "error") as bar:
         bar.live.auto_refresh = not quiet
         task = bar.add_task(
-            f"{asked['algo']} on {asked['env']}",
+            f"{run_args['algo']} on {run_args['env']}",
             total=total,
             completed=model.num_timesteps,
             rate="",
@@ -85,13 +87,13 @@ def learn(
             )
 
         callback = ProgressCallback(folder.path / "progress.csv", model.num_timesteps, stop, window, show)
-        while model.num_timesteps < (until or total) and not stop.asked:
-            done = model.num_timesteps
-            env.env = quick if quick is not None and done < change else judged
-            leg = min((done // every + 1) * every, change if done < change else total) - done
-            env.seed(stream_seed("train", asked["seed"], done))
-            begin_leg(model, done + leg, total)
+        while model.num_timesteps < (until or total) and not stop.is_set:
+            steps_done = model.num_timesteps
+            env.env = quick if quick is not None and steps_done < change else full_env
+            leg = min((steps_done // every + 1) * every, change if steps_done < change else total) - steps_done
+            env.seed(stream_seed("train", run_args["seed"], steps_done))
+            begin_leg(model, steps_done + leg, total)
             model._last_obs = None  # makes learn() reset the environment
             model.learn(leg, callback=callback, log_interval=16, reset_num_timesteps=False)
             folder.save_checkpoint(model)
-    env.env = judged
+    env.env = full_env

@@ -10,9 +10,9 @@ from ..controllers.between import PLANNER
 from ..ground.cli import UsageError
 from ..ground.environments import config_of
 from ..judging.trials import trial_class
-from ..learning.hyperparameters import hyperparameters, size
+from ..learning.hyperparameters import hyperparameters, training_size
 from ..learning.runs import RunFolder, check_new
-from ..learning.trained import own_environment
+from ..learning.trained import importless_environment
 
 LEVELS: Final[Mapping[str, str]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), "waste")
 """Default level of a training by environment: a level where learning improves the success, not only the landing."""
@@ -33,16 +33,18 @@ DEFAULTS: Final[Mapping[str, Any]] = {
 """Default arguments of a new run; None for defaults of the kind of trial or of the hyperparameters."""
 
 
-def settled(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def resolve_request(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Arguments and hyperparameters of a run; hyperparameters give the default number of steps and cells.
 
     Raises:
         UsageError: see `request`; or the hyperparameters are missing or damaged.
     """
-    asked, resume = request(arguments), arguments["resume"]
-    settings = hyperparameters(asked["algo"], asked["env"], resume / "config.yml" if resume else arguments["config"])
-    usual = size(asked["algo"], asked["env"], settings)
-    return {**asked, **{name: value for name, value in usual.items() if asked[name] is None}}, settings
+    run_args, resume = request(arguments), arguments["resume"]
+    settings = hyperparameters(
+        run_args["algo"], run_args["env"], resume / "config.yml" if resume else arguments["config"]
+    )
+    usual = training_size(run_args["algo"], run_args["env"], settings)
+    return {**run_args, **{name: value for name, value in usual.items() if run_args[name] is None}}, settings
 
 
 def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
@@ -54,29 +56,29 @@ def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         UsageError: an option is given that a resumed run has already fixed, or options contradict one another.
     """
-    given = {name: arguments[name] for name in DEFAULTS if arguments[name] is not None}
+    options = {name: arguments[name] for name in DEFAULTS if arguments[name] is not None}
     if arguments["resume"] is not None:
-        return _resumed(arguments["resume"], arguments, given)
+        return _resume_request(arguments["resume"], arguments, options)
     if arguments["out"] is not None:
         check_new(arguments["out"])
-    asked = {**DEFAULTS, **given}
-    if asked["full_last"] and asked["fidelity"] != "flight":
+    run_args = {**DEFAULTS, **options}
+    if run_args["full_last"] and run_args["fidelity"] != "flight":
         raise UsageError("--full-last goes with --fidelity flight")
-    asked["level"] = asked["level"] or LEVELS.get(asked["env"])
-    trial = trial_class(config_of(asked["env"], asked["level"]))
+    run_args["level"] = run_args["level"] or LEVELS.get(run_args["env"])
+    trial = trial_class(config_of(run_args["env"], run_args["level"]))
     usual = {"algo": trial.algorithms[0], "checkpoint_every": trial.checkpoint_every}
-    return {**asked, **{name: value for name, value in usual.items() if asked[name] is None}}
+    return {**run_args, **{name: value for name, value in usual.items() if run_args[name] is None}}
 
 
-def _resumed(folder: Path, arguments: Mapping[str, Any], given: dict[str, Any]) -> dict[str, Any]:
+def _resume_request(folder: Path, arguments: Mapping[str, Any], options: dict[str, Any]) -> dict[str, Any]:
     """Arguments of the run in a folder, with the number of steps of the command line."""
     recorded = RunFolder(folder).arguments
-    if given.get("env") == recorded["env"]:
-        recorded["env"] = given.pop("env")
+    if options.get("env") == recorded["env"]:
+        recorded["env"] = options.pop("env")
     else:
-        own_environment(folder, recorded["env"])
-    fixed = [*(given.keys() - {"steps"}), *(name for name in ("out", "config") if arguments[name] is not None)]
+        importless_environment(folder, recorded["env"])
+    fixed = [*(options.keys() - {"steps"}), *(name for name in ("out", "config") if arguments[name] is not None)]
     if fixed:
         name = fixed[0].replace("_", "-")
         raise UsageError(f"--{name} cannot be changed with --resume: the run folder has settled it; leave it out")
-    return {**recorded, **given}
+    return {**recorded, **options}

@@ -9,15 +9,15 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
-from ..controllers.between import as_seen
+from ..controllers.between import wrap_env
 from ..ground.cli import UsageError
-from ..ground.files import held
+from ..ground.files import lock_folder
 from ..ground.places import module_name
 from ..ground.streams import destination
 from ..judging.trial import Trial
 from ..learning.algorithms import ON_POLICY
-from ..learning.runs import RunFolder, name_of
-from .course import in_flight, learn
+from ..learning.runs import RunFolder, run_name
+from .course import learn, open_flight_env
 from .table import TABLE
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class Session:
 
     Args:
         trial: trial of the cells.
-        asked: arguments of the training.
+        run_args: arguments of the training.
         settings: hyperparameters.
         threads: threads of the simulation.
 
@@ -40,29 +40,29 @@ class Session:
         UsageError: the arguments ask for something that the cells do not have.
     """
 
-    def __init__(self, trial: Trial, asked: Mapping[str, Any], settings: Mapping[str, Any], threads: int) -> None:
+    def __init__(self, trial: Trial, run_args: Mapping[str, Any], settings: Mapping[str, Any], threads: int) -> None:
         core = trial.core
         self.trial, self.settings = trial, settings
-        self.asked = {**asked, "level": asked["level"] or core.config.name, "action_mode": core.action_mode}
-        seen, price = as_seen(trial.env, self.asked), trial.price(settings)
-        self._quick = in_flight(trial.env, self.asked, threads)
+        self.run_args = {**run_args, "level": run_args["level"] or core.config.name, "action_mode": core.action_mode}
+        env, price = wrap_env(trial.env, self.run_args), trial.price(settings)
+        self._quick = open_flight_env(trial.env, self.run_args, threads)
 
         import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
 
         from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
 
         torch.set_num_threads(1)  # small networks are slower on many threads
-        self.env = SameStepVecEnv(seen, even=asked["algo"] in ON_POLICY, price=price)
+        self.env = SameStepVecEnv(env, even=run_args["algo"] in ON_POLICY, price=price)
 
     def create(self, folder: Path | None) -> tuple[RunFolder, BaseAlgorithm]:
         """A new run folder and its untrained model; for None a folder in `runs`, named after the training."""
         from ..learning.sb3 import build  # noqa: PLC0415 - imports torch
 
         config = self.trial.core.config
-        model = build(self.asked["algo"], self.env, self.settings, self.asked["seed"])
-        name = f"{name_of(self.asked, config.name)}-{time.strftime('%Y%m%d-%H%M%S')}"
+        model = build(self.run_args["algo"], self.env, self.settings, self.run_args["seed"])
+        name = f"{run_name(self.run_args, config.name)}-{time.strftime('%Y%m%d-%H%M%S')}"
         place = destination(Path("runs") / name) if folder is None else folder
-        return RunFolder.create(place, self.asked, self.settings, config, model), model
+        return RunFolder.create(place, self.run_args, self.settings, config, model), model
 
     def learn(
         self, model: BaseAlgorithm, folder: RunFolder, stop: Stop, *, checkpoint_every: int | None = None, **how: Any
@@ -76,8 +76,10 @@ class Session:
             checkpoint_every: steps between checkpoints; None for the number in the training's arguments.
             how: further arguments of `agents.training.course.learn`.
         """
-        asked = self.asked if checkpoint_every is None else {**self.asked, "checkpoint_every": checkpoint_every}
-        learn(model, self.env, folder, asked, stop, self.trial.window(), quick=self._quick, **how)
+        run_args = (
+            self.run_args if checkpoint_every is None else {**self.run_args, "checkpoint_every": checkpoint_every}
+        )
+        learn(model, self.env, folder, run_args, stop, self.trial.window(), quick=self._quick, **how)
 
     def close(self) -> None:
         """Close the cells of flights alone; the trial's own cells stay open."""
@@ -86,7 +88,7 @@ class Session:
 
 
 def run_session(
-    session: Session, out: Path | None, resume: Path | None, more: int | None, tensorboard: bool
+    session: Session, out: Path | None, resume: Path | None, new_steps: int | None, tensorboard: bool
 ) -> tuple[RunFolder, int, int | None]:
     """Train until the training is done or stopped.
 
@@ -94,7 +96,7 @@ def run_session(
         session: session of the training.
         out: folder of a new run; None for a folder in `runs`.
         resume: folder of the run to resume; None for a new run.
-        more: total number of steps from the command line; None if not given.
+        new_steps: total number of steps from the command line; None if not given.
         tensorboard: also log losses for TensorBoard.
 
     Returns:
@@ -102,32 +104,32 @@ def run_session(
     """
     from ..learning.progress import Stop  # noqa: PLC0415 - imports torch
 
-    with Stop().listening() as stop, ExitStack() as ends:
+    with Stop().listen() as stop, ExitStack() as ends:
         if resume is not None:
-            ends.enter_context(held(resume))
+            ends.enter_context(lock_folder(resume))
             folder = RunFolder(resume)
-            model = _restored(session, folder, more)
+            model = _restore(session, folder, new_steps)
         else:
             folder, model = session.create(None if out is None else destination(out))
-            ends.enter_context(held(folder.path))
-            ends.enter_context(folder.nothing_left())
+            ends.enter_context(lock_folder(folder.path))
+            ends.enter_context(folder.remove_on_error())
         session.learn(model, folder, stop, tensorboard=tensorboard)
     return folder, model.num_timesteps, stop.number
 
 
-def _restored(session: Session, folder: RunFolder, more: int | None) -> BaseAlgorithm:
+def _restore(session: Session, folder: RunFolder, new_steps: int | None) -> BaseAlgorithm:
     """Model of a resumed run, from its last checkpoint.
 
     Raises:
         UsageError: the run has already done all its steps.
     """
-    model, asked = folder.restore(session.env), session.asked
-    if more is not None and more > model.num_timesteps:
+    model, run_args = folder.restore(session.env), session.run_args
+    if new_steps is not None and new_steps > model.num_timesteps:
         (folder.path / TABLE).unlink(missing_ok=True)  # of fewer throws
-        folder.write_arguments(asked)
-    if model.num_timesteps >= asked["steps"] and (folder.path / TABLE).is_file():
+        folder.write_arguments(run_args)
+    if model.num_timesteps >= run_args["steps"] and (folder.path / TABLE).is_file():
         raise UsageError(
-            f"run {str(folder.path)!r} has done {model.num_timesteps} throws of {asked['steps']}; "
+            f"run {str(folder.path)!r} has done {model.num_timesteps} throws of {run_args['steps']}; "
             "give a larger --steps to go on"
         )
     return model
@@ -135,6 +137,6 @@ def _restored(session: Session, folder: RunFolder, more: int | None) -> BaseAlgo
 
 def say_how_to_resume(folder: Path, env_id: str, steps: int, step: str) -> None:
     """Print the command that continues an interrupted run."""
-    more = f" --env {env_id}" if ":" in env_id else ""
-    command = f"python -m {module_name('agents.train')} --resume {folder}{more}"
+    env_option = f" --env {env_id}" if ":" in env_id else ""
+    command = f"python -m {module_name('agents.train')} --resume {folder}{env_option}"
     print(f"stopped after {steps} {step}s; continue with: {command}", file=sys.stderr)

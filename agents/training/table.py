@@ -17,24 +17,24 @@ TABLE: Final = "evaluation.json"
 """File of the table in the run folder."""
 
 
-def show_table(trial: Trial, folder: RunFolder, steps: int, asked: Mapping[str, Any], count: int | None) -> None:
+def show_table(trial: Trial, folder: RunFolder, steps: int, run_args: Mapping[str, Any], count: int | None) -> None:
     """Evaluate the policy and its peers, print the table, and write the table to the run folder.
 
     Args:
         trial: trial of the training.
         folder: folder of the run.
         steps: number of steps that the policy has learned from.
-        asked: arguments of the training.
+        run_args: arguments of the training.
         count: number of units of each controller; None for the default of the kind of trial.
     """
     count = trial.usual_table if count is None else count
-    learned = trial.policy(folder, None, asked, f"learned ({asked['algo']})")
-    entries = [(trial.controller(name), practice) for name, practice in trial.peers(asked).items()]
+    learned = trial.policy(folder, None, run_args, f"learned ({run_args['algo']})")
+    entries = [(trial.controller(name), practice) for name, practice in trial.peers(run_args).items()]
     for controller, _ in [*entries, (learned, 0)]:
-        controller.reset(asked["seed"])
+        controller.reset(run_args["seed"])
     rows = compare(
         trial, [(controller.name, controller, practice) for controller, practice in entries], count, SEED,
-        practice_seed=asked["seed"],
+        practice_seed=run_args["seed"],
     )  # fmt: skip
     rows += compare(trial, [(learned.name, learned, steps)], count, SEED)
     title = f"{count} held-out {trial.unit} each, level {trial.core.config.name}; run folder {folder.path}"

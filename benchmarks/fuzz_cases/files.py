@@ -23,7 +23,7 @@ from agents.policies.scorer import Scorer
 from benchmarks.fuzz_cases.basis import Find, Random, Refused, pick, refusable
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.line.chances import read as read_chances
+from pnt_gym.cells.line.chances import read_table as read_chances
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from tests.tools.commands import call_here

@@ -19,7 +19,7 @@ from benchmarks.timing import Count, Options, Row, Timing
 from papers.hassan.cases import CEILING as LOW
 from papers.hassan.cases import limits_at
 from papers.hassan.nlp import method_1, method_2
-from papers.hassan.per_pick import CYCLE, Flown, fly, mover_of, picks_of
+from papers.hassan.per_pick import CYCLE, PlannedThrows, cell_mover, pick_context, plan_free_throws
 from papers.hassan.planning.optimum import fastest_throw
 from papers.miyashita.accessible import accessible_space
 from papers.miyashita.planning.goals import ReleaseBox, random_goals
@@ -136,11 +136,11 @@ def free_direction(percent: float, options: Options) -> Iterator[Row]:
     rng = np.random.default_rng(7)
     picks, following = (rng.uniform((-0.3, -0.45, -0.85), (0.3, -0.2, -0.85), (PICKS, 3)) for _ in range(2))
     targets = rng.uniform((-0.5, 0.25, -0.85), (0.5, 0.75, -0.85), (PICKS, 3))
-    mover, context, losses = mover_of(percent), picks_of(picks, targets, percent), dict[int, float]()
+    mover, context, losses = cell_mover(percent), pick_context(picks, targets, percent), dict[int, float]()
 
-    def plan(begins: Iterator[int], size: int) -> Flown:
+    def plan(begins: Iterator[int], size: int) -> PlannedThrows:
         rows = slice(begin := next(begins), begin + size)
-        return fly(mover, take(context, rows), following[rows])
+        return plan_free_throws(mover, take(context, rows), following[rows])
 
     def optimum() -> None:
         k, row = next(rows)
@@ -150,13 +150,13 @@ def free_direction(percent: float, options: Options) -> Iterator[Row]:
         losses[k] = float(throws.path.duration[k]) / throw.duration - 1.0
 
     throws, place = plan(iter([0]), PICKS), ("by_percent", f"{percent:.0f}")
-    rows = cycle(enumerate(np.flatnonzero(throws.good)[:OPTIMA]))
+    rows = cycle(enumerate(np.flatnonzero(throws.feasible)[:OPTIMA]))
     yield Count(("picks",), PICKS)
     for size in (1, 16, 256, PICKS):
         call, repeats = partial(plan, cycle(range(0, PICKS, size)), size), max(7, 64 // size)
         yield Timing((*place, "us_per_pick", str(size)), call, "us", size, repeats, median)
     yield Count((*place, "straight_share"), float(np.sum(throws.release.straight)) / PICKS)
-    yield Count((*place, "infeasible_share"), float(np.mean(~throws.good)))
+    yield Count((*place, "infeasible_share"), float(np.mean(~throws.feasible)))
     yield Count((*place, "loss_mean"), lambda: float(np.mean([*losses.values()])))
     yield Count((*place, "loss_max"), lambda: max(losses.values()))
     yield Count((*place, "loss_picks"), lambda: len(losses))

@@ -12,8 +12,8 @@ from agents.controllers import make_controller
 from agents.controllers.protocol import Controller
 from agents.ground.cli import UsageError
 from agents.ground.environments import Env, core_of, make_vector
-from agents.ground.metrics import mean_interval, paired_mean
-from agents.judging.loop import held_out
+from agents.ground.metrics import mean_difference, mean_interval
+from agents.judging.loop import throw_held_out
 from agents.judging.throws.data import Throws
 from benchmarks.studies.cells import Amount, Figures, Settings
 from pnt_gym.arrays import Floats, Ints
@@ -42,12 +42,12 @@ def camera(settings: Settings, amount: Amount) -> list[Figures]:
     with closing(make_vector(ENV, settings["level"], settings["rows"], amount.threads)) as env:
         picks = core_of(env).cell.episode
         errors = {
-            name: _by_shift(held_out(make_controller(name, env), env, amount.throws * picks, amount.seed), env)
+            name: _by_shift(throw_held_out(make_controller(name, env), env, amount.throws * picks, amount.seed), env)
             for name in settings["controllers"]
         }
     static = next(iter(errors.values()))
     return [
-        {"controller": name, "error_m": vars(mean_interval(e)), "over_static_m": vars(paired_mean(e, static))}
+        {"controller": name, "error_m": vars(mean_interval(e)), "over_static_m": vars(mean_difference(e, static))}
         for name, e in errors.items()
     ]
 
@@ -86,7 +86,7 @@ def _trials(controller: Controller, env: Env, count: int, seed: int) -> list[Thr
     trials: list[Throws] = []
     for trial in range(count):
         controller.reset(0)
-        trials.append(held_out(controller, env, env.num_envs * core_of(env).cell.episode, seed + trial))
+        trials.append(throw_held_out(controller, env, env.num_envs * core_of(env).cell.episode, seed + trial))
     return trials
 
 
@@ -112,7 +112,7 @@ def _by_number(trials: list[Throws], kind: int, rows: int) -> list[float]:
 
 def _floor(trials: list[Throws], kind: int) -> float:
     """Mean distance of the landings of a kind from their mean, along and across [m]."""
-    columns = [np.stack([t.told["landing_along"], t.told["landing_across"]], axis=1)[t.item == kind] for t in trials]
+    columns = [np.stack([t.info["landing_along"], t.info["landing_across"]], axis=1)[t.item == kind] for t in trials]
     landings = np.concatenate(columns).astype(np.float64)
     landings = landings[np.isfinite(landings).all(axis=1)]
     return float(np.hypot(*(landings - landings.mean(axis=0)).T).mean())

@@ -13,10 +13,10 @@ from agents.controllers import make_controller
 from agents.ground.amounts import NUM_ENVS
 from agents.ground.environments import make_vector
 from agents.ground.metrics import throughput
-from agents.judging.loop import held_out, practise
+from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import summary
 from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, distance, infos, planned, seeded_cells
-from pnt_gym.arrays import joined, length
+from pnt_gym.arrays import concatenate_records, length
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.parting import Parting
@@ -78,7 +78,7 @@ def _leaving(level: Settings, amount: Amount) -> Figures:
         back = mover.back(motion, picks.pick, picks.limits)
         path = JerkTrajectory.concatenate(picks.pick, [motion.segments, back])
         partings.append(ThrowClock.of(picks, HandCycle(plans, motion.release_time, path), config).parting)
-    parting = joined(partings)
+    parting = concatenate_records(partings)
     tilt = np.arccos(np.clip(vertical(parting.attitude)[:, 2], -1.0, 1.0))
     speed = length(parting.velocity)
     return {
@@ -106,5 +106,5 @@ def learning(settings: Settings, amount: Amount) -> Figures:
         controller = make_controller(name, full)
         controller.reset(seed)
         practise(controller, flight, settings["practice"], seed)
-        worth = summary(held_out(controller, full, amount.throws, seed))
+        worth = summary(throw_held_out(controller, full, amount.throws, seed))
     return {"landing_error": worth["landing_error_mean_m"], "success": worth["success_rate"]}

@@ -7,12 +7,12 @@ from contextlib import closing
 from typing import Final
 
 from agents.controllers.protocol import Controller
-from agents.dispatchers.registry import ENV, NAMES, line_controller, the_line
-from agents.dispatchers.release import releaser
+from agents.dispatchers.registry import ENV, NAMES, line_controller, line_core
+from agents.dispatchers.release import make_release
 from agents.ground.environments import Env, make_vector, stream_seed
 from agents.ground.metrics import mean_interval
 from agents.ground.places import SHIPPED, at
-from agents.judging.work_shifts.data import Shifts, worked
+from agents.judging.work_shifts.data import Shifts, run_shifts
 from benchmarks.studies.cells import Amount, Figures, Settings
 from pnt_gym.cells.line.core import LineCore
 
@@ -30,7 +30,7 @@ def thrown(settings: Settings, amount: Amount) -> Figures:
     level, figures = {"name": settings["level"]["base"], **settings["level"]}, Figures()
     for throws in ("full", "table"):
         with closing(make_vector(ENV, {**level, "throws": throws}, settings["rows"], amount.threads)) as env:
-            controller = _controller(settings["controller"], level["base"], the_line(env))
+            controller = _controller(settings["controller"], level["base"], line_core(env))
             figures[throws] = _figures(_shifts(controller, env, amount))
     return figures
 
@@ -45,9 +45,9 @@ def release(settings: Settings, amount: Amount) -> Iterator[Figures]:
     """
     level, first = settings["level"], None
     with closing(make_vector(ENV, level, settings["rows"], amount.threads)) as env:
-        core = the_line(env)
+        core = line_core(env)
         for label, name in settings["releases"].items():
-            core.use(releaser(str(at(name)) if "/" in name else name, core))
+            core.use(make_release(str(at(name)) if "/" in name else name, core))
             for order in settings["orders"]:
                 shifts = _shifts(_controller(order, level["base"], core), env, amount)
                 first = shifts if first is None else first
@@ -61,7 +61,7 @@ def _controller(name: str, level: str, core: LineCore) -> Controller:
 
 def _shifts(controller: Controller, env: Env, amount: Amount) -> Shifts:
     controller.reset(amount.seed)
-    return worked(controller, env, amount.throws, stream_seed("evaluate", amount.seed))
+    return run_shifts(controller, env, amount.throws, stream_seed("evaluate", amount.seed))
 
 
 def _figures(shifts: Shifts, first: Shifts | None = None) -> Figures:

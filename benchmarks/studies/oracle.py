@@ -10,7 +10,7 @@ import numpy as np
 from agents.controllers import make_controller
 from agents.controllers.protocol import Actions, Controller, Observation
 from agents.ground.environments import core_of, make_vector
-from agents.judging.loop import held_out
+from agents.judging.loop import throw_held_out
 from agents.judging.throws.data import summary
 from benchmarks.studies.cells import CELLS, Amount, Figures, Settings
 from pnt_gym.cells.base.action import Correction
@@ -76,7 +76,7 @@ def figures(settings: Settings, amount: Amount) -> Figures:
             raise RuntimeError(f"level {core.config.name!r}: actions do not shift the landing")
         fixed = name == FixedPoint.name
         watched = Watched(FixedPoint(core, core.correction) if fixed else make_controller(name, env), core)
-        worth = summary(held_out(watched, env, amount.throws, amount.seed))
+        worth = summary(throw_held_out(watched, env, amount.throws, amount.seed))
     return {
         "previewed_mean_m": float(np.nanmean(watched.previewed)),
         "at_bound": float(watched.at_bound.mean()),

@@ -17,7 +17,7 @@ from agents.controllers.own import run_policy
 from agents.controllers.protocol import Controller
 from agents.ground.amounts import NUM_ENVS
 from agents.ground.environments import Env, core_of, make_vector
-from agents.judging.loop import held_out, practise
+from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import summary
 from agents.learning.hyperparameters import hyperparameters
 from agents.learning.progress import Stop
@@ -78,7 +78,7 @@ def figures(settings: Settings, amount: Amount) -> list[Figures]:
 
 def _judged(controller: Controller, lesson: Lesson) -> Figures:
     """What a controller is worth in the full physics; lengths in m."""
-    worth = summary(held_out(controller, lesson.full, lesson.amount.throws, lesson.amount.seed))
+    worth = summary(throw_held_out(controller, lesson.full, lesson.amount.throws, lesson.amount.seed))
     return {name: worth[name] for name in ("landing_error_mean_m", "success_rate", "sorted_per_min")}
 
 

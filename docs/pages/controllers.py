@@ -19,7 +19,7 @@ from agents.controllers import (
     ridge,
 )
 from agents.dispatchers.registry import NAMES as line_names
-from agents.dispatchers.registry import line_controller, the_line
+from agents.dispatchers.registry import line_controller, line_core
 from agents.ground.cli import UsageError
 from agents.ground.environments import config_of, make_vector
 
@@ -99,6 +99,6 @@ def listed(_: str) -> str:
 
 def of_the_line(_: str) -> str:
     """A table of the controllers of a line."""
-    core = the_line(make_vector("PnTLine-v0", num_envs=1, threads=1))
+    core = line_core(make_vector("PnTLine-v0", num_envs=1, threads=1))
     rows = [(f"`{name}`", LINE[name]) for name in line_names if line_controller(name, core).name == name]
     return table(("controller", "its choice"), rows)

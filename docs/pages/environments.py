@@ -11,7 +11,7 @@ import gymnasium as gym
 from gymnasium.envs.registration import load_env_creator
 
 import pnt_gym
-from pnt_gym.cells.base.features import numbered
+from pnt_gym.cells.base.features import merge_numbered
 from pnt_gym.errors import ConfigError
 
 from .marks import table
@@ -102,7 +102,7 @@ def listed(folder: str) -> str:
 
 def hidden(env_id: str) -> str:
     """A table of what no observation tells of a throw or a decision."""
-    rows = [(f"`{one.name}`", one.unit, one.meaning) for one in numbered(made(env_id).core.cell.hidden)]
+    rows = [(f"`{one.name}`", one.unit, one.meaning) for one in merge_numbered(made(env_id).core.cell.hidden)]
     return table(("column", "unit", "what is true"), rows)
 
 

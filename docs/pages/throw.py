@@ -52,7 +52,7 @@ STAGES: Final = (
     ),
     Stage(
         "check",
-        (f"{BASE}.core:Core.step", f"{BASE}.action:limited_actions"),
+        (f"{BASE}.core:Core.step", f"{BASE}.action:clip_actions"),
         "The core checks shape and numbers of the action, and clips it.",
     ),
     Stage(
@@ -91,13 +91,13 @@ STAGES: Final = (
     ),
     Stage(
         "rollout",
-        (f"{BASE}.plant:staged_rollout", f"{CONVEYOR}.plant:ConveyorPlant.fly"),
+        (f"{BASE}.plant:roll_out", f"{CONVEYOR}.plant:ConveyorPlant.fly"),
         "MuJoCo simulates all cells of the batch in its own threads: one `Batch.rollout`, without Python inside. The "
         "object leaves the cup late by the delay of its vacuum.",
     ),
     Stage(
         "flight",
-        (f"{CONVEYOR}.free:FreeObjects.fall", f"{BASE}.plant:Touchdown.landed"),
+        (f"{CONVEYOR}.free:FreeObjects.fall", f"{BASE}.plant:Touchdown.landing_fields"),
         "Once object and cup are clear of each other, the object flies on without the robot, through the air and into "
         "the bin. The landing is where it crosses the plane of the rim.",
     ),

@@ -19,7 +19,7 @@ PARTS: Final[Parts] = {
     "lengths": lengths.length_findings,
     "example-times": times.example_findings,
     "long-times": times.long_findings,
-    "simulated": simulated.simulated_findings,
+    "simulated": simulated.motion_findings,
     "scene": simulated.scene_findings,
 }
 

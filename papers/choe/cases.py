@@ -48,12 +48,12 @@ def example_at(degrees: float) -> EllipsePath:
     return EllipsePath.with_angle(HALF_WIDTH, HALF_RISE, math.radians(degrees))
 
 
-def with_lines(ellipse: EllipsePath) -> PlanePath:
+def path_with_lines(ellipse: EllipsePath) -> PlanePath:
     """The path over an ellipse with vertical parts of `SHORT_LIFT` before and after it."""
     return line_ellipse_line(ellipse, SHORT_LIFT, SHORT_LIFT)
 
 
-def across(path: PlanePath) -> SpacePath:
+def path_askew(path: PlanePath) -> SpacePath:
     """The plane path from `ASKEW` to the opposite point: askew, so that all four arms move differently."""
     return SpacePath.between(path, ASKEW, (-ASKEW[0], -ASKEW[1], BELT + float(path.end[1] - path.start[1])))
 
@@ -98,7 +98,7 @@ def long_cases() -> Mapping[str, Case]:
         Case(f"lame-50mm-d{round(1000 * width)}", f"Lamé m = 3, d = {width:.2f} m", level_lame(0.05, width, 0.05))
         for width in (0.05, 0.10, 0.20, 0.41)
     ]
-    return _by_name(
+    return _cases_by_name(
         Case("rectangle", "rectangle", rectangle(SPAN, LIFT, LIFT)),
         Case("ellipse-50mm-strict", "ellipse, strict", low),
         Case("ellipse-50mm-relaxed", "ellipse, relaxed", low, "relaxed"),
@@ -115,20 +115,25 @@ def long_cases() -> Mapping[str, Case]:
 @cache
 def example_cases() -> Mapping[str, Case]:
     """The paper's ellipse, alone and with vertical parts of 25 mm, and its neighbours, by name."""
-    whole = with_lines(example())
+    whole = path_with_lines(example())
     top = SHORT_LIFT + example().height
-    others = [
-        Case(f"ellipse-{degrees:g}deg-relaxed", f"ellipse of {degrees:g}°", with_lines(example_at(degrees)), "relaxed")
+    neighbours = [
+        Case(
+            f"ellipse-{degrees:g}deg-relaxed",
+            f"ellipse of {degrees:g}°",
+            path_with_lines(example_at(degrees)),
+            "relaxed",
+        )
         for degrees in (9.5, 12.0, 15.0)
     ]
-    return _by_name(
+    return _cases_by_name(
         Case("arc", "ellipse of 10° alone", line_ellipse_line(example(), 0.0, 0.0)),
         Case("rectangle", "rectangle", rectangle(2.0 * HALF_WIDTH, top, top - 2.0 * HALF_RISE)),
         Case("ellipse-10deg-strict", "ellipse of 10°, strict", whole),
         Case("ellipse-10deg-relaxed", "ellipse of 10°", whole, "relaxed"),
-        *others,
+        *neighbours,
     )
 
 
-def _by_name(*cases: Case) -> dict[str, Case]:
+def _cases_by_name(*cases: Case) -> dict[str, Case]:
     return {case.name: case for case in cases}

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row, printed
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
 from pnt_gym.planning.paths import EllipsePath, approximate_half_circumference, half_circumference
 
@@ -27,11 +27,11 @@ ROUNDING: Final = 1e-9
 
 def example_findings() -> Findings:
     """Every printed number of the example, and the paper's claims about the example."""
-    rows = (*_printed(), _numbering(), *_tangents())
-    return listed("The published example", rows, {"choe_ellipse.svg": ellipse_figure()}, drop="choe/")
+    rows = (*_example_rows(), _numbering_row(), *_tangent_rows())
+    return table_findings("The published example", rows, {"choe_ellipse.svg": ellipse_figure()}, drop="choe/")
 
 
-def _printed() -> list[Row]:
+def _example_rows() -> list[Row]:
     """Rows with every printed number of the example; a wrong number comes with the slip that explains it."""
     e = example()
     first, last = math.degrees(e.theta_t1), math.degrees(e.theta_t2)
@@ -59,9 +59,9 @@ def _printed() -> list[Row]:
     ]
 
 
-def _numbering() -> Row:
+def _numbering_row() -> Row:
     e = example()
-    found = "37, 38" if math.dist(_equation_37(e), e.top) < ROUNDING else "24, 25"
+    numbers = "37, 38" if math.dist(_equation_37(e), e.top) < ROUNDING else "24, 25"
     note = (
         "equations that give the top; the text has another numbering. Evaluated, Eq. 37 gives it, and Eq. 24 is the "
         f"ellipse itself, A x^2 + B x y + C y^2 = {_equation_24(e, *e.top):.3f}"
@@ -69,9 +69,9 @@ def _numbering() -> Row:
     return Row.compared(
         "choe/misprint/equation-numbers",
         "(24), (25)",
-        found,
+        numbers,
         "-",
-        explained=next((cited for cited, meant in CITED.items() if meant == found), None),
+        explained=next((cited for cited, number in CITED.items() if number == numbers), None),
         note=note,
         cited_and_meant=CITED,
     )
@@ -119,7 +119,7 @@ def _equation_37(e: EllipsePath) -> tuple[float, float]:
     return along * cos - across * sin, along * sin + across * cos
 
 
-def _tangents() -> Iterator[Row]:
+def _tangent_rows() -> Iterator[Row]:
     e = example()
     _, second, third = _coefficients(e)
     slope = abs(second * HALF_WIDTH + 2.0 * third * HALF_RISE)
@@ -138,12 +138,12 @@ def _tangents() -> Iterator[Row]:
 
 def length_findings() -> Findings:
     """Length over the angle, the approximation of Eq. 27, and the effect of the rule of whole degrees."""
-    rows = (*_approximation(), *_optimum(), *_clearance_rows(), *_refused_rows())
+    rows = (*_approximation_rows(), *_optimum_rows(), *_clearance_rows(), *_infeasible_rows())
     headline = "Length over the angle, and the rule of whole degrees"
-    return listed(headline, rows, {"choe_length.svg": length_figure()}, drop="choe/")
+    return table_findings(headline, rows, {"choe_length.svg": length_figure()}, drop="choe/")
 
 
-def _approximation() -> Iterator[Row]:
+def _approximation_rows() -> Iterator[Row]:
     """Rows with the error of Eq. 27 against the exact length, over all pairs of whole numbers in the paper's range."""
     a, b = np.meshgrid(np.arange(5.0, 21.0), np.arange(2.0, 21.0), indexing="ij")
     exact = np.vectorize(half_circumference)(a, b)
@@ -153,14 +153,14 @@ def _approximation() -> Iterator[Row]:
         "a from 5 to 20 and b from 2 to 20, all pairs; the paper's step is not given, here it is 1. Equal within a "
         "whole unit of the last digit, as the printed figures may be cut instead of rounded"
     )
-    mean, relative, most = error.mean(), 100.0 * (error / exact).mean(), 100.0 * (error / exact).max()
+    mean, relative, largest = error.mean(), 100.0 * (error / exact).mean(), 100.0 * (error / exact).max()
     yield Row.compared("choe/eq-27/mean-absolute-error", 0.078, float(mean), "-", within=1e-3, note=note)
     yield Row.compared("choe/eq-27/mean-relative-error", 0.231, float(relative), "%", within=1e-3, note=note)
     note = f"at b / a = 0.1; {100.0 * thin:.1f} % as b goes to 0, which is where the paper's rule leads"
-    yield Row.ours("choe/eq-27/largest-relative-error", float(most), "%", note=note)
+    yield Row.ours("choe/eq-27/largest-relative-error", float(largest), "%", note=note)
 
 
-def _optimum() -> Iterator[Row]:
+def _optimum_rows() -> Iterator[Row]:
     """Rows on the optimal angle: the length falls down to the critical angle, and 10 deg is only a step of the grid."""
     angles = np.linspace(CRITICAL + 1e-3, 89.9, 2000)
     lengths = np.array([example_at(float(angle)).length for angle in angles])
@@ -188,15 +188,15 @@ def _optimum() -> Iterator[Row]:
 
 def _clearance_rows() -> Iterator[Row]:
     """Rows with the clearance above T2 under the rule of whole degrees."""
-    for millimetres, what in ((26.4, "just below a whole degree"), (26.5, "just above"), (1.0, "a small rise")):
+    for millimetres, description in ((26.4, "just below a whole degree"), (26.5, "just above"), (1.0, "a small rise")):
         e = EllipsePath.paper(HALF_WIDTH, millimetres / 1000.0)
         longer = e.length / (2.0 * math.hypot(HALF_WIDTH, e.half_rise)) - 1.0
         name = f"choe/whole-degrees/clearance-h-{millimetres:g}mm"
-        note = f"top above T2, {what}: {100.0 * longer:.0f} % longer than the chord"
+        note = f"top above T2, {description}: {100.0 * longer:.0f} % longer than the chord"
         yield Row.ours(name, e.top_height - e.half_rise, "m", note=note)
 
 
-def _refused_rows() -> Iterator[Row]:
+def _infeasible_rows() -> Iterator[Row]:
     """Rows for half rises at which the rule of whole degrees has no ellipse."""
     whole = HALF_WIDTH * math.tan(math.radians(10))
     for name, rise in (("level", 0.0), ("falling", -HALF_RISE), ("whole-degree", whole)):
@@ -221,14 +221,14 @@ def ellipse_figure() -> Figure:
             axis[:, 0], axis[:, 1], style, color="gray", linewidth=1, label="major axis" if not turn else "minor axis"
         )
     marks = {"$T_1$": e.point(e.theta_t1), "$T_2$": e.point(e.theta_t2), "top": np.array(e.top)}
-    shifts = {"$T_1$": (6, -12), "$T_2$": (-20, 4), "top": (-8, 6)}
+    offsets = {"$T_1$": (6, -12), "$T_2$": (-20, 4), "top": (-8, 6)}
     for name, point in marks.items():
         left.plot(*(1000.0 * point), "o", color=COLOURS[3], markersize=5)
-        left.annotate(name, 1000.0 * point, shifts[name], textcoords="offset points")
+        left.annotate(name, 1000.0 * point, offsets[name], textcoords="offset points")
     for k, top in enumerate((0.0265, 0.030, example().top_height, 0.060, 0.090)):
-        other = EllipsePath.with_top(HALF_WIDTH, HALF_RISE, top)
-        label = f"top {1000 * top:.1f} mm, {math.degrees(other.angle):.1f}°, {1000 * other.length:.1f} mm long"
-        _draw_path(right, other, COLOURS[k], label)
+        ellipse = EllipsePath.with_top(HALF_WIDTH, HALF_RISE, top)
+        label = f"top {1000 * top:.1f} mm, {math.degrees(ellipse.angle):.1f}°, {1000 * ellipse.length:.1f} mm long"
+        _draw_path(right, ellipse, COLOURS[k], label)
     for axes, title in ((left, "Choe et al. 2023, the example"), (right, "chosen by the height of the top")):
         limits = {"aspect": "equal", "ylim": (-115.0, 100.0)}
         dress(axes, "x from the centre [mm]", "y [mm]", title, legend="lower right", **limits)

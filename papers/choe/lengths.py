@@ -44,7 +44,7 @@ def length_findings() -> Findings:
         lines.append([name.replace("-", " "), *lengths, answer, note])
     header = ["compared", "proposed", *CURVES, "proposed is", "note"]
     table = Grid("Lengths of the curves, by what the comparison is taken to mean", header, lines)
-    exponents = list(_exponents())
+    exponents = list(_exponent_rows())
     further = plain("The Lamé curves with other exponents", by_quantity(exponents).values(), drop="choe/fig-8/")
     figures = {"choe_lengths.svg": svg(lengths_figure())}
     return Findings((*rows, *exponents), figures=figures, grids=(table, further))
@@ -52,18 +52,18 @@ def length_findings() -> Findings:
 
 def readings() -> dict[str, tuple[str, dict[str, PlanePath]]]:
     """Readings of Fig. 8 by name: a sentence for people, and the compared paths by name."""
-    own = example().top_height - HALF_RISE
-    ends, alone = f"from T1 to T2, {RISE} m straight up at the pick, crest", "curves alone, ends of equal height"
-    found = {
-        "same-ends": (f"{ends} {CREST} m above T2", _family(RISE, CREST)),
-        "same-ends-and-top": (f"{ends} at the proposed curve's top", _family(RISE, own)),
-        "curves-only": (f"{alone}: ellipse {RISE} m high, Lame curves {CREST} m", _family(0.0, CREST, RISE)),
-        "curves-only-25mm": (f"{alone}, all {CREST} m high", _family(0.0, CREST)),
+    top_height = example().top_height - HALF_RISE
+    ends, curves = f"from T1 to T2, {RISE} m straight up at the pick, crest", "curves alone, ends of equal height"
+    comparisons = {
+        "same-ends": (f"{ends} {CREST} m above T2", _comparison_paths(RISE, CREST)),
+        "same-ends-and-top": (f"{ends} at the proposed curve's top", _comparison_paths(RISE, top_height)),
+        "curves-only": (f"{curves}: ellipse {RISE} m high, Lame curves {CREST} m", _comparison_paths(0.0, CREST, RISE)),
+        "curves-only-25mm": (f"{curves}, all {CREST} m high", _comparison_paths(0.0, CREST)),
     }
-    return {name: (f"{text}, m = {EXPONENT:g}", paths) for name, (text, paths) in found.items()}
+    return {name: (f"{text}, m = {EXPONENT:g}", paths) for name, (text, paths) in comparisons.items()}
 
 
-def _family(lift: float, crest: float, ellipse_crest: float | None = None) -> dict[str, PlanePath]:
+def _comparison_paths(lift: float, crest: float, ellipse_crest: float | None = None) -> dict[str, PlanePath]:
     level = EllipsePath.with_top(HALF_WIDTH, 0.0, ellipse_crest or crest)
     paths = {"symmetric-ellipse": line_ellipse_line(level, lift, 0.0)}
     for width in WIDTHS:
@@ -71,7 +71,7 @@ def _family(lift: float, crest: float, ellipse_crest: float | None = None) -> di
     return paths
 
 
-def _exponents() -> Iterator[Row]:
+def _exponent_rows() -> Iterator[Row]:
     """Rows with the length of the Lamé curves for other exponents, as the paper gives none."""
     for exponent in (2.0, 4.0):
         lengths = [lame_path(WIDTH, RISE, 0.0, (width, CREST), exponent).length for width in WIDTHS]
@@ -83,10 +83,10 @@ def lengths_figure() -> Figure:
     """Drawing of the curves of Fig. 8 under two readings."""
     figure, panels = subplots(1, 2, (11.0, 3.9))
     chosen = {"same-ends": "same ends T1 and T2", "curves-only": "curves only, ends of equal height"}
-    own = line_ellipse_line(example(), 0.0, 0.0)
+    proposed = line_ellipse_line(example(), 0.0, 0.0)
     for axes, (reading, title) in zip(panels, chosen.items(), strict=True):
         paths = readings()[reading][1]
-        for k, (label, path) in enumerate([("proposed", own), *zip(CURVES, paths.values(), strict=True)]):
+        for k, (label, path) in enumerate([("proposed", proposed), *zip(CURVES, paths.values(), strict=True)]):
             points = 1000.0 * path.points(1500)
             text = f"{label}, {1000.0 * path.length:.1f} mm"
             axes.plot(points[:, 0], points[:, 1], "--" if k == 3 else "-", color=COLOURS[k], label=text)

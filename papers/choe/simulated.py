@@ -14,9 +14,9 @@ import numpy as np
 from agents.ground.drawings import Axes, Figure, dress, subplots, svg
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row
-from pnt_gym.arrays import Bools, Floats, joined
+from pnt_gym.arrays import Bools, Floats, concatenate_records
 from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.base.plant import staged_rollout
+from pnt_gym.cells.base.plant import roll_out
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.hand import HandCycle
@@ -58,22 +58,22 @@ LEVEL: Final[dict[str, Any]] = {
 OBJECTS: Final = 12
 
 
-def simulated_findings() -> Findings:
+def motion_findings() -> Findings:
     """Tracking error and motor torque of four motions over the long way."""
     cases = [long_cases()[name] for name in PLAYED]
     errors, torques = play([motion(case) for case in cases])
     rows: list[Row] = []
     lines: list[list[str]] = []
     for case, error, torque in zip(cases, errors, torques, strict=True):
-        most, last = float(error.max()), f"{1e6 * float(error[-1]):.2f} micrometres"
+        largest, last = float(error.max()), f"{1e6 * float(error[-1]):.2f} micrometres"
         rule = "continuous acceleration" if case.joints == "strict" else "acceleration steps at the tangent points"
         name = f"choe/simulated/{case.name}"
         note = f"{case.label}, {rule}, motors with feed-forward, robot without an object"
         end = f"largest distance of the hand from its reference; {last} in the end"
         limit = f"largest of a motor, {T3KR.torque_limit:g} allowed"
-        rows.append(Row.ours(f"{name}/tracking", most, "m", note=f"{note}: {end}"))
+        rows.append(Row.ours(f"{name}/tracking", largest, "m", note=f"{note}: {end}"))
         rows.append(Row.ours(f"{name}/torque", torque, "N m", note=f"{note}: {limit}"))
-        lines.append([case.name.replace("-", " "), f"{most:.5f} m", last, f"{torque:.0f} N m"])
+        lines.append([case.name.replace("-", " "), f"{largest:.5f} m", last, f"{torque:.0f} N m"])
     header = ("path", "tracking", "in the end", f"torque, {T3KR.torque_limit:g} N m allowed")
     return Findings(tuple(rows), grids=(Grid("The motions carried out by the robot in MuJoCo", header, lines),))
 
@@ -93,22 +93,22 @@ def play(paths: list[HandPath]) -> tuple[Floats, Floats]:
     model = spec.compile()
     steps = int(np.ceil((max(float(path.duration[0]) for path in paths) + SETTLE) / TIMESTEP))
     times = TIMESTEP * np.arange(steps + 1)
-    wanted = joined([path.sample(times) for path in paths])
+    reference = concatenate_records([path.sample(times) for path in paths])
     control = np.ones((len(paths), steps, model.nu + model.neq))
-    knots = joint_knots(*(part[:, :-1] for part in wanted))
+    knots = joint_knots(*(part[:, :-1] for part in reference))
     control[:, :, control_columns(model, handles)] = exact_references(knots)
     batch = Batch(model, len(paths), nthread=1)
     batch.bind("qpos")[:, qpos_columns(model, handles)] = closed_pose(
-        wanted.position[:, 0], handles.rods_per_arm, handles.geometry
+        reference.position[:, 0], handles.rods_per_arm, handles.geometry
     )
-    out = staged_rollout(batch, control, np.full(len(paths), steps), ("qpos", "actuator_force"))
+    out = roll_out(batch, control, np.full(len(paths), steps), ("qpos", "actuator_force"))
     columns = [int(model.joint(f"platform_{axis}").qposadr[0]) for axis in "xyz"]
-    error = np.linalg.norm(out["qpos"][:, :, columns] - wanted.position[:, 1:], axis=2)
+    error = np.linalg.norm(out["qpos"][:, :, columns] - reference.position[:, 1:], axis=2)
     return error, np.abs(out["actuator_force"]).max(axis=(1, 2))
 
 
 @final
-class Carried(NamedTuple):
+class CarriedObjects(NamedTuple):
     """Simulation of N objects that the robot carries out of one box and into the other, at M moments."""
 
     core: Core
@@ -118,7 +118,7 @@ class Carried(NamedTuple):
     """(N,) [s]"""
     place: Floats
     """Simulated centre of mass of each object (N, M, 3) [m]."""
-    held: Bools
+    is_held: Bools
     """Whether the cup holds the object at each moment (N, M)."""
     touched: Bools
     """Whether each object touched anything while the cup held it (N,)."""
@@ -136,7 +136,7 @@ def scene_findings() -> Findings:
     carried = carry(LEVEL)
     note = f"{OBJECTS} objects of level ideal, walls {DEPTH:g} m high, vertical parts of 0.23 m, full physics"
     low = carried.path.sample(np.linspace(0.0, 1.0, 801) * carried.release_time[:, None]).position
-    clear = over_walls(low, low[..., 2] - carried.under_pick[:, None])
+    clear = wall_clearance(low, low[..., 2] - carried.under_pick[:, None])
     rows = (
         Row.ours("choe/fig-4/clearance", clear, "m", note=f"{note}: lowest point of an object above a wall it passes"),
         Row.ours("choe/fig-4/touched", float(carried.touched.mean()), "-", note=f"{note}: touched a wall on the way"),
@@ -151,55 +151,57 @@ def scene_findings() -> Findings:
     return Findings(rows, figures={"choe_scene.svg": svg(scene_figure(carried))}, grids=(grid,))
 
 
-def carry(level: dict[str, Any]) -> Carried:
+def carry(level: dict[str, Any]) -> CarriedObjects:
     """Simulate objects that a level's planner carries out of one box and into the other."""
     cell = ConveyorCell(ConveyorConfig.load(level), OBJECTS, "independent")
     core = Core(cell)
     core.reset(np.arange(OBJECTS), [np.random.default_rng([0, row]) for row in range(OBJECTS)], seeded=True)
     pick = cell.context.pick.copy()
     pick[:, :2] = FROM
-    cell.context, good = cell.planner.plan(cell.context.objects, pick)
-    if not (good & (cell.context.bin == 1)).all():
+    cell.context, feasible = cell.planner.plan(cell.context.objects, pick)
+    if not (feasible & (cell.context.bin == 1)).all():
         raise RuntimeError("not all objects are brought from one box to the other")
     context, mover = cell.context, cell.planner.mover
     motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
     back = mover.back(motion, np.roll(context.pick, 1, axis=0), context.limits)
     path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
     plans = HandCycle(context.plan, motion.release_time, path)
-    seen = cell.plant.follow(context, plans).flight
-    held = np.arange(seen.position.shape[1]) < seen.release_step[:, None]
-    touched = (seen.any_touch & held).any(axis=1)
-    came, rim = cell.plant.fly(context, plans).touchdown, context.target[:, 2]
-    lies = came.lies_in(context.target[:, :2], context.opening, rim, rim - core.config.bins.depth)
-    return Carried(core, path, motion.release_time, seen.position, held, touched, lies & ~came.recontact)
+    flight = cell.plant.follow(context, plans).flight
+    is_held = np.arange(flight.position.shape[1]) < flight.release_step[:, None]
+    touched = (flight.any_touch & is_held).any(axis=1)
+    landing, rim = cell.plant.fly(context, plans).touchdown, context.target[:, 2]
+    in_box = landing.lies_in(context.target[:, :2], context.opening, rim, rim - core.config.bins.depth)
+    return CarriedObjects(
+        core, path, motion.release_time, flight.position, is_held, touched, in_box & ~landing.recontact
+    )
 
 
-def over_walls(place: Floats, lowest: Floats) -> float:
+def wall_clearance(place: Floats, lowest: Floats) -> float:
     """Least height above a wall [m] of objects at points (N, K, 3) whose lowest points are at heights (N, K)."""
-    room = [np.abs(place[..., :2] - middle).max(axis=2) - SIDE / 2.0 for middle in (FROM, TO)]
+    distances = [np.abs(place[..., :2] - middle).max(axis=2) - SIDE / 2.0 for middle in (FROM, TO)]
     wall = 0.5 * SIDE  # no object reaches farther than half a box
-    near = [np.abs(one) < wall for one in room]
-    outside = [one > -1e-9 for one in room]
+    near = [np.abs(distance) < wall for distance in distances]
+    outside = [distance > -1e-9 for distance in distances]
     return float(np.min(lowest[(near[0] & outside[0]) | (near[1] & outside[1])]) - RIM)
 
 
-def scene_figure(carried: Carried, row: int = 0) -> Figure:
+def scene_figure(carried: CarriedObjects, row: int = 0) -> Figure:
     """Drawing of the way of one object, seen from the side."""
     figure, (axes,) = subplots(1, 1, (7.0, 5.0))
     start, way = np.array(FROM), np.subtract(TO, FROM)
     length = float(np.hypot(*way))
-    planned = carried.path.sample(np.linspace(0.0, 1.0, 400) * carried.release_time[row, None]).position[row]
-    flown = carried.place[row][carried.held[row]]
-    for place, said, style in ((planned, "hand, planned", "-"), (flown, "object, simulated", "--")):
-        axes.plot((place[:, :2] - start) @ way / length, place[:, 2], style, label=said)
-    _boxes(axes, way / length, length)
-    _corners(axes, planned, (planned[:, :2] - start) @ way / length)
+    hand_path = carried.path.sample(np.linspace(0.0, 1.0, 400) * carried.release_time[row, None]).position[row]
+    object_path = carried.place[row][carried.is_held[row]]
+    for place, label, style in ((hand_path, "hand, planned", "-"), (object_path, "object, simulated", "--")):
+        axes.plot((place[:, :2] - start) @ way / length, place[:, 2], style, label=label)
+    _draw_boxes(axes, way / length, length)
+    _draw_corners(axes, hand_path, (hand_path[:, :2] - start) @ way / length)
     dress(axes, "along the way [m]", "height [m]", "Out of one box and into another", legend="lower center")
     axes.set_aspect("equal")
     return figure
 
 
-def _boxes(axes: Axes, along: Floats, length: float) -> None:
+def _draw_boxes(axes: Axes, along: Floats, length: float) -> None:
     """Draw walls and bottoms of both boxes in the section along the way."""
     half = SIDE / 2.0 / float(np.abs(along).max())
     for middle in (0.0, length):
@@ -207,7 +209,7 @@ def _boxes(axes: Axes, along: Floats, length: float) -> None:
         axes.plot(sides, [RIM, RIM - DEPTH, RIM - DEPTH, RIM], color="black", linewidth=2.0)
 
 
-def _corners(axes: Axes, planned: Floats, along: Floats) -> None:
+def _draw_corners(axes: Axes, planned: Floats, along: Floats) -> None:
     """Mark the ends of the vertical parts with the paper's names."""
     upright = np.flatnonzero(np.abs(along - along[0]) < 1e-6)[-1], np.flatnonzero(np.abs(along - along[-1]) < 1e-6)[0]
     for index, name in zip((0, *upright, len(along) - 1), ("P1", "T1", "T2", "P2"), strict=True):

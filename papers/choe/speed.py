@@ -14,12 +14,12 @@ import numpy as np
 
 from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
 from agents.reproduce.finding import Findings, Row, printed
-from agents.reproduce.grids import by_quantity, listed, plain
+from agents.reproduce.grids import by_quantity, plain, table_findings
 from pnt_gym.arrays import Floats
 from pnt_gym.planning.paths import EllipsePath, NodeList
 from pnt_gym.robots.t3kr.kinematics import inverse_kinematics
 
-from .cases import ASKEW, HALF_RISE, HALF_WIDTH, LIMITS, RATE, across, example, example_cases, motion
+from .cases import ASKEW, HALF_RISE, HALF_WIDTH, LIMITS, RATE, example, example_cases, motion, path_askew
 from .planning.timing import TimedPath
 
 ARMS: Final = ("+x +y", "-x +y", "-x -y", "+x -y")
@@ -35,11 +35,11 @@ BUSY: Final = 5
 
 def speed_findings() -> Findings:
     """The radius of curvature along the example, the node list, and the time that the node list takes."""
-    rows = (*_curvature(), *_nodes(), _units(), *_time())
-    return listed("The speed law and its node list", rows, {"choe_nodes.svg": nodes_figure()}, drop="choe/")
+    rows = (*_curvature_rows(), *_node_rows(), _unit_row(), *_time_rows())
+    return table_findings("The speed law and its node list", rows, {"choe_nodes.svg": nodes_figure()}, drop="choe/")
 
 
-def _curvature() -> Iterator[Row]:
+def _curvature_rows() -> Iterator[Row]:
     e = example()
     theta = np.linspace(e.theta_t2, e.theta_t1, 1_000_001)
     rho = e.radius_of_curvature(theta)
@@ -71,7 +71,7 @@ def _curvature() -> Iterator[Row]:
     yield Row.ours("choe/speed-law/ratio", float(rho.max() / least) ** (4.0 / 3.0), "-", note=note)
 
 
-def _nodes() -> Iterator[Row]:
+def _node_rows() -> Iterator[Row]:
     as_printed, clipped = example().nodes(RATE, clip=False), example().nodes(RATE)
     last, end = math.degrees(as_printed.theta[-1]), math.degrees(example().theta_t2)
     steps = as_printed.steps
@@ -90,7 +90,7 @@ def _nodes() -> Iterator[Row]:
     yield Row.compared("choe/nodes/last-angle", end, last, "deg", within=printed(3), note=note)
 
 
-def _units() -> Row:
+def _unit_row() -> Row:
     """Row with the number of nodes by unit: step 6 sets an angle equal to a length times r."""
     rates = {"m and rad": RATE, "mm and rad": 1000.0 * RATE, "mm and deg": 1000.0 * math.radians(RATE)}
     counts = {units: float(example().nodes(rate).theta.size) for units, rate in rates.items()}
@@ -109,7 +109,7 @@ def _units() -> Row:
     )
 
 
-def _time() -> Iterator[Row]:
+def _time_rows() -> Iterator[Row]:
     """Rows with the time of the node list at its shortest period within the speed limit, and of the quickest motion."""
     speed, acceleration, jerk = LIMITS.numbers()
     nodes = example().nodes(RATE, clip=False)
@@ -174,11 +174,11 @@ def _draw_law(axes: Axes, nodes: NodeList) -> None:
 def joint_findings() -> Findings:
     """Arm angles of our robot along the example, at the paper's nodes and in the quickest motion."""
     nodes = example().nodes(RATE).points - example().point(example().theta_t1)
-    angles = np.degrees(inverse_kinematics(across(example_cases()["arc"].path).positions(nodes)))
+    angles = np.degrees(inverse_kinematics(path_askew(example_cases()["arc"].path).positions(nodes)))
     case = example_cases()["ellipse-10deg-relaxed"]
-    quick = TimedPath.of(across(case.path), motion(case).progress)
+    quick = TimedPath.of(path_askew(case.path), motion(case).progress)
     times = np.arange(0.0, float(quick.duration[0]), 1e-3)
-    swept = np.degrees(inverse_kinematics(quick.sample(times).position[0]))
+    quick_angles = np.degrees(inverse_kinematics(quick.sample(times).position[0]))
     swings = [
         Row.ours(
             f"choe/joints/arm-{k + 1}-swing",
@@ -195,17 +195,17 @@ def joint_findings() -> Findings:
     return Findings(
         rows,
         {"choe_joints": {"joint_angles_deg": angles.tolist()}},
-        {"choe_joints.svg": svg(joints_figure(angles, times, swept))},
+        {"choe_joints.svg": svg(joints_figure(angles, times, quick_angles))},
         (plain("Arms of our robot along the example", by_quantity(rows).values(), verdict=False, drop="choe/"),),
     )
 
 
-def joints_figure(angles: Floats, times: Floats, swept: Floats) -> Figure:
+def joints_figure(angles: Floats, times: Floats, quick_angles: Floats) -> Figure:
     """Drawing of the paper's Fig. 7 on our robot, and of the arm angles in the quickest motion with vertical parts."""
     figure, (left, right) = subplots(1, 2, (11.0, 3.8))
     for k, name in enumerate(ARMS):
         left.plot(np.arange(1, len(angles) + 1), angles[:, k], color=COLOURS[k], label=f"arm {k + 1}, {name}")
-        right.plot(times, swept[:, k], color=COLOURS[k])
+        right.plot(times, quick_angles[:, k], color=COLOURS[k])
     dress(left, "node", "arm angle [°]", "ellipse at the paper's nodes (its Fig. 7)")
     dress(right, "time [s]", "arm angle [°]", "quickest motion with 25 mm verticals, relaxed")
     figure.legend(*left.get_legend_handles_labels(), fontsize=8, loc="outside right center")
@@ -214,12 +214,12 @@ def joints_figure(angles: Floats, times: Floats, swept: Floats) -> Figure:
 
 def curvature_findings() -> Findings:
     """Whether the speed law is bounded, continuous and smooth, as the paper concludes from its Figs. 3 and 5."""
-    rows = (*_over_the_angle(), *_at_the_nodes())
+    rows = (*_angle_rows(), *_profile_rows())
     figures = {"choe_curvature.svg": curvature_figure(), "choe_profile.svg": profile_figure()}
-    return listed("The law of curvature and its profile (Figs. 3 and 5)", rows, figures, drop="choe/")
+    return table_findings("The law of curvature and its profile (Figs. 3 and 5)", rows, figures, drop="choe/")
 
 
-def derivatives(ellipse: EllipsePath, theta: Floats) -> tuple[Floats, Floats, Floats]:
+def radius_derivatives(ellipse: EllipsePath, theta: Floats) -> tuple[Floats, Floats, Floats]:
     """The radius of curvature rho (N,) [m] at polar angles (N,) [rad], and its first and second derivative by angle.
 
     rho = q^(3/2) / (a b) with q = a^2 sin^2 + b^2 cos^2 (Eq. 51).
@@ -256,9 +256,9 @@ class Profile:
         return cls(ellipse.radius_of_curvature(nodes.theta), displacement, *differences)
 
 
-def _over_the_angle() -> Iterator[Row]:
+def _angle_rows() -> Iterator[Row]:
     names = ("rho", "first-derivative", "second-derivative")
-    fine = derivatives(FIG_3, np.linspace(0.0, np.pi, 20_001))
+    fine = radius_derivatives(FIG_3, np.linspace(0.0, np.pi, 20_001))
     for name, values in zip(names, fine, strict=True):
         jumps = [float(np.abs(np.diff(values[::every])).max()) for every in (2, 1)]
         smooth = bool(np.isfinite(values).all() and jumps[1] < SMOOTH * jumps[0])
@@ -274,13 +274,13 @@ def _over_the_angle() -> Iterator[Row]:
         )
 
 
-def _at_the_nodes() -> Iterator[Row]:
-    found = Profile.of(example(), example().nodes(RATE, clip=False))
-    top = float(found.velocity.max())
-    busiest = float(np.sort(found.velocity)[-BUSY:].sum() / found.displacement[-1])
-    note = f"of the way, in {BUSY} of {found.velocity.size} periods: the law hurries over the top, in few large steps"
+def _profile_rows() -> Iterator[Row]:
+    profile = Profile.of(example(), example().nodes(RATE, clip=False))
+    top = float(profile.velocity.max())
+    busiest = float(np.sort(profile.velocity)[-BUSY:].sum() / profile.displacement[-1])
+    note = f"of the way, in {BUSY} of {profile.velocity.size} periods: the law hurries over the top, in few large steps"
     yield Row.ours("choe/fig-5/way-of-the-busiest-periods", busiest, "-", note=note)
-    for name, values in (("acceleration", found.acceleration), ("jerk", found.jerk)):
+    for name, values in (("acceleration", profile.acceleration), ("jerk", profile.jerk)):
         note = (
             f"largest at a knot, as a share of the greatest step of {1000.0 * top:.1f} mm a period; the paper's axes "
             "have no period"
@@ -290,7 +290,7 @@ def _at_the_nodes() -> Iterator[Row]:
         "the step at the first knot is a speed that the arm has to have there already: with the vertical part left "
         "open, the profile begins and ends with a jump of the acceleration"
     )
-    yield Row.ours("choe/fig-5/speed-at-the-first-knot", float(found.velocity[0]) / top, "-", note=note)
+    yield Row.ours("choe/fig-5/speed-at-the-first-knot", float(profile.velocity[0]) / top, "-", note=note)
 
 
 def curvature_figure() -> Figure:
@@ -298,7 +298,7 @@ def curvature_figure() -> Figure:
     figure, axes = subplots(1, 3, (13.5, 3.4))
     theta = np.linspace(0.0, np.pi, 721)
     titles = ("radius of curvature", "its first derivative", "its second derivative")
-    for k, (ax, values, title) in enumerate(zip(axes, derivatives(FIG_3, theta), titles, strict=True)):
+    for k, (ax, values, title) in enumerate(zip(axes, radius_derivatives(FIG_3, theta), titles, strict=True)):
         ax.plot(np.degrees(theta), values, color=COLOURS[k])
         dress(ax, "θ [°]", "[m]", title)
     return figure
@@ -307,13 +307,13 @@ def curvature_figure() -> Figure:
 def profile_figure() -> Figure:
     """Drawing of the paper's Fig. 5, all five panels."""
     figure, axes = subplots(1, 5, (17.0, 3.2))
-    found = Profile.of(example(), example().nodes(RATE, clip=False))
+    profile = Profile.of(example(), example().nodes(RATE, clip=False))
     panels = (
-        ("(a) curvature", "[mm]", found.curvature),
-        ("(b) displacement", "[mm]", found.displacement),
-        ("(c) velocity", "[mm / period]", found.velocity),
-        ("(d) acceleration", "[mm / period²]", found.acceleration),
-        ("(e) jerk", "[mm / period³]", found.jerk),
+        ("(a) curvature", "[mm]", profile.curvature),
+        ("(b) displacement", "[mm]", profile.displacement),
+        ("(c) velocity", "[mm / period]", profile.velocity),
+        ("(d) acceleration", "[mm / period²]", profile.acceleration),
+        ("(e) jerk", "[mm / period³]", profile.jerk),
     )
     for ax, (title, unit, values) in zip(axes, panels, strict=True):
         ax.plot(np.arange(1, len(values) + 1), 1000.0 * values, ".-", markersize=3, linewidth=1, color=COLOURS[0])

@@ -32,7 +32,7 @@ SHOWN: Final = ("ellipse-50mm-strict", "ellipse-50mm-relaxed", "lame-50mm-level"
 
 def example_findings() -> Findings:
     """Times along the paper's ellipse: without vertical parts, with vertical parts, with other angles."""
-    rows = [_row("example", case) for case in example_cases().values()]
+    rows = [_case_row("example", case) for case in example_cases().values()]
     times = {name: float(motion(case).duration[0]) for name, case in example_cases().items()}
     quickest = min((name for name in times if name.endswith("deg-relaxed")), key=times.__getitem__)
     angle = quickest.removeprefix("ellipse-").removesuffix("deg-relaxed") + " deg"
@@ -48,12 +48,15 @@ def example_findings() -> Findings:
 
 def long_findings() -> Findings:
     """Times over 0.82 m at 0.1 m height: the paper's kind of path, smooth corners, and the quickest free path."""
-    paths = [_row("long", case) for case in long_cases().values()]
+    paths = [_case_row("long", case) for case in long_cases().values()]
     bounds = [_bound_row(name) for name in BOUNDS]
-    conclusions, joints = tuple(_conclusions()), tuple(_joint_rows())
-    found = by_quantity(conclusions)
+    conclusions, joints = tuple(_conclusion_rows()), tuple(_joint_rows())
+    conclusion_rows = by_quantity(conclusions)
     lines = [
-        [*_cells(row), *(value(found, f"choe/{what}/{_name(row)}", "{:.1f} %") for what in ("saving", "above-bound"))]
+        [
+            *_cells(row),
+            *(value(conclusion_rows, f"choe/{kind}/{_name(row)}", "{:.1f} %") for kind in ("saving", "above-bound")),
+        ]
         for row in (*paths, *bounds)
     ]
     header = (*MOTION, "saved over rectangle", "above bound")
@@ -73,13 +76,13 @@ def _name(row: Row) -> str:
 def _cells(row: Row) -> list[str]:
     """Cells of a table's row: time, shape and peaks of a path."""
     shape = [f"{row.details[part]:.3f} m" if part in row.details else NONE for part in ("length_m", "top_m")]
-    peaks = [f"{row.details[f'peak_{what}']:.2f}" for what in PEAKS if f"peak_{what}" in row.details]
+    peaks = [f"{row.details[f'peak_{peak}']:.2f}" for peak in PEAKS if f"peak_{peak}" in row.details]
     return [_name(row).replace("-", " "), f"{row.reproduced:.3f} s", *shape, ", ".join(peaks) or NONE]
 
 
-def _row(group: str, case: Case) -> Row:
-    found = motion(case)
-    seconds = float(found.duration[0])
+def _case_row(group: str, case: Case) -> Row:
+    timed_path = motion(case)
+    seconds = float(timed_path.duration[0])
     rule = {"strict": "continuous acceleration", "relaxed": "normal acceleration may step"}[case.joints]
     note = f"one way, {case.label}, {rule}: {30.0 / seconds:.1f} {CYCLES}"
     return Row.ours(
@@ -89,12 +92,12 @@ def _row(group: str, case: Case) -> Row:
         note=note,
         length_m=case.path.length,
         top_m=case.path.top,
-        **{f"peak_{what}": float(ratio[0]) for what, ratio in zip(PEAKS, found.peak_ratios(LIMITS), strict=True)},
+        **{f"peak_{peak}": float(ratio[0]) for peak, ratio in zip(PEAKS, timed_path.peak_ratios(LIMITS), strict=True)},
     )
 
 
 @cache
-def bound(name: str) -> JerkTrajectory:
+def free_path_bound(name: str) -> JerkTrajectory:
     """The quickest motion over `SPAN` that is vertical near both ends and free between, by a name of `BOUNDS`."""
     vertical, roof = BOUNDS[name]
     start, end = (0.0, -0.5 * SPAN, BELT), (0.0, 0.5 * SPAN, BELT)
@@ -103,19 +106,19 @@ def bound(name: str) -> JerkTrajectory:
 
 def _bound_row(name: str) -> Row:
     vertical, roof = BOUNDS[name]
-    seconds = float(bound(name).duration[0])
+    seconds = float(free_path_bound(name).duration[0])
     height = "" if roof is None else f", at most {LIFT} m high"
     note = f"one way, any path vertical over {vertical} m at both ends{height}: {30.0 / seconds:.1f} {CYCLES}"
     return Row.ours(f"choe/time/long/{name}", seconds, "s", note=note)
 
 
-def _conclusions() -> Iterator[Row]:
+def _conclusion_rows() -> Iterator[Row]:
     times = {name: float(motion(case).duration[0]) for name, case in long_cases().items()}
     note = "of the time over the rectangle with stops at its corners"
     for name in SHOWN:
         yield Row.ours(f"choe/saving/{name}", 100.0 * (1.0 - times[name] / times["rectangle"]), "%", note=note)
     for name, over in (("lame-50mm-level", "bound-50mm-top-100mm"), ("lame-50mm-tall", "bound-50mm")):
-        above = times[name] / float(bound(over).duration[0]) - 1.0
+        above = times[name] / float(free_path_bound(over).duration[0]) - 1.0
         note = f"one G2 path with two Lame corners over the quickest free motion ({over})"
         yield Row.ours(f"choe/above-bound/{name}", 100.0 * above, "%", note=note)
 
@@ -123,10 +126,10 @@ def _conclusions() -> Iterator[Row]:
 def _joint_rows() -> Iterator[Row]:
     """Rows with the speed and the step of the acceleration where line and ellipse meet."""
     case = long_cases()["ellipse-50mm-relaxed"]
-    found = motion(case)
-    border = int(np.argmin(np.abs(found.progress.s - case.path.borders[1])))
-    moment = float(found.knot_times[border])
-    before, after = (found.sample(np.array([moment + shift])) for shift in (-1e-9, 1e-9))
+    timed_path = motion(case)
+    border = int(np.argmin(np.abs(timed_path.progress.s - case.path.borders[1])))
+    moment = float(timed_path.knot_times[border])
+    before, after = (timed_path.sample(np.array([moment + delta])) for delta in (-1e-9, 1e-9))
     speed = float(np.linalg.norm(before.velocity))
     step = float(np.linalg.norm(after.acceleration - before.acceleration))
     unfair = "the step has no finite jerk, so that this motion may be quicker than the quickest one within the limits"
@@ -141,7 +144,7 @@ def times_figure() -> Figure:
     shown = [case for name, case in long_cases().items() if "50mm" in name or name == "rectangle"]
     labels = [case.label for case in shown] + ["free path, 0.10 m high", "free path"]
     values = [float(motion(case).duration[0]) for case in shown]
-    values += [float(bound(name).duration[0]) for name in ("bound-50mm-top-100mm", "bound-50mm")]
+    values += [float(free_path_bound(name).duration[0]) for name in ("bound-50mm-top-100mm", "bound-50mm")]
     colours = [_colour(case.name) for case in shown] + ["#8c8c8c"] * 2
     places = np.arange(len(values), dtype=np.float64)
     bars.hlines(places, 0.0, values, color=colours, linewidth=1)
@@ -163,8 +166,8 @@ def _draw_paths(axes: Axes) -> None:
         points = 1000.0 * case.path.points(3000)
         axes.plot(points[:, 0], points[:, 1], color=_colour(name), label=case.label.removesuffix(", strict"))
     for name, style in (("bound-50mm-top-100mm", "--"), ("bound-50mm", ":")):
-        found = bound(name)
-        places = found.sample(np.linspace(0.0, float(found.duration[0]), 800)).position[0]
+        trajectory = free_path_bound(name)
+        places = trajectory.sample(np.linspace(0.0, float(trajectory.duration[0]), 800)).position[0]
         label = "quickest free path" + (", 0.10 m high" if "top" in name else "")
         axes.plot(1000 * (places[:, 1] + 0.5 * SPAN), 1000 * (places[:, 2] - BELT), style, color="black", label=label)
     dress(axes, "x [mm]", "height [mm], stretched", "the paths", legend="lower center")
@@ -180,10 +183,10 @@ def motions_figure() -> Figure:
     figure, panels = subplots(3, 1, (8.5, 6.6), sharex=True)
     labels = ("ellipse, strict: stops at T1, T2", "ellipse, relaxed: acceleration steps", "Lamé m = 3.5: runs through")
     for colour, name, label in zip(COLOURS, SHOWN, labels, strict=False):
-        found = motion(long_cases()[name])
-        times = np.linspace(0.0, float(found.duration[0]), 3000)
-        read = found.sample(times)
-        for axes, vectors in zip(panels, (read.velocity, read.acceleration, found.jerk(times)), strict=True):
+        timed_path = motion(long_cases()[name])
+        times = np.linspace(0.0, float(timed_path.duration[0]), 3000)
+        samples = timed_path.sample(times)
+        for axes, vectors in zip(panels, (samples.velocity, samples.acceleration, timed_path.jerk(times)), strict=True):
             axes.plot(times, np.linalg.norm(vectors[0], axis=1), color=colour, linewidth=1.2, label=label)
     units = ("speed [m/s]", "acceleration [m/s²]", "jerk [m/s³]")
     for axes, unit, limit in zip(panels, units, LIMITS.numbers(), strict=True):

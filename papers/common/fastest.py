@@ -20,7 +20,7 @@ from pnt_gym.planning.motion.scurve import stroke_time
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
 from .casadi_module import load_casadi
-from .legs import Leg, add_leg, hermite, inside, join, rest, set_guess, solved
+from .legs import Leg, add_leg, add_rest, hermite, join, keep_inside, set_guess, solve
 
 FREE: Final = 40
 """Intervals of the free part."""
@@ -48,7 +48,7 @@ class _MotionTask(NamedTuple):
     limits: tuple[float, float, float]
 
     @property
-    def above(self) -> dict[str, Floats]:
+    def free_ends(self) -> dict[str, Floats]:
         """First and last point of the free part, each (3,) [m]."""
         up = np.array([0.0, 0.0, 1.0])
         return {"start": self.start + self.lift * up, "end": self.end + self.drop * up}
@@ -96,22 +96,22 @@ def fastest_motion(
     first, last = vector(start, "start"), vector(end, "end")
     velocity = np.zeros(3) if start_velocity is None else vector(start_velocity, "start_velocity")
     low = min(first[2] + lift, last[2] + drop)
-    given = low if floor is None else floor
-    task = _MotionTask(first, last, velocity, lift, drop, given, roof, workspace, limits.numbers())
+    lowest = low if floor is None else floor
+    task = _MotionTask(first, last, velocity, lift, drop, lowest, roof, workspace, limits.numbers())
     _check_numbers(task)
     _check_room(task)
     task = task._replace(floor=float(min(low, task.floor)))
     if task.still:
         return JerkTrajectory(task.start[None], np.zeros((1, FREE)), np.zeros((1, FREE, 3)))
-    found = [path for guess in _guesses(task) if (path := _solve(task, guess)) is not None]
-    if not found:
+    paths = [path for guess in _guesses(task) if (path := _solve(task, guess)) is not None]
+    if not paths:
         bounds = [f"above {task.floor:.3f} m"]
         bounds += [] if task.roof is None else [f"below {task.roof:.3f} m"]
         bounds += [] if task.workspace is None else ["inside the workspace"]
         raise NoMotionFound(
             f"no motion from {task.start.tolist()} to {task.end.tolist()} was found that stays {' and '.join(bounds)}"
         )
-    return min(found, key=lambda path: float(path.duration[0]))
+    return min(paths, key=lambda path: float(path.duration[0]))
 
 
 def _check_numbers(task: _MotionTask) -> None:
@@ -127,9 +127,9 @@ def _check_numbers(task: _MotionTask) -> None:
         raise PlanningError(
             f"a motion that starts at {task.velocity.tolist()} m/s cannot be lifted vertically; leave lift at 0"
         )
-    speed, most = float(np.sqrt(task.velocity @ task.velocity)), task.limits[0]
-    if speed > most * (1.0 + 1e-9):
-        raise PlanningError(f"start_velocity is {speed:.4g} m/s; the limit is {most:.4g} m/s")
+    speed, fastest = float(np.sqrt(task.velocity @ task.velocity)), task.limits[0]
+    if speed > fastest * (1.0 + 1e-9):
+        raise PlanningError(f"start_velocity is {speed:.4g} m/s; the limit is {fastest:.4g} m/s")
     for name, height in (("floor", task.floor), ("roof", task.roof)):
         if height is not None and np.isnan(height):
             raise PlanningError(f"{name} must be a height [m], got {height}")
@@ -142,7 +142,7 @@ def _check_room(task: _MotionTask) -> None:
         PlanningError: an end lies outside.
     """
     ends = {"start": task.start, "end": task.end}
-    free = {f"{name} + {way}": task.above[name] for name, way in (("start", "lift"), ("end", "drop"))}
+    free = {f"{name} + {way}": task.free_ends[name] for name, way in (("start", "lift"), ("end", "drop"))}
     for name, point in (ends | free).items():
         if task.workspace is not None and task.workspace.margin(point) < -ROUNDING:
             raise PlanningError(f"{name} {point.tolist()} lies outside the workspace")
@@ -166,17 +166,17 @@ def _guesses(task: _MotionTask) -> list[float]:
 def _solve(task: _MotionTask, duration: float) -> JerkTrajectory | None:
     ca = load_casadi()
     opti: Any = ca.Opti()
-    legs = _legs(opti, task)
-    _bound(opti, task, legs)
-    _start(opti, task, legs, duration)
-    solution = solved(opti, legs.values(), ITERATIONS)
+    legs = _add_legs(opti, task)
+    _add_bounds(opti, task, legs)
+    _set_first_guess(opti, task, legs, duration)
+    solution = solve(opti, legs.values(), ITERATIONS)
     if solution is None:
         return None
     parts = [leg.values(solution) for leg in legs.values()]
     return JerkTrajectory.concatenate(task.start[None], parts, task.velocity[None])
 
 
-def _legs(opti: Any, task: _MotionTask) -> dict[str, Leg]:
+def _add_legs(opti: Any, task: _MotionTask) -> dict[str, Leg]:
     """Lift, free part and drop by name, joined and fixed at start and end."""
     legs: dict[str, Leg] = {}
     if task.lift > 0.0:
@@ -193,28 +193,28 @@ def _legs(opti: Any, task: _MotionTask) -> dict[str, Leg]:
         join(opti, first, second)
     last = order[-1]
     opti.subject_to(last.position[last.axes, -1] == task.end[last.axes])
-    rest(opti, last, -1)
+    add_rest(opti, last, -1)
     return legs
 
 
-def _bound(opti: Any, task: _MotionTask, legs: dict[str, Leg]) -> None:
+def _add_bounds(opti: Any, task: _MotionTask, legs: dict[str, Leg]) -> None:
     """Bound heights and workspace, and fix the heights where vertical and free parts meet."""
     free = legs["free"]
     if task.lift > 0.0:
-        opti.subject_to(free.position[2, 0] == task.above["start"][2])
+        opti.subject_to(free.position[2, 0] == task.free_ends["start"][2])
     if task.drop > 0.0:
-        opti.subject_to(free.position[2, -1] == task.above["end"][2])
+        opti.subject_to(free.position[2, -1] == task.free_ends["end"][2])
     opti.subject_to(task.floor <= free.control_points(2).T)
     for leg in legs.values():
         if task.roof is not None:
             opti.subject_to(task.roof >= leg.control_points(2).T)
     if task.workspace is not None:
-        inside(opti, free, task.workspace)
+        keep_inside(opti, free, task.workspace)
 
 
-def _start(opti: Any, task: _MotionTask, legs: dict[str, Leg], duration: float) -> None:
+def _set_first_guess(opti: Any, task: _MotionTask, legs: dict[str, Leg], duration: float) -> None:
     """Set the first guess: straight vertical parts, and between them a cubic with the velocity of the start."""
-    below, above = task.above["start"], task.above["end"]
+    below, above = task.free_ends["start"], task.free_ends["end"]
     zero = np.zeros(3)
     times = {"lift": 0.4 * duration, "free": duration, "drop": 0.4 * duration}
     paths = {

@@ -109,9 +109,9 @@ def set_guess(opti: Any, leg: Leg, duration: float, position: Floats, limits: Nu
     The path has a duration [s] and positions (K + 1, 3) [m] at the nodes.
     """
     step = duration / (len(position) - 1)
-    velocity = _shortened(np.gradient(position, step, axis=0), limits[0])
-    acceleration = _shortened(np.gradient(velocity, step, axis=0), limits[1])
-    jerk = _shortened(np.diff(acceleration, axis=0) / step, limits[2])
+    velocity = _shorten(np.gradient(position, step, axis=0), limits[0])
+    acceleration = _shorten(np.gradient(velocity, step, axis=0), limits[1])
+    jerk = _shorten(np.diff(acceleration, axis=0) / step, limits[2])
     opti.set_initial(leg.duration, duration)
     for unknown, value in (
         (leg.position, position),
@@ -128,13 +128,13 @@ def join(opti: Any, first: Leg, second: Leg) -> None:
         opti.subject_to(getattr(first, name)[:, -1] == getattr(second, name)[:, 0])
 
 
-def rest(opti: Any, leg: Leg, node: int) -> None:
+def add_rest(opti: Any, leg: Leg, node: int) -> None:
     """Let a leg have no velocity and no acceleration at one of its nodes."""
     opti.subject_to(leg.velocity[leg.axes, node] == 0)
     opti.subject_to(leg.acceleration[leg.axes, node] == 0)
 
 
-def inside(opti: Any, leg: Leg, workspace: EllipticWorkspace) -> None:
+def keep_inside(opti: Any, leg: Leg, workspace: EllipticWorkspace) -> None:
     """Keep the control points of a leg, and with them the leg, inside the convex workspace."""
     x, y, z = (leg.control_points(axis).T for axis in range(3))
     opti.subject_to((x / workspace.semi_x) ** 2 + (y / workspace.semi_y) ** 2 <= 1.0)
@@ -144,7 +144,7 @@ def inside(opti: Any, leg: Leg, workspace: EllipticWorkspace) -> None:
         opti.subject_to(z <= workspace.z_max)
 
 
-def solved(opti: Any, legs: Iterable[Leg], iterations: int) -> Any | None:
+def solve(opti: Any, legs: Iterable[Leg], iterations: int) -> Any | None:
     """Minimise the time of all legs: the solution, or None where the solver finds no solution.
 
     Unknowns are of the order of one. A solve whose unknowns diverge, or that takes far longer than any solve that
@@ -169,6 +169,6 @@ def hermite(
     return first + blend * (last - first) + duration * bend
 
 
-def _shortened(vectors: Floats, bound: float) -> Floats:
+def _shorten(vectors: Floats, bound: float) -> Floats:
     """Vectors (M, 3) shortened to nine tenths of a bound, so that the solver starts inside the bound."""
     return vectors * np.minimum(1.0, 0.9 * bound / np.maximum(length(vectors), 1e-12))[:, None]

@@ -81,7 +81,7 @@ JERK: Final = 3000.0
 DWELLS: Final = (0.1, 0.2)
 """Waits of the gripper at every pick [s], at which the methods are compared once more."""
 
-KEPT: Final = 1e-6
+LIMIT_TOLERANCE: Final = 1e-6
 """Relative excess over a limit that counts as rounding or as the solver's tolerance."""
 
 
@@ -179,8 +179,8 @@ def cell_cycle(protocol: str, method: str, zone: str, percent: float) -> Cycle:
     Raises:
         ValueError: if the protocol, method or zone is unknown or the percentage lies outside (0, 100].
     """
-    known = (("protocol", protocol, PROTOCOLS), ("method", method, METHODS), ("zone", zone, TARGETS))
-    for name, value, choices in known:
+    arguments = (("protocol", protocol, PROTOCOLS), ("method", method, METHODS), ("zone", zone, TARGETS))
+    for name, value, choices in arguments:
         if value not in choices:
             raise ValueError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
     return loop(method, zone, PROTOCOLS[protocol].limits(percent), PROTOCOLS[protocol].rules)
@@ -224,4 +224,4 @@ def cycle_details(cycle: Cycle) -> dict[str, Any]:
 
 def differences(values: ByCell) -> dict[Key, float]:
     """Absolute relative difference of each cell's picks per minute to the published picks per minute."""
-    return {cell: abs(found / PUBLISHED[cell] - 1.0) for cell, found in values.items()}
+    return {cell: abs(picks / PUBLISHED[cell] - 1.0) for cell, picks in values.items()}

@@ -29,8 +29,8 @@ def example_rows() -> list[Row]:
     """Rows with landings of the published throws, optimal release points, and bounds of the release height."""
     rows: list[Row] = []
     for k, release in enumerate(RELEASES):
-        rows += [_landing(k, np.array(release)), _optimum(k, np.array(release))]
-    return [*rows, _bound_rule(), _method_2_heights()]
+        rows += [_landing_row(k, np.array(release)), _optimum_row(k, np.array(release))]
+    return [*rows, _height_bound_row(), _method_2_row()]
 
 
 def landing_error(pick: Floats, release: Floats, speed: float = SPEED) -> Floats:
@@ -45,12 +45,12 @@ def landing_error(pick: Floats, release: Floats, speed: float = SPEED) -> Floats
 
 def best_under_rounding(pick: Floats, release: Floats) -> float:
     """Least landing error on the worse axis [m] over all release points with the same printed digits."""
-    shift = np.linspace(-printed(2), printed(2), STEPS)
-    grid = np.stack(np.meshgrid(shift, shift, shift, indexing="ij"), axis=-1).reshape(-1, 3)
+    offsets = np.linspace(-printed(2), printed(2), STEPS)
+    grid = np.stack(np.meshgrid(offsets, offsets, offsets, indexing="ij"), axis=-1).reshape(-1, 3)
     return float(np.abs(landing_error(pick, release + grid)).max(axis=1).min())
 
 
-def _landing(k: int, release: Floats) -> Row:
+def _landing_row(k: int, release: Floats) -> Row:
     pick = np.array(PICKS[k])
     error = landing_error(pick, release)
     line = (TARGET - pick)[:2] / np.linalg.norm((TARGET - pick)[:2])
@@ -68,20 +68,20 @@ def _landing(k: int, release: Floats) -> Row:
     )
 
 
-def _optimum(k: int, release: Floats) -> Row:
-    found = plan_release(PICKS[k], TARGET, LIMITS, ceiling=CEILING, tolerance=TOLERANCE)
-    apart = float(np.linalg.norm(found.position - release))
+def _optimum_row(k: int, release: Floats) -> Row:
+    optimum = plan_release(PICKS[k], TARGET, LIMITS, ceiling=CEILING, tolerance=TOLERANCE)
+    distance = float(np.linalg.norm(optimum.position - release))
     return Row.compared(
         f"hassan/inconsistency/throw-{k + 1}-point",
         _digits(release),
-        _digits(found.position),
+        _digits(optimum.position),
         "m",
-        note=f"quickest throw below z = {CEILING} m within delta, to the printed digits: {1000 * apart:.0f} mm from "
+        note=f"quickest throw below z = {CEILING} m within delta, to the printed digits: {1000 * distance:.0f} mm from "
         "the published point",
-        point_m=found.position.tolist(),
-        apart_m=apart,
-        release_time_s=found.time,
-        angle_rad=found.angle,
+        point_m=optimum.position.tolist(),
+        apart_m=distance,
+        release_time_s=optimum.time,
+        angle_rad=optimum.angle,
     )
 
 
@@ -89,14 +89,14 @@ def _digits(point: Point) -> str:
     return ", ".join(f"{x:.2f}" for x in np.asarray(point))
 
 
-def _bound_rule() -> Row:
+def _height_bound_row() -> Row:
     """Row with the release height's bound of section III-D: where the line to the target leaves the workspace."""
     picks = np.array(PICKS)
     way = TARGET - picks
     azimuth = np.arctan2(way[:, 1], way[:, 0])
     bounds = WORKSPACE.line_bounds(picks, np.cos(azimuth), np.sin(azimuth))
     heights = picks[:, 2] + bounds.far / np.hypot(way[:, 0], way[:, 1]) * way[:, 2]
-    thrown = int(plan_release_batch(picks, np.tile(TARGET, (3, 1)), LIMITS, heights, TOLERANCE).feasible.sum())
+    throws = int(plan_release_batch(picks, np.tile(TARGET, (3, 1)), LIMITS, heights, TOLERANCE).feasible.sum())
     return Row.compared(
         "hassan/inconsistency/greatest-height",
         max(point[2] for point in RELEASES),
@@ -104,12 +104,12 @@ def _bound_rule() -> Row:
         "m",
         within=printed(2),
         note="Z_rmax as defined, where the line from pick to target leaves the workspace, is the height of the pick: "
-        f"{thrown} of 3 throws exist below it; the example's points lie at the published value, stated nowhere",
-        throws=thrown,
+        f"{throws} of 3 throws exist below it; the example's points lie at the published value, stated nowhere",
+        throws=throws,
     )
 
 
-def _method_2_heights() -> Row:
+def _method_2_row() -> Row:
     heights = [float(method_2(pick, TARGET, LIMITS).position[2]) for pick in PICKS]
     return Row.compared(
         "hassan/inconsistency/method-2-heights",

@@ -8,8 +8,8 @@ import numpy as np
 
 from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row, printed, share
-from agents.reproduce.grids import listed
-from pnt_gym.arrays import Floats, joined, length, take
+from agents.reproduce.grids import table_findings
+from pnt_gym.arrays import Floats, concatenate_records, length, take
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import MotionLimits, flight_state, flight_time, min_time_scurve, release_at_elevation, speed_at
 
@@ -39,26 +39,26 @@ def figures_findings() -> Findings:
         "hassan_motion.svg": motion_figure(),
     }
     rows = [row for protocol in READINGS for row in figure_12(protocol)]
-    return listed("Fig. 12, by reading", rows, drawn, drop="hassan/figure-12/")
+    return table_findings("Fig. 12, by reading", rows, drawn, drop="hassan/figure-12/")
 
 
 def figure_12(protocol: str) -> list[Row]:
     """Rows that compare the paper's numbers on the proposed loop at 30 % with the loop by one protocol."""
-    cycle, own = cell_cycle(protocol, "min-time-throw", "inside", EXAMPLE).require(), PROTOCOLS[protocol]
-    peaks, bounds = cycle.peak_ratios(own.limits(EXAMPLE)), own.limits(EXAMPLE).numbers()
+    cycle, reading = cell_cycle(protocol, "min-time-throw", "inside", EXAMPLE).require(), PROTOCOLS[protocol]
+    peaks, bounds = cycle.peak_ratios(reading.limits(EXAMPLE)), reading.limits(EXAMPLE).numbers()
     speed, push = (float(ratio.max()) * bound for ratio, bound in zip(peaks[:2], bounds[:2], strict=True))
     period, published = float(cycle.duration.sum()), float(PUBLISHED["min-time-throw", "inside", EXAMPLE])
-    folder, by = f"hassan/figure-12/{protocol}", f"at {EXAMPLE} %, {own.label}"
+    folder, condition = f"hassan/figure-12/{protocol}", f"at {EXAMPLE} %, {reading.label}"
     return [
-        Row.compared(f"{folder}/peak-speed", PEAKS[0], speed, "m/s", within=printed(1), note=by),
-        Row.compared(f"{folder}/peak-acceleration", PEAKS[1], push, "m/s2", within=printed(0), note=by),
+        Row.compared(f"{folder}/peak-speed", PEAKS[0], speed, "m/s", within=printed(1), note=condition),
+        Row.compared(f"{folder}/peak-acceleration", PEAKS[1], push, "m/s2", within=printed(0), note=condition),
         Row.compared(
             f"{folder}/picks-per-min",
             published,
             180.0 / period,
             "picks/min",
             within=share(published, CLOSE),
-            note=f"{by}; the figure's cell of Table I",
+            note=f"{condition}; the figure's cell of Table I",
         ),
         Row.compared(
             f"{folder}/loop",
@@ -66,7 +66,7 @@ def figure_12(protocol: str) -> list[Row]:
             period,
             "s",
             holds=period <= AXIS_END,
-            note=f"{by}; the closed loop over the three picks",
+            note=f"{condition}; the closed loop over the three picks",
         ),
     ]
 
@@ -81,25 +81,25 @@ def scurve_figure() -> Figure:
         speeds.plot(strokes, curve.velocity, color=COLOURS[k], label=label)
     dress(times, "stroke P [m]", "time T [s]", "duration of a stroke", legend="best")
     dress(speeds, "stroke P [m]", "peak speed V [m/s]", "peak speed of a stroke")
-    _crossing(crossings[0], MotionLimits(4.5, 90.0, 1500.0), "case 1")
-    _crossing(crossings[1], MotionLimits(2.4, 48.0, 3000.0), "case 2, 40 % with J constant")
+    _draw_crossing(crossings[0], MotionLimits(4.5, 90.0, 1500.0), "case 1")
+    _draw_crossing(crossings[1], MotionLimits(2.4, 48.0, 3000.0), "case 2, 40 % with J constant")
     return figure
 
 
-def _crossing(axes: Axes, limits: MotionLimits, case: str) -> None:
+def _draw_crossing(axes: Axes, limits: MotionLimits, case: str) -> None:
     """Draw release speed over release distance: the speed of the S-curve, and the speed that the flight needs."""
     reach = 0.8
     distances = np.linspace(1e-4, 0.32, 400)
     axes.plot(distances, speed_at(distances, limits), color="black", label="S-curve: speed at mid-stroke")
     angles = np.radians(np.linspace(5.0, 60.0, 1101))
     zero, target = np.zeros((len(angles), 3)), np.tile([reach, 0.0, 0.0], (len(angles), 1))
-    found = release_at_elevation(zero, target, limits, angles)
-    best = int(np.nanargmin(found.distance))
+    release = release_at_elevation(zero, target, limits, angles)
+    best = int(np.nanargmin(release.distance))
     for k, angle in enumerate(np.radians([12.0, 20.0, np.degrees(angles[best]), 55.0])):
         flight = np.sqrt(2.0 * reach * np.tan(angle) / GRAVITY)
         label = f"flight at {np.degrees(angle):.1f}°" + (" (optimum)" if angle == angles[best] else "")
         axes.plot(distances, (reach / np.cos(angle) - distances) / flight, color=COLOURS[k], label=label)
-    axes.plot(found.distance[best], found.speed[best], "o", color="black")
+    axes.plot(release.distance[best], release.speed[best], "o", color="black")
     names, title = ("release distance $P_r$ [m]", "release speed $V_r$ [m/s]"), f"release: S-curve meets flight, {case}"
     dress(axes, *names, title, legend="lower right", ylim=(0.0, 5.0))
 
@@ -157,15 +157,15 @@ def motion_figure() -> Figure:
     figure, panels = subplots(4, len(READINGS), (13.0, 8.4), sharex=True, sharey="row")
     names = ("position [m]", "speed [m/s]", "acceleration [m/s²]", "jerk [m/s³]")
     for column, protocol in enumerate(READINGS):
-        own, axes = PROTOCOLS[protocol], panels[column :: len(READINGS)]
+        reading, axes = PROTOCOLS[protocol], panels[column :: len(READINGS)]
         run = loop_motion(cell_cycle(protocol, "min-time-throw", "inside", EXAMPLE))
         for axis in range(3):
             axes[0].plot(run.time[0], run.position[0, :, axis], color=COLOURS[axis], label="xyz"[axis])
         motions = (run.velocity, run.acceleration, run.jerk)
-        for panel, values, bound in zip(axes[1:], motions, own.limits(EXAMPLE).numbers(), strict=True):
+        for panel, values, bound in zip(axes[1:], motions, reading.limits(EXAMPLE).numbers(), strict=True):
             panel.plot(run.time[0], length(values[0]), color="black", linewidth=1)
             panel.axhline(bound, color=COLOURS[3], linestyle="--", linewidth=1, label="limit")
-        dress(axes[0], "", "" if column else names[0], f"{EXAMPLE} %, {own.label}")
+        dress(axes[0], "", "" if column else names[0], f"{EXAMPLE} %, {reading.label}")
     for k, panel in enumerate(panels[len(READINGS) :], start=len(READINGS)):
         row, column = divmod(k, len(READINGS))
         dress(panel, "time [s]" if row == 3 else "", "" if column else names[row], ylim=(0.0, None))
@@ -184,4 +184,4 @@ def loop_motion(cycle: Cycle) -> CycleSamples:
         grip = (times < cycle.release_time[k])[None]
         pieces.append(CycleSamples(times[None] + offset, *path.sample(times), path.jerk(times), grip))
         offset += float(path.duration[0])
-    return joined(pieces, axis=1)
+    return concatenate_records(pieces, axis=1)

@@ -46,10 +46,18 @@ SMALL_GAIN: Final = 0.1
 
 def formula_rows() -> list[Row]:
     """Rows on branches below a ceiling, on single formulas, and on the paper's statements about throws outside."""
-    return [_branches(), _fold(), _root_argument(), _bound_order(), _angle(), *_outside_30(), _elevations()]
+    return [
+        _branch_row(),
+        _fold_row(),
+        _root_row(),
+        _bound_order_row(),
+        _angle_row(),
+        *_outside_rows(),
+        _elevation_row(),
+    ]
 
 
-def _branches() -> Row:
+def _branch_row() -> Row:
     """Row of a throw whose feasible elevations below a ceiling form two branches, unlike III-E's "unique minimum"."""
     pick, target, percent = FOLD_CASE
     limits = limits_at(percent)
@@ -67,11 +75,11 @@ def _branches() -> Row:
     )
 
 
-def _fold() -> Row:
+def _fold_row() -> Row:
     """Row on the jump of the release distance with the ceiling, which makes the cell `FOLD` sensitive."""
     heights = (-0.7550, -0.7475)
     low, high = (plan_release(PICK, TARGET, limits_at(FOLD[2]), ceiling=height) for height in heights)
-    flat, steep = (math.degrees(found.angle) for found in (low, high))
+    flat, steep = (math.degrees(release.angle) for release in (low, high))
     return Row.ours(
         "hassan/inconsistency/fold",
         high.distance,
@@ -84,7 +92,7 @@ def _fold() -> Row:
     )
 
 
-def _root_argument() -> Row:
+def _root_row() -> Row:
     """Row on the root's argument in Eq. 18, (V sin / g)^2 + 2 (z - Z_f) / g, which Eqs. 14-17 let become negative."""
     rise = limits_at(5).numbers()[0] / GRAVITY
     greatest = rise * rise - 2.0 * HIGH_BIN / GRAVITY
@@ -99,7 +107,7 @@ def _root_argument() -> Row:
     )
 
 
-def _bound_order() -> Row:
+def _bound_order_row() -> Row:
     """Row on section III-D's bounds X_0 <= x_3 <= X_rmax, which are in order only for targets in +x."""
     mirror = np.array([-1.0, 1.0, 1.0])
     pick, target = PICK * mirror, TARGET * mirror
@@ -116,17 +124,17 @@ def _bound_order() -> Row:
     )
 
 
-def _angle() -> Row:
+def _angle_row() -> Row:
     """Row on theta_r, an angle from P0-Pf in the words of III-A and from the horizontal in the formulas of III-D."""
     target = TARGET - np.array([0.0, 0.0, LOW_BIN])
     level = (target - PICK)[:2] / np.hypot(*(target - PICK)[:2])
-    found = plan_release(PICK, target, limits_at(30), ceiling=CEILING)
+    release = plan_release(PICK, target, limits_at(30), ceiling=CEILING)
     fall = math.atan2(target[2] - PICK[2], np.hypot(*(target - PICK)[:2]))
-    readings = {"from the line P0-Pf": found.angle - fall, "from the horizontal": found.angle}
+    readings = {"from the line P0-Pf": release.angle - fall, "from the horizontal": release.angle}
     misses: dict[str, float] = {}
     for name, theta in readings.items():
-        velocity = found.speed * np.array([*(math.cos(theta) * level), math.sin(theta)])
-        misses[name] = float(np.hypot(*(landing_point(found.position, velocity, target[2]) - target)[:2]))
+        velocity = release.speed * np.array([*(math.cos(theta) * level), math.sin(theta)])
+        misses[name] = float(np.hypot(*(landing_point(release.position, velocity, target[2]) - target)[:2]))
     wrong = readings["from the line P0-Pf"]
     return Row.compared(
         "hassan/inconsistency/definition-of-angle",
@@ -134,20 +142,20 @@ def _angle() -> Row:
         min(misses, key=lambda name: misses[name]),
         "-",
         note=f"theta_r in the words of III-A beside what Eq. 18 needs to hit, as III-D has it: the first throw at 30 % "
-        f"into a bin {LOW_BIN} m below the belt rises at {math.degrees(found.angle):.1f} degrees, not at "
+        f"into a bin {LOW_BIN} m below the belt rises at {math.degrees(release.angle):.1f} degrees, not at "
         f"{math.degrees(wrong):.1f}",
         landing_errors_m=misses,
     )
 
 
-def _outside_30() -> list[Row]:
+def _outside_rows() -> list[Row]:
     """Rows on section IV-C3's statement that below 35 % the speed does not suffice to throw outside."""
     picks, targets, _ = scene("outside")
     releases = [
         plan_release_batch(picks, targets, limits_at(30, constant_jerk=constant), CEILING, RULES.tolerance, WORKSPACE)
         for constant in (False, True)
     ]
-    reach = max(float(np.hypot(*found.position[:, :2].T).max()) for found in releases)
+    reach = max(float(np.hypot(*batch.position[:, :2].T).max()) for batch in releases)
     level = [cell_cycle(name, "horizontal-throw", "outside", 30) for name in ("paper-clock", "constant-jerk-overlap")]
     cycle, limits = level[0], limits_at(30)
     speed = np.linalg.norm(cycle.release_velocity, axis=1)
@@ -158,14 +166,14 @@ def _outside_30() -> list[Row]:
         Row.compared(
             "hassan/inconsistency/outside-30-proposed",
             0.0,
-            float(min(found.feasible.sum() for found in releases)),
+            float(min(batch.feasible.sum() for batch in releases)),
             "throws",
             note=f"{note}; the release lies at most {reach:.2f} m from the axis",
         ),
         Row.compared(
             "hassan/inconsistency/outside-30-horizontal",
             0.0,
-            float(min(found.feasible.sum() for found in level)),
+            float(min(batch.feasible.sum() for batch in level)),
             "throws",
             note=f"{note} and the hand stopping there, at most {radius:.3f} m from the axis: not the speed but the "
             "reach would have to forbid them",
@@ -174,7 +182,7 @@ def _outside_30() -> list[Row]:
     ]
 
 
-def _elevations() -> Row:
+def _elevation_row() -> Row:
     """Row on the flattest elevations of Table I's throws: the proposed throw leaves the belt without a lift."""
     angles: list[float] = []
     for zone, percent in CELLS:
@@ -198,24 +206,30 @@ def claim_rows() -> list[Row]:
     rng = np.random.default_rng(44)
     share = rng.uniform(0.1, 1.0, THROWS)
     limits = MotionLimits(6.0 * share, 120.0 * share, 3000.0 * rng.uniform(0.1, 1.0, THROWS))
-    reach, nothing = rng.uniform(0.2, 1.5, THROWS), np.zeros(THROWS)
-    picks, targets = np.zeros((THROWS, 3)), np.stack([reach, nothing, rng.uniform(-0.3, 0.3, THROWS)], axis=1)
+    reach, zero = rng.uniform(0.2, 1.5, THROWS), np.zeros(THROWS)
+    picks, targets = np.zeros((THROWS, 3)), np.stack([reach, zero, rng.uniform(-0.3, 0.3, THROWS)], axis=1)
     best = plan_release_batch(picks, targets, limits)
-    distance, time = _profiles(picks, targets, limits)
+    distance, time = _release_profiles(picks, targets, limits)
     quicker = time.min(axis=1) < best.time * (1.0 - 1e-9)
     rising = best.velocity[:, 2] - GRAVITY * best.flight_time > 0.0
     return [
         *_scurve_rows(limits),
-        _none("unique-minimum", _minima(distance) > 1, "throws whose release distance has several minima (III-E)"),
-        _none("least-distance-is-least-time", quicker, "throws with a quicker release than the nearest one (III-E)"),
-        _none("falling-hit", rising, "optimal throws that hit the target on their way up (Eq. 19 has both)"),
-        _quickest_cycle(),
+        _zero_count_row(
+            "unique-minimum", _count_minima(distance) > 1, "throws whose release distance has several minima (III-E)"
+        ),
+        _zero_count_row(
+            "least-distance-is-least-time", quicker, "throws with a quicker release than the nearest one (III-E)"
+        ),
+        _zero_count_row("falling-hit", rising, "optimal throws that hit the target on their way up (Eq. 19 has both)"),
+        _quickest_cycle_row(),
     ]
 
 
-def _none(name: str, broken: Bools, note: str) -> Row:
+def _zero_count_row(name: str, violations: Bools, note: str) -> Row:
     """Row of a claim whose number of violations must be zero."""
-    return Row.compared(f"hassan/claim/{name}", 0.0, float(np.sum(broken)), "-", note=f"{note}; of {len(broken)}")
+    return Row.compared(
+        f"hassan/claim/{name}", 0.0, float(np.sum(violations)), "-", note=f"{note}; of {len(violations)}"
+    )
 
 
 def _scurve_rows(limits: MotionLimits) -> list[Row]:
@@ -225,33 +239,35 @@ def _scurve_rows(limits: MotionLimits) -> list[Row]:
     times, speeds = (values.reshape(THROWS, -1) for values in (curve.duration, curve.velocity))
     slower = np.any(np.diff(speeds, axis=1) < -ROUNDING * speeds[:, 1:], axis=1)
     return [
-        _none("time-increases", np.any(np.diff(times, axis=1) <= 0.0, axis=1), "limits at which T(P) falls (II-C)"),
-        _none("speed-never-falls", slower, "limits at which V(P) falls (II-C)"),
+        _zero_count_row(
+            "time-increases", np.any(np.diff(times, axis=1) <= 0.0, axis=1), "limits at which T(P) falls (II-C)"
+        ),
+        _zero_count_row("speed-never-falls", slower, "limits at which V(P) falls (II-C)"),
     ]
 
 
-def _profiles(picks: Floats, targets: Floats, limits: MotionLimits) -> tuple[Floats, Floats]:
+def _release_profiles(picks: Floats, targets: Floats, limits: MotionLimits) -> tuple[Floats, Floats]:
     """Release distance [m] and time [s] over the elevation from the line to the target up to 90 deg, (N, GRID) each."""
     foot = np.arctan2(targets[:, 2], targets[:, 0])
     share = (np.arange(GRID) + 0.5) / GRID
     angles = foot[:, None] + (0.5 * np.pi - foot[:, None]) * share
     rows = np.repeat(np.arange(len(picks)), GRID)
-    found = release_at_elevation(picks[rows], targets[rows], take(limits, rows), angles.ravel())
-    return found.distance.reshape(-1, GRID), found.time.reshape(-1, GRID)
+    releases = release_at_elevation(picks[rows], targets[rows], take(limits, rows), angles.ravel())
+    return releases.distance.reshape(-1, GRID), releases.time.reshape(-1, GRID)
 
 
-def _minima(values: Floats) -> Ints:
+def _count_minima(values: Floats) -> Ints:
     """Number of inner points of each row below both neighbours."""
     inner = values[:, 1:-1]
     return ((inner < values[:, :-2]) & (inner < values[:, 2:])).sum(axis=1)
 
 
-def _quickest_cycle() -> Row:
+def _quickest_cycle_row() -> Row:
     """Row on section III-D's claim that the quickest release gives the quickest cycle.
 
     The hand stops on the line, and there is no ceiling.
     """
-    gain = max(float(_gains(zone, limits_at(percent)).max()) for zone, percent in CELLS)
+    gain = max(float(_time_gains(zone, limits_at(percent)).max()) for zone, percent in CELLS)
     return Row.compared(
         "hassan/claim/quickest-release-is-quickest-cycle",
         0.0,
@@ -262,14 +278,14 @@ def _quickest_cycle() -> Row:
     )
 
 
-def _gains(zone: str, limits: MotionLimits) -> Floats:
+def _time_gains(zone: str, limits: MotionLimits) -> Floats:
     """Share of the cycle time (3,) that the best elevation saves over the elevation of the quickest release."""
     picks, targets, following = scene(zone)
     best = plan_release_batch(picks, targets, limits)
     angles = (best.angle[:, None] + np.linspace(-0.15, 0.15, 2 * GRID + 1)).ravel()
     rows = np.repeat(np.arange(len(picks)), 2 * GRID + 1)
-    found = release_at_elevation(picks[rows], targets[rows], limits, angles)
-    times = _cycle_time(found, following[rows], limits).reshape(len(picks), -1)
+    releases = release_at_elevation(picks[rows], targets[rows], limits, angles)
+    times = _cycle_time(releases, following[rows], limits).reshape(len(picks), -1)
     return 1.0 - times.min(axis=1) / _cycle_time(best, following, limits)
 
 

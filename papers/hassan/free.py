@@ -17,28 +17,39 @@ import numpy as np
 
 from agents.ground.drawings import COLOURS, Axes, dress, subplots, svg
 from agents.reproduce.finding import Findings, Row
-from pnt_gym.arrays import joined, length
+from pnt_gym.arrays import concatenate_records, length
 from pnt_gym.planning import InfeasibleThrow
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 
 from ..common.fastest import NoMotionFound
-from .cases import CEILING, CELLS, KEPT, PUBLISHED, TARGETS, cell_cycle, cycle_details, limits_at, picks_per_min, scene
+from .cases import (
+    CEILING,
+    CELLS,
+    LIMIT_TOLERANCE,
+    PUBLISHED,
+    TARGETS,
+    cell_cycle,
+    cycle_details,
+    limits_at,
+    picks_per_min,
+    scene,
+)
 from .figures import draw_flight, side_view
-from .per_pick import CYCLE, Cell, loss_rows, mover_of, per_pick_cycle, per_pick_grid, timing_rows, two_phases
+from .per_pick import CYCLE, Cell, cell_mover, loss_rows, per_pick_cycle, per_pick_grid, timing_rows, two_phases
 from .planning.cycle import Cycle
 from .planning.optimum import fastest_throw
 from .planning.throw_check import SAMPLE_RATE, check_throw
-from .simulated import simulated, simulated_details, simulated_rows
+from .simulated import simulate, simulation_details, simulation_rows
 
 OPTIMUM: Final = "table1/limits-respected/free-direction-throw"
 PER_PICK: Final = "table1/limits-respected/free-direction-per-pick"
 CONSTANT_JERK: Final = "table1/constant-jerk/free-direction-throw"
-KEPT_MISS: Final = math.sqrt(2.0) * CYCLE.tolerance + KEPT
+KEPT_MISS: Final = math.sqrt(2.0) * CYCLE.tolerance + LIMIT_TOLERANCE
 """Greatest planned miss [m]: throws are aimed short of the target by delta along x or y, so by up to delta sqrt 2."""
-RULES: Final = mover_of(40).rules
+RULES: Final = cell_mover(40).rules
 """Rules that bind the hand besides the limits: the conveyor cell's rules, without a window after the release."""
-Planned: TypeAlias = Mapping[Cell, Cycle | str]
+PlannedCycles: TypeAlias = Mapping[Cell, Cycle | str]
 """The cycles of every cell of Table I, or the reason why a cell has none."""
 HEADROOM: Final = {
     "hand-cap-0": replace(RULES, hand_cap=0.0),
@@ -57,14 +68,14 @@ RATE: Final = 2000.0
 def free_findings() -> Findings:
     """The optimum in every cell, the loss of the planning per pick against the optimum, and a drawing of two throws."""
     best = optima(RULES)
-    quick = planned(per_pick_cycle)
+    quick = plan_cycles(per_pick_cycle)
     note = (
         "as the conveyor cell plans it with planner: free_direction, pick by pick and before the next pick is known, "
-        f"beside the optimum for a known next pick; {bounds(RULES)}"
+        f"beside the optimum for a known next pick; {describe_bounds(RULES)}"
     )
-    later = [*loss_rows(PER_PICK, _cycles(quick), _cycles(best)), *timing_rows(PER_PICK, KEPT_MISS)]
+    later = [*loss_rows(PER_PICK, _feasible_cycles(quick), _feasible_cycles(best)), *timing_rows(PER_PICK, KEPT_MISS)]
     rows = [
-        *free_rows(OPTIMUM, best, RULES, f"fastest motion found in a free direction; {bounds(RULES)}"),
+        *free_rows(OPTIMUM, best, RULES, f"fastest motion found in a free direction; {describe_bounds(RULES)}"),
         *free_rows(PER_PICK, quick, RULES, note),
         *later,
     ]
@@ -74,31 +85,33 @@ def free_findings() -> Findings:
 
 def constant_jerk_findings() -> Findings:
     """The optimum in every cell with J = 3000 m/s3 at every percentage."""
-    found = planned(partial(free_cycle, constant_jerk=True))
-    note = f"fastest motion found in a free direction, J = 3000 m/s3 at every percentage; {bounds(RULES)}"
-    return Findings(tuple(free_rows(CONSTANT_JERK, found, RULES, note, constant_jerk=True)))
+    cycles = plan_cycles(partial(free_cycle, constant_jerk=True))
+    note = f"fastest motion found in a free direction, J = 3000 m/s3 at every percentage; {describe_bounds(RULES)}"
+    return Findings(tuple(free_rows(CONSTANT_JERK, cycles, RULES, note, constant_jerk=True)))
 
 
 def headroom_findings(variant: str) -> Findings:
     """The optimum in every cell with a further bound, by a name of `HEADROOM`."""
     rules = HEADROOM[variant]
-    return Findings(tuple(free_rows(f"headroom/{variant}", optima(rules), rules, f"as {OPTIMUM}, but {bounds(rules)}")))
+    return Findings(
+        tuple(free_rows(f"headroom/{variant}", optima(rules), rules, f"as {OPTIMUM}, but {describe_bounds(rules)}"))
+    )
 
 
-def optima(rules: HandRules) -> Planned:
+def optima(rules: HandRules) -> PlannedCycles:
     """The fastest cycles of every cell under the limits with scaled jerk."""
-    return planned(partial(free_cycle, rules=rules), f"{bounds(rules)}: ")
+    return plan_cycles(partial(free_cycle, rules=rules), f"{describe_bounds(rules)}: ")
 
 
-def planned(plan: Callable[[str, int], Cycle], under: str = "") -> Planned:
-    """The cycles that ``plan`` finds for zone and percentage of every cell; a reason begins with the text ``under``."""
-    found: dict[Cell, Cycle | str] = {}
+def plan_cycles(plan: Callable[[str, int], Cycle], prefix: str = "") -> PlannedCycles:
+    """Cycles that ``plan`` finds for zone and percentage of every cell; a reason begins with the text ``prefix``."""
+    cycles: dict[Cell, Cycle | str] = {}
     for cell in CELLS:
         try:
-            found[cell] = plan(*cell).require()
+            cycles[cell] = plan(*cell).require()
         except (NoMotionFound, InfeasibleThrow) as error:
-            found[cell] = f"{under}{error}"
-    return found
+            cycles[cell] = f"{prefix}{error}"
+    return cycles
 
 
 @cache
@@ -114,45 +127,50 @@ def free_cycle(zone: str, percent: float, rules: HandRules = RULES, *, constant_
         for ends in zip(*scene(zone), strict=True)
     ]
     return two_phases(
-        stacked([throw.path for throw in throws]),
+        stack_paths([throw.path for throw in throws]),
         np.array([throw.release_time for throw in throws]),
         np.stack([throw.position for throw in throws]),
         np.stack([throw.velocity for throw in throws]),
     )
 
 
-def stacked(paths: Sequence[JerkTrajectory]) -> JerkTrajectory:
+def stack_paths(paths: Sequence[JerkTrajectory]) -> JerkTrajectory:
     """Paths as rows of one path; rows with fewer segments end in segments of no duration."""
-    most = max(path.durations.shape[1] for path in paths)
-    filled = [Segments(path.durations, path.jerks).padded(most) for path in paths]
-    return joined(
-        [replace(path, durations=each.durations, jerks=each.jerks) for path, each in zip(paths, filled, strict=True)]
+    count = max(path.durations.shape[1] for path in paths)
+    padded = [Segments(path.durations, path.jerks).pad(count) for path in paths]
+    return concatenate_records(
+        [
+            replace(path, durations=segments.durations, jerks=segments.jerks)
+            for path, segments in zip(paths, padded, strict=True)
+        ]
     )
 
 
-def bounds(rules: HandRules) -> str:
+def describe_bounds(rules: HandRules) -> str:
     """Greatest height of the hand and window after the release, in words."""
     window = f"a window of {1e3 * rules.window:.0f} ms" if rules.window else "no window"
     return f"the hand at most {rules.hand_cap:.2f} m above the release ceiling, {window} after the release"
 
 
-def free_rows(folder: str, found: Planned, rules: HandRules, note: str, *, constant_jerk: bool = False) -> list[Row]:
+def free_rows(
+    folder: str, plans: PlannedCycles, rules: HandRules, note: str, *, constant_jerk: bool = False
+) -> list[Row]:
     """One row for every cell, planned or infeasible, and rows that sum up the simulation of all cells."""
     names = {cell: f"{folder}/{cell[0]}/{cell[1]}" for cell in CELLS}
-    measured = simulated({names[cell]: (cycle, TARGETS[cell[0]]) for cell, cycle in _cycles(found).items()})
+    measured = simulate({names[cell]: (cycle, TARGETS[cell[0]]) for cell, cycle in _feasible_cycles(plans).items()})
     rows: list[Row] = []
     for cell, name in names.items():
-        cycle = found[cell]
+        cycle = plans[cell]
         if isinstance(cycle, str):
             rows.append(Row.missing(name, None, "picks/min", "infeasible", note=cycle))
             continue
-        details = free_details(cell, cycle, rules, constant_jerk=constant_jerk) | simulated_details(measured[name])
+        details = free_details(cell, cycle, rules, constant_jerk=constant_jerk) | simulation_details(measured[name])
         rows.append(Row.ours(name, picks_per_min(cycle), "picks/min", note=note, **details))
-    return rows + (simulated_rows(folder, measured.values()) if measured else [])
+    return rows + (simulation_rows(folder, measured.values()) if measured else [])
 
 
-def _cycles(found: Planned) -> dict[Cell, Cycle]:
-    return {cell: cycle for cell, cycle in found.items() if isinstance(cycle, Cycle)}
+def _feasible_cycles(plans: PlannedCycles) -> dict[Cell, Cycle]:
+    return {cell: cycle for cell, cycle in plans.items() if isinstance(cycle, Cycle)}
 
 
 def free_details(cell: Cell, cycle: Cycle, rules: HandRules, *, constant_jerk: bool = False) -> dict[str, Any]:
@@ -165,7 +183,7 @@ def free_details(cell: Cell, cycle: Cycle, rules: HandRules, *, constant_jerk: b
     return {
         "published_best": best,
         "over_published_best": picks_per_min(cycle) / best - 1.0,
-        "limits_kept": bool(check.good(KEPT_MISS).all()),
+        "limits_kept": bool(check.keeps_rules(KEPT_MISS).all()),
         "peak_velocity_ratio": float(check.velocity.max()),
         "peak_acceleration_ratio": float(check.acceleration.max()),
         "peak_jerk_ratio": float(check.jerk.max()),
@@ -186,18 +204,18 @@ def free_figure(free: Callable[[str, float], Cycle]) -> str:
     }
     figure, axes = subplots(2, 2, (12.5, 5.6), width_ratios=(1.3, 1.0))
     for k, (name, cycle) in enumerate(cycles.items()):
-        _side_view(axes[2 * k], cycle, f"{name}: pick to pick in {cycle.duration[0]:.3f} s")
+        _draw_side_view(axes[2 * k], cycle, f"{name}: pick to pick in {cycle.duration[0]:.3f} s")
     handles = axes[0].get_legend_handles_labels()
     axes[2].legend(*handles, fontsize=8, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.28))
     limits = limits_at(EXAMPLE[1]).numbers()
     for k, name in enumerate(("speed [m/s]", "acceleration [m/s²]")):
-        _over_time(axes[2 * k + 1], cycles, k, name, limits[k])
+        _draw_over_time(axes[2 * k + 1], cycles, k, name, limits[k])
     axes[1].legend(fontsize=8)
     figure.suptitle(f"first pick, target {EXAMPLE[0]}, {EXAMPLE[1]} % of the robot's limits, J scaled", fontsize=11)
     return svg(figure)
 
 
-def _side_view(axes: Axes, cycle: Cycle, title: str) -> None:
+def _draw_side_view(axes: Axes, cycle: Cycle, title: str) -> None:
     """Draw the hand before and after the release, the object in flight, and the ceiling of the release."""
     released, ended = float(cycle.release_time[0]), float(cycle.duration[0])
     for k, (begin, end, label) in enumerate(((0.0, released, "hand and object"), (released, ended, "hand alone"))):
@@ -209,7 +227,7 @@ def _side_view(axes: Axes, cycle: Cycle, title: str) -> None:
     dress(axes, across, up, title, aspect="equal", ylim=(-0.88, -0.56))
 
 
-def _over_time(axes: Axes, cycles: Mapping[str, Cycle], row: int, name: str, limit: float) -> None:
+def _draw_over_time(axes: Axes, cycles: Mapping[str, Cycle], row: int, name: str, limit: float) -> None:
     """Draw speed (row 0) or acceleration (row 1) of both cycles, and the limit."""
     for colour, (title, cycle) in zip((COLOURS[2], COLOURS[4]), cycles.items(), strict=True):
         times = np.arange(0.0, cycle.duration[0], 1.0 / RATE)

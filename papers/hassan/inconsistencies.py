@@ -20,7 +20,7 @@ from .cases import (
     CEILING,
     CLOSE,
     INITIAL,
-    KEPT,
+    LIMIT_TOLERANCE,
     PERCENTAGES,
     PROTOCOLS,
     PUBLISHED,
@@ -45,15 +45,15 @@ JERKS: Final = {"scaled": False, "constant": True}
 
 def inconsistency_findings() -> Findings:
     """Rows that compare the paper's numeric example, text, formulas and Table I with each other."""
-    claims, jerk, choices = claim_rows(), _jerk_rows(), _sensitivity()
+    claims, jerk, choices = claim_rows(), _jerk_rows(), _sensitivity_rows()
     rows = [
         *example_rows(),
-        *_percentages(),
+        *_gain_rows(),
         *_peak_rows(),
-        _brake_point(),
-        _twelve(),
+        _brake_point_row(),
+        _acceleration_row(),
         *jerk,
-        *_clock(),
+        *_clock_rows(),
         *formula_rows(),
         *claims,
         *choices,
@@ -65,7 +65,7 @@ def inconsistency_findings() -> Findings:
     return Findings(tuple(rows), grids=grids)
 
 
-def _percentages() -> Iterator[Row]:
+def _gain_rows() -> Iterator[Row]:
     """Rows on the gains at 40 % of section IV-D, all three of which are reductions of the cycle time.
 
     Only the 32 % are printed as an increase of the picks per minute; the paper calls the other two improvements of
@@ -99,21 +99,21 @@ def _peak_rows() -> Iterator[Row]:
     places = {"corners": ("pick-and-place", "corners of pick-and-place")}
     places["turn"] = ("min-time-throw", "turn of the proposed throw")
     for protocol in ("paper-clock", "jerk-overlap", "constant-jerk-overlap"):
-        own = PROTOCOLS[protocol]
+        reading = PROTOCOLS[protocol]
         for place, (method, where) in places.items():
-            peak = cell_cycle(protocol, method, "inside", 30).peak_ratios(own.limits(30))
+            peak = cell_cycle(protocol, method, "inside", 30).peak_ratios(reading.limits(30))
             yield Row.compared(
                 f"hassan/inconsistency/peak-acceleration-{protocol}-{place}",
                 1.0,
                 float(peak.acceleration.max()),
                 "A_max",
-                within=KEPT,
-                note=f"at 30 %, {own.label}, at the {where}; jerk up to {peak.jerk.max():.2f} J",
+                within=LIMIT_TOLERANCE,
+                note=f"at 30 %, {reading.label}, at the {where}; jerk up to {peak.jerk.max():.2f} J",
                 peak_jerk_ratio=float(peak.jerk.max()),
             )
 
 
-def _brake_point() -> Row:
+def _brake_point_row() -> Row:
     """Row on the end of the throw: section III-D's stroke is P = 2 P_r, and III-C stops the hand after the release."""
     picks, targets, _ = scene("outside")
     way = np.hypot(*(targets - picks)[:, :2].T)
@@ -124,8 +124,8 @@ def _brake_point() -> Row:
         release = plan_release_batch(picks, targets, limits, CEILING, RULES.tolerance)
         ends.append(picks + 2.0 * (release.position - picks))
         stops.append(release.position + brake_distance(release.speed, limits)[:, None] * release.direction)
-    shares = [float(one) for end in ends for one in np.hypot(*(end - picks)[:, :2].T) / way]
-    radii = [float(one) for end in ends for one in np.hypot(*end[:, :2].T)]
+    shares = [float(value) for end in ends for value in np.hypot(*(end - picks)[:, :2].T) / way]
+    radii = [float(value) for end in ends for value in np.hypot(*end[:, :2].T)]
     target = math.hypot(*TARGETS["outside"][:2])
     inside = "inside the workspace"
     return Row.compared(
@@ -143,7 +143,7 @@ def _brake_point() -> Row:
     )
 
 
-def _twelve() -> Row:
+def _acceleration_row() -> Row:
     """Row on the greatest acceleration: section IV-B3 prints A_max = 12 m/s2, section IV-A 12 G = 120 m/s2."""
     published = float(PUBLISHED["min-time-throw", "inside", 30])
     velocity, _, jerk = limits_at(30).numbers()
@@ -183,15 +183,15 @@ def _jerk_rows() -> list[Row]:
 
 def _difference_row(name: str, note: str, *rules: CycleRules, constant_jerk: bool = False) -> Row:
     """Row with mean and worst difference to Table I; the time of a cell is the mean of its times under ``rules``."""
-    found: list[float] = []
+    differences: list[float] = []
     for (method, zone, percent), published in PUBLISHED.items():
         limits = limits_at(percent, constant_jerk=constant_jerk)
-        times = [loop(method, zone, limits, each, None).require().duration.sum() for each in rules]
-        found.append(abs(180.0 / float(np.mean(times)) / published - 1.0))
-    worst = 100.0 * max(found)
+        times = [loop(method, zone, limits, rule, None).require().duration.sum() for rule in rules]
+        differences.append(abs(180.0 / float(np.mean(times)) / published - 1.0))
+    worst = 100.0 * max(differences)
     return Row.ours(
         f"hassan/sensitivity/{name}",
-        100.0 * float(np.mean(found)),
+        100.0 * float(np.mean(differences)),
         "%",
         note=f"mean difference to Table I: {note}; worst cell {worst:.1f} %",
         worst_difference_percent=worst,
@@ -200,12 +200,15 @@ def _difference_row(name: str, note: str, *rules: CycleRules, constant_jerk: boo
 
 def _jerk_grid(rows: list[Row]) -> Grid:
     """Table of mean and worst difference to Table I by overlap, for both readings of the jerk."""
-    found = {tuple(row.quantity.split("/")[-2:]): row for row in rows}
+    rows_by_reading = {tuple(row.quantity.split("/")[-2:]): row for row in rows}
     lines = [
-        [words, *(text for jerk in JERKS for text in _mean_worst(found[f"jerk-{jerk}", overlap]))]
+        [words, *(text for jerk in JERKS for text in _mean_worst(rows_by_reading[f"jerk-{jerk}", overlap]))]
         for overlap, words in OVERLAPS.items()
     ]
-    header = ["overlap of straight moves", *(f"J {jerk}: {what}" for jerk in JERKS for what in ("mean", "worst"))]
+    header = [
+        "overlap of straight moves",
+        *(f"J {jerk}: {statistic}" for jerk in JERKS for statistic in ("mean", "worst")),
+    ]
     return Grid("Difference to Table I, by what the paper leaves open of jerk and overlap", header, lines)
 
 
@@ -213,7 +216,7 @@ def _mean_worst(row: Row) -> tuple[str, str]:
     return f"{row.reproduced:.1f} %", f"{row.details['worst_difference_percent']:.1f} %"
 
 
-def _sensitivity() -> list[Row]:
+def _sensitivity_rows() -> list[Row]:
     """Rows with the difference to Table I when a single rule of the paper clock changes."""
     variants = {
         "lift-0.08": replace(RULES, lift=0.08),
@@ -225,10 +228,10 @@ def _sensitivity() -> list[Row]:
     return [_difference_row(name, note, rules) for name, rules in variants.items()]
 
 
-def _clock() -> list[Row]:
+def _clock_rows() -> list[Row]:
     """Rows on the clock: runs start and end at P_initial (section IV-B), which Table I and Fig. 12 cannot include."""
     closed = float(cell_cycle("paper-clock", "min-time-throw", "inside", 30).duration.sum())
-    run, published = _whole_run(), float(PUBLISHED["min-time-throw", "inside", 30])
+    run, published = _run_time(), float(PUBLISHED["min-time-throw", "inside", 30])
     return [
         Row.compared(
             "hassan/inconsistency/clock-picks",
@@ -253,14 +256,14 @@ def _clock() -> list[Row]:
     ]
 
 
-def _whole_run() -> float:
+def _run_time() -> float:
     """Time [s] of a run from P_initial over three throws at 30 % back to P_initial, with the paper clock's overlaps."""
     limits = limits_at(30)
     picks, targets, _ = scene("inside")
     release = plan_release_batch(picks, targets, limits, CEILING, RULES.tolerance)
     stop = (release.position + brake_distance(release.speed, limits)[:, None] * release.direction)[2:]
     down, home = np.array([[0.0, 0.0, RULES.approach]]), np.array([INITIAL])
-    first = _time([home, picks[:1] + down, picks[:1]], limits)
+    first = _travel_time([home, picks[:1] + down, picks[:1]], limits)
     throw = throw_move(release.direction[2:], release.distance[2:], limits)
     back = rest_to_rest(home - stop, limits)
     last = float(begin_times([throw, back], RULES.overlap)[0, 1] + back.durations.sum())
@@ -268,7 +271,7 @@ def _whole_run() -> float:
     return first + float(middle) + last
 
 
-def _time(points: list[Floats], limits: MotionLimits) -> float:
+def _travel_time(points: list[Floats], limits: MotionLimits) -> float:
     """Time [s] of straight moves from point to point, with the paper clock's overlaps."""
     moves = [rest_to_rest(b - a, limits) for a, b in pairwise(points)]
     return float(begin_times(moves, RULES.overlap)[0, -1] + moves[-1].durations.sum())

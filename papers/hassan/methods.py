@@ -67,7 +67,7 @@ class Method(NamedTuple):
     solve: Callable[[Case], NlpRelease]
 
 
-def _by_trust_constr(case: Case) -> NlpRelease:
+def _solve_by_trust_constr(case: Case) -> NlpRelease:
     with warnings.catch_warnings():
         # trust-constr warns of constraints that look linear or dependent; the caller checks every answer.
         warnings.simplefilter("ignore", UserWarning)
@@ -78,12 +78,12 @@ METHODS: Final = {
     "method-1-slsqp": Method(
         "Method 1 (SLSQP)", 1e-6, lambda case: method_1(case.pick, case.target, case.limits, ceiling=case.ceiling)
     ),
-    "method-1-trust-constr": Method("Method 1 (trust-constr)", 1e-4, _by_trust_constr),
+    "method-1-trust-constr": Method("Method 1 (trust-constr)", 1e-4, _solve_by_trust_constr),
     "method-2": Method("Method 2", 1e-6, lambda case: method_2(case.pick, case.target, case.limits)),
 }
 
 
-def cases(*, roofed: bool) -> list[Case]:
+def random_cases(*, roofed: bool) -> list[Case]:
     """Random throws off the belt at seven percentages, the jerk limit scaled or left at 3000 m/s3; fixed seed."""
     rng = np.random.default_rng(2022)
     return [
@@ -104,33 +104,37 @@ def _pairs(rng: np.random.Generator) -> Iterator[tuple[Floats, Floats]]:
 
 def methods_findings() -> Findings:
     """Agreement, failures and times of every method with and without a ceiling, and of the batched exact solver."""
-    rows = [row for name in BOUNDS for row in _compared(f"hassan/methods/{name}", cases(roofed=name == "ceiling"))]
-    return Findings((*rows, _claim(rows)), grids=(_grid(rows),))
+    rows = [
+        row
+        for name in BOUNDS
+        for row in _comparison_rows(f"hassan/methods/{name}", random_cases(roofed=name == "ceiling"))
+    ]
+    return Findings((*rows, _claim_row(rows)), grids=(_grid(rows),))
 
 
-def _compared(folder: str, throws: list[Case]) -> list[Row]:
-    exact, seconds = _exact(throws)
+def _comparison_rows(folder: str, throws: list[Case]) -> list[Row]:
+    exact, seconds = _solve_exactly(throws)
     reference = statistics.median(seconds)
     rows = [Row.ours(f"{folder}/exact/median-time", 1e6 * reference, "us", note="one plan at a time")]
     rows += _batch_rows(folder, throws, exact, reference)
-    few = slice(None, None, max(1, len(throws) // TRUST_CASES))
+    sample = slice(None, None, max(1, len(throws) // TRUST_CASES))
     for name, method in METHODS.items():
-        part = few if name == "method-1-trust-constr" else slice(None)
+        part = sample if name == "method-1-trust-constr" else slice(None)
         rows += _method_rows(f"{folder}/{name}", method, throws[part], exact[part], reference)
     return rows
 
 
-def timed(run: Callable[[], T]) -> tuple[T, float]:
+def time_call(run: Callable[[], T]) -> tuple[T, float]:
     """Return value of a call, and the call's processor time [s]."""
     begin = time.thread_time()
-    found = run()
-    return found, time.thread_time() - begin
+    result = run()
+    return result, time.thread_time() - begin
 
 
-def _exact(throws: list[Case]) -> tuple[list[float | None], list[float]]:
+def _solve_exactly(throws: list[Case]) -> tuple[list[float | None], list[float]]:
     """Exact release times [s] (None: infeasible), and the processor time of each plan in every round [s]."""
-    found = [timed(lambda case=case: _exact_time(case)) for _ in range(ROUNDS) for case in throws]
-    times, seconds = zip(*found, strict=True)
+    results = [time_call(lambda case=case: _exact_time(case)) for _ in range(ROUNDS) for case in throws]
+    times, seconds = zip(*results, strict=True)
     return list(times[: len(throws)]), list(seconds)
 
 
@@ -147,36 +151,39 @@ def _method_rows(
     """Rows of one method: counts over all throws, the slowest answer over the optimum, and the time of a call."""
     # The first call loads the solver.
     method.solve(throws[0])
-    answers = [timed(lambda case=case: method.solve(case)) for case in throws]
+    answers = [time_call(lambda case=case: method.solve(case)) for case in throws]
     median = statistics.median(seconds for _, seconds in answers)
-    tried = [(case, found, best) for case, (found, _), best in zip(throws, answers, exact, strict=True)]
-    invented = [found.success for _, found, best in tried if best is None]
-    over = [(case, found, found.time / best) for case, found, best in tried if best is not None]
-    solved = [(_kept(case, found), ratio) for case, found, ratio in over if found.success]
-    agreed = sum(kept and abs(ratio - 1.0) <= method.precision for kept, ratio in solved)
-    of = f"of {len(over)} throws that exist"
-    found = {
-        "agreements": (agreed, "throws", f"{of}: release time within {method.precision:g} of the exact optimum"),
+    attempts = [(case, result, best) for case, (result, _), best in zip(throws, answers, exact, strict=True)]
+    invented = [result.success for _, result, best in attempts if best is None]
+    feasible = [(case, result, result.time / best) for case, result, best in attempts if best is not None]
+    successes = [(_is_below_ceiling(case, result), ratio) for case, result, ratio in feasible if result.success]
+    agreements = sum(below_ceiling and abs(ratio - 1.0) <= method.precision for below_ceiling, ratio in successes)
+    total = f"of {len(feasible)} throws that exist"
+    result = {
+        "agreements": (agreements, "throws", f"{total}: release time within {method.precision:g} of the exact optimum"),
         "wrong-answers": (
-            len(solved) - agreed,
+            len(successes) - agreements,
             "throws",
-            f"{of}: success, but slower than the optimum or above the ceiling",
+            f"{total}: success, but slower than the optimum or above the ceiling",
         ),
-        "failures": (len(over) - len(solved), "throws", f"{of}: no success reported"),
+        "failures": (len(feasible) - len(successes), "throws", f"{total}: no success reported"),
         "invented": (sum(invented), "throws", f"of {len(invented)} throws that do not exist: success reported"),
         "slowest-answer": (
-            max([1.0, *(ratio for _, ratio in solved)]),
+            max([1.0, *(ratio for _, ratio in successes)]),
             "-",
             "largest release time of an answer over that of the optimum",
         ),
         "median-time": (1e6 * median, "us", f"median of {len(answers)} calls"),
         "time-ratio": (median / reference, "-", "median time over that of the exact solver"),
     }
-    return [Row.ours(f"{name}/{what}", float(one), unit, note=note) for what, (one, unit, note) in found.items()]
+    return [
+        Row.ours(f"{name}/{quantity}", float(figure), unit, note=note)
+        for quantity, (figure, unit, note) in result.items()
+    ]
 
 
-def _kept(case: Case, found: NlpRelease) -> bool:
-    return bool(case.ceiling is None or found.position[2] <= case.ceiling + ROUNDING)
+def _is_below_ceiling(case: Case, answer: NlpRelease) -> bool:
+    return bool(case.ceiling is None or answer.position[2] <= case.ceiling + ROUNDING)
 
 
 def _batch_rows(folder: str, throws: list[Case], exact: list[float | None], reference: float) -> list[Row]:
@@ -184,26 +191,26 @@ def _batch_rows(folder: str, throws: list[Case], exact: list[float | None], refe
     numbers = np.array([case.limits.numbers() for case in throws])
     limits = MotionLimits(*(np.tile(column, BATCH) for column in numbers.T))
     ceiling = None if throws[0].ceiling is None else picks[:, 2] + RISE
-    rounds = [timed(lambda: plan_release_batch(picks, targets, limits, ceiling=ceiling)) for _ in range(ROUNDS + 1)]
-    batch, each = rounds[0][0], min(seconds for _, seconds in rounds[1:]) / len(picks)
-    single = np.array([np.nan if value is None else value for value in exact])
-    together = batch.time[: len(throws)]
-    same = np.isnan(single) == np.isnan(together)
-    apart = np.abs(together / single - 1.0)
-    worst = float(np.nanmax(apart)) if same.all() else "not the same throws are feasible"
+    rounds = [time_call(lambda: plan_release_batch(picks, targets, limits, ceiling=ceiling)) for _ in range(ROUNDS + 1)]
+    batch, plan_time = rounds[0][0], min(seconds for _, seconds in rounds[1:]) / len(picks)
+    single_times = np.array([np.nan if value is None else value for value in exact])
+    batch_times = batch.time[: len(throws)]
+    same_feasibility = np.isnan(single_times) == np.isnan(batch_times)
+    difference = np.abs(batch_times / single_times - 1.0)
+    worst = float(np.nanmax(difference)) if same_feasibility.all() else "not the same throws are feasible"
     unfit = f"of {len(throws)}: no release exists below the ceiling"
-    apart_note = "largest relative difference of the release time between the batch and single plans"
+    difference_note = "largest relative difference of the release time between the batch and single plans"
     ratio_note = "time per plan over the median of single plans"
     batched = f"{folder}/exact-batch"
     return [
-        Row.ours(f"{folder}/exact/infeasible", float(np.isnan(single).sum()), "throws", note=unfit),
-        Row.ours(f"{batched}/difference", worst, "-", note=apart_note),
-        Row.ours(f"{batched}/plans-per-second", 1.0 / each, "1/s", note=f"best batch of {len(picks)}"),
-        Row.ours(f"{batched}/time-ratio", each / reference, "-", note=ratio_note),
+        Row.ours(f"{folder}/exact/infeasible", float(np.isnan(single_times).sum()), "throws", note=unfit),
+        Row.ours(f"{batched}/difference", worst, "-", note=difference_note),
+        Row.ours(f"{batched}/plans-per-second", 1.0 / plan_time, "1/s", note=f"best batch of {len(picks)}"),
+        Row.ours(f"{batched}/time-ratio", plan_time / reference, "-", note=ratio_note),
     ]
 
 
-def _claim(rows: list[Row]) -> Row:
+def _claim_row(rows: list[Row]) -> Row:
     """Row on section III-E's claim that the simplified method takes less time than the nonlinear programme."""
     times = {row.quantity: row.reproduced for row in rows if isinstance(row.reproduced, float)}
     first, second = (times[f"hassan/methods/no-ceiling/{name}/median-time"] for name in ("method-1-slsqp", "method-2"))
@@ -219,17 +226,17 @@ def _claim(rows: list[Row]) -> Row:
 
 def _grid(rows: list[Row]) -> Grid:
     """Table of the paper's methods and of the exact solver on the same throws."""
-    known = by_quantity(rows)
+    rows_by_quantity = by_quantity(rows)
     lines: list[list[str]] = []
     for folder, bound in BOUNDS.items():
         base = f"hassan/methods/{folder}"
-        exact = value(known, f"{base}/exact/median-time", FORMS["median-time"])
-        rate = value(known, f"{base}/exact-batch/plans-per-second", "{:,.0f} per s")
-        ratio = value(known, f"{base}/exact-batch/time-ratio", "{:.2f}")
+        exact = value(rows_by_quantity, f"{base}/exact/median-time", FORMS["median-time"])
+        rate = value(rows_by_quantity, f"{base}/exact-batch/plans-per-second", "{:,.0f} per s")
+        ratio = value(rows_by_quantity, f"{base}/exact-batch/time-ratio", "{:.2f}")
         lines.append([f"exact, {bound}", *[NONE] * 5, exact, "1"])
         lines.append([f"exact in batches, {bound}", *[NONE] * 5, rate, ratio])
         for name, method in METHODS.items():
-            figures = [value(known, f"{base}/{name}/{what}", form) for what, form in FORMS.items()]
+            figures = [value(rows_by_quantity, f"{base}/{name}/{quantity}", form) for quantity, form in FORMS.items()]
             lines.append([f"{method.label}, {bound}", *figures])
     header = ["method", "agree", "wrong", "failed", "invented", "slowest answer", "median", "over exact"]
     return Grid("Ways to find the release, on the same throws", header, lines)

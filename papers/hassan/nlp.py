@@ -119,14 +119,14 @@ class _Problem:
 
     def answer(self, x: Floats, *, solved: bool) -> NlpRelease:
         """The solver's answer, a success only if every constraint holds."""
-        broken = self.violation(x)
+        violation = self.violation(x)
         return NlpRelease(
-            success=solved and broken <= FEASIBILITY,
+            success=solved and violation <= FEASIBILITY,
             position=self.pick + self.reach * x[2:],
             speed=float(x[0] * self.velocity),
             distance=self.distance(x),
             time=self.time(x),
-            violation=broken,
+            violation=violation,
         )
 
     def _rise_speed(self, x: Floats) -> float:
@@ -172,7 +172,7 @@ def method_1(
     problem = _Problem(pick, target, limits, ceiling, tolerance)
     first = problem.guess(*start)
     unit = problem.time(first)
-    found = minimize(
+    solution = minimize(
         lambda x: problem.time(x) / unit,
         first,
         method=solver,
@@ -180,7 +180,7 @@ def method_1(
         constraints=[{"type": "ineq", "fun": problem.inequalities}, {"type": "eq", "fun": problem.equalities}],
         options=OPTIONS[solver],
     )
-    return problem.answer(np.asarray(found.x, dtype=np.float64), solved=bool(found.success))
+    return problem.answer(np.asarray(solution.x, dtype=np.float64), solved=bool(solution.success))
 
 
 def method_2(pick: Point, target: Point, limits: MotionLimits) -> NlpRelease:
@@ -194,66 +194,66 @@ def method_2(pick: Point, target: Point, limits: MotionLimits) -> NlpRelease:
     problem = _Problem(pick, target, limits)
     velocity, acceleration, jerk = problem.velocity, problem.acceleration, problem.jerk
     knee = min(acceleration * acceleration / jerk, velocity)
-    theta, distance = _fixed_speed(problem, velocity)
-    if distance >= _way(velocity, acceleration, jerk):
-        return problem.answer(_point(problem, theta, distance, velocity), solved=True)
+    theta, distance = _least_distance(problem, velocity)
+    if distance >= _acceleration_distance(velocity, acceleration, jerk):
+        return problem.answer(_variables(problem, theta, distance, velocity), solved=True)
     if knee < velocity:
-        theta, distance = _fixed_speed(problem, knee)
-        if distance > _way(knee, acceleration, jerk):
-            return _on_curve(problem, theta, (knee, velocity))
-    return _on_curve(problem, theta, (0.0, knee))
+        theta, distance = _least_distance(problem, knee)
+        if distance > _acceleration_distance(knee, acceleration, jerk):
+            return _solve_on_curve(problem, theta, (knee, velocity))
+    return _solve_on_curve(problem, theta, (0.0, knee))
 
 
-def _line(problem: _Problem, theta: float) -> tuple[float, float]:
+def _flight_line(problem: _Problem, theta: float) -> tuple[float, float]:
     """Length [m] of the line at elevation ``theta`` to above the target, and time [s] to fall from there (Eq. 20)."""
     drop = max(problem.reach * math.tan(theta) - problem.vector[2], 0.0)
     return problem.reach / math.cos(theta), math.sqrt(2.0 * drop / GRAVITY)
 
 
-def _fixed_speed(problem: _Problem, speed: float) -> tuple[float, float]:
+def _least_distance(problem: _Problem, speed: float) -> tuple[float, float]:
     """Elevation [rad] and value [m] of the least release distance at a fixed speed, from dP/dtheta = 0 (Eq. 21)."""
 
     def slope(theta: float) -> float:
         # dP/dtheta times cos^2 / X: sin(theta) - V / (g t_f).
-        return math.sin(theta) * _line(problem, theta)[1] - speed / GRAVITY
+        return math.sin(theta) * _flight_line(problem, theta)[1] - speed / GRAVITY
 
     low = max(math.atan2(problem.vector[2], problem.reach), 0.0)
     theta = cast(float, brentq(slope, low, 0.5 * math.pi - 1e-9, xtol=1e-14))
-    length, flight = _line(problem, theta)
+    length, flight = _flight_line(problem, theta)
     return theta, length - speed * flight
 
 
-def _way(speed: float, acceleration: float, jerk: float) -> float:
+def _acceleration_distance(speed: float, acceleration: float, jerk: float) -> float:
     """Distance [m] from rest to ``speed``: the S-curve's V(P) of section II-C solved for P."""
     if jerk * speed <= acceleration * acceleration:
         return math.sqrt(speed**3 / jerk)
     return (jerk * speed**2 + speed * acceleration**2) / (2.0 * jerk * acceleration)
 
 
-def _on_curve(problem: _Problem, theta: float, speeds: tuple[float, float]) -> NlpRelease:
+def _solve_on_curve(problem: _Problem, theta: float, speeds: tuple[float, float]) -> NlpRelease:
     """Eq. 22 in speed and elevation: the least release distance on one segment of the S-curve that hits the target."""
     velocity, acceleration, jerk, reach = problem.velocity, problem.acceleration, problem.jerk, problem.reach
 
     def way(x: Floats) -> float:
-        return _way(max(float(x[0]), 0.0) * velocity, acceleration, jerk) / reach
+        return _acceleration_distance(max(float(x[0]), 0.0) * velocity, acceleration, jerk) / reach
 
     def hit(x: Floats) -> float:
-        length, flight = _line(problem, float(x[1]))
+        length, flight = _flight_line(problem, float(x[1]))
         return (way(x) * reach + x[0] * velocity * flight - length) / reach
 
     low = max(math.atan2(problem.vector[2], reach), 0.0)
-    length, flight = _line(problem, theta)
+    length, flight = _flight_line(problem, theta)
     first = np.array([min(max(length / (flight * velocity), speeds[0] / velocity), speeds[1] / velocity), theta])
     bounds = [(speeds[0] / velocity, speeds[1] / velocity), (low, 0.5 * math.pi - 1e-6)]
     constraints = [{"type": "eq", "fun": hit}]
     options = {"ftol": 1e-11, "maxiter": 300}
-    found = minimize(way, first, method="SLSQP", bounds=bounds, constraints=constraints, options=options)
-    solved = bool(found.success) and abs(hit(found.x)) <= FEASIBILITY
-    speed, theta = float(found.x[0]) * velocity, float(found.x[1])
-    return problem.answer(_point(problem, theta, reach * way(found.x), speed), solved=solved)
+    solution = minimize(way, first, method="SLSQP", bounds=bounds, constraints=constraints, options=options)
+    solved = bool(solution.success) and abs(hit(solution.x)) <= FEASIBILITY
+    speed, theta = float(solution.x[0]) * velocity, float(solution.x[1])
+    return problem.answer(_variables(problem, theta, reach * way(solution.x), speed), solved=solved)
 
 
-def _point(problem: _Problem, theta: float, distance: float, speed: float) -> Floats:
+def _variables(problem: _Problem, theta: float, distance: float, speed: float) -> Floats:
     """The variables of method 1 at a release of method 2, with the least acceleration that reaches the speed."""
     peak = min(math.sqrt(problem.jerk * speed), problem.acceleration)
     flat = problem.vector[:2] / problem.reach * math.cos(theta)

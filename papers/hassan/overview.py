@@ -53,7 +53,7 @@ def overview(rows: Rows) -> Overview:
     grids = {
         "table1": table1(rows),
         "gains": gains(rows),
-        "simulated": simulated(rows),
+        "simulated": simulation(rows),
         "headroom": headroom(rows),
         "dwells": dwells(rows),
     }
@@ -65,10 +65,10 @@ def _cells(rows: Rows, folder: str) -> list[JsonRow | None]:
     return [rows.get(f"{folder}/{zone}/{percent}") for zone, percent in CELLS]
 
 
-def _lines(rows: Rows, folders: Mapping[str, str], cell: Cell, after: After = lambda _: []) -> list[list[str]]:
+def _grid_lines(rows: Rows, folders: Mapping[str, str], cell: Cell, after: After = lambda _: []) -> list[list[str]]:
     """One text line for each folder that has rows: name, cells, and the sums that ``after`` computes."""
-    found = {name: _cells(rows, folder) for folder, name in folders.items()}
-    return [[name, *map(cell, cells), *after(cells)] for name, cells in found.items() if any(cells)]
+    cells_by_name = {name: _cells(rows, folder) for folder, name in folders.items()}
+    return [[name, *map(cell, cells), *after(cells)] for name, cells in cells_by_name.items() if any(cells)]
 
 
 def table1(rows: Rows) -> Grid:
@@ -77,20 +77,20 @@ def table1(rows: Rows) -> Grid:
     for folder, name in ALL.items():
         if folder.startswith("table1/paper-clock"):
             published = {folder: f"{TITLES[folder.rsplit('/', 1)[1]]}, published"}
-            lines += _lines(rows, published, _published, lambda _: [NONE])
-        lines += _lines(rows, {folder: name}, _picks, _peak)
+            lines += _grid_lines(rows, published, _format_published, lambda _: [NONE])
+        lines += _grid_lines(rows, {folder: name}, _format_picks, _peak_cell)
     return Grid("Table I, published and reproduced", ["picks/min", *COLUMNS, "peak acceleration"], lines)
 
 
-def _published(row: JsonRow | None) -> str:
+def _format_published(row: JsonRow | None) -> str:
     return number(row, "published", 0)
 
 
-def _picks(row: JsonRow | None) -> str:
+def _format_picks(row: JsonRow | None) -> str:
     return "infeasible" if row is not None and row["verdict"] == "infeasible" else number(row, "reproduced", 1)
 
 
-def _peak(cells: Cells) -> list[str]:
+def _peak_cell(cells: Cells) -> list[str]:
     peaks = [row["peak_acceleration_ratio"] for row in cells if row and "peak_acceleration_ratio" in row]
     return [f"{max(peaks):.2f} A" if peaks else NONE]
 
@@ -99,10 +99,10 @@ def gains(rows: Rows) -> Grid:
     """Table of the free direction's gain over the straight throw within the limits, by either reading of the jerk."""
     lines: list[list[str]] = []
     for folder, protocol in GAINS:
-        found = _gain(rows, folder, protocol)
-        if any(one is not None for one in found):
+        shares = _gain(rows, folder, protocol)
+        if any(share is not None for share in shares):
             name = f"{FREE[folder]}, over {TITLES['min-time-throw']}, {PROTOCOLS[protocol].label}"
-            lines.append([name, *(NONE if one is None else f"{100 * one:+.1f} %" for one in found)])
+            lines.append([name, *(NONE if share is None else f"{100 * share:+.1f} %" for share in shares)])
     return Grid("Gain of the free direction over the straight throw within the limits", ["picks/min", *COLUMNS], lines)
 
 
@@ -122,10 +122,10 @@ def note(rows: Rows) -> str:
     sentences = (
         "The paper leaves open whether the largest jerk J is scaled with the percentage, as in its numeric example, or "
         "stays at 3000 m/s3, and how far moves overlap: the table cannot tell.",
-        _off(rows, "paper-clock", "Paper clock (J scaled, whole ramps overlap)"),
+        _difference_sentence(rows, "paper-clock", "Paper clock (J scaled, whole ramps overlap)"),
         value(rows, "table1/paper-clock/peak-acceleration", _PEAK),
-        _off(rows, "constant-jerk", "J constant and every limit kept at all times"),
-        _off(rows, "limits-respected", "J scaled and every limit kept"),
+        _difference_sentence(rows, "constant-jerk", "J constant and every limit kept at all times"),
+        _difference_sentence(rows, "limits-respected", "J scaled and every limit kept"),
         f"A cell counts as reproduced within {100 * CLOSE:.0f} %, the minimum-time throw inside at 40 %, which jumps "
         f"for small causes, within {100 * CLOSE_FOLD:.0f} %.",
         *(_gain_sentence(rows, *pair) for pair in (*GAINS[:2], GAINS[-1])),
@@ -138,75 +138,83 @@ def note(rows: Rows) -> str:
 _PEAK: Final = f"Its {CHOSEN}. Where the hand turns round it reaches {{:.2f}} A, unlike Fig. 12 of the paper."
 
 
-def _off(rows: Rows, protocol: str, name: str) -> str:
-    mean, worst = (rows.get(f"table1/{protocol}/{which}-difference") for which in ("mean", "worst"))
+def _difference_sentence(rows: Rows, protocol: str, name: str) -> str:
+    mean, worst = (rows.get(f"table1/{protocol}/{statistic}-difference") for statistic in ("mean", "worst"))
     if mean is None or worst is None:
         return NONE
     return f"{name}: {mean['reproduced']:.1f} % off on average, {worst['reproduced']:.1f} % at worst."
 
 
 def _gain_sentence(rows: Rows, folder: str, protocol: str) -> str:
-    found = [100.0 * one for one in _gain(rows, folder, protocol) if one is not None]
-    if not found:
+    percents = [100.0 * share for share in _gain(rows, folder, protocol) if share is not None]
+    if not percents:
         return NONE
     against = f"the straight throw with {PROTOCOLS[protocol].label}"
-    return f"F{FREE[folder][1:]}: {min(found):+.0f} to {max(found):+.0f} % over {against}."
+    return f"F{FREE[folder][1:]}: {min(percents):+.0f} to {max(percents):+.0f} % over {against}."
 
 
-def simulated(rows: Rows) -> Grid:
+def simulation(rows: Rows) -> Grid:
     """Table of the simulation with the closed-chain robot, for the cells of Table I."""
-    done = {name: row for name, row in rows.items() if "simulated" in row}
+    executed = {name: row for name, row in rows.items() if "simulated" in row}
     return Grid(
         "Table I in the simulator: worst landing error without mismatch, and how many are sorted with it",
         ["landing, sorted", *COLUMNS, "touched again", "touched with mismatch", "peak torque"],
-        _lines(done, ALL, _landing, lambda cells: [_touched(cells, "0"), _touched(cells, "1"), _torque(cells)]),
+        _grid_lines(
+            executed,
+            ALL,
+            _format_landing,
+            lambda cells: [_format_touches(cells, "0"), _format_touches(cells, "1"), _format_torque(cells)],
+        ),
     )
 
 
-def _landing(row: JsonRow | None) -> str:
+def _format_landing(row: JsonRow | None) -> str:
     if row is None:
         return NONE
     ideal, realistic = row["simulated"]["0"], row["simulated"]["1"]
     return f"{1000 * ideal['landing_error_max']:.1f} mm, {realistic['sorted']}/{realistic['trials']}"
 
 
-def _entries(cells: Cells, mismatch: str, entry: str) -> list[Any]:
+def _simulation_figures(cells: Cells, mismatch: str, entry: str) -> list[Any]:
     """One figure of each cell that was simulated, at a strength of the mismatch."""
     return [row["simulated"][mismatch][entry] for row in cells if row and "simulated" in row]
 
 
-def _touched(cells: Cells, mismatch: str) -> str:
-    return f"{sum(_entries(cells, mismatch, 'recontacts'))}/{sum(_entries(cells, mismatch, 'trials'))}"
+def _format_touches(cells: Cells, mismatch: str) -> str:
+    recontacts, trials = (sum(_simulation_figures(cells, mismatch, name)) for name in ("recontacts", "trials"))
+    return f"{recontacts}/{trials}"
 
 
-def _torque(cells: Cells) -> str:
-    return f"{max(torque for mismatch in '01' for torque in _entries(cells, mismatch, 'peak_torque')):.0f} N m"
+def _format_torque(cells: Cells) -> str:
+    return (
+        f"{max(torque for mismatch in '01' for torque in _simulation_figures(cells, mismatch, 'peak_torque')):.0f} N m"
+    )
 
 
 def headroom(rows: Rows) -> Grid:
     """Table of the free direction and of the best straight throw, with the cost of further bounds."""
     published = {"table1/paper-clock/min-time-throw": "published, minimum-time throw"}
-    lines = _lines(rows, published, _published, lambda _: [NONE, NONE])
-    lines += _lines(rows, PROPOSED | HEADROOM, _picks, _outcome)
+    lines = _grid_lines(rows, published, _format_published, lambda _: [NONE, NONE])
+    lines += _grid_lines(rows, PROPOSED | HEADROOM, _format_picks, _outcome_cells)
     header = ["picks/min", *COLUMNS, "touched again", "sorted with mismatch"]
     return Grid("Release in a free direction, and what bounds cost", header, lines)
 
 
-def _outcome(cells: Cells) -> list[str]:
+def _outcome_cells(cells: Cells) -> list[str]:
     """Objects touched again without mismatch, and share sorted with mismatch, over all cells of a text line."""
-    trials = sum(_entries(cells, "1", "trials"))
-    share = f"{100 * sum(_entries(cells, '1', 'sorted')) / trials:.0f} %" if trials else NONE
-    return [_touched(cells, "0") if trials else NONE, share]
+    trials = sum(_simulation_figures(cells, "1", "trials"))
+    share = f"{100 * sum(_simulation_figures(cells, '1', 'sorted')) / trials:.0f} %" if trials else NONE
+    return [_format_touches(cells, "0") if trials else NONE, share]
 
 
 def dwells(rows: Rows) -> Grid:
     """Table of picks per minute with a gripper that waits at every pick."""
     waits = " or ".join(f"{wait} s" for wait in DWELLS)
     headline = f"With a gripper that waits {waits} at every pick"
-    return Grid(headline, ["picks/min", *COLUMNS], _lines(rows, ALL, _dwell))
+    return Grid(headline, ["picks/min", *COLUMNS], _grid_lines(rows, ALL, _format_dwell))
 
 
-def _dwell(row: JsonRow | None) -> str:
+def _format_dwell(row: JsonRow | None) -> str:
     return NONE if row is None else " / ".join(number(row, f"picks_per_min_dwell_{wait}", 1) for wait in DWELLS)
 
 
@@ -221,10 +229,12 @@ def picks_figure(rows: Rows) -> Figure:
     for axes, (zone, percents) in zip(panels, PERCENTAGES.items(), strict=True):
         places = np.arange(len(percents))
         for k, (label, (folder, entry)) in enumerate(bars.items()):
-            found = [rows.get(f"{folder}/{zone}/{percent}", {}).get(entry) or np.nan for percent in percents]
-            shift = (k - (len(bars) - 1) / 2) * width
-            drawn = axes.bar(places + shift, found, 0.92 * width, color=colours[label], label=label)
-            axes.bar_label(drawn, ["" if np.isnan(one) else f"{one:.0f}" for one in found], fontsize=7, padding=1)
+            heights = [rows.get(f"{folder}/{zone}/{percent}", {}).get(entry) or np.nan for percent in percents]
+            offset = (k - (len(bars) - 1) / 2) * width
+            drawn = axes.bar(places + offset, heights, 0.92 * width, color=colours[label], label=label)
+            axes.bar_label(
+                drawn, ["" if np.isnan(height) else f"{height:.0f}" for height in heights], fontsize=7, padding=1
+            )
         dress(axes, "share of the robot's limits", "", f"target {zone} the workspace", axisbelow=True)
         axes.set_xticks(places, [f"{percent} %" for percent in percents])
     panels[0].set_ylabel("picks per minute")

@@ -22,7 +22,7 @@ from pnt_gym.planning import EllipticWorkspace, InfeasibleThrow, JerkTrajectory,
 from pnt_gym.robots.t3kr.geometry import T3KR
 
 from .cases import CEILING, CELLS, PICKS, PROTOCOLS, RISE, TARGETS, limits_at, picks_per_min, scene
-from .methods import timed
+from .methods import time_call
 from .planning.cycle import Cycle
 from .planning.throw_check import check_throw
 from .trial import trial_context
@@ -56,39 +56,39 @@ def cell_config(percent: float) -> ConveyorConfig:
     )
 
 
-def mover_of(percent: float) -> FreeMover:
+def cell_mover(percent: float) -> FreeMover:
     """The conveyor cell's planner of throws in a free direction, at a percentage of the limits."""
     return FreeMover(cell_config(percent), WORKSPACE)
 
 
-class Flown(NamedTuple):
+class PlannedThrows(NamedTuple):
     """Planned throws of N picks: which are feasible (N,), and release and motion of the feasible throws."""
 
-    good: Bools
+    feasible: Bools
     release: ReleaseBatch
     release_time: Floats
     path: JerkTrajectory
 
 
-def picks_of(picks: Floats, targets: Floats, percent: float) -> Context:
+def pick_context(picks: Floats, targets: Floats, percent: float) -> Context:
     """The cell's context for throws from picks at targets, each (N, 3) [m], aimed short by delta as in Table I."""
     config, count = cell_config(percent), len(picks)
     # The nearest point of the box of half width delta around the target, on the way to it (Eqs. 16-17).
     way = targets - picks
     aims = targets - CYCLE.tolerance / np.abs(way[:, :2]).max(axis=1)[:, None] * way
-    plan = mover_of(percent).plan(picks, aims, limits_at(percent), np.full(count, CEILING))
+    plan = cell_mover(percent).plan(picks, aims, limits_at(percent), np.full(count, CEILING))
     return trial_context(config, config.items[:1] * count, range(count), picks, aims, plan, ceiling=CEILING)
 
 
-def fly(mover: FreeMover, context: Context, following: Floats) -> Flown:
+def plan_free_throws(mover: FreeMover, context: Context, following: Floats) -> PlannedThrows:
     """Release, throw and return as the cell's mover plans them, from rest at the picks to rest at the next picks."""
     release = mover.plan(context.pick, context.target, context.limits, context.ceiling)
-    good = mover.is_feasible(context.pick, release, context.limits)
-    thrown, release = take(context, good), take(release, good)
-    motion = mover.throw(thrown.pick, release, thrown.limits, thrown.ceiling)
-    back = mover.back(motion, following[good], thrown.limits)
+    feasible = mover.is_feasible(context.pick, release, context.limits)
+    feasible_context, release = take(context, feasible), take(release, feasible)
+    motion = mover.throw(feasible_context.pick, release, feasible_context.limits, feasible_context.ceiling)
+    back = mover.back(motion, following[feasible], feasible_context.limits)
     path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
-    return Flown(good, release, motion.release_time, path)
+    return PlannedThrows(feasible, release, motion.release_time, path)
 
 
 def per_pick_cycle(zone: str, percent: float) -> Cycle:
@@ -98,10 +98,10 @@ def per_pick_cycle(zone: str, percent: float) -> Cycle:
         InfeasibleThrow: a pick of the loop has no feasible throw.
     """
     picks, targets, following = scene(zone)
-    found = fly(mover_of(percent), picks_of(picks, targets, percent), following)
-    if not found.good.all():
+    throws = plan_free_throws(cell_mover(percent), pick_context(picks, targets, percent), following)
+    if not throws.feasible.all():
         raise InfeasibleThrow(Reason.WORKSPACE)
-    return two_phases(found.path, found.release_time, found.release.position, found.release.velocity)
+    return two_phases(throws.path, throws.release_time, throws.release.position, throws.release.velocity)
 
 
 def two_phases(path: JerkTrajectory, release_time: Floats, position: Floats, velocity: Floats) -> Cycle:
@@ -121,11 +121,11 @@ def two_phases(path: JerkTrajectory, release_time: Floats, position: Floats, vel
 
 def loss_rows(folder: str, quick: Mapping[Cell, Cycle], optimum: Mapping[Cell, Cycle]) -> list[Row]:
     """Row with the largest loss of picks per minute against the optimum, over the cells that both have."""
-    both = [cell for cell in quick if cell in optimum]
-    if not both:
+    cells = [cell for cell in quick if cell in optimum]
+    if not cells:
         return []
-    loss = {cell: 100.0 * (1.0 - picks_per_min(quick[cell]) / picks_per_min(optimum[cell])) for cell in both}
-    worst = max(both, key=lambda cell: loss[cell])
+    loss = {cell: 100.0 * (1.0 - picks_per_min(quick[cell]) / picks_per_min(optimum[cell])) for cell in cells}
+    worst = max(cells, key=lambda cell: loss[cell])
     note = f"largest loss of picks/min against the optimum, at {worst[0]}/{worst[1]}"
     by_cell = {f"{zone}/{percent}": value for (zone, percent), value in loss.items()}
     return [Row.ours(f"{folder}/loss-max", loss[worst], "%", note=note, loss_by_cell=by_cell)]
@@ -139,11 +139,11 @@ def timing_rows(folder: str, near: float) -> Iterator[Row]:
     for zone, percent in TIMED:
         picks, following = random_picks()
         targets = np.tile(TARGETS[zone], (BATCH, 1))
-        mover, context = mover_of(percent), picks_of(picks, targets, percent)
-        found = fly(mover, context, following)
-        seconds = min(timed(partial(fly, mover, context, following))[1] for _ in range(ROUNDS)) / BATCH
-        aims, limits = targets[found.good], limits_at(percent)
-        checked = check_throw(found.path, found.release_time, aims, limits, CEILING, mover.rules)
+        mover, context = cell_mover(percent), pick_context(picks, targets, percent)
+        throws = plan_free_throws(mover, context, following)
+        seconds = min(time_call(partial(plan_free_throws, mover, context, following))[1] for _ in range(ROUNDS)) / BATCH
+        aims, limits = targets[throws.feasible], limits_at(percent)
+        check = check_throw(throws.path, throws.release_time, aims, limits, CEILING, mover.rules)
         yield Row.ours(
             f"{folder}/time-per-pick-{zone}-{percent}",
             1e6 * seconds,
@@ -151,9 +151,9 @@ def timing_rows(folder: str, near: float) -> Iterator[Row]:
             note=f"release, throw and return: best of {ROUNDS} batches of {BATCH} random picks of the belt at "
             f"{percent} %, target {zone}, one core",
             picks=BATCH,
-            planned=int(found.good.sum()),
-            straight=int(found.release.straight.sum()),
-            limits_kept=int(checked.good(near).sum()),
+            planned=int(throws.feasible.sum()),
+            straight=int(throws.release.straight.sum()),
+            limits_kept=int(check.keeps_rules(near).sum()),
         )
 
 
@@ -169,11 +169,13 @@ def random_picks() -> tuple[Floats, Floats]:
 
 def per_pick_grid(rows: Sequence[Row]) -> Grid:
     """Table of the loss of planning per pick against the optimum, and of planning for random picks of the belt."""
-    known = {row.quantity.rsplit("/", 1)[1]: row for row in rows}
-    loss = known["loss-max"].details["loss_by_cell"] if "loss-max" in known else {}
-    costs = [known.get(f"time-per-pick-{zone}-{percent}") for zone, percent in CELLS]
+    rows_by_name = {row.quantity.rsplit("/", 1)[1]: row for row in rows}
+    loss = rows_by_name["loss-max"].details["loss_by_cell"] if "loss-max" in rows_by_name else {}
+    costs = [rows_by_name.get(f"time-per-pick-{zone}-{percent}") for zone, percent in CELLS]
     shares = [loss.get(f"{zone}/{percent}") for zone, percent in CELLS]
-    lines = [["loss of picks/min against the optimum", *(NONE if one is None else f"{one:.1f} %" for one in shares)]]
+    lines = [
+        ["loss of picks/min against the optimum", *(NONE if share is None else f"{share:.1f} %" for share in shares)]
+    ]
     for entry, name in COUNTS.items():
         lines.append([name, *(NONE if row is None else str(row.details[entry]) for row in costs)])
     lines.append(["processor time per pick", *(NONE if row is None else f"{row.reproduced:.0f} us" for row in costs)])

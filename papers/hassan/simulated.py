@@ -23,7 +23,7 @@ MISMATCHES: Final = (0.0, 1.0)
 
 @final
 @dataclass(frozen=True)
-class Measured:
+class TrialSummary:
     """Figures of the simulated cycles of one plan, lengths in m, torque in N m.
 
     Attributes:
@@ -51,12 +51,12 @@ class Measured:
     tracking: float
 
 
-ByMismatch: TypeAlias = Mapping[float, Measured]
+ByMismatch: TypeAlias = Mapping[float, TrialSummary]
 
 
-def simulated(
+def simulate(
     plans: Mapping[str, tuple[Cycle, Point]], mismatches: Sequence[float] = MISMATCHES, threads: int = 1
-) -> dict[str, dict[float, Measured]]:
+) -> dict[str, dict[float, TrialSummary]]:
     """Simulate every cycle of every plan with each of the paper's three objects, at every strength of the mismatch.
 
     The hidden values of an object depend on item and pick only, so that all plans throw the same objects. Infeasible
@@ -71,12 +71,12 @@ def simulated(
         PntGymError: a plan has no feasible cycle, or a cycle that the cell cannot execute (see `run_trials`).
     """
     return {
-        name: {mismatch: _executed(name, *plan, mismatch, threads) for mismatch in mismatches}
+        name: {mismatch: _execute(name, *plan, mismatch, threads) for mismatch in mismatches}
         for name, plan in plans.items()
     }
 
 
-def _executed(name: str, cycles: Cycle, target: Point, mismatch: float, threads: int) -> Measured:
+def _execute(name: str, cycles: Cycle, target: Point, mismatch: float, threads: int) -> TrialSummary:
     picks = np.flatnonzero(cycles.feasible)
     if picks.size == 0:
         raise PntGymError(f"plan {name!r} holds no feasible cycle")
@@ -92,12 +92,12 @@ def _executed(name: str, cycles: Cycle, target: Point, mismatch: float, threads:
         cycle.release_velocity,
     )
     trials = run_trials(throws, mismatch=mismatch, seeds=(kinds * len(cycles) + rows).tolist(), threads=threads)
-    return _measured(trials, np.split(trials.landing_error, len(PAPER_ITEMS)))
+    return _summarise(trials, np.split(trials.landing_error, len(PAPER_ITEMS)))
 
 
-def _measured(trials: Trials, errors: list[Floats]) -> Measured:
+def _summarise(trials: Trials, errors: list[Floats]) -> TrialSummary:
     """Figures of all trials; ``errors`` holds their landing errors by item."""
-    return Measured(
+    return TrialSummary(
         trials=len(trials),
         landing_error_mean=float(trials.landing_error.mean()),
         landing_error_max=float(trials.landing_error.max()),
@@ -111,25 +111,25 @@ def _measured(trials: Trials, errors: list[Floats]) -> Measured:
     )
 
 
-def simulated_details(measured: ByMismatch) -> dict[str, Any]:
+def simulation_details(measured: ByMismatch) -> dict[str, Any]:
     """Entry of a plan's row: the figures at every strength of the mismatch."""
     return {"simulated": {f"{mismatch:g}": asdict(figures) for mismatch, figures in measured.items()}}
 
 
-def simulated_rows(folder: str, plans: Iterable[ByMismatch]) -> list[Row]:
+def simulation_rows(folder: str, plans: Iterable[ByMismatch]) -> list[Row]:
     """Rows with worst landing, touches and torque of several plans without mismatch, and share sorted with mismatch."""
-    found = list(plans)
-    ideal, realistic = ([by[mismatch] for by in found] for mismatch in MISMATCHES)
-    of = f"of {sum(one.trials for one in ideal)} cycles in the simulator without mismatch"
+    summaries = list(plans)
+    ideal, realistic = ([figures[mismatch] for figures in summaries] for mismatch in MISMATCHES)
+    of = f"of {sum(summary.trials for summary in ideal)} cycles in the simulator without mismatch"
     landing = f"largest distance from the target {of}; throws are aimed short by delta"
     touched = f"objects touched again by the cup, {of}"
     torque = f"largest motor torque; the motors give {T3KR.torque_limit:g} N m"
     landed = "in the opening and at rest in the bin, with every unmodelled effect at its realistic strength"
-    share = 100.0 * sum(one.sorted for one in realistic) / sum(one.trials for one in realistic)
-    peak = max(one.peak_torque for by in found for one in by.values())
+    share = 100.0 * sum(summary.sorted for summary in realistic) / sum(summary.trials for summary in realistic)
+    peak = max(summary.peak_torque for figures in summaries for summary in figures.values())
     return [
-        Row.ours(f"{folder}/landing-max", max(one.landing_error_max for one in ideal), "m", note=landing),
-        Row.ours(f"{folder}/recontacts", float(sum(one.recontacts for one in ideal)), "-", note=touched),
+        Row.ours(f"{folder}/landing-max", max(summary.landing_error_max for summary in ideal), "m", note=landing),
+        Row.ours(f"{folder}/recontacts", float(sum(summary.recontacts for summary in ideal)), "-", note=touched),
         Row.ours(f"{folder}/peak-torque", peak, "N m", note=torque, limit=T3KR.torque_limit),
         Row.ours(f"{folder}/sorted-with-mismatch", share, "%", note=landed),
     ]

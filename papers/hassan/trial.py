@@ -20,8 +20,8 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, objects_from_draws
-from pnt_gym.cells.conveyor.outcome import Told, judge
-from pnt_gym.cells.conveyor.plant import ConveyorPlant, Followed
+from pnt_gym.cells.conveyor.outcome import PlannedResults, judge
+from pnt_gym.cells.conveyor.plant import ConveyorPlant, FullSimulation
 from pnt_gym.cells.conveyor.scene import CUP_LENGTH
 from pnt_gym.engine import mujoco
 from pnt_gym.errors import PntGymError
@@ -133,13 +133,13 @@ def run_trials(throws: Throws, *, mismatch: float, seeds: Sequence[int] | None =
     pick, target = finite_points(throws.picks, "picks"), finite_points(throws.targets, "targets")
     seeds = range(len(pick)) if seeds is None else seeds
     _check_counts(len(pick), targets=len(target), items=len(items), path=len(path.duration), seeds=len(seeds))
-    release = _release(pick, target, throws)
+    release = _release_batch(pick, target, throws)
     _check_plan(pick, target, release, path)
-    config = _config(target, items, mismatch)
+    config = _trial_config(target, items, mismatch)
     context = trial_context(config, items, seeds, pick, target, release)
     plant = ConveyorPlant(config, len(pick), threads)
     followed = plant.follow(context, HandCycle(release, release.time, path))
-    return _judged(plant, context, release, path, followed)
+    return _measure_trials(plant, context, release, path, followed)
 
 
 def trial_context(
@@ -178,29 +178,29 @@ def trial_context(
     )
 
 
-def _check_counts(rows: int, **others: int) -> None:
+def _check_counts(rows: int, **counts: int) -> None:
     if rows == 0:
         raise PntGymError("picks holds no row; give at least one")
-    for name, count in others.items():
+    for name, count in counts.items():
         if count != rows:
             raise PntGymError(f"picks has {rows} rows but {name} has {count}; give one row each")
 
 
-def _release(pick: Floats, target: Floats, throws: Throws) -> ReleaseBatch:
+def _release_batch(pick: Floats, target: Floats, throws: Throws) -> ReleaseBatch:
     """The planned releases; an object that is put down, or falls from below the target's height, has no flight."""
     count, point = len(pick), finite_points(throws.release_position, "release_position")
     speed = finite_points(throws.release_velocity, "release_velocity")
     _check_counts(count, release_position=len(point), release_velocity=len(speed))
-    nothing = np.zeros(count)
-    return ReleaseBatch.alone(
+    zero = np.zeros(count)
+    return ReleaseBatch.from_velocities(
         pick,
         point,
         speed,
         speed,
-        acceleration=nothing,
+        acceleration=zero,
         time=finite_rows(throws.release_time, count, "release_time"),
         flight_time=np.nan_to_num(flight_time(point, speed, target[:, 2])),
-        ceiling_active=nothing > 0.0,
+        ceiling_active=zero > 0.0,
         reason=np.full(count, int(Reason.FEASIBLE)),
     )
 
@@ -215,33 +215,37 @@ def _check_plan(pick: Floats, target: Floats, release: ReleaseBatch, path: HandP
         row = int(np.argmax(outside))
         span = f"the path lasts from 0 to {path.duration[row]:.4f} s"
         raise PntGymError(f"row {row}: release_time is {release.time[row]:.4f} s, but {span}")
-    at = path.sample(np.stack([np.zeros_like(release.time), release.time], axis=1))
-    _check_same("starts at", at.position[:, 0], "pick", pick)
-    _check_same("is at the release at", at.position[:, 1], "release_position", release.position)
-    _check_same("has at the release the velocity", at.velocity[:, 1], "release_velocity", release.velocity)
+    samples = path.sample(np.stack([np.zeros_like(release.time), release.time], axis=1))
+    _check_same("starts at", samples.position[:, 0], "pick", pick)
+    _check_same("is at the release at", samples.position[:, 1], "release_position", release.position)
+    _check_same("has at the release the velocity", samples.velocity[:, 1], "release_velocity", release.velocity)
     times = np.arange(0.0, float(path.duration.max()) + SAMPLING, SAMPLING)
     hand = path.sample(times).position
     workspace = EllipticWorkspace(T3KR.workspace_x, T3KR.workspace_y, T3KR.z_min, T3KR.z_max)
-    left = workspace.margin(hand) < -AGREEMENT
-    if left.any():
-        row, sample = (int(i) for i in np.argwhere(left)[0])
-        what = "pick" if sample == 0 else "path"
+    is_outside = workspace.margin(hand) < -AGREEMENT
+    if is_outside.any():
+        row, sample = (int(i) for i in np.argwhere(is_outside)[0])
+        place = "pick" if sample == 0 else "path"
         size = f"|x| / {T3KR.workspace_x}, |y| / {T3KR.workspace_y} elliptic, z from {T3KR.z_min} to {T3KR.z_max} m"
-        raise PntGymError(f"row {row}: the {what} at {_point(hand[row, sample])} lies outside the workspace ({size})")
+        raise PntGymError(
+            f"row {row}: the {place} at {_format_point(hand[row, sample])} lies outside the workspace ({size})"
+        )
 
 
-def _check_same(does: str, found: Floats, name: str, expected: Floats) -> None:
-    wrong = length(found - expected) > AGREEMENT
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        raise PntGymError(f"row {row}: the path {does} {_point(found[row])}, but {name} is {_point(expected[row])}")
+def _check_same(verb: str, actual: Floats, name: str, expected: Floats) -> None:
+    differs = length(actual - expected) > AGREEMENT
+    if differs.any():
+        row = int(np.argmax(differs))
+        raise PntGymError(
+            f"row {row}: the path {verb} {_format_point(actual[row])}, but {name} is {_format_point(expected[row])}"
+        )
 
 
-def _point(values: Floats) -> str:
+def _format_point(values: Floats) -> str:
     return "(" + ", ".join(f"{value:.4f}" for value in values) + ")"
 
 
-def _config(target: Floats, items: Sequence[str], mismatch: float) -> ConveyorConfig:
+def _trial_config(target: Floats, items: Sequence[str], mismatch: float) -> ConveyorConfig:
     """Configuration of a conveyor cell with these items and a bin at every row's target."""
     low, high = target.min(axis=0), target.max(axis=0)
     if high[2] - low[2] > AGREEMENT:
@@ -253,15 +257,15 @@ def _config(target: Floats, items: Sequence[str], mismatch: float) -> ConveyorCo
     return ConveyorConfig.load(level, mismatch=mismatch, timestep=TIMESTEP)
 
 
-def _judged(
-    plant: ConveyorPlant, context: Context, release: ReleaseBatch, path: HandPath, followed: Followed
+def _measure_trials(
+    plant: ConveyorPlant, context: Context, release: ReleaseBatch, path: HandPath, followed: FullSimulation
 ) -> Trials:
     """Results of the simulated throws as the cell judges them; an object that is put down lands at its release."""
     count, flight = len(release.speed), followed.flight
     accepts = plant.config.acceptance()
-    outcome = judge(followed.flown, context, plant.config, accepts, path.duration, Told.alone(count))
-    let_go = flight.position[np.arange(count), flight.release_step, :2]
-    landing = np.where((release.speed < REST)[:, None], let_go, outcome.landing)
+    outcome = judge(followed.flown, context, plant.config, accepts, path.duration, PlannedResults.without_belt(count))
+    release_point = flight.position[np.arange(count), flight.release_step, :2]
+    landing = np.where((release.speed < REST)[:, None], release_point, outcome.landing)
     miss = landing - context.target[:, :2]
     along, across = context.to_throw_frame(miss)
     return Trials(
@@ -281,7 +285,7 @@ def _judged(
     )
 
 
-def _path_tracking(plant: ConveyorPlant, context: Context, path: HandPath, followed: Followed) -> Floats:
+def _path_tracking(plant: ConveyorPlant, context: Context, path: HandPath, followed: FullSimulation) -> Floats:
     """Largest distance of the hand from its reference (N,) [m]."""
     step = plant.config.timestep
     steps = np.arange(0, followed.hand.shape[1], max(round(SAMPLING / step), 1), dtype=np.int64)
@@ -290,26 +294,26 @@ def _path_tracking(plant: ConveyorPlant, context: Context, path: HandPath, follo
     return np.where(steps <= followed.flight.last_step[:, None], error, 0.0).max(axis=1)
 
 
-def _clearance(plant: ConveyorPlant, context: Context, followed: Followed) -> Floats:
+def _clearance(plant: ConveyorPlant, context: Context, followed: FullSimulation) -> Floats:
     """Smallest distance of cup and object while the object falls away (N,) [m]."""
     model, data = plant.scene.model, mujoco.MjData(plant.scene.model)
-    cup, thing = model.geom("cup").id, plant.scene.object_geom
+    cup, object_geom = model.geom("cup").id, plant.scene.object_geom
     data.geom_xmat[cup] = np.eye(3).ravel()
-    found = np.full(len(context.pick), np.inf)
-    for row in range(len(found)):
-        own = plant.batch.get_model(row)
-        turn, steps = _turning(followed.flight, context, row, plant.config.timestep)
-        matrices = (turn * Rotation.from_quat(own.geom_quat[thing], scalar_first=True)).as_matrix()
-        centre = followed.flight.position[row, steps] + turn.apply(own.geom_pos[thing])
+    clearances = np.full(len(context.pick), np.inf)
+    for row in range(len(clearances)):
+        row_model = plant.batch.get_model(row)
+        turn, steps = _rotations(followed.flight, context, row, plant.config.timestep)
+        matrices = (turn * Rotation.from_quat(row_model.geom_quat[object_geom], scalar_first=True)).as_matrix()
+        centre = followed.flight.position[row, steps] + turn.apply(row_model.geom_pos[object_geom])
         for step, place, matrix in zip(steps, centre, matrices, strict=True):
             data.geom_xpos[cup] = followed.hand[row, step] + np.array([0.0, 0.0, CUP_LENGTH / 2])
-            data.geom_xpos[thing], data.geom_xmat[thing] = place, matrix.ravel()
-            gap = float(mujoco.mj_geomDistance(own, data, cup, thing, 0.5, None))
-            found[row] = min(found[row], max(gap, 0.0))
-    return found
+            data.geom_xpos[object_geom], data.geom_xmat[object_geom] = place, matrix.ravel()
+            gap = float(mujoco.mj_geomDistance(row_model, data, cup, object_geom, 0.5, None))
+            clearances[row] = min(clearances[row], max(gap, 0.0))
+    return clearances
 
 
-def _turning(flight: ObjectFlight, context: Context, row: int, timestep: float) -> tuple[Rotation, Ints]:
+def _rotations(flight: ObjectFlight, context: Context, row: int, timestep: float) -> tuple[Rotation, Ints]:
     """Rotations of one object at K steps after the release, and these steps (K,), while the clearance counts."""
     first = int(flight.release_step[row])
     ends = min(first + round(CLEAR_UNTIL / timestep), int(flight.last_step[row]) + 1)

@@ -10,7 +10,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.base.plant import staged_rollout
+from pnt_gym.cells.base.plant import roll_out
 from pnt_gym.engine import Batch, mujoco
 from pnt_gym.robots.gripper import PROTOTYPE, inverse_kinematics
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build
@@ -70,7 +70,7 @@ def reduced(step: float = PAPER_STEP, theta: float = HOME_THETA) -> Workspace:
     return scan_workspace(step, theta)
 
 
-def called(item: str) -> str:
+def item_label(item: str) -> str:
     """Name of a catalogue item in figures and rows."""
     return {"bottle_cap": "cap", "rubber_block": "block"}.get(item, item)
 
@@ -80,12 +80,12 @@ def millimetres(place: Floats) -> str:
     return ", ".join(f"{1e3 * v + 0.0:.0f}" for v in place[:3])
 
 
-def posed(positions: Floats, theta: float) -> Floats:
+def poses_at(positions: Floats, theta: float) -> Floats:
     """Poses (..., 4) of positions (..., 3) [m], all at the angle ``theta`` [rad]."""
     return np.concatenate([positions, np.full((*positions.shape[:-1], 1), theta)], axis=-1)
 
 
-def held(poses: Floats) -> Bools:
+def is_reachable(poses: Floats) -> Bools:
     """Whether the robot reaches each of the poses (..., 4) within the motors' strokes (...,)."""
     return np.isfinite(inverse_kinematics(poses, strokes=True)[..., 0])
 
@@ -95,10 +95,10 @@ def random_poses(count: int, seed: int = 0, theta: tuple[float, float] = PROTOTY
     rng = np.random.default_rng(seed)
     low, high = (np.array([-0.16, -0.155, -0.285, theta[0]]), np.array([0.16, 0.155, -0.12, theta[1]]))
     poses = rng.uniform(low, high, (8 * count, 4))
-    return poses[held(poses)][:count]
+    return poses[is_reachable(poses)][:count]
 
 
-def positions_of(angles: Floats, theta: float) -> Floats:
+def arm_positions(angles: Floats, theta: float) -> Floats:
     """Positions (M, 3) at which arms 1, 2 and 3 have the angles (M, 3) [rad]; NaN where the forearms do not meet.
 
     The platform's middle is the intersection of three spheres whose radius is a forearm's length. Their centres are the
@@ -107,24 +107,24 @@ def positions_of(angles: Floats, theta: float) -> Floats:
     dims = PROTOTYPE
     reach, up = dims.k + dims.r * np.cos(angles.T), dims.r * np.sin(angles.T)
     zero = np.zeros(len(angles))
-    one = np.stack([reach[0] - dims.u, zero, up[0]], axis=-1)
-    two = np.stack([zero, reach[1] - dims.v - dims.w * np.cos(theta), up[1] - dims.w * np.sin(theta)], axis=-1)
-    three = np.stack([dims.u - reach[2], zero, up[2]], axis=-1)
-    span, side = three - one, two - one
+    first = np.stack([reach[0] - dims.u, zero, up[0]], axis=-1)
+    second = np.stack([zero, reach[1] - dims.v - dims.w * np.cos(theta), up[1] - dims.w * np.sin(theta)], axis=-1)
+    third = np.stack([dims.u - reach[2], zero, up[2]], axis=-1)
+    span, side = third - first, second - first
     distance = np.linalg.norm(span, axis=-1, keepdims=True)
     along = span / distance
     ahead = (side * along).sum(axis=-1, keepdims=True)
-    beside = side - ahead * along
-    width = np.linalg.norm(beside, axis=-1, keepdims=True)
-    x, across = 0.5 * distance, beside / width
+    perpendicular = side - ahead * along
+    width = np.linalg.norm(perpendicular, axis=-1, keepdims=True)
+    x, across = 0.5 * distance, perpendicular / width
     y = ((side * side).sum(axis=-1, keepdims=True) - 2.0 * ahead * x) / (2.0 * width)
     with np.errstate(invalid="ignore"):
         depth = np.sqrt(dims.l**2 - x * x - y * y)
     normal = np.cross(along, across)
-    return one + x * along + y * across - np.sign(normal[:, 2:]) * depth * normal
+    return first + x * along + y * across - np.sign(normal[:, 2:]) * depth * normal
 
 
-def lowest(measure: Callable[[Floats], Floats], theta: float) -> tuple[Floats, float]:
+def lowest_pose(measure: Callable[[Floats], Floats], theta: float) -> tuple[Floats, float]:
     """The pose (4,) of the reduced workspace at one angle with the smallest ``measure``, and that smallest value.
 
     The search uses ever finer grids over the angles of three motors, so that grids contain the edges of the strokes.
@@ -134,9 +134,9 @@ def lowest(measure: Callable[[Floats], Floats], theta: float) -> tuple[Floats, f
     best, value, pose = np.full(3, 0.5 * (low + high)), np.inf, np.full(4, np.nan)
     size = 0.5 * (high - low)
     for k in range(_ROUNDS):
-        poses = posed(positions_of(np.clip(best + size * (_FIRST if k == 0 else _NEXT), low, high), theta), theta)
+        poses = poses_at(arm_positions(np.clip(best + size * (_FIRST if k == 0 else _NEXT), low, high), theta), theta)
         poses = poses[np.isfinite(poses[:, 0])]
-        poses = poses[held(poses)]
+        poses = poses[is_reachable(poses)]
         values = measure(poses)
         i = int(values.argmin())
         if values[i] < value:
@@ -148,7 +148,7 @@ def lowest(measure: Callable[[Floats], Floats], theta: float) -> tuple[Floats, f
 
 @final
 @dataclass(frozen=True, eq=False)
-class Followed:
+class SimulatedMotions:
     """Simulation of N motions at S times."""
 
     time: Floats
@@ -161,7 +161,7 @@ class Followed:
     """Motor torques (N, S, 4) [N m]."""
 
 
-def follow(start: Floats, references: MotorReferences, build: Build = PROTOTYPE_BUILD) -> Followed:
+def follow(start: Floats, references: MotorReferences, build: Build = PROTOTYPE_BUILD) -> SimulatedMotions:
     """Simulate motions of the robot with empty claws, from rest.
 
     Args:
@@ -184,13 +184,13 @@ def follow(start: Floats, references: MotorReferences, build: Build = PROTOTYPE_
     control = np.ones((count, steps, int(model.nu) + int(model.neq)))
     control[..., : int(model.nu)] = references.controls()
     whole = np.full(count, steps, dtype=np.int64)
-    record = staged_rollout(batch, control, whole, ("qpos", "actuator_force"))
+    record = roll_out(batch, control, whole, ("qpos", "actuator_force"))
     pose, arms = ([robot.joints.index(name) for name in names] for names in (_POSE, _ARMS))
     time = STEP * np.arange(1, steps + 1, dtype=np.float64)
-    return Followed(time, record["qpos"][..., pose], record["qpos"][..., arms], record["actuator_force"])
+    return SimulatedMotions(time, record["qpos"][..., pose], record["qpos"][..., arms], record["actuator_force"])
 
 
-def follow_motions(motions: Sequence[PoseMotion]) -> tuple[Floats, Followed]:
+def follow_motions(motions: Sequence[PoseMotion]) -> tuple[Floats, SimulatedMotions]:
     """Simulate motions with torque feed-forward until every motion is over and the robot has rested at its end.
 
     Returns:

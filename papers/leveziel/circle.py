@@ -9,12 +9,24 @@ import numpy as np
 
 from agents.ground.drawings import COLOURS, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import MOTOR_SPEED
 from pnt_gym.robots.gripper.geometry import N_ARMS
 
-from .cases import ANGLES, HOME_THETA, PIXEL, SAMPLES, SIDE, SMOOTH, STILL, Followed, follow_motions, held, posed
+from .cases import (
+    ANGLES,
+    HOME_THETA,
+    PIXEL,
+    SAMPLES,
+    SIDE,
+    SMOOTH,
+    STILL,
+    SimulatedMotions,
+    follow_motions,
+    is_reachable,
+    poses_at,
+)
 from .motion import CIRCLE_RADIUS, PoseMotion, circle
 
 HEIGHTS: Final = (-0.20, -0.22, -0.24)
@@ -37,10 +49,10 @@ class Shares(NamedTuple):
 def circle_findings(pixel: float = PIXEL) -> Findings:
     """Shares of area and radius at some heights, and a simulated turn with the gripper closed, at home and open."""
     turns = {theta: circle((0.0, 0.0, TURN_HEIGHT), theta, profile=SMOOTH, samples=SAMPLES) for theta in ANGLES}
-    told, done = follow_motions(list(turns.values()))
-    rows = (*_shares(pixel), _largest(pixel), *_turn(turns, told, done))
-    drawn = {"leveziel_circle.svg": circle_figure(pixel), "leveziel_turn.svg": turn_figure(turns, done)}
-    return listed("The circle of 80 mm", rows, drawn, drop="leveziel/")
+    commanded, record = follow_motions(list(turns.values()))
+    rows = (*_share_rows(pixel), _largest_row(pixel), *_turn_rows(turns, commanded, record))
+    drawn = {"leveziel_circle.svg": circle_figure(pixel), "leveziel_turn.svg": turn_figure(turns, record)}
+    return table_findings("The circle of 80 mm", rows, drawn, drop="leveziel/")
 
 
 def shares(height: float, theta: float, pixel: float) -> Shares:
@@ -52,13 +64,13 @@ def shares(height: float, theta: float, pixel: float) -> Shares:
     radius = width * (np.arange(round(SIDE / width), dtype=np.float64) + 0.5)
     angle = turn * (np.arange(90, dtype=np.float64) + 0.5)
     x, y = radius * np.cos(angle[:, None]), radius * np.sin(angle[:, None])
-    inside = held(posed(np.stack([x, y, np.full_like(x, height)], axis=-1), theta))
+    inside = is_reachable(poses_at(np.stack([x, y, np.full_like(x, height)], axis=-1), theta))
     area = 4.0 * turn * width * float((inside * radius).sum())
     fits = float(np.min(np.where(inside, SIDE, radius - 0.5 * width)))
     return Shares(np.pi * CIRCLE_RADIUS**2 / area if area > 0.0 else np.nan, fits)
 
 
-def fitting(theta: float, pixel: float) -> tuple[float, Shares]:
+def fit_circle(theta: float, pixel: float) -> tuple[float, Shares]:
     """The lowest height [m] at which the circle fits, and its shares at that height, by bisection."""
     low, high = -0.26, -0.20
     while high - low > 1e-4:
@@ -68,7 +80,7 @@ def fitting(theta: float, pixel: float) -> tuple[float, Shares]:
     return high, shares(high, theta, pixel)
 
 
-def _shares(pixel: float) -> Iterator[Row]:
+def _share_rows(pixel: float) -> Iterator[Row]:
     """Rows with the circle's share of area and radius at the heights that are drawn."""
     home, middle, lower = (shares(height, HOME_THETA, pixel) for height in HEIGHTS)
     note = (
@@ -101,31 +113,31 @@ def _shares(pixel: float) -> Iterator[Row]:
     )
 
 
-def _largest(pixel: float) -> Row:
+def _largest_row(pixel: float) -> Row:
     """Row with the circle's largest share of a section's area, at heights where the circle just fits."""
-    best = {f"{np.rad2deg(a):.0f}": fitting(a, pixel) for a in ANGLES}
+    best = {f"{np.rad2deg(a):.0f}": fit_circle(a, pixel) for a in ANGLES}
     deepest = max(height for height, _ in best.values())
-    both = {name: 100.0 * shares(deepest, np.deg2rad(float(name)), pixel).area for name in best}
-    name, (height, found) = max(best.items(), key=lambda one: one[1][1].area)
+    areas = {name: 100.0 * shares(deepest, np.deg2rad(float(name)), pixel).area for name in best}
+    name, (height, best_share) = max(best.items(), key=lambda item: item[1][1].area)
     note = (
         "the most of all heights and of -60, -45 and -30 deg, so searched for and no proof: where the section just "
         f"holds the circle, z = {1e3 * height:.0f} mm at {name} deg; opened and closed at one height it covers "
-        f"{min(both.values()):.0f} to {max(both.values()):.0f} % (z = {1e3 * deepest:.0f} mm)"
+        f"{min(areas.values()):.0f} to {max(areas.values()):.0f} % (z = {1e3 * deepest:.0f} mm)"
     )
     return Row.ours(
         "leveziel/circle/largest-area",
-        f"{100.0 * found.area:.0f} %",
+        f"{100.0 * best_share.area:.0f} %",
         "-",
         beside=PUBLISHED,
         note=note,
         by_angle={key: [h, 100.0 * s.area] for key, (h, s) in best.items()},
-        all_angles=both,
+        all_angles=areas,
     )
 
 
-def _turn(turns: Mapping[float, PoseMotion], told: Floats, done: Followed) -> Iterator[Row]:
-    still = np.rad2deg(np.abs(done.pose[..., 3] - told[:, :1, 3]).max(axis=1))
-    wide = float(np.abs(np.hypot(done.pose[..., 0], done.pose[..., 1]) - CIRCLE_RADIUS).max())
+def _turn_rows(turns: Mapping[float, PoseMotion], commanded: Floats, record: SimulatedMotions) -> Iterator[Row]:
+    still = np.rad2deg(np.abs(record.pose[..., 3] - commanded[:, :1, 3]).max(axis=1))
+    wide = float(np.abs(np.hypot(record.pose[..., 0], record.pose[..., 1]) - CIRCLE_RADIUS).max())
     reach = np.rad2deg(np.concatenate([m.q for m in turns.values()]))
     seconds = {f"{np.rad2deg(a):.0f}": m.duration for a, m in turns.items()}
     note = (
@@ -147,7 +159,7 @@ def circle_figure(pixel: float) -> Figure:
     axis = pixel * np.arange(-round(SIDE / pixel), round(SIDE / pixel) + 1, dtype=np.float64)
     x, y = np.meshgrid(axis, axis)
     for colour, height in zip(COLOURS, HEIGHTS, strict=False):
-        inside = held(posed(np.stack([x, y, np.full_like(x, height)], axis=-1), HOME_THETA))
+        inside = is_reachable(poses_at(np.stack([x, y, np.full_like(x, height)], axis=-1), HOME_THETA))
         plane.contour(1e3 * axis, 1e3 * axis, inside.astype(float), levels=[0.5], colors=[colour])
         plane.plot([], [], color=colour, label=f"z = {1e3 * height:.0f} mm")
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
@@ -169,16 +181,16 @@ def circle_figure(pixel: float) -> Figure:
     return figure
 
 
-def turn_figure(turns: Mapping[float, PoseMotion], done: Followed) -> Figure:
+def turn_figure(turns: Mapping[float, PoseMotion], record: SimulatedMotions) -> Figure:
     """Drawing of motor angles and speeds over a turn of the circle, opened and closed."""
     figure, axes = subplots(2, len(turns), (4.0 * len(turns), 5.4), sharex=True, sharey="row")
     for k, (theta, motion) in enumerate(turns.items()):
         angle, speed = axes[k], axes[len(turns) + k]
-        during = done.time <= motion.duration
+        during = record.time <= motion.duration
         for arm in range(N_ARMS):
             angle.plot(motion.time, np.rad2deg(motion.q[:, arm]), color=COLOURS[arm], label=f"motor {arm + 1}")
-            places = np.rad2deg(done.q[k, during, arm])[::60]
-            angle.plot(done.time[during][::60], places, "o", color=COLOURS[arm], markersize=2.5)
+            places = np.rad2deg(record.q[k, during, arm])[::60]
+            angle.plot(record.time[during][::60], places, "o", color=COLOURS[arm], markersize=2.5)
             speed.plot(motion.time, motion.speed[:, arm] * _RPM, color=COLOURS[arm])
         for limit in (-MOTOR_SPEED, MOTOR_SPEED):
             speed.axhline(limit * _RPM, color="black", linestyle="--", linewidth=0.8)

@@ -9,19 +9,19 @@ import numpy as np
 
 from agents.ground.drawings import COLOURS, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats, take
 from pnt_gym.robots.gripper import forward_kinematics, inverse_kinematics
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build
 from pnt_gym.robots.gripper.references import MotorReferences, motor_references
 
-from .cases import CENTRE, CLOSED, HOME_THETA, PAPER_STEP, STEP, follow, posed, reduced
+from .cases import CENTRE, CLOSED, HOME_THETA, PAPER_STEP, STEP, follow, poses_at, reduced
 from .motion import Profile, closing_time
 
 PUBLISHED: Final = 0.060
 """Published time within which the gripper closes [s]."""
 BOUND: Final = f"< {PUBLISHED:g} s"
-OPENED, SHUT = (posed(np.array(CENTRE), theta) for theta in (HOME_THETA, CLOSED))
+OPENED, SHUT = (poses_at(np.array(CENTRE), theta) for theta in (HOME_THETA, CLOSED))
 """Poses before and after the closing."""
 TIMES: Final[Floats] = STEP * np.arange(round(0.16 / STEP), dtype=np.float64)
 """Simulated times [s]."""
@@ -37,19 +37,19 @@ ARMATURES: Final = (0.0025, 0.01)
 def closing_findings(step: float = PAPER_STEP) -> Findings:
     """Closing times by motor speed alone, for a command of 60 ms, and for a step command of the closed angle."""
     soft, ours = PROTOTYPE_BUILD.with_servo(kp=FACTORY_GAIN, kv=1e-6), f"gain {PROTOTYPE_BUILD.servo.kp:g} N m/rad"
-    full_speed = _full_speed()
+    full_speed = _full_speed_poses()
     # Half of the published time to speed up, half to slow down.
     share = Profile("trapezoid", 0.5).sample(np.minimum(TIMES / PUBLISHED, 1.0))[0][:, None]
     curves = {
-        f"told to turn at 70 rpm, {ours}": _course(motor_references(full_speed, STEP)),
-        "told from rest to rest in 60 ms": _course(motor_references(OPENED + share * (SHUT - OPENED), STEP)),
-        f"told at once, {ours}": _told_at_once(PROTOTYPE_BUILD),
-        f"told at once, gain {FACTORY_GAIN:g} N m/rad": _told_at_once(soft),
+        f"told to turn at 70 rpm, {ours}": _closing_angle(motor_references(full_speed, STEP)),
+        "told from rest to rest in 60 ms": _closing_angle(motor_references(OPENED + share * (SHUT - OPENED), STEP)),
+        f"told at once, {ours}": _step_response(PROTOTYPE_BUILD),
+        f"told at once, gain {FACTORY_GAIN:g} N m/rad": _step_response(soft),
     }
-    spread = [arrival(_told_at_once(soft.with_servo(armature=value))) for value in ARMATURES]
+    spread = [arrival(_step_response(soft.with_servo(armature=value))) for value in ARMATURES]
     rows = (*_speed_rows(step), *_servo_rows([arrival(curve) for curve in curves.values()], spread))
     drawn = closing_figure({"70 rpm at once, closed form": full_speed[:, 3], **curves})
-    return listed("The closing of the gripper", rows, {"leveziel_closing.svg": drawn}, drop="leveziel/")
+    return table_findings("The closing of the gripper", rows, {"leveziel_closing.svg": drawn}, drop="leveziel/")
 
 
 def arrival(theta: Floats) -> float:
@@ -58,23 +58,23 @@ def arrival(theta: Floats) -> float:
     return STEP * float(near.argmax() + 1) if near.any() else float("nan")
 
 
-def _course(references: MotorReferences, build: Build = PROTOTYPE_BUILD) -> Floats:
+def _closing_angle(references: MotorReferences, build: Build = PROTOTYPE_BUILD) -> Floats:
     """Simulated angle of the halves (S,) [rad] after every step."""
     return follow(OPENED[None], take(references, None), build).pose[0, :, 3]
 
 
-def _full_speed() -> Floats:
+def _full_speed_poses() -> Floats:
     """Poses (S, 4) for motors that turn at 70 rpm without acceleration, which no servo can follow."""
     first, last = inverse_kinematics(np.stack([OPENED, SHUT]))
     share = np.clip(TIMES / float(closing_time(CENTRE)), 0.0, 1.0)[:, None]
     return forward_kinematics(first + share * (last - first))
 
 
-def _told_at_once(build: Build) -> Floats:
+def _step_response(build: Build) -> Floats:
     """Angle of the halves (S,) [rad] after a step command of the closed angle; torque feed-forward bears the weight."""
     torque = motor_references(np.tile(OPENED, (TIMES.size, 1)), STEP, build=build).torque
     angle = np.tile(inverse_kinematics(SHUT), (TIMES.size, 1))
-    return _course(MotorReferences(angle, np.zeros_like(angle), torque), build)
+    return _closing_angle(MotorReferences(angle, np.zeros_like(angle), torque), build)
 
 
 def _speed_rows(step: float) -> Iterator[Row]:

@@ -11,7 +11,7 @@ import numpy as np
 from agents.ground.drawings import COLOURS, Figure, dress, frames_figure, subplots
 from agents.ground.metrics import wilson
 from agents.reproduce.finding import Findings, Row, share
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.canvas import Canvas, Frame
 from pnt_gym.cells.gripper.outcome import BRUSHING
@@ -50,44 +50,44 @@ PICTURES: Final = (
 
 def cycle_findings(cycles: int = CYCLES) -> Findings:
     """The cycle at the motors' full speed, simulated once without mismatch and many times with full mismatch."""
-    calm, many = (run_cycles(n, mismatch=m, share=1.0, seed=SEED) for n, m in ((1, 0.0), (cycles, 1.0)))
+    calm, realistic = (run_cycles(n, mismatch=m, share=1.0, seed=SEED) for n, m in ((1, 0.0), (cycles, 1.0)))
     where = f"{cycles} simulated cycles at 70 rpm, every unmodelled effect at its realistic strength, seed {SEED}"
     rows = (
-        *_displacements(many, where),
-        _success(many, where),
-        _held(many, where),
-        _angle(calm, many, where),
-        *_legs(many, where),
-        _grasp(many, where),
-        _whole(many, where),
+        *_displacement_rows(realistic, where),
+        _success_row(realistic, where),
+        _grip_row(realistic, where),
+        _angle_row(calm, realistic, where),
+        *_leg_rows(realistic, where),
+        _grasp_row(realistic, where),
+        _cycle_time_row(realistic, where),
     )
     drawn = {
-        "leveziel_cycle.svg": cycle_figure(many),
-        "leveziel_cycle_pictures.svg": frames_figure(pictures(many), columns=4, width=11.0),
+        "leveziel_cycle.svg": cycle_figure(realistic),
+        "leveziel_cycle_pictures.svg": frames_figure(pictures(realistic), columns=4, width=11.0),
     }
-    data = {"leveziel_cycle": {"phase_ends_s": dict(many.course.ends)}}
-    return listed("The cork cycle in the simulator", rows, drawn, data, drop="leveziel/cycle/")
+    data = {"leveziel_cycle": {"phase_ends_s": dict(realistic.course.ends)}}
+    return table_findings("The cork cycle in the simulator", rows, drawn, data, drop="leveziel/cycle/")
 
 
-def _displacements(cycles: Cycles, where: str) -> Iterator[Row]:
+def _displacement_rows(cycles: Cycles, where: str) -> Iterator[Row]:
     """Rows with the cork's displacement up to the command to open the claws."""
-    begin, end = cycles.during("lift").start, cycles.during("stand").stop - 1
+    begin, end = cycles.phase_steps("lift").start, cycles.phase_steps("stand").stop - 1
     ways = cycles.cork[:, end] - cycles.cork[:, begin]
-    for name, axis, asked in (("rise", "z", RISE), ("across", "y", ACROSS)):
+    for name, axis, published in (("rise", "z", RISE), ("across", "y", ACROSS)):
         way = ways[:, "xyz".index(axis)]
         details: dict[str, Any] = {"smallest": float(way.min()), "largest": float(way.max())}
         note = (
             f"of the cork along {axis}, mean at the end of the way across; {where}. The paper says around "
-            f"{1e3 * asked:.0f} mm"
+            f"{1e3 * published:.0f} mm"
         )
         mean = float(way.mean())
-        within = share(asked, NEARLY)
-        yield Row.compared(f"leveziel/cycle/{name}", asked, mean, "m", within=within, note=note, **details)
+        within = share(published, NEARLY)
+        yield Row.compared(f"leveziel/cycle/{name}", published, mean, "m", within=within, note=note, **details)
 
 
-def _success(cycles: Cycles, where: str) -> Row:
-    done = cycles.outcome.is_success
-    rate = wilson(int(done.sum()), done.size)
+def _success_row(cycles: Cycles, where: str) -> Row:
+    successes = cycles.outcome.is_success
+    rate = wilson(int(successes.sum()), successes.size)
     note = f"corks that crossed the box's opening and lie in it: {where}; 95 % interval from {100.0 * rate.low:.0f} %"
     return Row.compared(
         "leveziel/cycle/success",
@@ -96,45 +96,45 @@ def _success(cycles: Cycles, where: str) -> Row:
         "%",
         holds=rate.value >= RELIABLE,
         note=note,
-        cycles=int(done.size),
+        cycles=int(successes.size),
         release_delay_mean_s=float(cycles.outcome.release_delay.mean()),
     )
 
 
-def _held(cycles: Cycles, where: str) -> Row:
-    carried = slice(cycles.during("lift").start, cycles.during("stand").stop)
-    touched = cycles.pads[:, carried]
+def _grip_row(cycles: Cycles, where: str) -> Row:
+    carried = slice(cycles.phase_steps("lift").start, cycles.phase_steps("stand").stop)
+    contacts = cycles.pads[:, carried]
     plans, outcome = cycles.plans, cycles.outcome
-    held = outcome.picked & (outcome.release_delay >= plans.open_time - plans.release_time)
+    is_held = outcome.picked & (outcome.release_delay >= plans.open_time - plans.release_time)
     force = cycles.force[:, carried]
-    both = 100.0 * float(touched.all(axis=2).mean())
+    both_pads = 100.0 * float(contacts.all(axis=2).mean())
     note = (
         f"cycles in which the cork is never free of the pads for {1e3 * BRUSHING:.0f} ms before they open: {where}; "
-        f"both pads touch it {both:.1f} % of the time from the lift on, pressed by {force.min():.1f} to "
+        f"both pads touch it {both_pads:.1f} % of the time from the lift on, pressed by {force.min():.1f} to "
         f"{force.max():.1f} N, and it moves by {1e3 * outcome.slip.max():.2f} mm along them at most"
     )
     return Row.compared(
         "leveziel/cycle/held",
         "not released during the displacement",
-        100.0 * float(held.mean()),
+        100.0 * float(is_held.mean()),
         "%",
-        holds=bool(held.all()),
+        holds=bool(is_held.all()),
         note=note,
-        both_pads=both,
+        both_pads=both_pads,
         slip_max_m=float(outcome.slip.max()),
     )
 
 
-def _angle(calm: Cycles, many: Cycles, where: str) -> Row:
-    moved = slice(many.during("lift").start, many.during("across").stop)
+def _angle_row(calm: Cycles, realistic: Cycles, where: str) -> Row:
+    steps = slice(realistic.phase_steps("lift").start, realistic.phase_steps("across").stop)
     servo = PROTOTYPE_BUILD.servo
-    left = 100.0 * (1.0 - servo.speed / servo.no_load_speed)
-    asked = _turned(calm.course.pose[None, moved, 3])
-    ideal, worst = _turned(calm.platform[:, moved, 3]), _turned(many.platform[:, moved, 3])
+    torque_share = 100.0 * (1.0 - servo.speed / servo.no_load_speed)
+    commanded = _largest_turn(calm.course.pose[None, steps, 3])
+    ideal, worst = _largest_turn(calm.platform[:, steps, 3]), _largest_turn(realistic.platform[:, steps, 3])
     note = (
         f"largest change of the halves' angle while the cork is lifted and moved across: {where}. Joint-linear moves "
-        f"turn the halves by {asked:.1f} deg on the way in closed form; the servos, which at 70 rpm have "
-        f"{left:.0f} % of their torque left, lag behind differently, which alone gives {ideal:.1f} "
+        f"turn the halves by {commanded:.1f} deg on the way in closed form; the servos, which at 70 rpm have "
+        f"{torque_share:.0f} % of their torque left, lag behind differently, which alone gives {ideal:.1f} "
         "deg without any other effect"
     )
     return Row.compared(
@@ -144,48 +144,49 @@ def _angle(calm: Cycles, many: Cycles, where: str) -> Row:
         "deg",
         holds=worst < STILL,
         note=note,
-        joint_linear_deg=asked,
+        joint_linear_deg=commanded,
         without_mismatch_deg=ideal,
     )
 
 
-def _turned(theta: Floats) -> float:
+def _largest_turn(theta: Floats) -> float:
     """Largest change of angles (N, M) [rad] from their first values [deg]."""
     return float(np.rad2deg(np.abs(theta - theta[:, :1])).max())
 
 
-def _legs(cycles: Cycles, where: str) -> Iterator[Row]:
+def _leg_rows(cycles: Cycles, where: str) -> Iterator[Row]:
     """Rows with times of the lift and of the way across: bound, command, simulation, and from the robot's axis."""
     theta, low, over = cycles.plans.theta[0, 1], cycles.plans.pick[0], cycles.plans.release[0]
     high, home, step = low + np.array([0.0, 0.0, RISE]), PROTOTYPE.home_theta, cycles.config.timestep
     up = float(travel_time([0.0, 0.0, -0.250, home], [0.0, 0.0, -0.200, home]))
-    aside = {1e3 * z: float(travel_time([0.0, 0.0, z, home], [0.0, ACROSS, z, home])) for z in HEIGHTS}
-    outwards = ", ".join(f"{1e3 * seconds:.0f} ms at {z:.0f} mm" for z, seconds in aside.items())
+    outward_times = {1e3 * z: float(travel_time([0.0, 0.0, z, home], [0.0, ACROSS, z, home])) for z in HEIGHTS}
+    outwards = ", ".join(f"{1e3 * seconds:.0f} ms at {z:.0f} mm" for z, seconds in outward_times.items())
     lift = f"On the robot's axis, from -250 to -200 mm at -45 deg, it takes {1e3 * up:.0f} ms"
     across = f"From the robot's axis outwards at -45 deg it takes {outwards}"
     for name, start, end, from_axis, details in (
         ("lift", low, high, lift, {"on_axis_s": up}),
-        ("across", high, over, across, {f"outwards_at_{z:.0f}mm_s": seconds for z, seconds in aside.items()}),
+        ("across", high, over, across, {f"outwards_at_{z:.0f}mm_s": seconds for z, seconds in outward_times.items()}),
     ):
-        steps = cycles.during(name)
-        asked = (steps.stop - steps.start) * step
-        away = np.linalg.norm(cycles.platform[:, steps.start :, :3] - end, axis=-1)
-        passed = float((away < NEAR).argmax(axis=1).mean()) * step
+        steps = cycles.phase_steps(name)
+        commanded = (steps.stop - steps.start) * step
+        distances = np.linalg.norm(cycles.platform[:, steps.start :, :3] - end, axis=-1)
+        arrival = float((distances < NEAR).argmax(axis=1).mean()) * step
         bound = float(travel_time(np.append(start, theta), np.append(end, theta)))
-        times = {"commanded_s": asked, "simulated_s": passed, **details}
+        times = {"commanded_s": commanded, "simulated_s": arrival, **details}
         note = (
             f"all the way at 70 rpm of the fastest motor, here with closed claws and a platform at {HEIGHT:g} m; no "
             f"time is published. {from_axis}. The trapezoid with ramps of a quarter each takes "
-            f"{1e3 * asked:.0f} ms, and the simulated platform is within 1 mm after {1e3 * passed:.0f} ms on average; "
+            f"{1e3 * commanded:.0f} ms, and the simulated platform is within 1 mm after {1e3 * arrival:.0f} ms on "
+            "average; "
             f"{where}"
         )
         yield Row.ours(f"leveziel/cycle/{name}-time", bound, "s", note=note, **times)
 
 
-def _grasp(cycles: Cycles, where: str) -> Row:
-    begin = cycles.during("close").start
-    both = cycles.pads[:, begin:].all(axis=2)
-    seconds = both.argmax(axis=1) * cycles.config.timestep
+def _grasp_row(cycles: Cycles, where: str) -> Row:
+    begin = cycles.phase_steps("close").start
+    both_pads = cycles.pads[:, begin:].all(axis=2)
+    seconds = both_pads.argmax(axis=1) * cycles.config.timestep
     theta = np.rad2deg(cycles.plans.theta[0])
     note = (
         f"from the command to close until both pads touch, mean; {where}. The halves go from {theta[0]:.0f} to "
@@ -195,10 +196,10 @@ def _grasp(cycles: Cycles, where: str) -> Row:
     return Row.ours("leveziel/cycle/grasp-time", float(seconds.mean()), "s", note=note, largest=float(seconds.max()))
 
 
-def _whole(cycles: Cycles, where: str) -> Row:
+def _cycle_time_row(cycles: Cycles, where: str) -> Row:
     ends = cycles.course.ends
     seconds, stall = ends["back"], PROTOTYPE_BUILD.servo.stall_torque
-    moving = cycles.torque[:, : cycles.during("back").stop]
+    moving = cycles.torque[:, : cycles.phase_steps("back").stop]
     full = 100.0 * float((np.abs(moving) > 0.999 * stall).mean())
     note = (
         f"lower, close, lift, across, stand, open, back above the pick: {60.0 / seconds:.0f} per minute. A motor is at "
@@ -212,13 +213,13 @@ def cycle_figure(cycles: Cycles) -> Figure:
     """Drawing of the first cycle, commanded and simulated: motor angles, positions, the halves' angle, grip."""
     figure, axes = subplots(4, 1, (9.5, 10.5), sharex=True)
     time, course = cycles.time, cycles.course
-    asked = cycles.recording.control[:, 0:12:3]
+    commanded = cycles.recording.control[:, 0:12:3]
     for k in range(4):
         # Motors 1 and 3 move alike in the plane between them.
         width = 3.5 if k == 0 else 1.5
         axes[0].plot(time, np.rad2deg(cycles.angle[0, :, k]), color=COLOURS[k], lw=width, label=f"motor {k + 1}")
-        asked_label = "commanded" if k == 3 else None
-        axes[0].plot(time, np.rad2deg(asked[:, k]), "--", color="black", linewidth=0.8, label=asked_label)
+        label = "commanded" if k == 3 else None
+        axes[0].plot(time, np.rad2deg(commanded[:, k]), "--", color="black", linewidth=0.8, label=label)
     for axis, name, colour in ((1, "y", COLOURS[2]), (2, "z", COLOURS[3])):
         axes[1].plot(time, MILLI * cycles.platform[0, :, axis], color=colour, label=f"platform, {name}")
         axes[1].plot(time, MILLI * cycles.cork[0, :, axis], ":", color=colour, label=f"cork, {name}")
@@ -241,9 +242,9 @@ def cycle_figure(cycles: Cycles) -> Figure:
         panel.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
         for end in course.ends.values():
             panel.axvline(end, color="gray", linewidth=0.7)
-    above = {"ha": "center", "va": "bottom", "fontsize": 8, "transform": axes[0].get_xaxis_transform()}
+    text_style = {"ha": "center", "va": "bottom", "fontsize": 8, "transform": axes[0].get_xaxis_transform()}
     for (name, end), begin in zip(course.ends.items(), (0.0, *course.ends.values()), strict=False):
-        axes[0].text(0.5 * (begin + end), 1.02, name, **above)
+        axes[0].text(0.5 * (begin + end), 1.02, name, **text_style)
     return figure
 
 
@@ -253,16 +254,18 @@ def pictures(cycles: Cycles) -> list[tuple[str, Frame]]:
     Raises:
         ConfigError: this machine cannot draw.
     """
-    course, step, found = cycles.course, cycles.config.timestep, list[tuple[str, Frame]]()
+    course, step, frames = cycles.course, cycles.config.timestep, list[tuple[str, Frame]]()
     begins = dict(zip(course.ends, [0.0, *course.ends.values()], strict=False))
-    coming = [(title, begins[phase] + share * (course.ends[phase] - begins[phase])) for title, phase, share in PICTURES]
+    upcoming = [
+        (title, begins[phase] + share * (course.ends[phase] - begins[phase])) for title, phase, share in PICTURES
+    ]
     # Along -x: y runs to the right.
     view = mujoco.MjvCamera()
     view.lookat[:] = [0.0, 0.0, -0.205]
     view.distance, view.azimuth, view.elevation = 0.60, 170.0, -24.0
     with closing(Canvas(view, SIZE)) as canvas:
         for data, _ in cycles.recording.play(step):
-            while coming and data.time >= min(coming[0][1], float(cycles.time[-1])) - 0.5 * step:
-                title, moment = coming.pop(0)
-                found.append((f"{title}, {MILLI * moment:.0f} ms", canvas.draw(cycles.recording.model, data, ())))
-    return found
+            while upcoming and data.time >= min(upcoming[0][1], float(cycles.time[-1])) - 0.5 * step:
+                title, moment = upcoming.pop(0)
+                frames.append((f"{title}, {MILLI * moment:.0f} ms", canvas.draw(cycles.recording.model, data, ())))
+    return frames

@@ -8,11 +8,11 @@ from typing import Final, NamedTuple, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.plant import Recording, staged_rollout, touching
+from pnt_gym.cells.base.plant import Recording, roll_out, touching
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig, Table, Tray
-from pnt_gym.cells.gripper.motion import TossPlans, eased
-from pnt_gym.cells.gripper.outcome import Flown, Outcome, judge
+from pnt_gym.cells.gripper.motion import TossPlans, ease
+from pnt_gym.cells.gripper.outcome import Outcome, RecordedThrows, judge
 from pnt_gym.cells.gripper.plant import GripperPlant
 from pnt_gym.cells.gripper.scene import SENSORS
 from pnt_gym.robots.gripper import MOTOR_SPEED, JointLimits
@@ -73,7 +73,7 @@ class Cycles:
         """Time of every step (M,) [s]."""
         return np.asarray(np.arange(len(self.course.pose)) * self.config.timestep, dtype=np.float64)
 
-    def during(self, phase: str) -> slice:
+    def phase_steps(self, phase: str) -> slice:
         """Steps of a phase."""
         return self.course.phases[phase]
 
@@ -113,12 +113,12 @@ def run_cycles(count: int, *, mismatch: float, share: float, seed: int = 0) -> C
     state = plant.batch.state[0].copy()
     control = _controls(plant, way, context.hidden.delay)
     steps = np.full(count, len(way.pose))
-    record = staged_rollout(plant.batch, control, steps, ("sensordata", "qpos", "qvel"))
+    record = roll_out(plant.batch, control, steps, ("sensordata", "qpos", "qvel"))
     # The simulator's times count from the moment the claws begin to close.
     closing = way.phases["close"].start
     sensordata = record["sensordata"]
     speed = record["qvel"][:, closing:, plant.motors]
-    flown = Flown.from_sensors(sensordata[:, closing:], speed, plans, steps - closing - 1, config.timestep)
+    flown = RecordedThrows.from_sensors(sensordata[:, closing:], speed, plans, steps - closing - 1, config.timestep)
     contact = sensordata[..., SENSORS["pad_contact"]].reshape(*control.shape[:2], 2, 2)
     qpos, claws = record["qpos"], PROTOTYPE_BUILD.claws
     return Cycles(
@@ -142,26 +142,26 @@ def course(config: GripperConfig, plans: TossPlans, share: float) -> Course:
     """The commanded course by the first plan; all moves are joint-linear with trapezoidal speeds."""
     step, low, over = config.timestep, plans.pick[0], plans.release[0]
     high = low + np.array([0.0, 0.0, RISE])
-    wide, closed, _, released = plans.theta[0]
+    wide, shut, _, released = plans.theta[0]
     hold = float(plans.grip_time[0] - plans.closing[0])
-    stand = np.tile([*over, closed], (round(PAUSE / step), 1))
-    rest = np.tile([*high, wide], (round(REST / step), 1))
+    stand_poses = np.tile([*over, shut], (round(PAUSE / step), 1))
+    rest_poses = np.tile([*high, wide], (round(REST / step), 1))
     legs = (
-        _leg(np.append(high, wide), np.append(low, wide), share, step),
-        _turn(low, (wide, closed), float(plans.closing[0]), hold, step),
-        _leg(np.append(low, closed), np.append(high, closed), share, step),
-        _leg(np.append(high, closed), np.append(over, closed), share, step),
-        stand,
-        _turn(over, (closed, released), float(plans.opening[0]), PAUSE, step),
-        _leg(np.append(over, released), np.append(high, wide), share, step),
-        rest,
+        _move_poses(np.append(high, wide), np.append(low, wide), share, step),
+        _turn_poses(low, (wide, shut), float(plans.closing[0]), hold, step),
+        _move_poses(np.append(low, shut), np.append(high, shut), share, step),
+        _move_poses(np.append(high, shut), np.append(over, shut), share, step),
+        stand_poses,
+        _turn_poses(over, (shut, released), float(plans.opening[0]), PAUSE, step),
+        _move_poses(np.append(over, released), np.append(high, wide), share, step),
+        rest_poses,
     )
     ends = np.cumsum([len(leg) for leg in legs]).tolist()
     phases: dict[str, slice] = dict(zip(PHASES, map(slice, (0, *ends), ends), strict=True))
     return Course(np.concatenate(legs), phases, {name: rows.stop * step for name, rows in phases.items()})
 
 
-def _leg(start: Floats, end: Floats, share: float, step: float) -> Floats:
+def _move_poses(start: Floats, end: Floats, share: float, step: float) -> Floats:
     """Poses (K, 4) of a joint-linear move, one per step; the move's time is rounded up to whole steps."""
     fastest = joint_move(start, end).duration / share
     count = int(np.ceil(fastest / step))
@@ -169,11 +169,11 @@ def _leg(start: Floats, end: Floats, share: float, step: float) -> Floats:
     return joint_move(start, end, limits=limits, samples=count + 1).pose[:-1]
 
 
-def _turn(place: Floats, angles: tuple[float, float], time: float, hold: float, step: float) -> Floats:
+def _turn_poses(place: Floats, angles: tuple[float, float], time: float, hold: float, step: float) -> Floats:
     """Poses (K, 4), one per step, in which the halves turn at one place and then rest."""
     share: Floats = np.asarray(np.arange(round((time + hold) / step)) * step / time, dtype=np.float64)
-    turned = eased(share)
-    theta = angles[0] + turned * (angles[1] - angles[0])
+    progress = ease(share)
+    theta = angles[0] + progress * (angles[1] - angles[0])
     return np.column_stack([np.tile(place, (theta.size, 1)), theta])
 
 
@@ -183,10 +183,10 @@ def _controls(plant: GripperPlant, way: Course, delay: Floats) -> Floats:
     pose = np.repeat(way.pose[None], len(delay), axis=0)
     steps = np.arange(len(way.pose), dtype=np.int64)
     opening = way.phases["open"]
-    late: Ints = np.clip(
+    delayed_steps: Ints = np.clip(
         steps - np.round(delay / config.timestep).astype(np.int64)[:, None], opening.start, opening.stop - 1
     )
-    pose[:, opening, 3] = way.pose[late[:, opening], 3]
+    pose[:, opening, 3] = way.pose[delayed_steps[:, opening], 3]
     share = 1.0 - config.mismatch * config.errors.feedforward
     references = motor_references(pose, config.timestep, payload=config.item_list()[0].mass, share=share)
     control = np.ones((len(delay), len(way.pose), int(model.nu) + int(model.neq)))

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import (
     PROTOTYPE,
@@ -27,7 +27,7 @@ from pnt_gym.robots.gripper import (
     tau,
 )
 
-from .cases import HOME_THETA, PAPER_STEP, posed, random_poses, reduced
+from .cases import HOME_THETA, PAPER_STEP, poses_at, random_poses, reduced
 from .scan import scan_workspace, tau_hull
 
 POSES: Final = 10_000
@@ -50,36 +50,36 @@ def formula_findings(count: int = POSES, repeats: int = 7) -> Findings:
     """Rows on round trip, Jacobians, conventions, and the speed of the kinematics in batches."""
     poses = random_poses(count)
     rows = (
-        *_kinematics(poses),
-        *_jacobians(poses),
+        *_kinematics_rows(poses),
+        *_jacobian_rows(poses),
         _guideline_row(),
-        *_strokes(),
+        *_stroke_rows(),
         _condition_row(count),
         _coplanar_row(),
-        *_left_out(),
-        *_rates(repeats),
+        *_omission_rows(),
+        *_rate_rows(repeats),
     )
-    return listed("Formulas and conventions", rows, drop="leveziel/")
+    return table_findings("Formulas and conventions", rows, drop="leveziel/")
 
 
-def forearms(pose: Floats, q: Floats) -> Floats:
+def forearm_lengths(pose: Floats, q: Floats) -> Floats:
     """Lengths (N, 4) [m] of the forearms from the printed points A_i and B_i, with the printed angles q_3 and q_4."""
     k, r, u, v, w = (getattr(PROTOTYPE, name) for name in "kruvw")
-    (x, y, z, theta), (one, two, three, four) = pose.T, q.T
-    three, four = np.pi - three, np.pi - four
+    (x, y, z, theta), (first, second, third, fourth) = pose.T, q.T
+    third, fourth = np.pi - third, np.pi - fourth
     zero, side, lift = np.zeros_like(x), v + w * np.cos(theta), w * np.sin(theta)
     a = ((x + u, y, z), (x, y + side, z + lift), (x - u, y, z), (x, y - side, z + lift))
     b = (
-        (r * np.cos(one) + k, zero, r * np.sin(one)),
-        (zero, r * np.cos(two) + k, r * np.sin(two)),
-        (r * np.cos(three) - k, zero, r * np.sin(three)),
-        (zero, r * np.cos(four) - k, r * np.sin(four)),
+        (r * np.cos(first) + k, zero, r * np.sin(first)),
+        (zero, r * np.cos(second) + k, r * np.sin(second)),
+        (r * np.cos(third) - k, zero, r * np.sin(third)),
+        (zero, r * np.cos(fourth) - k, r * np.sin(fourth)),
     )
     return np.linalg.norm(np.array(a) - np.array(b), axis=1).T
 
 
-def _kinematics(poses: Floats) -> Iterator[Row]:
-    gap = float(np.abs(forearms(poses, inverse_kinematics(poses)) - PROTOTYPE.l).max())
+def _kinematics_rows(poses: Floats) -> Iterator[Row]:
+    gap = float(np.abs(forearm_lengths(poses, inverse_kinematics(poses)) - PROTOTYPE.l).max())
     note = (
         "largest difference of a forearm from l, its ends written out from the printed A_i and B_i, with the motor "
         f"angles of the inverse kinematics; {len(poses):,} random poses of the reduced workspace"
@@ -95,59 +95,59 @@ def _kinematics(poses: Floats) -> Iterator[Row]:
     yield Row.ours("leveziel/formula/wrong-assembly-mode", float((~(gaps < 1e-6)).sum()), "-", note=note)
 
 
-def central(of: Callable[[Floats], Floats], at: Floats) -> Floats:
-    """Derivatives (N, 4, 4) of the function ``of`` at arguments (N, 4), by central differences of fourth order."""
+def central_differences(function: Callable[[Floats], Floats], arguments: Floats) -> Floats:
+    """Derivatives (N, 4, 4) of ``function`` at arguments (N, 4), by central differences of fourth order."""
     columns: list[Floats] = []
     for step in _STEP * np.eye(4):
-        near = of(at + step) - of(at - step)
-        far = of(at + 2.0 * step) - of(at - 2.0 * step)
+        near = function(arguments + step) - function(arguments - step)
+        far = function(arguments + 2.0 * step) - function(arguments - 2.0 * step)
         columns.append((8.0 * near - far) / (12.0 * _STEP))
     return np.stack(columns, axis=-1)
 
 
-def _jacobians(poses: Floats) -> Iterator[Row]:
+def _jacobian_rows(poses: Floats) -> Iterator[Row]:
     q = inverse_kinematics(poses)
-    by_pose = central(lambda p: closure_excess(p, q), poses) - jacobian_x(poses)
-    by_angle = central(lambda a: closure_excess(poses, a), q) + jacobian_q(poses)
-    inverse = central(inverse_kinematics, poses) - inverse_jacobian(poses)
+    by_pose = central_differences(lambda p: closure_excess(p, q), poses) - jacobian_x(poses)
+    by_angle = central_differences(lambda a: closure_excess(poses, a), q) + jacobian_q(poses)
+    inverse = central_differences(inverse_kinematics, poses) - inverse_jacobian(poses)
     gaps = (
         ("J_x", "J_x", "m, m2", by_pose, "of the closure equations by the pose"),
         ("J_q", "J_q", "m2", by_angle, "of the closure equations by the motor angles"),
         ("inverse", "J_q^-1 J_x", "rad/m, rad/rad", inverse, "of the inverse kinematics"),
     )
-    for name, matrix, unit, differences, what in gaps:
+    for name, matrix, unit, differences, derivative in gaps:
         gap = float(np.abs(differences).max())
-        note = f"largest difference from finite differences {what}, {len(poses):,} random poses"
+        note = f"largest difference from finite differences {derivative}, {len(poses):,} random poses"
         yield Row.compared(f"leveziel/formula/{name}", f"{matrix}, Eq. 8", gap, unit, holds=gap < EXACT, note=note)
 
 
 def _guideline_row() -> Row:
     lengths = np.array([PROTOTYPE.r, 2.0 * (PROTOTYPE.k - PROTOTYPE.u), PROTOTYPE.l / 3.0])
-    found = ", ".join(f"{1e3 * length:.3g}" for length in lengths) + " mm"
+    values = ", ".join(f"{1e3 * length:.3g}" for length in lengths) + " mm"
     alike = bool((np.abs(lengths / PROTOTYPE.r - 1.0) < ROUGH).all())
     note = f"within {100.0 * np.ptp(lengths) / lengths.min():.0f} % of each other, and within a tenth of r"
     published = "r = 2 (k - u) = l/3, roughly"
-    return Row.compared("leveziel/claim/guidelines", published, found, "-", holds=alike, note=note)
+    return Row.compared("leveziel/claim/guidelines", published, values, "-", holds=alike, note=note)
 
 
-def _strokes() -> Iterator[Row]:
+def _stroke_rows() -> Iterator[Row]:
     """Rows on the workspace when the strokes are applied to the printed angles, or with the opposite sign."""
     full = scan_workspace(PAPER_STEP, reduced=False)
     q = inverse_kinematics(full.poses)
     low, high = PROTOTYPE.stroke
     printed = np.column_stack([q[:, :2], np.arctan2(np.sin(q[:, 2:]), -np.cos(q[:, 2:]))])
-    left = int(((printed >= low) & (printed <= high)).all(axis=1).sum())
-    wanted = len(reduced().positions)
-    turned = replace(PROTOTYPE, stroke=(-high, -low))
-    space = scan_workspace(PAPER_STEP, dimensions=turned)
-    smallest = float(kappa(space.poses, turned).min())
+    count = int(((printed >= low) & (printed <= high)).all(axis=1).sum())
+    expected = len(reduced().positions)
+    mirrored = replace(PROTOTYPE, stroke=(-high, -low))
+    space = scan_workspace(PAPER_STEP, dimensions=mirrored)
+    smallest = float(kappa(space.poses, mirrored).min())
     note = (
         "positions at -45 deg that keep them with the printed q_3 and q_4: B_3 = (r c_3 - k, 0, r s_3) puts an arm "
-        f"that points outward at 180 deg; {wanted:,} keep them with every angle counted from the outward horizontal, "
+        f"that points outward at 180 deg; {expected:,} keep them with every angle counted from the outward horizontal, "
         "up positive, as here"
     )
     quantity = "leveziel/inconsistency/angles-of-arms-3-and-4"
-    yield Row.compared(quantity, "strokes 45 to -85 deg", float(left), "-", holds=left == wanted, note=note)
+    yield Row.compared(quantity, "strokes 45 to -85 deg", float(count), "-", holds=count == expected, note=note)
     note = (
         f"smallest kappa at -45 deg if the strokes counted downward, -45 to 85 deg, {len(space.positions):,} "
         "positions: against the published bound of 0.3, so up is positive"
@@ -184,12 +184,13 @@ def _condition_row(count: int) -> Row:
 def _coplanar_row() -> Row:
     """Row with the angles at one position where entry (2, 4) of J_x vanishes and where J_x is singular."""
     ends = np.deg2rad([60.0, 80.0])
-    at = cast(float, brentq(lambda theta: jacobian_x([*ASIDE, theta])[1, 3], *ends, xtol=1e-12))
-    coplanar, singular = [*ASIDE, at], [*ASIDE, float(singular_angle(ASIDE))]
+    angle = cast(float, brentq(lambda theta: jacobian_x([*ASIDE, theta])[1, 3], *ends, xtol=1e-12))
+    coplanar, singular = [*ASIDE, angle], [*ASIDE, float(singular_angle(ASIDE))]
     entries = jacobian_x(singular)[[1, 3], 3]
     index = float(tau(coplanar))
     note = (
-        f"tau at (0, 60, -200) mm and {np.rad2deg(at):.1f} deg, where the right half is coplanar with A_2 B_2 and det "
+        f"tau at (0, 60, -200) mm and {np.rad2deg(angle):.1f} deg, where the right half is coplanar with A_2 B_2 and "
+        "det "
         f"J_x is not zero; it vanishes at {np.rad2deg(singular[3]):.1f} deg, where neither half is (entries "
         f"{1e4 * entries[0]:.1f} and {1e4 * entries[1]:.1f} cm2). Both are needed at once, so det J_x is tested here"
     )
@@ -200,14 +201,14 @@ def _coplanar_row() -> Row:
         "-",
         holds=index < ZERO,
         note=note,
-        coplanar_deg=float(np.rad2deg(at)),
+        coplanar_deg=float(np.rad2deg(angle)),
         singular_deg=float(np.rad2deg(singular[3])),
         determinant=float(singularity(coplanar).value),
         entries_m2=entries.tolist(),
     )
 
 
-def _left_out() -> Iterator[Row]:
+def _omission_rows() -> Iterator[Row]:
     note = (
         f"of wheels with {TEETH} teeth whose axes are 2 v = {2e3 * PROTOTYPE.v:.0f} mm apart; only the teeth are given"
     )
@@ -220,26 +221,26 @@ def _left_out() -> Iterator[Row]:
     yield Row.missing(quantity, "not printed", "-", "unpublished", reproduced="assumed", note=note)
 
 
-def _rates(repeats: int) -> Iterator[Row]:
+def _rate_rows(repeats: int) -> Iterator[Row]:
     poses = random_poses(20 * POSES, seed=1)
-    rate = len(poses) / _quickest(lambda: inverse_kinematics(poses), repeats)
+    rate = len(poses) / _shortest_time(lambda: inverse_kinematics(poses), repeats)
     backward = inverse_kinematics(poses)
-    forward = len(poses) / _quickest(lambda: forward_kinematics(backward), 1)
+    forward = len(poses) / _shortest_time(lambda: forward_kinematics(backward), 1)
     positions = reduced().positions
-    seconds = _quickest(lambda: tau_hull(positions), min(repeats, 3))
-    single = posed(np.array([0.0, 0.0, -0.2]), HOME_THETA)
-    one = _quickest(lambda: inverse_kinematics(single), 50 * repeats)
+    seconds = _shortest_time(lambda: tau_hull(positions), min(repeats, 3))
+    single = poses_at(np.array([0.0, 0.0, -0.2]), HOME_THETA)
+    single_time = _shortest_time(lambda: inverse_kinematics(single), 50 * repeats)
     note = (
         f"on one core of the machine that made this, in a batch of {len(poses):,}, quickest of {repeats} runs; a "
-        f"single pose takes {1e6 * one:.0f} us"
+        f"single pose takes {1e6 * single_time:.0f} us"
     )
-    yield Row.ours("leveziel/speed/inverse-kinematics", rate, "poses/s", note=note, single_s=one)
+    yield Row.ours("leveziel/speed/inverse-kinematics", rate, "poses/s", note=note, single_s=single_time)
     note = "on one core in the same batch, Newton's method from the home pose"
     yield Row.ours("leveziel/speed/forward-kinematics", forward, "poses/s", note=note)
     note = f"for tau and the strokes at {len(positions):,} positions times 101 angles on the same core"
     yield Row.ours("leveziel/speed/scan", seconds, "s", note=note, poses=101 * len(positions))
 
 
-def _quickest(action: Callable[[], object], repeats: int) -> float:
+def _shortest_time(action: Callable[[], object], repeats: int) -> float:
     """Time [s] of the quickest of several runs, which other processes disturbed least."""
     return min(timeit.repeat(action, number=1, repeat=repeats))

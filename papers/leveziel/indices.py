@@ -9,11 +9,11 @@ import numpy as np
 
 from agents.ground.drawings import COLOURS, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import PUBLISHED_TAU_SCALE, folding_speed, singularity, tau
 
-from .cases import AROUND, CENTRE, CLOSED, HOME_THETA, OPEN, PAPER_STEP, held, lowest, posed, reduced
+from .cases import AROUND, CENTRE, CLOSED, HOME_THETA, OPEN, PAPER_STEP, is_reachable, lowest_pose, poses_at, reduced
 from .scan import TauHull, tau_hull
 
 RATIOS: Final = (3.4, 10.3)
@@ -33,18 +33,23 @@ def index_findings(step: float = PAPER_STEP) -> Findings:
     hull = tau_hull(positions)
     gripping = tau_hull(positions, np.linspace(CLOSED, OPEN, GRIPPING))
     centre = tau(np.column_stack([np.tile(CENTRE, (hull.theta.size, 1)), hull.theta]))
-    rows = (*_figure_rows(positions, hull, centre), *_bounds(positions, gripping), *_ratios(gripping), _fixed(step))
+    rows = (
+        *_figure_rows(positions, hull, centre),
+        *_bound_rows(positions, gripping),
+        *_ratio_rows(gripping),
+        _folding_row(step),
+    )
     lists = {"theta": hull.theta, "low": hull.low, "high": hull.high, "count": hull.count, "centre": centre}
     data = {name: values.tolist() for name, values in lists.items()}
     figures = {"leveziel_tau.svg": tau_figure(hull, centre, gripping)}
     headline = "Platform index and transmission ratios"
-    return listed(headline, rows, figures, {"leveziel_tau": data}, drop="leveziel/")
+    return table_findings(headline, rows, figures, {"leveziel_tau": data}, drop="leveziel/")
 
 
 def _figure_rows(positions: Floats, hull: TauHull, centre: Floats) -> Iterator[Row]:
     degrees = np.rad2deg(hull.theta)
     best, peak = int(np.nanargmax(hull.low)), int(centre.argmax())
-    dead = float(np.rad2deg(first_dead(positions, hull.theta)))
+    dead = float(np.rad2deg(first_singular_angle(positions, hull.theta)))
     home, step = float(tau([*CENTRE, HOME_THETA])), float(degrees[1] - degrees[0])
     note = (
         f"first of the {degrees.size} angles at which det J_x, and with it tau, is zero or past it at one of the "
@@ -65,19 +70,19 @@ def _figure_rows(positions: Floats, hull: TauHull, centre: Floats) -> Iterator[R
     yield Row.ours("leveziel/fig-6/centre-at-home", home, "-", note=note, largest=float(centre[peak]))
 
 
-def first_dead(positions: Floats, theta: Floats) -> float:
+def first_singular_angle(positions: Floats, theta: Floats) -> float:
     """The smallest of rising positive angles (T,) [rad] at which a pose within the strokes is singular; NaN if none."""
     for angle in theta[theta > 0.0]:
-        poses = posed(positions, float(angle))
-        if (singularity(poses).mask & held(poses)).any():
+        poses = poses_at(positions, float(angle))
+        if (singularity(poses).mask & is_reachable(poses)).any():
             return float(angle)
     return float("nan")
 
 
-def _bounds(positions: Floats, gripping: TauHull) -> Iterator[Row]:
-    home, least = tau(posed(positions, HOME_THETA)), float(gripping.low.min())
+def _bound_rows(positions: Floats, gripping: TauHull) -> Iterator[Row]:
+    home, least = tau(poses_at(positions, HOME_THETA)), float(gripping.low.min())
     scaled = least / PUBLISHED_TAU_SCALE
-    at = float(np.rad2deg(gripping.theta[int(gripping.low.argmin())]))
+    angle = float(np.rad2deg(gripping.theta[int(gripping.low.argmin())]))
     note = (
         f"tau by Eq. 10 at -45 deg over {home.size:,} positions, so true but far from tight; "
         f"{home.min() / PUBLISHED_TAU_SCALE:.3f} divided by {PUBLISHED_TAU_SCALE}"
@@ -86,7 +91,7 @@ def _bounds(positions: Floats, gripping: TauHull) -> Iterator[Row]:
     details = {"largest": float(home.max()), "scaled": low / PUBLISHED_TAU_SCALE}
     yield Row.compared("leveziel/fig-6/smallest-at-home", BOUND, low, "-", holds=low > OVER, note=note, **details)
     note = (
-        f"tau by Eq. 10 from -60 to -30 deg, {GRIPPING} angles, reached at {at:.0f} deg; "
+        f"tau by Eq. 10 from -60 to -30 deg, {GRIPPING} angles, reached at {angle:.0f} deg; "
         f"{scaled:.3f} divided by {PUBLISHED_TAU_SCALE}"
     )
     yield Row.compared(
@@ -94,12 +99,12 @@ def _bounds(positions: Floats, gripping: TauHull) -> Iterator[Row]:
     )
 
 
-def _ratios(gripping: TauHull) -> Iterator[Row]:
+def _ratio_rows(gripping: TauHull) -> Iterator[Row]:
     """Rows with both ends of 1/tau in the digits of the paper, by Eq. 10 as printed and with a slip of units."""
     lean, steep = (float(gripping.theta[i]) for i in (gripping.high.argmax(), gripping.low.argmin()))
-    low, high = -1.0 / lowest(lambda poses: -tau(poses), lean)[1], 1.0 / lowest(tau, steep)[1]
+    low, high = -1.0 / lowest_pose(lambda poses: -tau(poses), lean)[1], 1.0 / lowest_pose(tau, steep)[1]
     scaled = PUBLISHED_TAU_SCALE * low, PUBLISHED_TAU_SCALE * high
-    off = 100.0 * (scaled[0] / RATIOS[0] - 1.0)
+    deviation = 100.0 * (scaled[0] / RATIOS[0] - 1.0)
     note = (
         f"1/tau by Eq. 10 as printed, {low:.2f} to {high:.2f} in the reduced workspace from -60 to -30 deg, ends at "
         f"{np.rad2deg(lean):.0f} and {np.rad2deg(steep):.0f} deg: how far the platform folds at most per motion of the "
@@ -107,10 +112,10 @@ def _ratios(gripping: TauHull) -> Iterator[Row]:
     )
     yield Row.compared(
         "leveziel/inconsistency/transmission-ratios",
-        _range(*RATIOS),
-        _range(low, high),
+        _format_range(*RATIOS),
+        _format_range(low, high),
         "-",
-        explained=_range(*scaled),
+        explained=_format_range(*scaled),
         note=note,
         low=low,
         high=high,
@@ -118,13 +123,13 @@ def _ratios(gripping: TauHull) -> Iterator[Row]:
     note = (
         f"a hypothesis: 1/tau with |H| times {PUBLISHED_TAU_SCALE}, which is w in centimetres. The upper end, and tau "
         "over 0.1, come out as if column 4 of J_x had been computed without its factor w and lengths in cm; the lower "
-        f"end, on a thin ridge at the strokes' edge, stays {off:.0f} % off. kappa is free of it"
+        f"end, on a thin ridge at the strokes' edge, stays {deviation:.0f} % off. kappa is free of it"
     )
     yield Row.ours(
         "leveziel/inconsistency/transmission-ratios-scaled",
-        _range(*scaled),
+        _format_range(*scaled),
         "-",
-        beside=_range(*RATIOS),
+        beside=_format_range(*RATIOS),
         note=note,
         low=scaled[0],
         high=scaled[1],
@@ -132,25 +137,25 @@ def _ratios(gripping: TauHull) -> Iterator[Row]:
     )
 
 
-def _range(low: float, high: float) -> str:
+def _format_range(low: float, high: float) -> str:
     return f"{low:.1f} to {high:.1f}"
 
 
-def _fixed(step: float) -> Row:
+def _folding_row(step: float) -> Row:
     poses = reduced(step).poses
     fold = folding_speed(poses)
-    more = 1.0 / (tau(poses) * fold)
+    ratio = 1.0 / (tau(poses) * fold)
     note = (
         "1 / |J_q^-1 J_x e_4|, how far the platform folds per motion of the motors while it stays in place; -45 deg, "
-        f"{len(fold):,} positions. Row 4 of J in Eq. 10 lets it drift as well, and 1/tau is {more.min():.1f} to "
-        f"{more.max():.1f} times as much"
+        f"{len(fold):,} positions. Row 4 of J in Eq. 10 lets it drift as well, and 1/tau is {ratio.min():.1f} to "
+        f"{ratio.max():.1f} times as much"
     )
     return Row.compared(
         "leveziel/inconsistency/tau-lets-the-platform-drift",
         "folding at a given position",
         f"{fold.min():.2f} to {fold.max():.2f}",
         "-",
-        holds=bool((np.abs(more - 1.0) < ALIKE).all()),
+        holds=bool((np.abs(ratio - 1.0) < ALIKE).all()),
         note=note,
         low=float(fold.min()),
         high=float(fold.max()),

@@ -60,11 +60,11 @@ class Profile:
             # Two jerk segments fill a ramp, so the highest acceleration is twice the mean acceleration.
             limits = MotionLimits(peak, 2.0 * peak / self.ramp, 4.0 * peak / self.ramp**2)
             return min_time_scurve(1.0, limits).sample(time)
-        slope, left = peak / self.ramp, 1.0 - time
-        early, late = time < self.ramp, left < self.ramp
+        slope, time_left = peak / self.ramp, 1.0 - time
+        early, late = time < self.ramp, time_left < self.ramp
         straight = peak * (time - 0.5 * self.ramp)
-        progress = np.where(early, 0.5 * slope * time**2, np.where(late, 1.0 - 0.5 * slope * left**2, straight))
-        return progress, slope * np.minimum(np.minimum(time, left), self.ramp), slope * (1.0 * early - 1.0 * late)
+        progress = np.where(early, 0.5 * slope * time**2, np.where(late, 1.0 - 0.5 * slope * time_left**2, straight))
+        return progress, slope * np.minimum(np.minimum(time, time_left), self.ramp), slope * (1.0 * early - 1.0 * late)
 
 
 @final
@@ -123,11 +123,11 @@ def line(
         PoseError: (a ValueError) an argument is not a pose, or the robot cannot take a pose on the way.
         ConfigError: (a ValueError) fewer than 3 samples.
     """
-    first, last = _row(start, "start"), _row(end, "end")
-    time, *progress = _progress(profile, samples)
+    first, last = _single_row(start, "start"), _single_row(end, "end")
+    time, *progress = _sample_progress(profile, samples)
     poses = first + progress[0][:, None] * (last - first)
     slope = np.broadcast_to(last - first, poses.shape)
-    return _along(time, poses, slope, np.zeros_like(poses), progress, dimensions, limits or JointLimits())
+    return _path_motion(time, poses, slope, np.zeros_like(poses), progress, dimensions, limits or JointLimits())
 
 
 def circle(
@@ -149,18 +149,18 @@ def circle(
         PoseError: (a ValueError) the centre is no point, the radius is not positive, or the circle leaves the reach.
         ConfigError: (a ValueError) fewer than 3 samples.
     """
-    middle = _row(centre, "centre", 3)
+    middle = _single_row(centre, "centre", 3)
     if not (np.isfinite(radius) and radius > 0.0):
         raise PoseError(f"radius is {radius} m; it must be positive and finite")
     angle = dimensions.home_theta if theta is None else float(theta)
-    time, *progress = _progress(profile, samples)
+    time, *progress = _sample_progress(profile, samples)
     turn = 2.0 * np.pi * progress[0]
     zero = np.zeros_like(turn)
     spoke = radius * np.column_stack([np.cos(turn), np.sin(turn), zero, zero])
     rim = radius * np.column_stack([-np.sin(turn), np.cos(turn), zero, zero])
     poses = np.append(middle, angle) + spoke
     slope, bend = 2.0 * np.pi * rim, -((2.0 * np.pi) ** 2) * spoke
-    return _along(time, poses, slope, bend, progress, dimensions, limits or JointLimits())
+    return _path_motion(time, poses, slope, bend, progress, dimensions, limits or JointLimits())
 
 
 def joint_move(
@@ -176,9 +176,9 @@ def joint_move(
 
     Arguments and errors as `line`. The platform leaves the straight line and its angle changes on the way.
     """
-    first, last = ends = np.stack([_row(start, "start"), _row(end, "end")])
+    first, last = ends = np.stack([_single_row(start, "start"), _single_row(end, "end")])
     check_pose(ends, dimensions, theta_limits=False)
-    time, *progress = _progress(profile, samples)
+    time, *progress = _sample_progress(profile, samples)
     q_first, q_last = inverse_kinematics(ends, dimensions)
     share, rate, growth = (values[:, None] for values in progress)
     way = q_last - q_first
@@ -186,7 +186,7 @@ def joint_move(
     pose = forward_kinematics(q, dimensions, start=first + share * (last - first))
     if np.isnan(pose).any():
         raise PoseError(f"the joint-linear move from {first.tolist()} to {last.tolist()} runs through a singularity")
-    return _stretched(time, pose, q, rate * way, growth * way, limits or JointLimits())
+    return _scale_time(time, pose, q, rate * way, growth * way, limits or JointLimits())
 
 
 def joint_deviation(
@@ -209,10 +209,10 @@ def joint_deviation(
         q_a, q_b = inverse_kinematics(a, dimensions), inverse_kinematics(b, dimensions)
         straight = a + share * (b - a)
         poses = forward_kinematics(q_a + share * (q_b - q_a), dimensions, start=straight)
-        turned = poses[..., 3] - straight[..., 3]
-        worst = np.abs(turned).argmax(axis=1)[:, None]
-        theta[piece] = np.take_along_axis(turned, worst, axis=1)[:, 0]
-        path[piece] = _off_line(poses[..., :3] - a[..., :3], (b - a)[..., :3]).max(axis=1)
+        turn = poses[..., 3] - straight[..., 3]
+        worst = np.abs(turn).argmax(axis=1)[:, None]
+        theta[piece] = np.take_along_axis(turn, worst, axis=1)[:, 0]
+        path[piece] = _line_distance(poses[..., :3] - a[..., :3], (b - a)[..., :3]).max(axis=1)
     return Deviation(theta.reshape(shape), path.reshape(shape))
 
 
@@ -235,7 +235,7 @@ def closing_time(position: ArrayLike = (0.0, 0.0, -0.2), dimensions: Dimensions 
     return travel_time(start, end, dimensions).reshape(shape)
 
 
-def _along(
+def _path_motion(
     time: Floats, poses: Floats, slope: Floats, bend: Floats, progress: list[Floats], dims: Dimensions, top: JointLimits
 ) -> PoseMotion:
     """The motion on a path, given by poses and their first two derivatives by progress, (S, 4) each.
@@ -244,24 +244,24 @@ def _along(
     """
     check_pose(poses, dims, theta_limits=False)
     q = inverse_kinematics(poses, dims)
-    rate = _rate(poses, slope, dims)
+    rate = _motor_rate(poses, slope, dims)
     # q'': the change of q' along the path, by central differences over a short way.
     step = 1e-5
-    ahead = _rate(poses + step * slope, slope + step * bend, dims)
-    behind = _rate(poses - step * slope, slope - step * bend, dims)
-    curve = (ahead - behind) / (2.0 * step)
+    forward = _motor_rate(poses + step * slope, slope + step * bend, dims)
+    backward = _motor_rate(poses - step * slope, slope - step * bend, dims)
+    curve = (forward - backward) / (2.0 * step)
     if not np.isfinite(curve).all():
         raise PoseError("the path touches the edge of the reach, where a motor would need infinite speed")
-    one, two = progress[1][:, None], progress[2][:, None]
-    return _stretched(time, poses, q, rate * one, curve * one * one + rate * two, top)
+    speed, acceleration = progress[1][:, None], progress[2][:, None]
+    return _scale_time(time, poses, q, rate * speed, curve * speed * speed + rate * acceleration, top)
 
 
-def _rate(poses: Floats, slope: Floats, dims: Dimensions) -> Floats:
+def _motor_rate(poses: Floats, slope: Floats, dims: Dimensions) -> Floats:
     """Derivative q' of the motor angles (S, 4) by progress."""
     return (inverse_jacobian(poses, dims) @ slope[..., None])[..., 0]
 
 
-def _stretched(
+def _scale_time(
     time: Floats, pose: Floats, q: Floats, speed: Floats, acceleration: Floats, limits: JointLimits
 ) -> PoseMotion:
     """The motion of duration 1, scaled in time until it just keeps the limits; a rest takes no time."""
@@ -272,7 +272,7 @@ def _stretched(
     return PoseMotion(time * duration, pose, q, speed * scale, acceleration * scale * scale)
 
 
-def _progress(profile: Profile | None, samples: int) -> tuple[Floats, Floats, Floats, Floats]:
+def _sample_progress(profile: Profile | None, samples: int) -> tuple[Floats, Floats, Floats, Floats]:
     _check_samples(samples)
     time = np.linspace(0.0, 1.0, samples)
     return time, *(profile or Profile()).sample(time)
@@ -283,16 +283,16 @@ def _check_samples(samples: int) -> None:
         raise ConfigError(f"samples is {samples}; a motion needs at least 3")
 
 
-def _row(value: ArrayLike, name: str, width: int = 4) -> Floats:
+def _single_row(value: ArrayLike, name: str, width: int = 4) -> Floats:
     shape, rows = pose_rows(value, name, width)
     if shape:
         raise PoseError(f"{name} must have shape ({width},), got {(*shape, width)}")
     return rows[0]
 
 
-def _off_line(offset: Floats, way: Floats) -> Floats:
+def _line_distance(offset: Floats, way: Floats) -> Floats:
     """Distances (N, S) [m] of points (N, S, 3) from the line through the origin along ``way`` (N, 1, 3)."""
     length = np.sqrt((way * way).sum(axis=-1, keepdims=True))
     unit = way / np.where(length > 0.0, length, 1.0)
-    beside = offset - (offset * unit).sum(axis=-1, keepdims=True) * unit
-    return np.sqrt((beside * beside).sum(axis=-1))
+    perpendicular = offset - (offset * unit).sum(axis=-1, keepdims=True) * unit
+    return np.sqrt((perpendicular * perpendicular).sum(axis=-1))

@@ -19,7 +19,18 @@ from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import JointLimits
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 
-from .cases import ANGLES, CLOSED, SAMPLES, SMOOTH, STILL, Followed, follow_motions, held, posed, random_poses
+from .cases import (
+    ANGLES,
+    CLOSED,
+    SAMPLES,
+    SMOOTH,
+    STILL,
+    SimulatedMotions,
+    follow_motions,
+    is_reachable,
+    poses_at,
+    random_poses,
+)
 from .motion import Deviation, PoseMotion, joint_deviation, joint_move, line
 
 MOVES: Final = {
@@ -50,13 +61,13 @@ Moves = Mapping[tuple[str, float], Pair]
 
 def move_findings(pairs: int = PAIRS) -> Findings:
     """Angle and path of the platform in moves of both kinds, in closed form and simulated."""
-    moves = {(name, theta): _pair(name, theta) for name in MOVES for theta in ANGLES}
-    told, done = follow_motions([motion for pair in moves.values() for motion in (pair.straight, pair.joint)])
-    joint, simulated = tuple(_joint_linear(moves)), tuple(_simulated(moves, told, done))
-    others = (_cartesian(moves), _random(pairs), _pieces(), *simulated)
+    moves = {(name, theta): _plan_pair(name, theta) for name in MOVES for theta in ANGLES}
+    commanded, record = follow_motions([motion for pair in moves.values() for motion in (pair.straight, pair.joint)])
+    joint, simulated = tuple(_joint_linear_rows(moves)), tuple(_simulation_rows(moves, commanded, record))
+    further_rows = (_cartesian_row(moves), _random_row(pairs), _pieces_row(), *simulated)
     tables = (
-        _table(joint, *(row.details["by_move"] for row in simulated)),
-        plain("Cartesian and joint-linear moves", by_quantity(others).values(), drop="leveziel/"),
+        _moves_grid(joint, *(row.details["by_move"] for row in simulated)),
+        plain("Cartesian and joint-linear moves", by_quantity(further_rows).values(), drop="leveziel/"),
     )
     data = {
         f"{name}, {np.rad2deg(theta):.0f} deg": {
@@ -67,30 +78,30 @@ def move_findings(pairs: int = PAIRS) -> Findings:
         }
         for (name, theta), pair in moves.items()
     }
-    figures = {"leveziel_moves.svg": svg(moves_figure(moves, done))}
-    return Findings((*joint, *others), {"leveziel_moves": data}, figures, tables)
+    figures = {"leveziel_moves.svg": svg(moves_figure(moves, record))}
+    return Findings((*joint, *further_rows), {"leveziel_moves": data}, figures, tables)
 
 
-def _pair(name: str, theta: float) -> Pair:
-    first, last = (posed(np.array(place), theta) for place in MOVES[name])
+def _plan_pair(name: str, theta: float) -> Pair:
+    first, last = (poses_at(np.array(place), theta) for place in MOVES[name])
     straight = line(first, last, limits=LIMITS, profile=SMOOTH, samples=SAMPLES)
     joint = joint_move(first, last, limits=LIMITS, profile=SMOOTH, samples=SAMPLES)
     return Pair(straight, joint, joint_deviation(first, last))
 
 
-def _table(joint: Iterable[Row], straight: Mapping[str, float], simulated: Mapping[str, float]) -> Grid:
+def _moves_grid(joint: Iterable[Row], straight: Mapping[str, float], simulated: Mapping[str, float]) -> Grid:
     """Table of the platform's change of angle in moves of both kinds, one text line per move and angle."""
     lines = [
         [
             f"{row.details['length_mm']:.0f} mm in {name}",
             f"{theta} deg",
             f"{straight[f'{name}, {theta} deg']:.2f} deg",
-            f"{turned:.2f} deg",
+            f"{turn:.2f} deg",
             f"{simulated[f'{name}, {theta} deg']:.2f} deg",
             f"{1e3 * row.details['path_m'][theta]:.1f} mm",
         ]
         for name, row in zip(MOVES, joint, strict=True)
-        for theta, turned in row.details["by_theta"].items()
+        for theta, turn in row.details["by_theta"].items()
     ]
     header = (
         "move", "theta", "line, simulated", "joint-linear, closed form", "joint-linear, simulated", "off the line",
@@ -98,21 +109,23 @@ def _table(joint: Iterable[Row], straight: Mapping[str, float], simulated: Mappi
     return Grid("How far a move turns the platform's halves; by the paper not at all", header, lines)
 
 
-def _cartesian(moves: Moves) -> Row:
+def _cartesian_row(moves: Moves) -> Row:
     still = max(float(np.abs(pair.straight.pose[:, 3] - theta).max()) for (_, theta), pair in moves.items())
     note = "largest change of theta in moves along lines, which hold it by construction"
     return Row.compared("leveziel/moves/cartesian", 0.0, float(np.rad2deg(still)), "deg", within=STILL, note=note)
 
 
-def _joint_linear(moves: Moves) -> Iterator[Row]:
+def _joint_linear_rows(moves: Moves) -> Iterator[Row]:
     claw = 1e3 * PROTOTYPE_BUILD.claws.length
     for name, (first, last) in MOVES.items():
-        found = {f"{np.rad2deg(a):.0f}": moves[name, a].deviation for a in ANGLES}
-        turned = {angle: float(np.rad2deg(one.theta)) for angle, one in found.items()}
-        worst = max(turned.values(), key=abs)
-        listed = ", ".join(f"{value:.2f} at {angle} deg" for angle, value in turned.items())
-        away = 1e3 * max(float(one.path) for one in found.values())
-        path = f"the path leaves the line by up to {away:.1f} mm" if away > 1e-6 else "the path stays on the line"
+        deviations = {f"{np.rad2deg(a):.0f}": moves[name, a].deviation for a in ANGLES}
+        turns = {angle: float(np.rad2deg(deviation.theta)) for angle, deviation in deviations.items()}
+        worst = max(turns.values(), key=abs)
+        listed = ", ".join(f"{value:.2f} at {angle} deg" for angle, value in turns.items())
+        distance = 1e3 * max(float(deviation.path) for deviation in deviations.values())
+        path = (
+            f"the path leaves the line by up to {distance:.1f} mm" if distance > 1e-6 else "the path stays on the line"
+        )
         length = 1e3 * float(np.linalg.norm(np.subtract(last, first)))
         note = (
             f"largest change of theta in a point-to-point motion of the motors over {length:.0f} mm in {name}: "
@@ -126,8 +139,8 @@ def _joint_linear(moves: Moves) -> Iterator[Row]:
             "deg",
             within=STILL,
             note=note,
-            by_theta=turned,
-            path_m={angle: float(one.path) for angle, one in found.items()},
+            by_theta=turns,
+            path_m={angle: float(deviation.path) for angle, deviation in deviations.items()},
             length_mm=length,
         )
 
@@ -139,69 +152,70 @@ def random_moves(count: int, seed: int = 0) -> tuple[Floats, Floats]:
     way = rng.normal(size=(len(first), 3))
     way *= rng.uniform(0.05, 0.10, (len(first), 1)) / np.linalg.norm(way, axis=1, keepdims=True)
     last = first + np.column_stack([way, np.zeros(len(first))])
-    inside = held(last)
+    inside = is_reachable(last)
     return first[inside][:count], last[inside][:count]
 
 
-def _random(pairs: int) -> Row:
+def _random_row(pairs: int) -> Row:
     first, last = random_moves(pairs)
-    found = joint_deviation(first, last)
-    turned, path = np.rad2deg(np.abs(found.theta)), 1e3 * found.path
+    deviation = joint_deviation(first, last)
+    turns, path = np.rad2deg(np.abs(deviation.theta)), 1e3 * deviation.path
     note = (
         f"median over {len(first):,} random moves of 50 to 100 mm in the reduced workspace, theta -60 to -30 deg, seed "
-        f"0: one in twenty changes theta by more than {np.quantile(turned, 0.95):.1f} deg; the path leaves the line by "
+        f"0: one in twenty changes theta by more than {np.quantile(turns, 0.95):.1f} deg; the path leaves the line by "
         f"{np.median(path):.1f} mm, one in twenty by more than {np.quantile(path, 0.95):.1f} mm"
     )
-    details = {"quantile_95_deg": float(np.quantile(turned, 0.95)), "path_median_m": 1e-3 * float(np.median(path))}
-    median = float(np.median(turned))
+    details = {"quantile_95_deg": float(np.quantile(turns, 0.95)), "path_median_m": 1e-3 * float(np.median(path))}
+    median = float(np.median(turns))
     return Row.ours("leveziel/moves/joint-linear-anywhere", median, "deg", beside=0.0, note=note, **details)
 
 
-def _pieces() -> Row:
+def _pieces_row() -> Row:
     """Row with the change of theta when the worst move is cut into several shorter moves."""
-    first, last = (posed(np.array(place), CLOSED) for place in MOVES["z"])
+    first, last = (poses_at(np.array(place), CLOSED) for place in MOVES["z"])
     vias = {str(count): np.linspace(first, last, count + 1) for count in PIECES}
-    left = {n: float(np.rad2deg(np.abs(joint_deviation(v[:-1], v[1:]).theta).max())) for n, v in vias.items()}
-    listed = ", ".join(f"{value:.2f} deg with {count}" for count, value in left.items())
+    turns = {n: float(np.rad2deg(np.abs(joint_deviation(v[:-1], v[1:]).theta).max())) for n, v in vias.items()}
+    listed = ", ".join(f"{value:.2f} deg with {count}" for count, value in turns.items())
     note = (
         f"largest change of theta over 50 mm in z at -60 deg, cut into {PIECES[-1]} joint-linear moves alike; {listed}"
     )
-    return Row.ours("leveziel/moves/joint-linear-in-pieces", left[str(PIECES[-1])], "deg", note=note, by_pieces=left)
+    return Row.ours("leveziel/moves/joint-linear-in-pieces", turns[str(PIECES[-1])], "deg", note=note, by_pieces=turns)
 
 
-def _simulated(moves: Moves, told: Floats, done: Followed) -> Iterator[Row]:
-    turned = np.rad2deg(done.pose[..., 3] - told[:, :1, 3])
-    worst = np.take_along_axis(turned, np.abs(turned).argmax(axis=1)[:, None], axis=1)[:, 0]
-    away = 1e3 * np.linalg.norm(done.pose[:, :-1, :3] - told[:, 1:, :3], axis=-1).max(axis=1)
+def _simulation_rows(moves: Moves, commanded: Floats, record: SimulatedMotions) -> Iterator[Row]:
+    turns = np.rad2deg(record.pose[..., 3] - commanded[:, :1, 3])
+    worst = np.take_along_axis(turns, np.abs(turns).argmax(axis=1)[:, None], axis=1)[:, 0]
+    distances = 1e3 * np.linalg.norm(record.pose[:, :-1, :3] - commanded[:, 1:, :3], axis=-1).max(axis=1)
     names = [f"{name}, {np.rad2deg(theta):.0f} deg" for name, theta in moves]
     closed = np.array([float(np.rad2deg(pair.deviation.theta)) for pair in moves.values()])
-    torque = float(np.abs(done.torque).max())
+    torque = float(np.abs(record.torque).max())
     straight, joint = worst[0::2], worst[1::2]
-    most = int(np.abs(joint).argmax())
+    worst_move = int(np.abs(joint).argmax())
     gap = float(np.abs(joint - closed).max())
     along = (
         f"largest change of theta in {len(names)} moves along lines by the robot in MuJoCo, motors at up to 70 rpm and "
-        f"empty claws; the path stays within {away[0::2].max():.2f} mm, torque below {torque:.1f} N m"
+        f"empty claws; the path stays within {distances[0::2].max():.2f} mm, torque below {torque:.1f} N m"
     )
     turning = (
-        f"largest change of theta in {len(names)} joint-linear moves by the robot in MuJoCo, {names[most]}; {gap:.2f} "
+        f"largest change of theta in {len(names)} joint-linear moves by the robot in MuJoCo, {names[worst_move]}; "
+        f"{gap:.2f} "
         "deg off the closed form at most"
     )
-    for kind, found, by_move, note, further in (
+    for kind, figure, by_move, note, further in (
         ("cartesian", float(np.abs(straight).max()), straight, along, {"torque": torque}),
-        ("joint-linear", float(joint[most]), joint, turning, {"gap": gap}),
+        ("joint-linear", float(joint[worst_move]), joint, turning, {"gap": gap}),
     ):
         details = {"by_move": dict(zip(names, by_move.tolist(), strict=True)), **further}
-        yield Row.compared(f"leveziel/simulated/{kind}", 0.0, found, "deg", within=STILL, note=note, **details)
+        yield Row.compared(f"leveziel/simulated/{kind}", 0.0, figure, "deg", within=STILL, note=note, **details)
 
 
-def beside(points: Floats, first: Floats, last: Floats) -> Floats:
+def line_distance(points: Floats, first: Floats, last: Floats) -> Floats:
     """Distances (S,) [m] of points (S, 3) from the line through the points ``first`` and ``last``."""
     way = (last - first) / np.linalg.norm(last - first)
     return np.linalg.norm(np.cross(points - first, way), axis=1)
 
 
-def moves_figure(moves: Moves, done: Followed) -> Figure:
+def moves_figure(moves: Moves, record: SimulatedMotions) -> Figure:
     """Drawing of the halves' angle and of the distance from the line over time, with the gripper closed."""
     figure, (angle, path) = subplots(1, 2, (11.0, 4.2), sharex=True)
     dots: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 2.5}
@@ -213,11 +227,14 @@ def moves_figure(moves: Moves, done: Followed) -> Figure:
             (row, "line", pair.straight, "--"),
             (row + 1, "joint-linear", pair.joint, "-"),
         ):
-            seen = np.flatnonzero(done.time <= motion.duration)[::20]
-            told: dict[str, Any] = {"linestyle": style, "label": f"{name}, {kind}"}
-            for time, pose, look in ((motion.time, motion.pose, told), (done.time[seen], done.pose[way, seen], dots)):
+            samples = np.flatnonzero(record.time <= motion.duration)[::20]
+            options: dict[str, Any] = {"linestyle": style, "label": f"{name}, {kind}"}
+            for time, pose, look in (
+                (motion.time, motion.pose, options),
+                (record.time[samples], record.pose[way, samples], dots),
+            ):
                 angle.plot(1e3 * time, np.rad2deg(pose[:, 3]), color=COLOURS[k], **look)
-                path.plot(1e3 * time, 1e3 * beside(pose[:, :3], first, last), color=COLOURS[k], **look)
+                path.plot(1e3 * time, 1e3 * line_distance(pose[:, :3], first, last), color=COLOURS[k], **look)
     angle.plot([], [], color="gray", label="in MuJoCo", **dots)
     dress(angle, "time [ms]", "angle of the platform's halves θ [°]")
     dress(path, "time [ms]", "distance from the straight line [mm]")

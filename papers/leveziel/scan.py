@@ -86,14 +86,14 @@ def scan_workspace(
     if not np.isfinite(angle):
         raise ConfigError(f"theta is {angle}; it must be finite")
     x, y, z = _axes(step, dimensions)
-    found: list[Floats] = []
+    parts: list[Floats] = []
     # Whole columns of z at a time, so that the whole grid is never in memory.
     for piece in pieces(x.size * y.size, max(1, CHUNK // z.size)):
         i, j = np.divmod(np.arange(piece.start, piece.stop, dtype=np.int64), y.size)
         position = np.stack([np.repeat(x[i], z.size), np.repeat(y[j], z.size), np.tile(z, i.size)])
-        inside = _reached(_arms(position, angle, dimensions), dimensions, reduced)
-        found.append(position[:, inside].T)
-    return Workspace(np.concatenate(found), float(angle), float(step))
+        inside = _is_reachable(_arms(position, angle, dimensions), dimensions, reduced)
+        parts.append(position[:, inside].T)
+    return Workspace(np.concatenate(parts), float(angle), float(step))
 
 
 def tau_hull(
@@ -126,7 +126,7 @@ def tau_hull(
         position = columns(rows[piece])
         for t, angle in enumerate(angles):
             arms = _arms(position, float(angle), dimensions)
-            inside = _reached(arms, dimensions, reduced)
+            inside = _is_reachable(arms, dimensions, reduced)
             values = arms_tau(arms)
             low[t] = min(low[t], np.min(values, where=inside, initial=np.inf))
             high[t] = max(high[t], np.max(values, where=inside, initial=-np.inf))
@@ -147,7 +147,7 @@ def _arms(position: Floats, theta: float, dims: Dimensions) -> Arms:
     return solve_arms(np.concatenate([position, np.full((1, position.shape[1]), theta)]), dims)
 
 
-def _reached(arms: Arms, dims: Dimensions, reduced: bool) -> Bools:
+def _is_reachable(arms: Arms, dims: Dimensions, reduced: bool) -> Bools:
     """Whether the robot reaches each position, within the motors' strokes if ``reduced``."""
     if reduced:
         return within_strokes(np.arctan2(arms.sin, arms.cos), dims)

@@ -16,16 +16,16 @@ from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
 from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.metrics import wilson
 from agents.ground.tables import Grid
-from agents.judging.loop import held_out, practise
+from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import Throws, summary
 from agents.reproduce.finding import Findings, Overview, Row
 from agents.reproduce.grids import JsonRow, Rows, below, number, plain
-from pnt_gym.arrays import Floats, joined
+from pnt_gym.arrays import Floats, concatenate_records
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.planner import TossPlanner
 from pnt_gym.planning.motion.ballistics import landing_point
 
-from .cases import called
+from .cases import item_label
 
 ENV: Final = "GripperToss-v0"
 ROWS: Final = 16
@@ -60,7 +60,7 @@ RANGE: Final = (-0.012, 0.050)
 """Range of release times that is drawn, after the planned release time [s]."""
 
 
-class Judged(NamedTuple):
+class HeldOutThrows(NamedTuple):
     """Held-out throws of one controller after a number of practice throws, seed by seed."""
 
     level: str
@@ -69,80 +69,87 @@ class Judged(NamedTuple):
     by_seed: list[Throws]
 
 
-def planner_findings(levels: Sequence[str] = LEVELS, seeds: Sequence[int] = SEEDS, held: int = HELD) -> Findings:
+def planner_findings(levels: Sequence[str] = LEVELS, seeds: Sequence[int] = SEEDS, throws: int = HELD) -> Findings:
     """Success of the planner and of the oracle, which do not learn, on every level."""
-    cycles, found = list[int](), list[Row]()
+    cycles, rows = list[int](), list[Row]()
     for level in levels:
         with closing(make_vector(ENV, level, ROWS, threads=1)) as env:
-            for name, what in PLANNERS.items():
-                found += [_row(one, seeds, env, what) for one in _judged(name, env, level, (0,), seeds, held, cycles)]
-    return Findings((*found, _endurance("planner", cycles)))
+            for name, description in PLANNERS.items():
+                rows += [
+                    _toss_row(result, seeds, env, description)
+                    for result in _evaluate(name, env, level, (0,), seeds, throws, cycles)
+                ]
+    return Findings((*rows, _endurance_row("planner", cycles)))
 
 
 def learner_findings(
-    name: str, stages: Mapping[str, Sequence[int]], seeds: Sequence[int] = SEEDS, held: int = HELD
+    name: str, stages: Mapping[str, Sequence[int]], seeds: Sequence[int] = SEEDS, throws: int = HELD
 ) -> Findings:
     """Success of a learner at each stage of its practice on every level, and a drawing of its releases."""
-    cycles, found, figures = list[int](), list[Row](), dict[str, str]()
+    cycles, rows, figures = list[int](), list[Row](), dict[str, str]()
     for level, counts in stages.items():
         with closing(make_vector(ENV, level, ROWS, threads=1)) as env:
-            for one in _judged(name, env, level, counts, seeds, held, cycles):
-                found.append(_row(one, seeds, env, f"{name} after {one.practice:,} throws of practice"))
-                if (one.level, one.controller, one.practice) == DRAWN:
-                    (before,) = _judged("analytic", env, level, (0,), seeds, held, cycles)
-                    title = f"{name.replace('_', ' ')}, {one.practice} throws"
-                    panels = {"the planner alone": joined(before.by_seed), title: joined(one.by_seed)}
+            for result in _evaluate(name, env, level, counts, seeds, throws, cycles):
+                rows.append(_toss_row(result, seeds, env, f"{name} after {result.practice:,} throws of practice"))
+                if (result.level, result.controller, result.practice) == DRAWN:
+                    (before,) = _evaluate("analytic", env, level, (0,), seeds, throws, cycles)
+                    title = f"{name.replace('_', ' ')}, {result.practice} throws"
+                    panels = {
+                        "the planner alone": concatenate_records(before.by_seed),
+                        title: concatenate_records(result.by_seed),
+                    }
                     figures["leveziel_release.svg"] = svg(release_figure(panels, core_of(env).config))
-    return Findings((*found, _endurance(name, cycles)), {}, figures)
+    return Findings((*rows, _endurance_row(name, cycles)), {}, figures)
 
 
-def _judged(
-    name: str, env: Env, level: str, counts: Sequence[int], seeds: Sequence[int], held: int, cycles: list[int]
-) -> list[Judged]:
-    found = [Judged(level, name, count, []) for count in counts]
+def _evaluate(
+    name: str, env: Env, level: str, counts: Sequence[int], seeds: Sequence[int], throws: int, cycles: list[int]
+) -> list[HeldOutThrows]:
+    results = [HeldOutThrows(level, name, count, []) for count in counts]
     controller = make_controller(name, env)
     for seed in seeds:
         controller.reset(seed)
-        done = 0
-        for one in found:
-            practise(controller, env, one.practice - done, seed, start=done, progress=cycles.append)
-            done = one.practice
-            one.by_seed.append(held_out(controller, env, held, seed, progress=cycles.append))
-    return found
+        completed = 0
+        for result in results:
+            practise(controller, env, result.practice - completed, seed, start=completed, progress=cycles.append)
+            completed = result.practice
+            result.by_seed.append(throw_held_out(controller, env, throws, seed, progress=cycles.append))
+    return results
 
 
-def _row(judged: Judged, seeds: Sequence[int], env: Env, what: str) -> Row:
+def _toss_row(result: HeldOutThrows, seeds: Sequence[int], env: Env, description: str) -> Row:
     """Row with the success of one controller, and with landing errors and release times as details."""
-    throws, names = joined(judged.by_seed), map(called, core_of(env).item_names)
+    throws, names = concatenate_records(result.by_seed), map(item_label, core_of(env).item_names)
     figures = summary(throws)
-    missed = cast(float, figures["landing_error_mean_m"])
+    miss = cast(float, figures["landing_error_mean_m"])
     rate = wilson(int(throws.is_success.sum()), len(throws))
     by_item = {name: throws.item == k for k, name in enumerate(names)}
-    delay = {name: throws.error[mine, 2] for name, mine in by_item.items() if mine.any()}
+    delay = {name: throws.error[is_item, 2] for name, is_item in by_item.items() if is_item.any()}
     late = ", ".join(f"{name} {1e3 * times.mean():.1f} +- {1e3 * times.std():.1f} ms" for name, times in delay.items())
-    stage = f"{judged.controller}-{judged.practice}" if judged.practice > 0 else judged.controller
+    stage = f"{result.controller}-{result.practice}" if result.practice > 0 else result.controller
     note = (
-        f"of {len(throws)} held-out throws cross their compartment's opening and come to lie in it, by {what}; level "
-        f"{judged.level}, seeds {', '.join(map(str, seeds))}, 95 % interval {100.0 * rate.low:.1f} to "
-        f"{100.0 * rate.high:.1f} %. Landing error {1e3 * missed:.1f} mm on average; objects come free against the "
+        f"of {len(throws)} held-out throws cross their compartment's opening and come to lie in it, by {description}; "
+        "level "
+        f"{result.level}, seeds {', '.join(map(str, seeds))}, 95 % interval {100.0 * rate.low:.1f} to "
+        f"{100.0 * rate.high:.1f} %. Landing error {1e3 * miss:.1f} mm on average; objects come free against the "
         f"plan: {late}"
     )
     return Row.ours(
-        f"leveziel/toss/{judged.level}/{stage}",
+        f"leveziel/toss/{result.level}/{stage}",
         100.0 * rate.value,
         "%",
         note=note,
-        level=judged.level,
-        controller=judged.controller,
-        practice=judged.practice,
+        level=result.level,
+        controller=result.controller,
+        practice=result.practice,
         throws=len(throws),
         success_low=100.0 * rate.low,
         success_high=100.0 * rate.high,
-        success_by_seed=[100.0 * float(t.is_success.mean()) for t in judged.by_seed],
+        success_by_seed=[100.0 * float(t.is_success.mean()) for t in result.by_seed],
         success_by_item={n: 100.0 * float(throws.is_success[m].mean()) for n, m in by_item.items() if m.any()},
         landing_error_m=figures["landing_error_mean_m"],
         landing_error_p95_m=figures["landing_error_p95_m"],
-        landing_error_by_seed_m=[float(np.nanmean(t.landing_error)) for t in judged.by_seed],
+        landing_error_by_seed_m=[float(np.nanmean(t.landing_error)) for t in result.by_seed],
         release_delay_s={name: float(times.mean()) for name, times in delay.items()},
         release_delay_spread_s={name: float(times.std()) for name, times in delay.items()},
         release_delay_error_s=float(np.abs(throws.error[:, 2]).mean()),
@@ -151,7 +158,7 @@ def _row(judged: Judged, seeds: Sequence[int], env: Env, what: str) -> Row:
     )
 
 
-def _endurance(part: str, cycles: Sequence[int]) -> Row:
+def _endurance_row(part: str, cycles: Sequence[int]) -> Row:
     note = (
         "cycles of grip, lift, toss and landing without a single warning of the physics engine, which would have "
         "stopped the reproduction; counted are the throws of practice and evaluation of this part, not the previews of "
@@ -166,12 +173,14 @@ def toss_overview(rows: Rows) -> Overview:
     cycles = below(rows, "leveziel/endurance").values()
     endurance = plain("Cycles without a warning", cycles, verdict=False, drop="leveziel/")
     curves = {level: [row for row in tosses if row["level"] == level] for level in CURVES}
-    curves = {level: mine for level, mine in curves.items() if any(row["practice"] > 0 for row in mine)}
+    curves = {
+        level: level_rows for level, level_rows in curves.items() if any(row["practice"] > 0 for row in level_rows)
+    }
     figures = {"leveziel_toss.svg": svg(learning_figure(curves))} if curves else {}
-    return Overview({"tosses": _table(tosses), "endurance": endurance}, figures=figures)
+    return Overview({"tosses": _toss_grid(tosses), "endurance": endurance}, figures=figures)
 
 
-def _table(tosses: Sequence[JsonRow]) -> Grid:
+def _toss_grid(tosses: Sequence[JsonRow]) -> Grid:
     """Table with one text line per level, controller and number of practice throws."""
     lines = [
         [
@@ -200,7 +209,7 @@ def release_figure(panels: Mapping[str, Throws], config: GripperConfig) -> Figur
     for panel, (name, throws) in zip(axes, panels.items(), strict=True):
         for k, item in enumerate(config.items):
             panel.plot(MILLI * times, MILLI * landings[k], color="gray", linewidth=1)
-            _dots(panel, throws, k, called(item))
+            _draw_dots(panel, throws, k, item_label(item))
         for side in (-0.5, 0.5):
             panel.axhline(side * MILLI * config.tray.opening[0], color="black", linestyle="--", linewidth=1)
         brake = MILLI * config.motion.after
@@ -215,11 +224,11 @@ def release_figure(panels: Mapping[str, Throws], config: GripperConfig) -> Figur
     return figure
 
 
-def _dots(panel: Axes, throws: Throws, item: int, name: str) -> None:
-    for done, marker, line, label in ((True, "o", 0, name), (False, "x", 1, f"{name}, missed")):
-        rows = (throws.item == item) & (throws.is_success == done)
+def _draw_dots(panel: Axes, throws: Throws, item: int, name: str) -> None:
+    for success, marker, line, label in ((True, "o", 0, name), (False, "x", 1, f"{name}, missed")):
+        rows = (throws.item == item) & (throws.is_success == success)
         if rows.any():
-            x, y = MILLI * throws.error[rows, 2], MILLI * throws.told["landing_along"][rows]
+            x, y = MILLI * throws.error[rows, 2], MILLI * throws.info["landing_along"][rows]
             panel.scatter(x, y, s=14, marker=marker, color=COLOURS[item], linewidths=line, label=label)
 
 
@@ -250,10 +259,10 @@ def learning_figure(levels: dict[str, list[JsonRow]]) -> Figure:
     for column, (level, rows) in enumerate(levels.items()):
         upper, lower = axes[column], axes[column + len(levels)]
         for name, colour in colours.items():
-            mine = sorted((row for row in rows if row["controller"] == name), key=lambda row: row["practice"])
-            if mine:
-                _curve(upper, mine, "success_by_seed", 1.0, colour)
-                _curve(lower, mine, "landing_error_by_seed_m", 1e3, colour)
+            curve = sorted((row for row in rows if row["controller"] == name), key=lambda row: row["practice"])
+            if curve:
+                _draw_curve(upper, curve, "success_by_seed", 1.0, colour)
+                _draw_curve(lower, curve, "landing_error_by_seed_m", 1e3, colour)
         dress(upper, "", "" if column else "held-out throws that succeed [%]", f"level {level}")
         up = "" if column else "landing error, mean [mm]"
         dress(lower, "throws of practice", up, xscale="log", yscale="log")
@@ -266,7 +275,7 @@ def learning_figure(levels: dict[str, list[JsonRow]]) -> Figure:
     return figure
 
 
-def _curve(panel: Axes, rows: list[JsonRow], entry: str, unit: float, colour: str) -> None:
+def _draw_curve(panel: Axes, rows: list[JsonRow], entry: str, unit: float, colour: str) -> None:
     """Draw mean and range over the seeds; a horizontal line for a controller that does not learn."""
     values = [unit * np.array(row[entry], dtype=float) for row in rows]
     name = str(rows[0]["controller"])

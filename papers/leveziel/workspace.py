@@ -12,7 +12,7 @@ import numpy as np
 
 from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.robots.gripper import inverse_kinematics, kappa, singular_angle, singularity
 
@@ -24,10 +24,10 @@ from .cases import (
     PAPER_STEP,
     PIXEL,
     SIDE,
-    held,
-    lowest,
+    is_reachable,
+    lowest_pose,
     millimetres,
-    posed,
+    poses_at,
     reduced,
 )
 from .scan import scan_workspace
@@ -73,11 +73,17 @@ class Section(NamedTuple):
 def workspace_findings(step: float = PAPER_STEP, pixel: float = PIXEL) -> Findings:
     """Sections and shares of kappa at -45 deg, the number of positions, and singular positions."""
     sections = {name: section(name, HOME_THETA, pixel) for name in PLANES}
-    rows = (*_size(step), *_kappa(step), *_shares(sections), _positive(step, pixel), *_singularities(step))
-    figures = {"leveziel_workspace.svg": sections_figure(sections), "leveziel_theta.svg": turned_figure(2.0 * pixel)}
+    rows = (
+        *_size_rows(step),
+        *_kappa_rows(step),
+        *_share_rows(sections),
+        _positive_angle_row(step, pixel),
+        *_singularity_rows(step),
+    )
+    figures = {"leveziel_workspace.svg": sections_figure(sections), "leveziel_theta.svg": angles_figure(2.0 * pixel)}
     space = reduced(step)
     data = {"step": step, "positions": len(space.positions), "extent": space.extent.tolist()}
-    return listed("Workspace and manipulability", rows, figures, {"leveziel_workspace": data}, drop="leveziel/")
+    return table_findings("Workspace and manipulability", rows, figures, {"leveziel_workspace": data}, drop="leveziel/")
 
 
 def section(name: str, theta: float, pixel: float) -> Section:
@@ -86,8 +92,8 @@ def section(name: str, theta: float, pixel: float) -> Section:
     positions = np.tile(np.array(CENTRE), (across.size, up.size, 1))
     first, second = PLANES[name]
     positions[..., first], positions[..., second] = across[:, None], up[None, :]
-    poses = posed(positions, theta)
-    return Section(across, up, kappa(poses), np.isfinite(inverse_kinematics(poses)[..., 0]), held(poses))
+    poses = poses_at(positions, theta)
+    return Section(across, up, kappa(poses), np.isfinite(inverse_kinematics(poses)[..., 0]), is_reachable(poses))
 
 
 def _axis(coordinate: int, pixel: float) -> Floats:
@@ -95,18 +101,19 @@ def _axis(coordinate: int, pixel: float) -> Floats:
     return pixel * np.arange(round(low / pixel), round(high / pixel) + 1, dtype=np.float64)
 
 
-def _size(step: float) -> Iterator[Row]:
+def _size_rows(step: float) -> Iterator[Row]:
     space = reduced(step)
     full = scan_workspace(step, reduced=False)
     counts = {f"{1e3 * s:g} mm": len(reduced(s).positions) for s in ROUND_STEPS}
-    other = {
+    counts_elsewhere = {
         f"{1e3 * s:g} mm, {degrees} deg": len(scan_workspace(s, np.deg2rad(degrees)).positions)
         for s, degrees in ((0.0045, -60), (0.0048, -30), (0.005, 0))
     }
     ends = zip("xyz", *(1e3 * space.extent), strict=True)
     note = (
         f"positions of the reduced workspace at -45 deg with a step of {1e3 * step:.2f} mm; neither step nor angle is "
-        f"printed, and round steps give {_listed(counts)} at -45 deg and {_listed(other)} elsewhere"
+        f"printed, and round steps give {_format_counts(counts)} at -45 deg and {_format_counts(counts_elsewhere)} "
+        "elsewhere"
     )
     yield Row.missing(
         "leveziel/workspace/positions",
@@ -116,7 +123,7 @@ def _size(step: float) -> Iterator[Row]:
         reproduced=float(len(space.positions)),
         note=note,
         counts=counts,
-        counts_at_other_angles=other,
+        counts_at_other_angles=counts_elsewhere,
     )
     note = (
         f"of the reduced workspace at -45 deg, {100.0 * space.volume / full.volume:.0f} % of the full one below the "
@@ -133,14 +140,14 @@ def _size(step: float) -> Iterator[Row]:
     )
 
 
-def _listed(counts: dict[str, int]) -> str:
+def _format_counts(counts: dict[str, int]) -> str:
     return ", ".join(f"{count:,} ({name})" for name, count in counts.items())
 
 
-def _kappa(step: float) -> Iterator[Row]:
+def _kappa_rows(step: float) -> Iterator[Row]:
     values = kappa(reduced(step).poses)
-    least, most = float(values.min()), float(values.max())
-    tip, anywhere = lowest(kappa, HOME_THETA)
+    least, largest = float(values.min()), float(values.max())
+    tip, anywhere = lowest_pose(kappa, HOME_THETA)
     share = float(100.0 * (values > GOOD).mean())
     note = f"at -45 deg over the {len(values):,} positions of the reduced workspace"
     yield Row.compared("leveziel/fig-5/smallest-kappa", BOUND, least, "-", holds=least > LEAST, note=note)
@@ -159,11 +166,11 @@ def _kappa(step: float) -> Iterator[Row]:
     )
     note = "share of the reduced workspace at -45 deg, by volume, where kappa exceeds 0.5"
     yield Row.compared(
-        "leveziel/fig-5/over-0.5", "majority", share, "%", holds=share > MAJORITY, note=note, largest=most
+        "leveziel/fig-5/over-0.5", "majority", share, "%", holds=share > MAJORITY, note=note, largest=largest
     )
 
 
-def _shares(sections: Mapping[str, Section]) -> Iterator[Row]:
+def _share_rows(sections: Mapping[str, Section]) -> Iterator[Row]:
     for name, cut in sections.items():
         values = cut.kappa[cut.reduced]
         share = float(100.0 * (values > GOOD).mean())
@@ -180,7 +187,7 @@ def _shares(sections: Mapping[str, Section]) -> Iterator[Row]:
         )
 
 
-def _positive(step: float, pixel: float) -> Row:
+def _positive_angle_row(step: float, pixel: float) -> Row:
     quarter, negative = float(np.deg2rad(45.0)), (-90.0, -75.0, -60.0, -45.0, -30.0, -15.0)
     smallest = {f"{a:.0f}": float(kappa(reduced(2.0 * step, float(np.deg2rad(a))).poses).min()) for a in negative}
     dead = float(kappa(reduced(step, quarter).poses).min())
@@ -204,7 +211,7 @@ def _positive(step: float, pixel: float) -> Row:
     )
 
 
-def _singularities(step: float) -> Iterator[Row]:
+def _singularity_rows(step: float) -> Iterator[Row]:
     angles = singular_angle(reduced(step).positions)
     poses = np.column_stack([reduced(step).positions, angles])[np.isfinite(angles)]
     place, first = first_singular()
@@ -219,7 +226,7 @@ def _singularities(step: float) -> Iterator[Row]:
     yield Row.compared(
         "leveziel/video/first-singular-angle",
         45.0,
-        float(np.rad2deg(poses[held(poses), 3].min())),
+        float(np.rad2deg(poses[is_reachable(poses), 3].min())),
         "deg",
         within=AROUND,
         note=note,
@@ -238,7 +245,7 @@ def first_singular() -> tuple[Floats, float]:
     low, high, pose = HOME_THETA, float(np.deg2rad(60.0)), np.full(4, np.nan)
     while high - low > 1e-7:
         middle = 0.5 * (low + high)
-        worst, value = lowest(lambda poses: singularity(poses).value, middle)
+        worst, value = lowest_pose(lambda poses: singularity(poses).value, middle)
         low, high = (low, middle) if value <= 0.0 else (middle, high)
         pose = worst if value <= 0.0 else pose
     return pose, high
@@ -249,34 +256,34 @@ def sections_figure(sections: Mapping[str, Section]) -> Figure:
     figure, axes = subplots(1, 3, (13.0, 4.6))
     image = None
     for panel, (name, cut) in zip(axes, sections.items(), strict=True):
-        image = _kappa_map(panel, cut)
+        image = _draw_kappa_map(panel, cut)
         across, up = name.split("-")
         dress(panel, f"{across} [mm]", f"{up} [mm]", f"{name} section at {WHERE[name]}")
         panel.grid(visible=False)
-    _legends(figure, image, axes)
+    _draw_legends(figure, image, axes)
     figure.suptitle("inverse condition number κ at θ = -45°; pale where only the strokes forbid the pose", fontsize=11)
     return figure
 
 
-def turned_figure(pixel: float) -> Figure:
+def angles_figure(pixel: float) -> Figure:
     """Drawing of two sections at other angles (the paper's video)."""
     count = len(TURNED)
     figure, axes = subplots(2, count, (2.6 * count, 5.2), sharey="row")
     image = None
     for k, degrees in enumerate(TURNED):
         for panel, name in ((axes[k], "x-y"), (axes[count + k], "y-z")):
-            image = _kappa_map(panel, section(name, float(np.deg2rad(degrees)), pixel))
+            image = _draw_kappa_map(panel, section(name, float(np.deg2rad(degrees)), pixel))
             panel.set_xlabel(f"{name[0]} [mm]", fontsize=9)
             panel.tick_params(labelsize=8)
         axes[k].set_title(f"θ = {degrees:.0f}°", fontsize=10)
     axes[0].set_ylabel("y [mm], z = -200 mm", fontsize=9)
     axes[count].set_ylabel("z [mm], x = 0", fontsize=9)
-    _legends(figure, image, axes)
+    _draw_legends(figure, image, axes)
     figure.suptitle("κ over the angle of the platform's halves", fontsize=11)
     return figure
 
 
-def _kappa_map(axes: Axes, cut: Section) -> Any:
+def _draw_kappa_map(axes: Axes, cut: Section) -> Any:
     """Draw kappa in colours, pale where the strokes forbid the pose, and the boundaries of both workspaces."""
     across, up, half = 1e3 * cut.across, 1e3 * cut.up, 0.5e3 * cut.pixel
     extent = (across[0] - half, across[-1] + half, up[0] - half, up[-1] + half)
@@ -290,7 +297,7 @@ def _kappa_map(axes: Axes, cut: Section) -> Any:
     return image
 
 
-def _legends(figure: Figure, image: Any, axes: list[Axes]) -> None:
+def _draw_legends(figure: Figure, image: Any, axes: list[Axes]) -> None:
     """Draw the legends of the colours and of the boundaries."""
     from matplotlib.lines import Line2D  # noqa: PLC0415 - heavy, needed for drawings only
 

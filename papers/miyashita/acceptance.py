@@ -15,7 +15,7 @@ from pnt_gym.cells.one_joint.planner import ThrowPlanner
 from pnt_gym.cells.one_joint.tasks import job_of
 from pnt_gym.planning.one_joint import plan_throws
 from pnt_gym.planning.one_joint.flight import landing_jacobian
-from pnt_gym.planning.one_joint.grasp import braking
+from pnt_gym.planning.one_joint.grasp import braking_acceleration
 
 from .cases import (
     ANGLE,
@@ -25,18 +25,18 @@ from .cases import (
     POSITION,
     SPEED,
     TRIALS,
-    Learned,
+    LearningRecord,
     Misses,
-    Thrower,
-    drawn_goals,
+    SimulatedThrower,
+    config_with_delay,
+    delay_name,
+    draw_cell_goals,
     feasible_goals,
     has_plan,
-    late,
     learn,
     misses,
-    named,
     percent,
-    rounded,
+    round_values,
 )
 
 GAINS: Final = {
@@ -58,9 +58,9 @@ NUDGE: Final = np.array([0.002, 0.002, 0.01, 0.01])
 class Slopes(NamedTuple):
     """Derivatives of the measured state by the virtual goal, at N goals without scatter."""
 
-    three: Floats
+    across: Floats
     """Slopes across the flight in rising order (N, 3); the slope along the flight is 0, as the nearest state counts."""
-    first: Floats
+    first_error: Floats
     """Position error of the first throw (N,) [m]."""
 
 
@@ -70,53 +70,57 @@ def acceptance_findings(delay: float, goals: int = GOALS, repeats: int = REPEATS
     The goals are the goals of OneJointThrow-v0, and goals of random releases for which the planner finds a motion. The
     arm cannot reach some of the latter when the delay has to be made up for.
     """
-    goal, anywhere = drawn_goals(goals), feasible_goals(goals)[0]
+    goal, anywhere = draw_cell_goals(goals), feasible_goals(goals)[0]
     sets = [*((f"K-{name}", goal, gain) for name, gain in GAINS.items()), ("any-release", anywhere, GAINS[FALLING])]
     case = np.tile(np.arange(goals), len(sets))
-    every = np.concatenate([own for _, own, _ in sets])
+    all_goals = np.concatenate([goal_set for _, goal_set, _ in sets])
     gains = np.repeat(np.array([gain for _, _, gain in sets]).T, goals, axis=1)
-    config = late(delay)
-    learned = learn(Thrower(config, case.tolist()), every, gains)
+    config = config_with_delay(delay)
+    learned = learn(SimulatedThrower(config, case.tolist()), all_goals, gains)
     planner = ThrowPlanner(config, job_of(config))
     virtual = learned.virtual[-1].reshape(len(sets), goals, 4)
-    slopes = measured_slopes(delay, goal, virtual[list(GAINS).index(FALLING)])
+    slopes = response_slopes(delay, goal, virtual[list(GAINS).index(FALLING)])
     rows: list[Row] = []
-    for k, (name, own, gain) in enumerate(sets):
-        mine, why = slice(k * goals, (k + 1) * goals), gain_note(slopes, gain[0]) if len(set(gain)) == 1 else ""
-        rows.append(_row(f"{named(delay)}/{name}", learned, mine, planner.has_reserve(own, delay), why))
+    for k, (name, goal_set, gain) in enumerate(sets):
+        span, gain_text = slice(k * goals, (k + 1) * goals), gain_note(slopes, gain[0]) if len(set(gain)) == 1 else ""
+        rows.append(
+            _acceptance_row(
+                f"{delay_name(delay)}/{name}", learned, span, planner.has_reserve(goal_set, delay), gain_text
+            )
+        )
     best = max(range(len(GAINS)), key=lambda k: float(rows[k].reproduced or 0.0))
     rows += _scatter_rows(delay, goal, virtual[best], list(GAINS)[best], repeats)
     return Findings((*rows, *slope_rows(delay, slopes)))
 
 
-def _within(found: Misses) -> Bools:
+def _within_bounds(norms: Misses) -> Bools:
     """Whether errors are within the paper's bounds of position and vertical speed."""
-    return (found.position < POSITION) & (found.speed < SPEED)
+    return (norms.position < POSITION) & (norms.speed < SPEED)
 
 
-def _row(name: str, learned: Learned, mine: slice, reserve: Bools, why: str) -> Row:
-    """Row with the share of learned goals of the rows `mine`; `reserve` marks goals within the arm's limits."""
-    seen, true = misses(learned.measured[-1, mine]), misses(learned.true[-1, mine])
-    good = _within(seen)
-    once = np.any(_within(misses(learned.measured[:, mine])), axis=0)
-    lost = ~good & (learned.guarded[mine] | ~reserve)
+def _acceptance_row(name: str, learned: LearningRecord, span: slice, reserve: Bools, gain_text: str) -> Row:
+    """Row with the share of learned goals of the rows `span`; `reserve` marks goals within the arm's limits."""
+    by_camera, true = misses(learned.measured[-1, span]), misses(learned.true[-1, span])
+    within = _within_bounds(by_camera)
+    once = np.any(_within_bounds(misses(learned.measured[:, span])), axis=0)
+    unreachable = ~within & (learned.guarded[span] | ~reserve)
     details: dict[str, Any] = {
         "share_at_least_once": percent(once),
-        "share_true_state": percent(_within(true)),
-        "share_position": percent(seen.position < POSITION),
-        "share_speed": percent(seen.speed < SPEED),
-        "share_angle": percent(seen.angle < ANGLE),
+        "share_true_state": percent(_within_bounds(true)),
+        "share_position": percent(by_camera.position < POSITION),
+        "share_speed": percent(by_camera.speed < SPEED),
+        "share_angle": percent(by_camera.angle < ANGLE),
         "share_position_true": percent(true.position < POSITION),
         "share_speed_true": percent(true.speed < SPEED),
-        "goals": len(good),
+        "goals": len(within),
         "goals_with_reserve": int(reserve.sum()),
-        "share_with_reserve": percent(good[reserve]),
-        "failed": int((~good).sum()),
-        "failed_out_of_reach": int(lost.sum()),
-        "position_median_m": float(np.median(seen.position)),
-        "position_p95_m": float(np.quantile(seen.position, 0.95)),
-        "angle_median_deg": float(np.median(seen.angle)),
-        "speed_median": float(np.median(seen.speed)),
+        "share_with_reserve": percent(within[reserve]),
+        "failed": int((~within).sum()),
+        "failed_out_of_reach": int(unreachable.sum()),
+        "position_median_m": float(np.median(by_camera.position)),
+        "position_p95_m": float(np.quantile(by_camera.position, 0.95)),
+        "angle_median_deg": float(np.median(by_camera.angle)),
+        "speed_median": float(np.median(by_camera.speed)),
     }
     note = (
         f"of {details['goals']} random goals, throw {TRIALS}, as the camera saw it, below 2.5 mm and 0.01 m/s; "
@@ -124,34 +128,34 @@ def _row(name: str, learned: Learned, mine: slice, reserve: Bools, why: str) -> 
         f"{details['share_with_reserve']:.1f} % of the {details['goals_with_reserve']} that stay within the arm's "
         f"limits when the delay is made up for; {details['failed_out_of_reach']} of {details['failed']} misses are for "
         f"want of that. By the true state {details['share_true_state']:.1f} %: air slows the block, which a parabola "
-        f"fitted to pictures does not see ({details['share_speed_true']:.0f} % keep the bound of the speed){why}"
+        f"fitted to pictures does not see ({details['share_speed_true']:.0f} % keep the bound of the speed){gain_text}"
     )
-    return Row.ours(f"miyashita/acceptance/{name}", percent(good), "%", note=note, **details)
+    return Row.ours(f"miyashita/acceptance/{name}", percent(within), "%", note=note, **details)
 
 
 def _scatter_rows(delay: float, goal: Floats, virtual: Floats, gain: str, repeats: int) -> list[Row]:
     """Rows with the scatter of repeated throws at the learned virtual goals, measured and predicted by its causes."""
     case = np.arange(repeats * len(goal))
-    plans, aimed = plan_throws(np.tile(virtual, (repeats, 1))), np.tile(goal, (repeats, 1))
-    thrown = Thrower(late(delay), case.tolist(), seed=1).throw(plans, aimed)
-    states = thrown.measured.reshape(repeats, len(goal), 4)
-    away = (states - states.mean(axis=0)) * np.sqrt(repeats / (repeats - 1.0))
-    kept, found = misses(away), misses(np.sqrt((away**2).mean(axis=0)))
-    predicted = misses(predicted_scatter(goal, delay))
-    place, angle = float(np.median(predicted.position)), float(np.median(predicted.angle))
-    name = f"miyashita/scatter/{named(delay)}"
+    plans, goals = plan_throws(np.tile(virtual, (repeats, 1))), np.tile(goal, (repeats, 1))
+    throws = SimulatedThrower(config_with_delay(delay), case.tolist(), seed=1).throw(plans, goals)
+    states = throws.measured.reshape(repeats, len(goal), 4)
+    residuals = (states - states.mean(axis=0)) * np.sqrt(repeats / (repeats - 1.0))
+    deviations, spread = misses(residuals), misses(np.sqrt((residuals**2).mean(axis=0)))
+    expected = misses(expected_scatter(goal, delay))
+    place, angle = float(np.median(expected.position)), float(np.median(expected.angle))
+    name = f"miyashita/scatter/{delay_name(delay)}"
     return [
         Row.ours(
             f"{name}/share",
-            percent(_within(kept)),
+            percent(_within_bounds(deviations)),
             "%",
             note="throws within 2.5 mm and 0.01 m/s of the mean of their goal's throws: what perfect knowledge would "
             f"reach; {repeats} more throws at each virtual goal that K = {gain} led to",
-            share_angle=percent(kept.angle < ANGLE),
+            share_angle=percent(deviations.angle < ANGLE),
         ),
         Row.ours(
             f"{name}/position",
-            float(np.median(found.position)),
+            float(np.median(spread.position)),
             "m",
             note=f"median standard deviation; {1e3 * place:.2f} mm follow from the scatter of placement, timing and "
             "camera through Eq. 11",
@@ -162,34 +166,34 @@ def _scatter_rows(delay: float, goal: Floats, virtual: Floats, gain: str, repeat
             ANGLE,
             "deg",
             "unpublished",
-            reproduced=float(np.median(found.angle)),
+            reproduced=float(np.median(spread.angle)),
             note=f"median standard deviation; {angle:.2f} deg follow from the assumed scatter of placement, timing and "
             "camera. An error below 0.1 deg needs a speed that repeats to 0.1 % or a release that repeats to 0.03 ms; "
             "the paper gives neither",
             predicted=angle,
-            share_below_bound=percent(kept.angle < ANGLE),
+            share_below_bound=percent(deviations.angle < ANGLE),
         ),
     ]
 
 
-def predicted_scatter(goal: Floats, delay: float) -> Floats:
+def expected_scatter(goal: Floats, delay: float) -> Floats:
     """Standard deviations (N, 4) of measured states, to first order in the scatter of placement, timing and camera."""
-    config = late(delay)
+    config = config_with_delay(delay)
     errors, camera = config.errors, config.camera
     u = plan_throws(goal).u
     jacobian, radius = landing_jacobian(u, BLOCK.half_height), np.sqrt(u[:, 2] ** 2 - BLOCK.half_height**2)
-    placed = jacobian[:, :, 2] * (errors.placement * radius / u[:, 2])[:, None]
+    by_placement = jacobian[:, :, 2] * (errors.placement * radius / u[:, 2])[:, None]
     # With no delay, the half of the random delays that are negative count as 0.
     timing = errors.timing * (1.0 if delay > 0.0 else np.sqrt(0.5 - 0.5 / np.pi))
     # The true arm has more inertia than the planned arm and brakes with the same torque.
-    brake = braking(u[:, 1], ARM) / (1.0 + errors.inertia)
-    timed = timing * (jacobian[:, :, 0] * u[:, 1, None] + jacobian[:, :, 1] * brake[:, None])
+    brake = braking_acceleration(u[:, 1], ARM) / (1.0 + errors.inertia)
+    by_timing = timing * (jacobian[:, :, 0] * u[:, 1, None] + jacobian[:, :, 1] * brake[:, None])
     rate, squares = jacobian[:, :, 3], config.scale.weights() ** 2
     variance = np.zeros_like(goal)
-    for moved in (placed, timed):
+    for change in (by_placement, by_timing):
         # The state nearest to the goal is measured, so changes along the flight do not count.
-        along = (moved * squares * rate).sum(axis=1) / (rate * squares * rate).sum(axis=1)
-        variance += (moved - along[:, None] * rate) ** 2
+        along = (change * squares * rate).sum(axis=1) / (rate * squares * rate).sum(axis=1)
+        variance += (change - along[:, None] * rate) ** 2
     frames = np.minimum(camera.rate * u[:, 3], camera.frames)
     # The end of a straight line fitted to M pictures has the standard deviation 2 sigma / sqrt(M).
     noise = np.array([camera.position, camera.position, np.deg2rad(camera.angle_deg)])
@@ -198,17 +202,17 @@ def predicted_scatter(goal: Floats, delay: float) -> Floats:
     return np.sqrt(variance)
 
 
-def measured_slopes(delay: float, goal: Floats, virtual: Floats) -> Slopes:
+def response_slopes(delay: float, goal: Floats, virtual: Floats) -> Slopes:
     """Slopes at virtual goals (N, 4) learned for goals (N, 4) at a delay [s], without rows of an infeasible nudge."""
     quiet = OneJointConfig.load(
         "nominal",
         errors={"delay": delay, "placement": 0.0, "timing": 0.0},
         camera={"position": 0.0, "angle_deg": 0.0},
     )
-    moved = [virtual + sign * way for way in np.diag(NUDGE) for sign in (1.0, -1.0)]
-    rows = np.logical_and.reduce([has_plan(one) for one in moved])
-    thrower = Thrower(quiet, range(int(rows.sum())))
-    ends = [thrower.throw(plan_throws(one[rows]), goal[rows]).measured for one in moved]
+    nudged = [virtual + sign * way for way in np.diag(NUDGE) for sign in (1.0, -1.0)]
+    rows = np.logical_and.reduce([has_plan(goals) for goals in nudged])
+    thrower = SimulatedThrower(quiet, range(int(rows.sum())))
+    ends = [thrower.throw(plan_throws(goals[rows]), goal[rows]).measured for goals in nudged]
     slopes = np.stack([(ends[2 * k] - ends[2 * k + 1]) / (2.0 * NUDGE[k]) for k in range(4)], axis=2)
     first = thrower.throw(plan_throws(goal[rows]), goal[rows]).measured - goal[rows]
     # The least eigenvalue belongs to the direction along the flight and is 0.
@@ -217,14 +221,16 @@ def measured_slopes(delay: float, goal: Floats, virtual: Floats) -> Slopes:
 
 def gain_note(slopes: Slopes, gain: float) -> str:
     """Effect of a constant gain on errors and scatter, in words."""
-    left = 1.0 - gain * slopes.three[:, 0]
-    rest = 1e3 * float(np.median(slopes.first * np.abs(left) ** (TRIALS - 1)))
-    rate = gain * float(np.median(slopes.three[:, 2]))
-    grown = np.sqrt(1.0 + rate / (2.0 - rate))
+    share_left = 1.0 - gain * slopes.across[:, 0]
+    error_left = 1e3 * float(np.median(slopes.first_error * np.abs(share_left) ** (TRIALS - 1)))
+    rate = gain * float(np.median(slopes.across[:, 2]))
+    growth = np.sqrt(1.0 + rate / (2.0 - rate))
     return (
-        f". Where the state follows the virtual goal least, {100.0 * float(np.median(left)):.0f} % of the error is "
-        f"left by each throw, {rest:.1f} mm at throw {TRIALS} (medians, no scatter); where most, the scatter of the "
-        f"measured state grows to {grown:.1f} times that of a throw"
+        f". Where the state follows the virtual goal least, {100.0 * float(np.median(share_left)):.0f} % of the error "
+        "is "
+        f"left by each throw, {error_left:.1f} mm at throw {TRIALS} (medians, no scatter); where most, the scatter of "
+        "the "
+        f"measured state grows to {growth:.1f} times that of a throw"
     )
 
 
@@ -234,21 +240,21 @@ def slope_rows(delay: float, slopes: Slopes) -> list[Row]:
     Between the planned and the true release the block loses the same speed for every plan. The state therefore follows
     the plan with a slope below 1, and the slope falls with the delay.
     """
-    said = (
-        ("least", slopes.three[:, 0], "a gain K leaves 1 - K times this of the error in that direction"),
-        ("largest", slopes.three[:, 2], "what is learned from a throw's scatter grows with K times this"),
+    readings = (
+        ("least", slopes.across[:, 0], "a gain K leaves 1 - K times this of the error in that direction"),
+        ("largest", slopes.across[:, 2], "what is learned from a throw's scatter grows with K times this"),
     )
     return [
         Row.ours(
-            f"miyashita/slopes/{named(delay)}/{name}",
+            f"miyashita/slopes/{delay_name(delay)}/{name}",
             float(np.median(values)),
             "-",
             note=f"{name} slope of the passed state against the virtual goal across the flight, median of "
             f"{len(values)} random goals without scatter, at the virtual goals that were learned; the paper's update "
             f"takes it to be 1; {note}",
-            quantiles_10_50_90=rounded(np.quantile(values, (0.1, 0.5, 0.9)), 4),
+            quantiles_10_50_90=round_values(np.quantile(values, (0.1, 0.5, 0.9)), 4),
         )
-        for name, values, note in said
+        for name, values, note in readings
     ]
 
 
@@ -257,16 +263,16 @@ def acceptance_grid(rows: Rows) -> Grid:
     shares = ("reproduced", "share_at_least_once", "share_with_reserve", "share_true_state", "share_position_true",
               "share_angle")  # fmt: skip
     lines: list[list[str]] = []
-    for delay in map(named, DELAYS):
+    for delay in map(delay_name, DELAYS):
         free = f"{delay.removeprefix('delay-')} late"
         for name, row in below(rows, f"miyashita/acceptance/{delay}").items():
             gain = name.removeprefix("K-").replace("any-release", f"{FALLING}, any release")
-            missed = f"{row['failed_out_of_reach']} of {row['failed']}"
-            lines.append([free, gain, *(f"{row[key]:.1f} %" for key in shares), missed])
+            failures = f"{row['failed_out_of_reach']} of {row['failed']}"
+            lines.append([free, gain, *(f"{row[key]:.1f} %" for key in shares), failures])
         floor = rows.get(f"miyashita/scatter/{delay}/share")
         if floor is not None:
-            kept = value(rows, floor["quantity"], "{:.1f} %")
-            lines.append([free, "scatter alone", kept, *[NONE] * 4, f"{floor['share_angle']:.1f} %", NONE])
+            share = value(rows, floor["quantity"], "{:.1f} %")
+            lines.append([free, "scatter alone", share, *[NONE] * 4, f"{floor['share_angle']:.1f} %", NONE])
     header = [
         "block comes free", "K", "learned, by camera", "once in ten", "with reserve", "by true state",
         "position alone, true", "angle < 0.1 deg", "out of reach",

@@ -11,8 +11,8 @@ import numpy as np
 
 from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import listed
-from pnt_gym.arrays import Floats, Ints, joined, take
+from agents.reproduce.grids import table_findings
+from pnt_gym.arrays import Floats, Ints, concatenate_records, take
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint import Arm, plan_releases
 from pnt_gym.planning.one_joint.flight import land
@@ -66,7 +66,7 @@ class _Landings(NamedTuple):
     key: Ints
     effort: Floats
 
-    def easiest(self) -> _Landings:
+    def keep_easiest(self) -> _Landings:
         """The release of least effort for each cell."""
         order = np.lexsort((self.effort, self.key))
         return take(self, order[np.diff(self.key[order], prepend=-1) > 0])
@@ -83,24 +83,27 @@ def accessible_space(*, arm: Arm = ARM, size: Sizes = CELL, samples: Counts = SA
         size: size of a cell in x, y [m] and phi [rad].
         samples: numbers of sampled angles, speeds and radii of the releases.
     """
-    kinematic, held = list[Ints](), list[_Landings]()
+    kinematic, candidates = list[Ints](), list[_Landings]()
     for u, radius in _releases(arm, samples):
-        landings = _Landings(u, _key(u, size), _effort(u, radius, arm))
+        landings = _Landings(u, _cell_keys(u, size), _effort(u, radius, arm))
         kinematic.append(np.unique(landings.key))
-        held.append(take(landings, np.isfinite(landings.effort)).easiest())
-    best = joined(held).easiest()
-    good = plan_releases(best.u, arm=arm).feasible
+        candidates.append(take(landings, np.isfinite(landings.effort)).keep_easiest())
+    best = concatenate_records(candidates).keep_easiest()
+    feasible = plan_releases(best.u, arm=arm).feasible
     return AccessibleSpace(
-        _cells(np.unique(np.concatenate(kinematic))), _cells(best.key), _cells(best.key[good]), best.u[good]
+        _cell_indices(np.unique(np.concatenate(kinematic))),
+        _cell_indices(best.key),
+        _cell_indices(best.key[feasible]),
+        best.u[feasible],
     )
 
 
-def reach(times: int, samples: Counts) -> Ints:
+def reachable_cells(times: int, samples: Counts) -> Ints:
     """Cells (K, 3) that an arm reaches with ``times`` the published speed, without limits of torque and grasp."""
     angles, speeds, radii = samples
     faster = replace(ARM, speed=times * ARM.speed)
-    keys = [np.unique(_key(u, CELL)) for u, _ in _releases(faster, (angles, times * speeds, radii))]
-    cells = _cells(np.unique(np.concatenate(keys)))
+    keys = [np.unique(_cell_keys(u, CELL)) for u, _ in _releases(faster, (angles, times * speeds, radii))]
+    cells = _cell_indices(np.unique(np.concatenate(keys)))
     return cells[cells[:, 2] < round(ONE_TURN / CELL[2])]
 
 
@@ -128,29 +131,29 @@ def _effort(u: Floats, radius: Floats, arm: Arm) -> Floats:
     return np.where(window.is_open, effort, np.inf)
 
 
-def _key(u: Floats, size: Sizes) -> Ints:
+def _cell_keys(u: Floats, size: Sizes) -> Ints:
     """Number (K,), not negative, of the cell in which each release (K, 4) lands."""
     cell = np.floor(land(u, BLOCK.half_height)[:, :3] / np.array(size)).astype(np.int64) + SPAN // 2
     return (cell[:, 0] * SPAN + cell[:, 1]) * SPAN + cell[:, 2]
 
 
-def _cells(key: Ints) -> Ints:
+def _cell_indices(key: Ints) -> Ints:
     """Indices (K, 3) of cells from their numbers (K,)."""
     return np.stack([key // SPAN**2, key // SPAN % SPAN, key % SPAN], axis=1) - SPAN // 2
 
 
 def accessible_findings(samples: Counts = SAMPLES) -> Findings:
     """Numbers of cells by the bound on the space, at three torques, and a drawing of slices of the space."""
-    alone = {times: reach(times, samples) for times in FASTER}
+    cells_by_speed = {times: reachable_cells(times, samples) for times in FASTER}
     rows = [
-        claim_row(alone[FASTER[-1]], samples),
-        *(_baseline(times, cells, samples) for times, cells in alone.items()),
-        *(_motor(torque, samples) for torque in TORQUES),
-        _whole_arm(samples),
+        claim_row(cells_by_speed[FASTER[-1]], samples),
+        *(_baseline_row(times, cells, samples) for times, cells in cells_by_speed.items()),
+        *(_motor_row(torque, samples) for torque in TORQUES),
+        _whole_arm_row(samples),
     ]
-    figures = {"miyashita_accessible.svg": slices_figure(alone[FASTER[-1]], samples)}
+    figures = {"miyashita_accessible.svg": slices_figure(cells_by_speed[FASTER[-1]], samples)}
     data = {"miyashita_accessible": {"cell": CELL, "samples": samples}}
-    return listed("Accessible space", rows, figures, data, drop="miyashita/")
+    return table_findings("Accessible space", rows, figures, data, drop="miyashita/")
 
 
 @cache
@@ -160,57 +163,59 @@ def _space(torque: float, samples: Counts) -> AccessibleSpace:
     return accessible_space(arm=replace(ARM, torque=torque, torque_at_speed=at_speed), samples=samples)
 
 
-def _lost(cells: Ints, baseline: Ints) -> float:
+def _loss(cells: Ints, baseline: Ints) -> float:
     """Share of the baseline's cells that are lost [%]."""
     return 100.0 * (1.0 - len(cells) / len(baseline))
 
 
-def claim_row(alone: Ints, samples: Counts) -> Row:
+def claim_row(arm_cells: Ints, samples: Counts) -> Row:
     """Row on the claim that motor and dynamic grasp take most of the cells (K, 3) that the arm alone reaches."""
     space = _space(TORQUES[0], samples)
-    lost, dynamics = _lost(space.cells, alone), _lost(space.cells, space.kinematic)
+    loss, dynamics = _loss(space.cells, arm_cells), _loss(space.cells, space.kinematic)
     return Row.compared(
         "miyashita/claim/accessible-space-much-narrower",
         "considerably narrower",
-        f"{lost:.1f} % fewer",
+        f"{loss:.1f} % fewer",
         "-",
-        holds=lost >= CONSIDERABLE,
-        note=f"dy = 0, cells of 2 cm x 2 cm x 5 deg: the arm's range and length alone reach {len(alone)} within one "
+        holds=loss >= CONSIDERABLE,
+        note=f"dy = 0, cells of 2 cm x 2 cm x 5 deg: the arm's range and length alone reach {len(arm_cells)} within "
+        "one "
         f"turn; the motor and the dynamic grasp leave {len(space.cells)}, and a loss of {CONSIDERABLE:.0f} % or "
         f"more counts as considerable. Most of it is the motor's speed, which alone leaves {len(space.kinematic)}; "
         f"torque, grasp and a motion from rest take {dynamics:.1f} % of those",
         cells=len(space.cells),
         kinematic=len(space.kinematic),
-        reach=len(alone),
-        lost=lost,
+        reach=len(arm_cells),
+        lost=loss,
     )
 
 
-def _baseline(times: int, cells: Ints, samples: Counts) -> Row:
+def _baseline_row(times: int, cells: Ints, samples: Counts) -> Row:
     space = _space(TORQUES[0], samples)
     note = (
         f"cells with dy = 0 within one turn by the arm's range and length, if it could turn {times} times as fast "
-        f"as it does, {4 * times} pi rad/s: {_lost(space.kinematic, cells):.0f} % of them are lost to the motor's "
-        f"speed, {_lost(space.cells, cells):.0f} % to speed, torque and grasp"
+        f"as it does, {4 * times} pi rad/s: {_loss(space.kinematic, cells):.0f} % of them are lost to the motor's "
+        f"speed, {_loss(space.cells, cells):.0f} % to speed, torque and grasp"
     )
     return Row.ours(f"miyashita/accessible/reach-{4 * times}pi", float(len(cells)), "-", note=note)
 
 
-def _motor(torque: float, samples: Counts) -> Row:
+def _motor_row(torque: float, samples: Counts) -> Row:
     space = _space(torque, samples)
-    left = 100.0 - _lost(space.cells, space.kinematic)
+    share_left = 100.0 - _loss(space.cells, space.kinematic)
     return Row.ours(
         f"miyashita/accessible/torque-{torque:g}",
         float(len(space.cells)),
         "-",
-        note=f"cells with dy = 0 at a largest torque of {torque:g} N m, {left:.0f} % of those that reach and speed "
+        note=f"cells with dy = 0 at a largest torque of {torque:g} N m, {share_left:.0f} % of those that reach and "
+        "speed "
         f"allow; {len(space.grasp)} if only the release has to keep grasp and torque",
         kinematic=len(space.kinematic),
         release_only=len(space.grasp),
     )
 
 
-def _whole_arm(samples: Counts) -> Row:
+def _whole_arm_row(samples: Counts) -> Row:
     """Row with the cells of an arm whose largest radius is its whole half length, with the block overhanging."""
     longer = ARM.length + 2.0 * BLOCK.half_length
     # A thinner plate with the same inertia about the pivot as the published plate.
@@ -227,22 +232,22 @@ def _whole_arm(samples: Counts) -> Row:
     )
 
 
-def slices_figure(alone: Ints, samples: Counts) -> Figure:
+def slices_figure(arm_cells: Ints, samples: Counts) -> Figure:
     """Drawing of Fig. 8 as slices: cells of some angles in the plane, by the bound that admits them."""
     from matplotlib.patches import Circle  # noqa: PLC0415 - heavy, needed for drawings only
 
     figure, axes = subplots(2, 3, (12.0, 6.6), sharex=True, sharey=True)
     strong, weak = _space(TORQUES[0], samples), _space(TORQUES[1], samples)
     layers = (
-        (alone, "#dedede", f"reach alone (to {4 * FASTER[-1]}π rad/s)"),
+        (arm_cells, "#dedede", f"reach alone (to {4 * FASTER[-1]}π rad/s)"),
         (strong.kinematic, "#8c8c8c", "and the motor's speed"),
         (strong.cells, COLOURS[0], f"with grasp and {TORQUES[0]:g} N m"),
         (weak.cells, COLOURS[1], f"with grasp and {TORQUES[1]:g} N m"),
     )
     for panel, angle in zip(axes, SLICES, strict=True):
-        at = round(np.deg2rad(angle) / CELL[2])
+        index = round(np.deg2rad(angle) / CELL[2])
         for cells, colour, label in layers:
-            _fill(panel, cells[cells[:, 2] == at, :2], colour, label)
+            _fill(panel, cells[cells[:, 2] == index, :2], colour, label)
         panel.add_patch(Circle((0.0, 0.0), 0.5 * ARM.length, fill=False, color="black", linewidth=0.8, linestyle=":"))
         panel.plot(0.0, 0.0, "o", color="black", markersize=3)
         if angle == 150.0:

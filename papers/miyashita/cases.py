@@ -51,7 +51,7 @@ def misses(error: Floats) -> Misses:
 
 @final
 @dataclass(frozen=True)
-class Thrown:
+class ThrowResults:
     """Simulated results of N throws.
 
     Attributes:
@@ -66,7 +66,7 @@ class Thrown:
 
 
 @final
-class Thrower:
+class SimulatedThrower:
     """A simulated one-joint thrower of N rows, each with the paper's block and errors that the planner does not model.
 
     Each trial draws the scatter of a row from its own generator, so that rows do not depend on each other. Rows with
@@ -80,43 +80,43 @@ class Thrower:
 
     def __init__(self, config: OneJointConfig, case: Sequence[int], seed: int = 0) -> None:
         self.config, self._case, self._seed = config, np.asarray(case, dtype=np.int64), seed
-        self.plant = plant_of(config, len(case))
+        self.plant = make_plant(config, len(case))
         self._trial = 0
 
-    def throw(self, plans: ThrowPlans, goal: Floats) -> Thrown:
+    def throw(self, plans: ThrowPlans, goal: Floats) -> ThrowResults:
         """Simulate a throw in every row, with new scatter.
 
         Args:
             plans: feasible plans of the N throws.
             goal: states that the throws should pass (N, 4).
         """
-        hidden = self._hidden()
+        hidden = self._draw_hidden()
         self._trial += 1
-        flight = fly(self.plant, plans, hidden)
+        flight = simulate_flights(self.plant, plans, hidden)
         measured = estimated_state(flight, plans.u[:, 3], goal, hidden.noise, self.config)
         spin = flight.velocity[np.arange(len(goal)), flight.last_step, 2]
-        return Thrown(measured, flight.nearest(goal, self.config.scale.weights()), spin)
+        return ThrowResults(measured, flight.nearest(goal, self.config.scale.weights()), spin)
 
-    def _hidden(self) -> Hidden:
+    def _draw_hidden(self) -> Hidden:
         cases, rows = np.unique(self._case, return_inverse=True)
         generators = [np.random.default_rng([self._seed, self._trial, int(case)]) for case in cases]
         return take(draw_hidden(generators, self.config), rows)
 
 
-def plant_of(config: OneJointConfig, count: int) -> OneJointPlant:
+def make_plant(config: OneJointConfig, count: int) -> OneJointPlant:
     """Physics of the cell with a single thread, as parts of a reproduction run at the same time."""
     return OneJointPlant(config, count, threads=1)
 
 
-def fly(plant: OneJointPlant, plans: ThrowPlans, hidden: Hidden) -> Flight:
+def simulate_flights(plant: OneJointPlant, plans: ThrowPlans, hidden: Hidden) -> Flight:
     """Simulate the block's flight for each plan, without pallets."""
-    first, nothing = np.zeros(len(plans.u), dtype=np.int64), np.full((len(plans.u), 1, 3), np.nan)
-    return plant.fly(Context(first, first, plans.goal, plans.goal, plans, nothing, hidden), plans)
+    first, no_pallets = np.zeros(len(plans.u), dtype=np.int64), np.full((len(plans.u), 1, 3), np.nan)
+    return plant.fly(Context(first, first, plans.goal, plans.goal, plans, no_pallets, hidden), plans)
 
 
 @final
 @dataclass(frozen=True)
-class Learned:
+class LearningRecord:
     """Errors and virtual goals of N rows over J trials of learning.
 
     Attributes:
@@ -132,7 +132,7 @@ class Learned:
     guarded: Bools
 
 
-def learn(thrower: Thrower, goal: Floats, gain: Floats, trials: int = TRIALS) -> Learned:
+def learn(thrower: SimulatedThrower, goal: Floats, gain: Floats, trials: int = TRIALS) -> LearningRecord:
     """Learn by the paper's algorithm: throw, and move the virtual goals by the measured errors (Eqs. 33 and 34).
 
     Args:
@@ -142,15 +142,15 @@ def learn(thrower: Thrower, goal: Floats, gain: Floats, trials: int = TRIALS) ->
         trials: number of throws of each row, at least 1.
     """
     guarded = np.zeros(len(goal), dtype=np.bool_)
-    virtual, thrown = [goal], [thrower.throw(plan_throws(goal), goal)]
+    virtual, throws = [goal], [thrower.throw(plan_throws(goal), goal)]
     for gains in np.broadcast_to(gain, (trials - 1, len(goal))):
-        seen = goal + gains[:, None] * (thrown[-1].measured - goal)
-        moved, outside = pull_back(virtual[-1], next_virtual_goal(virtual[-1], goal, seen, 1.0), has_plan)
+        scaled_states = goal + gains[:, None] * (throws[-1].measured - goal)
+        next_goals, outside = pull_back(virtual[-1], next_virtual_goal(virtual[-1], goal, scaled_states, 1.0), has_plan)
         guarded |= outside
-        virtual.append(moved)
-        thrown.append(thrower.throw(plan_throws(moved), goal))
-    measured, true = (np.stack([getattr(one, name) for one in thrown]) for name in ("measured", "true"))
-    return Learned(measured - goal, true - goal, np.stack(virtual), guarded)
+        virtual.append(next_goals)
+        throws.append(thrower.throw(plan_throws(next_goals), goal))
+    measured, true = (np.stack([getattr(result, name) for result in throws]) for name in ("measured", "true"))
+    return LearningRecord(measured - goal, true - goal, np.stack(virtual), guarded)
 
 
 def has_plan(goals: Floats) -> Bools:
@@ -166,19 +166,19 @@ def feasible_goals(count: int, seed: int = 0) -> tuple[Floats, ThrowPlans]:
     return goals[rows], take(plans, rows)
 
 
-def drawn_goals(count: int) -> Floats:
+def draw_cell_goals(count: int) -> Floats:
     """Random goals (count, 4) of OneJointThrow-v0, where row i has a generator with the seed i."""
     cell = OneJointCell(OneJointConfig.load("nominal"), count)
     cell.reset(np.arange(count), [np.random.default_rng(row) for row in range(count)])
     return cell.context.goal.copy()
 
 
-def late(delay: float) -> OneJointConfig:
+def config_with_delay(delay: float) -> OneJointConfig:
     """Configuration of the cell with every unmodelled effect, and with a release that is late by ``delay`` [s]."""
     return OneJointConfig.load("nominal", errors={"delay": delay})
 
 
-def named(delay: float) -> str:
+def delay_name(delay: float) -> str:
     """A delay [s] as part of a quantity's name."""
     return f"delay-{1000.0 * delay:.0f}ms"
 
@@ -188,6 +188,6 @@ def percent(good: Bools) -> float:
     return 100.0 * float(good.mean())
 
 
-def rounded(values: Floats, digits: int = 6) -> list[Any]:
+def round_values(values: Floats, digits: int = 6) -> list[Any]:
     """Numbers for JSON, rounded to significant digits."""
-    return [float(f"{v:.{digits}g}") for v in values.ravel()] if values.ndim == 1 else [rounded(v) for v in values]
+    return [float(f"{v:.{digits}g}") for v in values.ravel()] if values.ndim == 1 else [round_values(v) for v in values]

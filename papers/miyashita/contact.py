@@ -13,7 +13,7 @@ import numpy as np
 
 from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.planning.one_joint import plan_throws
@@ -23,17 +23,17 @@ from .cases import (
     GOAL,
     POSITION,
     TRIALS,
-    Learned,
-    Thrower,
-    drawn_goals,
+    LearningRecord,
+    SimulatedThrower,
+    config_with_delay,
+    draw_cell_goals,
     feasible_goals,
-    late,
     learn,
     misses,
     percent,
-    rounded,
+    round_values,
 )
-from .reach import ROUNDS, SCANNED, WITHIN, Reached, Search, goals_above_arm, size
+from .reach import ROUNDS, SCANNED, WITHIN, BestReleases, Search, goals_above_arm, size
 
 GOALS: Final = 20
 """Number of goals: the paper's goal and random goals."""
@@ -45,19 +45,21 @@ REACH_GOALS: Final = 200
 
 def contact_findings(goals: int = GOALS) -> Findings:
     """Effect of the push on the spin, and errors of the paper's update under the push."""
-    every = np.concatenate([GOAL[None], feasible_goals(goals - 1)[0]])
-    learned = learn(Thrower(OneJointConfig.load("contact"), range(goals)), every, np.full(goals, 0.5))
-    missed = size(learned.true)
-    data = {"miyashita_contact": rounded(np.quantile(missed, (0.25, 0.5, 0.75), axis=1).T)}
-    figures = {"miyashita_contact.svg": update_figure(missed)}
-    return listed("Stoppers that push the block", [*_push(), _update_row(learned)], figures, data, drop="miyashita/")
+    all_goals = np.concatenate([GOAL[None], feasible_goals(goals - 1)[0]])
+    learned = learn(SimulatedThrower(OneJointConfig.load("contact"), range(goals)), all_goals, np.full(goals, 0.5))
+    miss = size(learned.true)
+    data = {"miyashita_contact": round_values(np.quantile(miss, (0.25, 0.5, 0.75), axis=1).T)}
+    figures = {"miyashita_contact.svg": update_figure(miss)}
+    return table_findings(
+        "Stoppers that push the block", [*_push_rows(), _update_row(learned)], figures, data, drop="miyashita/"
+    )
 
 
-def _push() -> list[Row]:
+def _push_rows() -> list[Row]:
     """Rows with the spin that the block loses by the push, by the height of the stoppers."""
     count = len(HEIGHTS)
     plans = plan_throws(np.tile(GOAL, (count, 1)))
-    thrower = Thrower(OneJointConfig.load("contact", mismatch=0.0), range(count))
+    thrower = SimulatedThrower(OneJointConfig.load("contact", mismatch=0.0), range(count))
     sunk = STOPPER_HEIGHT - np.array(HEIGHTS)
     for body in thrower.plant.scene.stoppers or ():
         thrower.plant.batch.expand("body_pos")[:, body, 2] -= sunk
@@ -76,10 +78,10 @@ def _push() -> list[Row]:
     ]
 
 
-def _update_row(learned: Learned) -> Row:
+def _update_row(learned: LearningRecord) -> Row:
     first, last = misses(learned.true[0]), misses(learned.true[-1])
     worse = percent(size(learned.true[-1]) > size(learned.true[0]))
-    own = misses(learned.true[:, 0])
+    paper_goal = misses(learned.true[:, 0])
     return Row.ours(
         "miyashita/contact/paper-update",
         float(np.median(last.position)),
@@ -90,19 +92,19 @@ def _update_row(learned: Learned) -> Row:
         f"{np.median(first.angle):.0f} to {np.median(last.angle):.0f} deg, {worse:.0f} % of the goals end farther off "
         f"than they began: more speed means more push. {percent(learned.guarded):.0f} % of the virtual goals had to be "
         "held back at the arm's limits",
-        position_paper_goal=own.position.tolist(),
-        angle_paper_goal_deg=own.angle.tolist(),
+        position_paper_goal=paper_goal.position.tolist(),
+        angle_paper_goal_deg=paper_goal.angle.tolist(),
         share_worse=worse,
         share_reached=percent(size(learned.true[-1]) < 1.0),
     )
 
 
-def update_figure(missed: Floats) -> Figure:
+def update_figure(miss: Floats) -> Figure:
     """Drawing of errors (J, N) over throws: median and quartiles over the goals."""
     figure, (panel,) = subplots(1, 1, (6.4, 3.6))
-    low, middle, high = np.quantile(missed, (0.25, 0.5, 0.75), axis=1)
-    throws = np.arange(1, len(missed) + 1)
-    panel.plot(throws, middle, ".-", color=COLOURS[3], label=f"the paper's update, K = 0.5 ({missed.shape[1]} goals)")
+    low, middle, high = np.quantile(miss, (0.25, 0.5, 0.75), axis=1)
+    throws = np.arange(1, len(miss) + 1)
+    panel.plot(throws, middle, ".-", color=COLOURS[3], label=f"the paper's update, K = 0.5 ({miss.shape[1]} goals)")
     panel.fill_between(throws, low, high, color=COLOURS[3], alpha=0.15, lw=0)
     panel.axhline(1.0, color="black", linestyle="--", linewidth=1, label="5 mm and 2°")
     panel.set_yscale("log")
@@ -114,55 +116,61 @@ def update_figure(missed: Floats) -> Figure:
 
 def reach_findings(goals: int = REACH_GOALS, scanned: int = SCANNED) -> Findings:
     """Shares of the cell's goals and of goals of random releases that some release reaches under the push."""
-    own, others = np.concatenate([GOAL[None], drawn_goals(goals)]), goals_above_arm(goals)
-    pushed, free = Search(OneJointConfig.load("contact"), scanned), Search(late(0.0), scanned)
+    cell_goals, release_goals = np.concatenate([GOAL[None], draw_cell_goals(goals)]), goals_above_arm(goals)
+    pushed, free = Search(OneJointConfig.load("contact"), scanned), Search(config_with_delay(0.0), scanned)
     count = len(pushed)
-    here, control = pushed.reach(own), free.reach(own)
-    there, control_there = pushed.reach(others), free.reach(others)
+    pushed_cell, ideal_cell = pushed.reach(cell_goals), free.reach(cell_goals)
+    pushed_release, ideal_release = pushed.reach(release_goals), free.reach(release_goals)
     rows = (
-        _reach_row("own-goals", "goals, those that OneJointThrow-v0 draws and the paper's,", here, control, count),
-        _reach_row("any-goals", "goals of random releases (seed 0) above the braked arm", there, control_there, count),
-        _paper_goal_row(here),
+        _reach_row(
+            "own-goals", "goals, those that OneJointThrow-v0 draws and the paper's,", pushed_cell, ideal_cell, count
+        ),
+        _reach_row(
+            "any-goals", "goals of random releases (seed 0) above the braked arm", pushed_release, ideal_release, count
+        ),
+        _paper_goal_row(pushed_cell),
     )
     sizes = {
-        "the cell's goals, pushed": here.size,
-        "the cell's goals, ideal release": control.size,
-        "goals of any release, pushed": there.size,
-        "goals of any release, ideal release": control_there.size,
+        "the cell's goals, pushed": pushed_cell.miss,
+        "the cell's goals, ideal release": ideal_cell.miss,
+        "goals of any release, pushed": pushed_release.miss,
+        "goals of any release, ideal release": ideal_release.miss,
     }
-    figures = {"miyashita_contact_reach.svg": reach_figure(sizes, own, others, there)}
-    data = {name: rounded(np.sort(values), 3) for name, values in sizes.items()}
+    figures = {"miyashita_contact_reach.svg": reach_figure(sizes, cell_goals, release_goals, pushed_release)}
+    data = {name: round_values(np.sort(values), 3) for name, values in sizes.items()}
     headline = "What any release reaches although the block is pushed"
-    return listed(headline, rows, figures, {"miyashita_contact_reach": data}, drop="miyashita/")
+    return table_findings(headline, rows, figures, {"miyashita_contact_reach": data}, drop="miyashita/")
 
 
-def _reach_row(name: str, what: str, found: Reached, control: Reached, count: int) -> Row:
-    free = percent(control.size < 1.0)
+def _reach_row(name: str, description: str, reached: BestReleases, control: BestReleases, count: int) -> Row:
+    free = percent(control.miss < 1.0)
     return Row.ours(
         f"miyashita/contact/reachable/{name}",
-        percent(found.size < 1.0),
+        percent(reached.miss < 1.0),
         "%",
-        note=f"of {len(found.size)} {what} that some release reaches within {1e3 * WITHIN[0]:g} mm and {WITHIN[1]:g} "
+        note=f"of {len(reached.miss)} {description} that some release reaches within {1e3 * WITHIN[0]:g} mm and "
+        f"{WITHIN[1]:g} "
         f"deg although the block is pushed, whatever its vertical speed: best of {count} simulated releases all over "
         f"the arm's range and {ROUNDS} rounds of Gauss-Newton steps from there. The same search with an ideal release "
-        f"reaches {free:.1f} %. The median goal is missed by {np.median(found.size):.1f} times that much, the nearest "
-        f"by {found.size.min():.1f} times",
-        goals=len(found.size),
+        f"reaches {free:.1f} %. The median goal is missed by {np.median(reached.miss):.1f} times that much, the "
+        "nearest "
+        f"by {reached.miss.min():.1f} times",
+        goals=len(reached.miss),
         share_ideal=free,
-        missed_quartiles=rounded(np.quantile(found.size, (0.0, 0.25, 0.5, 0.75)), 4),
+        missed_quartiles=round_values(np.quantile(reached.miss, (0.0, 0.25, 0.5, 0.75)), 4),
     )
 
 
-def _paper_goal_row(found: Reached) -> Row:
-    missed = float(found.size[0])
+def _paper_goal_row(reached: BestReleases) -> Row:
+    miss = float(reached.miss[0])
     note = (
         f"times {1e3 * WITHIN[0]:g} mm or {WITHIN[1]:g} deg, the larger, by which the best release of all misses "
-        f"the paper's goal: {1e3 * WITHIN[0] * missed:.0f} mm or {WITHIN[1] * missed:.0f} deg"
+        f"the paper's goal: {1e3 * WITHIN[0] * miss:.0f} mm or {WITHIN[1] * miss:.0f} deg"
     )
-    return Row.ours("miyashita/contact/reachable/paper-goal", missed, "-", note=note)
+    return Row.ours("miyashita/contact/reachable/paper-goal", miss, "-", note=note)
 
 
-def reach_figure(sizes: dict[str, Floats], own: Floats, others: Floats, there: Reached) -> Figure:
+def reach_figure(sizes: dict[str, Floats], cell_goals: Floats, release_goals: Floats, reached: BestReleases) -> Figure:
     """Drawing of the share of goals over the miss of the best release, and of the places of the goals."""
     figure, (left, right) = subplots(1, 2, (11.0, 3.8))
     styles = (("-", 3), ("-", 0), ("--", 3), ("--", 0))
@@ -173,19 +181,19 @@ def reach_figure(sizes: dict[str, Floats], own: Floats, others: Floats, there: R
     left.set_xscale("log")
     dress(left, "best release's miss / (5 mm, 2°), the larger", "goals [%]")
     figure.legend(*left.get_legend_handles_labels(), fontsize=8, ncols=2, loc="outside lower left")
-    _places(right, own, others, there.size < 1.0)
+    _draw_places(right, cell_goals, release_goals, reached.miss < 1.0)
     return figure
 
 
-def _places(panel: Axes, own: Floats, others: Floats, reached: Bools) -> None:
+def _draw_places(panel: Axes, cell_goals: Floats, release_goals: Floats, is_reached: Bools) -> None:
     """Draw distance and angle of goals, by whether a pushed block reaches them."""
     for goals, colour, label in (
-        (own[1:], COLOURS[7], "the cell's goals"),
-        (others[~reached], COLOURS[1], "goals of any release: out of reach"),
-        (others[reached], COLOURS[2], "goals of any release: within reach"),
+        (cell_goals[1:], COLOURS[7], "the cell's goals"),
+        (release_goals[~is_reached], COLOURS[1], "goals of any release: out of reach"),
+        (release_goals[is_reached], COLOURS[2], "goals of any release: within reach"),
     ):
-        away = np.hypot(goals[:, 0], goals[:, 1])
-        panel.scatter(away, np.rad2deg(goals[:, 2]), s=12, color=colour, alpha=0.7, linewidths=0, label=label)
+        distance = np.hypot(goals[:, 0], goals[:, 1])
+        panel.scatter(distance, np.rad2deg(goals[:, 2]), s=12, color=colour, alpha=0.7, linewidths=0, label=label)
     panel.scatter(np.hypot(*GOAL[:2]), np.rad2deg(GOAL[2]), s=80, marker="*", color="black", label="the paper's goal")
     dress(panel, "goal's distance from the pivot [m]", "goal's angle [°]")
     panel.legend(fontsize=8)

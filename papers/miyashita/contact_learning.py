@@ -11,15 +11,15 @@ import numpy as np
 from agents.controllers import make_controller
 from agents.ground.drawings import COLOURS, Figure, dress, subplots
 from agents.ground.environments import make_vector, stream_seed
-from agents.judging.loop import held_out, practise, thrown
+from agents.judging.loop import practise, throw_batches, throw_held_out
 from agents.judging.throws.data import Throws
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import listed
-from pnt_gym.arrays import Bools, Floats, joined
+from agents.reproduce.grids import table_findings
+from pnt_gym.arrays import Bools, Floats, concatenate_records
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.tasks import PUSHED
 
-from .cases import percent, rounded
+from .cases import percent, round_values
 from .reach import SCALES, SCANNED, WITHIN, Search, errors, goals_above_arm, paths, size
 
 CONTROLLERS: Final = ("newton_goal", "virtual_goal")
@@ -55,31 +55,31 @@ def learning_findings(
     """Share of learned goals among the goals that a pushed block can reach, and the share that scatter would allow."""
     goal, floor = reachable_goals(searched, scanned)
     goal, floor = goal[:goals], floor[:, :goals]
-    courses = {name: learn_each(name, goal, practice) for name in CONTROLLERS if len(goal) > 0}
-    rows = [row for name, course in courses.items() for row in _rows(name, course, practice)]
+    courses = {name: learn_goals(name, goal, practice) for name in CONTROLLERS if len(goal) > 0}
+    rows = [row for name, course in courses.items() for row in _course_rows(name, course, practice)]
     rows.append(_floor_row(floor))
-    curves = {name: rounded(100.0 * course.near.mean(axis=0), 4) for name, course in courses.items()}
+    curves = {name: round_values(100.0 * course.near.mean(axis=0), 4) for name, course in courses.items()}
     figures = {"miyashita_contact_learning.svg": course_figure(courses, percent(floor))} if courses else {}
     headline = "Learning although the block is pushed, goals that some release reaches"
-    return listed(headline, rows, figures, {"miyashita_contact_learning": curves}, drop="miyashita/")
+    return table_findings(headline, rows, figures, {"miyashita_contact_learning": curves}, drop="miyashita/")
 
 
 def reachable_goals(searched: int, scanned: int) -> tuple[Floats, Bools]:
     """Goals (G, 4) that a release reaches, and whether each of R throws of that release came near (R, G)."""
     config, goal = OneJointConfig.load("contact"), goals_above_arm(searched)
-    found = Search(config, scanned).reach(goal)
-    rows = np.flatnonzero(found.size < 1.0)
-    near = [size(errors(paths(config, found.share[rows], seed), goal[rows])) < 1.0 for seed in range(REPEATS)]
+    reached = Search(config, scanned).reach(goal)
+    rows = np.flatnonzero(reached.miss < 1.0)
+    near = [size(errors(paths(config, reached.share[rows], seed), goal[rows])) < 1.0 for seed in range(REPEATS)]
     return goal[rows], np.stack(near)
 
 
-def learn_each(name: str, goal: Floats, practice: int) -> Course:
+def learn_goals(name: str, goal: Floats, practice: int) -> Course:
     """Let a controller learn goals (G, 4), each goal with a new controller in a separate cell."""
-    throws = [_learn(name, one, row, practice) for row, one in enumerate(goal)]
+    throws = [_learn(name, target, row, practice) for row, target in enumerate(goal)]
     return Course(np.array([t.is_success for t in throws]), np.array([t.clipped for t in throws]))
 
 
-def level(goal: Floats) -> OneJointConfig:
+def level_config(goal: Floats) -> OneJointConfig:
     """Configuration of the cell with solid stoppers and a single goal of any vertical speed."""
     x, y, phi, dy = (float(value) for value in goal)
     return OneJointConfig.load(
@@ -91,20 +91,20 @@ def level(goal: Floats) -> OneJointConfig:
 
 
 def _learn(name: str, goal: Floats, seed: int, practice: int) -> Throws:
-    with closing(make_vector("OneJointThrow-v0", level(goal), num_envs=1, threads=1)) as env:
+    with closing(make_vector("OneJointThrow-v0", level_config(goal), num_envs=1, threads=1)) as env:
         controller: Any = make_controller(name, env)
         controller.reset(seed)
         controller.begin_practice(practice)
-        parts = list(thrown(controller, env, practice, stream_seed("practice", seed), learn=True))
+        parts = list(throw_batches(controller, env, practice, stream_seed("practice", seed), learn=True))
         controller.end_practice()
-        parts += list(thrown(controller, env, KEPT, stream_seed("evaluate", seed), learn=True))
-    return joined(parts)
+        parts += list(throw_batches(controller, env, KEPT, stream_seed("evaluate", seed), learn=True))
+    return concatenate_records(parts)
 
 
-def _rows(name: str, course: Course, practice: int) -> list[Row]:
+def _course_rows(name: str, course: Course, practice: int) -> list[Row]:
     goals, throws = course.near.shape
-    ever, last = np.any(course.near, axis=1), course.near[:, -KEPT:]
-    kept = last.sum(axis=1) > KEPT // 2
+    is_reached, last = np.any(course.near, axis=1), course.near[:, -KEPT:]
+    is_kept = last.sum(axis=1) > KEPT // 2
     refused = course.refused[:, :practice]
     base = (
         f"of {goals} random goals (seed 0) that some release reaches, a cell and a {name} each, the true state {NEAR}"
@@ -112,50 +112,51 @@ def _rows(name: str, course: Course, practice: int) -> list[Row]:
     return [
         Row.ours(
             f"miyashita/contact/{name}/once",
-            percent(ever),
+            percent(is_reached),
             "%",
             note=f"{base} at one of {throws} throws at least",
             goals=goals,
             throws=throws,
-            first=[int(k) + 1 for k in course.near.argmax(axis=1)[ever]],
+            first=[int(k) + 1 for k in course.near.argmax(axis=1)[is_reached]],
         ),
         Row.ours(
             f"miyashita/contact/{name}/kept",
-            percent(kept),
+            percent(is_kept),
             "%",
             note=f"{base} at most of the last {KEPT} of {throws} throws, after {practice} throws of practice. "
-            f"{_refusals(refused, kept)}",
+            f"{_refusals(refused, is_kept)}",
             share_last=percent(last),
             share_refused=percent(refused),
-            share_refused_kept=percent(refused[kept]) if kept.any() else None,
-            share_refused_lost=percent(refused[~kept]) if not kept.all() else None,
+            share_refused_kept=percent(refused[is_kept]) if is_kept.any() else None,
+            share_refused_lost=percent(refused[~is_kept]) if not is_kept.all() else None,
         ),
     ]
 
 
-def _refusals(refused: Bools, kept: Bools) -> str:
+def _refusals(refused: Bools, is_kept: Bools) -> str:
     """Sentence on the share of throws that the arm could not do."""
     if not refused.any():
         return "No throw was spent on what the arm cannot do"
-    if kept.all() or not kept.any():
+    if is_kept.all() or not is_kept.any():
         return f"{percent(refused):.0f} % of the practice asked for what the arm cannot do"
     return (
-        f"Where it fails, {percent(refused[~kept]):.0f} % of the practice asked for what the arm cannot do, elsewhere "
-        f"{percent(refused[kept]):.0f} %"
+        f"Where it fails, {percent(refused[~is_kept]):.0f} % of the practice asked for what the arm cannot do, "
+        "elsewhere "
+        f"{percent(refused[is_kept]):.0f} %"
     )
 
 
 def _floor_row(near: Bools) -> Row:
     throws, goals = near.shape
-    all_near = percent(near) if goals > 0 else None
+    share_near = percent(near) if goals > 0 else None
     return Row.ours(
         "miyashita/contact/best-release",
         percent(near.mean(axis=0) > 0.5) if goals > 0 else None,
         "%",
         note=f"of the same {goals} goals, {NEAR} at most of {throws} throws with the best release that was found, each "
-        f"with scatter of its own: what a perfect controller would keep. {all_near or 0.0:.0f} % of all these throws "
+        f"with scatter of its own: what a perfect controller would keep. {share_near or 0.0:.0f} % of all these throws "
         "are within",
-        share_throws=all_near,
+        share_throws=share_near,
         goals=goals,
     )
 
@@ -178,7 +179,7 @@ def course_figure(courses: dict[str, Course], floor: float) -> Figure:
     return figure
 
 
-def level_findings(seeds: Sequence[int] = SEEDS, practice: int = LEVEL_PRACTICE, held: int = HELD) -> Findings:
+def level_findings(seeds: Sequence[int] = SEEDS, practice: int = LEVEL_PRACTICE, picks: int = HELD) -> Findings:
     """Success of held-out throws of each controller on the level `contact`, after practice."""
     rows: list[Row] = []
     with closing(make_vector("OneJointThrow-v0", "contact", ROWS, threads=1)) as env:
@@ -187,16 +188,17 @@ def level_findings(seeds: Sequence[int] = SEEDS, practice: int = LEVEL_PRACTICE,
             for seed in seeds:
                 controller.reset(seed)
                 practise(controller, env, practice, seed)
-                throws.append(held_out(controller, env, held, seed))
+                throws.append(throw_held_out(controller, env, picks, seed))
             rows.append(_level_row(name, throws, practice))
-    return listed("Level contact", rows, drop="miyashita/")
+    return table_findings("Level contact", rows, drop="miyashita/")
 
 
 def _level_row(name: str, throws: list[Throws], practice: int) -> Row:
-    by_seed = [percent(one.is_success) for one in throws]
-    learned = "" if name == "analytic" else f", after {practice} throws of practice with {len(PUSHED)} goals"
+    by_seed = [percent(record.is_success) for record in throws]
+    practice_text = "" if name == "analytic" else f", after {practice} throws of practice with {len(PUSHED)} goals"
     note = (
-        f"of {sum(map(len, throws))} held-out throws on the level `contact` {NEAR}{learned}, {len(throws)} seeds, "
+        f"of {sum(map(len, throws))} held-out throws on the level `contact` {NEAR}{practice_text}, {len(throws)} "
+        "seeds, "
         f"{ROWS} cells side by side"
     )
     return Row.ours(f"miyashita/contact/level/{name}", float(np.mean(by_seed)), "%", note=note, success_by_seed=by_seed)

@@ -11,10 +11,16 @@ import numpy as np
 
 from agents.ground.drawings import COLOURS, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
 from pnt_gym.planning.one_joint import landing_state, release_states
-from pnt_gym.planning.one_joint.grasp import acceleration_window, braking, joint_torque, reactions, torque_limit
+from pnt_gym.planning.one_joint.grasp import (
+    acceleration_window,
+    braking_acceleration,
+    joint_torque,
+    reactions,
+    torque_limit,
+)
 from pnt_gym.planning.one_joint.weights import WEIGHTS
 
 from .cases import ARM, BLOCK, GOAL
@@ -39,7 +45,7 @@ BEFORE, AFTER = 6, 9
 
 def example_findings(starts: int = STARTS) -> Findings:
     """Rows on releases, on the plans by both solvers and all weights, and on margins with and without maximising."""
-    rows = [*_releases(), *_solvers(starts), *(_preset(name) for name in PRESETS), *margin_rows()]
+    rows = [*_release_rows(), *_solver_rows(starts), *(_preset_row(name) for name in PRESETS), *margin_rows()]
     plan = _plan("balanced")
     figures = {
         "miyashita_motion.svg": motion_figure(plan),
@@ -52,7 +58,9 @@ def example_findings(starts: int = STARTS) -> Findings:
         "time_step": float(plan.motion.time_step[0]),
         "margins": plan.delta.tolist(),
     }
-    return listed("Goal (0, 0.4 m, 150 deg, 0 m/s)", rows, figures, {"miyashita_example": data}, drop="miyashita/")
+    return table_findings(
+        "Goal (0, 0.4 m, 150 deg, 0 m/s)", rows, figures, {"miyashita_example": data}, drop="miyashita/"
+    )
 
 
 @cache
@@ -66,13 +74,13 @@ def _careless() -> tuple[ThrowPlan, ...]:
     return tuple(plan_throw(GOAL, weights="none", guesses="random", starts=1, seed=seed) for seed in range(CARELESS))
 
 
-def _releases() -> list[Row]:
+def _release_rows() -> list[Row]:
     """Rows on the releases by the inverse of Eq. 11, of which a single release is feasible."""
-    found = release_states(GOAL, BLOCK.half_height)
-    best = found.u[found.feasible][0]
+    releases = release_states(GOAL, BLOCK.half_height)
+    best = releases.u[releases.feasible][0]
     start = landing_state(np.array([*best[:3], 0.0]), BLOCK.half_height)
-    count, feasible = len(found.u), int(found.feasible.sum())
-    each = zip(found.u, found.turns, found.reasons, strict=True)
+    count, feasible = len(releases.u), int(releases.feasible.sum())
+    solutions = zip(releases.u, releases.turns, releases.reasons, strict=True)
     return [
         *(
             Row.ours(f"miyashita/example/{name}", float(value), unit, note="the one feasible release")
@@ -92,25 +100,25 @@ def _releases() -> list[Row]:
             holds=count == 1,
             note="Eq. 11 taken the other way has one solution for each number of extra whole turns from -2 to 2; it is "
             "unique once a number of turns is given, and here also among those that keep the limits of section 3.1",
-            releases=[{"u": u.tolist(), "turns": int(turns), "reasons": list(why)} for u, turns, why in each],
+            releases=[{"u": u.tolist(), "turns": int(turns), "reasons": list(why)} for u, turns, why in solutions],
         ),
-        _least_acceleration(best),
+        _least_acceleration_row(best),
     ]
 
 
-def _least_acceleration(u: Floats) -> Row:
+def _least_acceleration_row(u: Floats) -> Row:
     radius = np.sqrt(u[2:3] ** 2 - BLOCK.half_height**2)
     window = acceleration_window(u[:1], u[1:2], radius, ARM, BLOCK)
     note = (
         f"what the dynamic grasp needs at the release; the motor gives up to {window.high[0]:.0f} rad/s2, "
-        f"and brakes the empty arm with {-braking(u[1:2], ARM)[0]:.0f} rad/s2 then"
+        f"and brakes the empty arm with {-braking_acceleration(u[1:2], ARM)[0]:.0f} rad/s2 then"
     )
     return Row.ours(
         "miyashita/example/least-acceleration", float(window.low[0]), "rad/s2", note=note, most=float(window.high[0])
     )
 
 
-def _solvers(starts: int) -> Iterator[Row]:
+def _solver_rows(starts: int) -> Iterator[Row]:
     """Rows with success and time of both solvers from random first guesses, as in the paper."""
     plans: dict[str, ThrowPlan] = {}
     for name in SOLVERS:
@@ -127,20 +135,22 @@ def _solvers(starts: int) -> Iterator[Row]:
             cost=plan.cost,
             iterations=plan.iterations,
         )
-    yield _agreement(plans["slsqp"], plans["ipopt"])
+    yield _agreement_row(plans["slsqp"], plans["ipopt"])
 
 
-def _agreement(one: ThrowPlan, other: ThrowPlan) -> Row:
+def _agreement_row(first: ThrowPlan, second: ThrowPlan) -> Row:
     shares = np.linspace(0.0, 1.0, 200)
-    angle, again = (plan.motion.sample(shares * plan.motion.duration[:, None]).angle for plan in (one, other))
+    angle, second_angle = (plan.motion.sample(shares * plan.motion.duration[:, None]).angle for plan in (first, second))
     note = (
         "largest difference of the six margins as shares of their units between SLSQP and IPOPT; the arm's angle "
-        f"differs by at most {np.rad2deg(np.abs(angle - again).max()):.1e} deg"
+        f"differs by at most {np.rad2deg(np.abs(angle - second_angle).max()):.1e} deg"
     )
-    return Row.ours("miyashita/example/solvers-agree", float(np.abs(one.margins - other.margins).max()), "-", note=note)
+    return Row.ours(
+        "miyashita/example/solvers-agree", float(np.abs(first.margins - second.margins).max()), "-", note=note
+    )
 
 
-def _preset(name: str) -> Row:
+def _preset_row(name: str) -> Row:
     plan = _plan(name)
     n, a, b, _, speed, torque = (float(v) for v in plan.delta)
     return Row.ours(
@@ -162,14 +172,14 @@ def moment_a(plan: ThrowPlan, count: int = 400) -> Floats:
 
 def margin_rows() -> list[Row]:
     """Rows with the margin of the optimised motion, and with the margins of motions that only keep their limits."""
-    with_it = float(moment_a(_plan("balanced")).max())
-    without = np.array([moment_a(plan).max() for plan in _careless()])
-    narrower, near = (100.0 * float((without > bound).mean()) for bound in (with_it, 0.5 * with_it))
+    with_margin = float(moment_a(_plan("balanced")).max())
+    without_margin = np.array([moment_a(plan).max() for plan in _careless()])
+    narrower, near = (100.0 * float((without_margin > bound).mean()) for bound in (with_margin, 0.5 * with_margin))
     return [
         Row.compared(
             "miyashita/fig-7/with-margin",
             "wide",
-            with_it,
+            with_margin,
             "mN m",
             holds=narrower >= MOST,
             note=f"largest M_A before the release, which has to stay below zero; {narrower:.0f} % of the motions of "
@@ -180,11 +190,13 @@ def margin_rows() -> list[Row]:
             "often near zero",
             "mN m",
             "unpublished",
-            reproduced=float(np.median(without)),
-            note=f"median largest M_A of {len(without)} motions that keep every limit and maximise nothing, from "
-            f"{without.min():.1f} to {without.max():.1f}; {near:.0f} % come nearer to zero than half of what the "
+            reproduced=float(np.median(without_margin)),
+            note=f"median largest M_A of {len(without_margin)} motions that keep every limit and maximise nothing, "
+            "from "
+            f"{without_margin.min():.1f} to {without_margin.max():.1f}; {near:.0f} % come nearer to zero than half of "
+            "what the "
             "optimisation leaves. Which of many motions is found depends on solver and guess, which are not given",
-            largest=without.tolist(),
+            largest=without_margin.tolist(),
         ),
     ]
 
@@ -233,8 +245,8 @@ def margins_figure(plan: ThrowPlan, careless: Sequence[ThrowPlan]) -> Figure:
     best, share = moment_a(plan), np.linspace(0.0, 1.0, 400)
     axes[0].plot(share, best, color=COLOURS[0], linewidth=1.2)
     axes[0].fill_between(share, best.max(), 0.0, color=COLOURS[2], alpha=0.25)
-    for colour, each in zip(COLOURS, careless, strict=False):
-        axes[1].plot(share, moment_a(each), color=colour, linewidth=1.2)
+    for colour, motion in zip(COLOURS, careless, strict=False):
+        axes[1].plot(share, moment_a(motion), color=colour, linewidth=1.2)
     for panel, title in zip(axes, ("margin maximised", "limits kept, nothing maximised"), strict=True):
         panel.axhline(0.0, color="black", linewidth=1)
         dress(panel, "share of the time to the release", "moment about the outer vertex M_A [mN m]", title)

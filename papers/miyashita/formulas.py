@@ -7,11 +7,17 @@ from typing import Final
 import numpy as np
 
 from agents.reproduce.finding import Findings, Row, printed
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint import landing_state, release_states
-from pnt_gym.planning.one_joint.grasp import acceleration_window, braking, reactions, rests, torque_limit
+from pnt_gym.planning.one_joint.grasp import (
+    acceleration_window,
+    braking_acceleration,
+    reactions,
+    tipping_margin,
+    torque_limit,
+)
 from pnt_gym.planning.one_joint.margins import motion_margins
 from pnt_gym.planning.one_joint.weights import weights_of
 
@@ -34,7 +40,7 @@ def formula_findings() -> Findings:
     rows = [
         _grasp_row(),
         _flight_row(),
-        _control_points(plan),
+        _control_points_row(plan),
         _sign_row(plan),
         _time_row(plan),
         _torque_row(plan),
@@ -43,16 +49,16 @@ def formula_findings() -> Findings:
         _wrap_row(),
         _rest_row(),
     ]
-    return listed("Formulas", rows, drop="miyashita/")
+    return table_findings("Formulas", rows, drop="miyashita/")
 
 
 def _grasp_row() -> Row:
     rng = np.random.default_rng(0)
     angle, speed, rate = rng.uniform(-1.5, 1.5, STATES), rng.uniform(0, 12, STATES), rng.uniform(-200, 200, STATES)
     radius = rng.uniform(0.05, 0.28, STATES)
-    found = reactions(angle, speed, rate, radius, BLOCK)
+    values = reactions(angle, speed, rate, radius, BLOCK)
     expected = newton_euler(angle, speed, rate, radius)
-    gap = max(float(np.abs(a - b).max()) for a, b in zip(found, expected, strict=True))
+    gap = max(float(np.abs(a - b).max()) for a, b in zip(values, expected, strict=True))
     note = (
         f"largest difference of N, M_A and M_B from forces and moments about the centre of mass at {STATES} "
         "random states; A is the outer vertex, B the inner one"
@@ -66,8 +72,8 @@ def newton_euler(angle: Floats, speed: Floats, rate: Floats, radius: Floats) -> 
     along = np.stack([np.cos(angle), np.sin(angle)])
     up = np.stack([-np.sin(angle), np.cos(angle)])
     arm = radius * along + d * up
-    turned = np.stack([-arm[1], arm[0]])
-    force = mass * (rate * turned - speed**2 * arm) - mass * GRAVITY * np.array([[0.0], [-1.0]])
+    perpendicular = np.stack([-arm[1], arm[0]])
+    force = mass * (rate * perpendicular - speed**2 * arm) - mass * GRAVITY * np.array([[0.0], [-1.0]])
     normal, pull = (force * up).sum(axis=0), (force * along).sum(axis=0)
     # Forces act in the surface, d below the centre of mass; M = J theta'' minus the forces' moment about each vertex.
     spin = BLOCK.inertia * rate
@@ -78,7 +84,7 @@ def _flight_row() -> Row:
     rng = np.random.default_rng(1)
     low, high = np.array([-1.4, 1.0, 0.05, 0.05]), np.array([1.4, 12.5, 0.28, 0.6])
     u = rng.uniform(low, high, (STATES, 4))
-    gap = float(np.abs(landing_state(u, BLOCK.half_height) - stepped(u)).max())
+    gap = float(np.abs(landing_state(u, BLOCK.half_height) - step_flights(u)).max())
     return Row.compared(
         "miyashita/formula/eq-11",
         "Eq. 11",
@@ -89,10 +95,10 @@ def _flight_row() -> Row:
     )
 
 
-def stepped(u: Floats, steps: int = 64) -> Floats:
+def step_flights(u: Floats, steps: int = 64) -> Floats:
     """States x, y, phi, dy (N, 4) after flights from releases (N, 4), by time steps that are exact for a parabola."""
-    lifted = u[:, 0] + np.arcsin(BLOCK.half_height / u[:, 2])
-    x, y = u[:, 2] * np.cos(lifted), u[:, 2] * np.sin(lifted)
+    elevation = u[:, 0] + np.arcsin(BLOCK.half_height / u[:, 2])
+    x, y = u[:, 2] * np.cos(elevation), u[:, 2] * np.sin(elevation)
     vx, vy, phi = -u[:, 1] * y, u[:, 1] * x, u[:, 0].copy()
     dt = u[:, 3] / steps
     for _ in range(steps):
@@ -101,7 +107,7 @@ def stepped(u: Floats, steps: int = 64) -> Floats:
     return np.stack([x, y, phi, vy], axis=1)
 
 
-def _control_points(plan: ThrowPlan) -> Row:
+def _control_points_row(plan: ThrowPlan) -> Row:
     as_printed = {j for i in range(INTERVALS + 1) for j in range(i - 1, i + 3)}
     return Row.compared(
         "miyashita/misprint/eq-13",
@@ -116,17 +122,17 @@ def _control_points(plan: ThrowPlan) -> Row:
 
 def _sign_row(plan: ThrowPlan) -> Row:
     """Row on the objective's maximum over Delta M_A, with the constraints as printed and with the sign of the text."""
-    weight, kept = float(weights_of("balanced")[1]), float(plan.delta[1])
-    values = {delta: 0.5 * weight * delta**2 for delta in (kept, 0.0, 1.0, 100.0)}
-    as_printed = [value for delta, value in values.items() if delta >= kept]
-    with_sign = [value for delta, value in values.items() if kept <= delta <= 0.0]
+    weight, margin = float(weights_of("balanced")[1]), float(plan.delta[1])
+    values = {delta: 0.5 * weight * delta**2 for delta in (margin, 0.0, 1.0, 100.0)}
+    as_printed = [value for delta, value in values.items() if delta >= margin]
+    with_sign = [value for delta, value in values.items() if margin <= delta <= 0.0]
     return Row.compared(
         "miyashita/misprint/eqs-16-28",
         "a maximum exists",
         _maximum(as_printed),
         "-",
         explained=_maximum(with_sign),
-        note=f"printed without Delta M_A <= 0 in Eqs. 27 to 32, M_A = {1e3 * kept:.1f} mN m also satisfies Delta M_A "
+        note=f"printed without Delta M_A <= 0 in Eqs. 27 to 32, M_A = {1e3 * margin:.1f} mN m also satisfies Delta M_A "
         "= 1 or 100 N m, and the squares of the objective reward these; the text has the sign, the others need >= 0",
         objective_by_delta={f"{delta:g}": value for delta, value in values.items()},
     )
@@ -171,7 +177,7 @@ def _jump_row(plan: ThrowPlan) -> Row:
     window = acceleration_window(u[:, 0], u[:, 1], radius, ARM, BLOCK)
     return Row.ours(
         "miyashita/inconsistency/maximally-decelerated-at-the-release",
-        float(plan.motion.release_acceleration[0] - braking(u[:, 1], ARM)[0]),
+        float(plan.motion.release_acceleration[0] - braking_acceleration(u[:, 1], ARM)[0]),
         "rad/s2",
         beside="at t_t",
         note=f"Eqs. 15 to 17 hold at knot n too and ask for more than {window.low[0]:.1f} rad/s2 there; letting go "
@@ -205,11 +211,11 @@ def _knots_row(plan: ThrowPlan) -> Row:
 
 
 def _wrap_row() -> Row:
-    turned = GOAL + np.array([0.0, 0.0, 2.0 * np.pi, 0.0])
-    found = release_states(turned, BLOCK.half_height)
+    turned_goal = GOAL + np.array([0.0, 0.0, 2.0 * np.pi, 0.0])
+    releases = release_states(turned_goal, BLOCK.half_height)
     return Row.ours(
         "miyashita/inconsistency/phi-not-wrapped",
-        float(found.u[found.turns == 0, 1].min()),
+        float(releases.u[releases.turns == 0, 1].min()),
         "rad/s",
         beside="-90 to 90 deg",
         note=f"the same pose one turn further, 510 deg, needs this speed and {ARM.speed:.1f} rad/s is the limit: the "
@@ -226,5 +232,5 @@ def _rest_row() -> Row:
         float(np.rad2deg(start[0])),
         "deg",
         note="start of the motion that asks least of the motor under the printed constraints; a resting block tips "
-        f"over below {tips:.1f} deg (its share of room is {rests(start, BLOCK)[0]:.2f}), so here it must rest",
+        f"over below {tips:.1f} deg (its share of room is {tipping_margin(start, BLOCK)[0]:.2f}), so here it must rest",
     )

@@ -23,14 +23,14 @@ from .cases import (
     POSITION,
     SPEED,
     TRIALS,
-    Learned,
+    LearningRecord,
     Misses,
-    Thrower,
-    late,
+    SimulatedThrower,
+    config_with_delay,
+    delay_name,
     learn,
     misses,
-    named,
-    rounded,
+    round_values,
 )
 from .drawings import draw_motion
 
@@ -44,60 +44,60 @@ DRAWN: Final = (0.005, 0.5)
 
 def learning_findings(seeds: int = SEEDS) -> Findings:
     """Errors over ten throws at the published goal, for three delays and five gains."""
-    learned = {delay: _learned(delay, seeds) for delay in DELAYS}
-    curves = {delay: by_gain(each.measured) for delay, each in learned.items()}
-    rows = [row for delay, each in learned.items() for row in _rows(delay, each)]
+    learned = {delay: _learn_rows(delay, seeds) for delay in DELAYS}
+    curves = {delay: norms_by_gain(record.measured) for delay, record in learned.items()}
+    rows = [row for delay, record in learned.items() for row in _delay_rows(delay, record)]
     figures = {
         "miyashita_learning.svg": svg(curves_figure(curves)),
         "miyashita_trials.svg": svg(trials_figure(learned[DRAWN[0]].virtual[:, GAINS.index(DRAWN[1]) * seeds])),
     }
     means = {
-        named(delay): {name: rounded(values.mean(axis=2).T) for name, values in found._asdict().items()}
-        for delay, found in curves.items()
+        delay_name(delay): {name: round_values(values.mean(axis=2).T) for name, values in norms._asdict().items()}
+        for delay, norms in curves.items()
     }
     data = {"trials": TRIALS, "gains": GAINS, "curves": means}
     return Findings(tuple(rows), {"miyashita_learning": data}, figures, (_grid(rows),))
 
 
-def _learned(delay: float, seeds: int) -> Learned:
+def _learn_rows(delay: float, seeds: int) -> LearningRecord:
     """Learning at one delay, where the rows are all seeds of the first gain, then all seeds of the next gain."""
     case = np.tile(np.arange(seeds), len(GAINS))
     goal = np.tile(GOAL, (case.size, 1))
-    return learn(Thrower(late(delay), case.tolist()), goal, np.repeat(GAINS, seeds))
+    return learn(SimulatedThrower(config_with_delay(delay), case.tolist()), goal, np.repeat(GAINS, seeds))
 
 
-def by_gain(error: Floats) -> Misses:
+def norms_by_gain(error: Floats) -> Misses:
     """Norms (J, K, seeds) of errors (J, K x seeds, 4)."""
     return misses(error.reshape(len(error), len(GAINS), -1, 4))
 
 
-def _rows(delay: float, learned: Learned) -> list[Row]:
+def _delay_rows(delay: float, learned: LearningRecord) -> list[Row]:
     """Rows with the errors of each gain, and a row with the smallest error of the angle over all gains."""
-    seen, true = by_gain(learned.measured), by_gain(learned.true)
-    return [*(_gain_row(delay, k, seen, true) for k in range(len(GAINS))), _angle_row(delay, seen.angle[-1])]
+    by_camera, true = norms_by_gain(learned.measured), norms_by_gain(learned.true)
+    return [*(_gain_row(delay, k, by_camera, true) for k in range(len(GAINS))), _angle_row(delay, by_camera.angle[-1])]
 
 
-def _gain_row(delay: float, k: int, seen: Misses, true: Misses) -> Row:
-    first, last = (Misses(*(values[trial, k] for values in seen)) for trial in (0, -1))
+def _gain_row(delay: float, k: int, by_camera: Misses, true: Misses) -> Row:
+    first, last = (Misses(*(values[trial, k] for values in by_camera)) for trial in (0, -1))
     final = Misses(*(values[-1, k] for values in true))
-    kept = last.position.mean() < POSITION and last.speed.mean() < SPEED
+    within_bounds = last.position.mean() < POSITION and last.speed.mean() < SPEED
     return Row.ours(
-        f"miyashita/learning/{named(delay)}/K-{GAINS[k]:g}",
+        f"miyashita/learning/{delay_name(delay)}/K-{GAINS[k]:g}",
         float(last.position.mean()),
         "m",
         beside=f"< {POSITION:g} m",
         note=f"position error of throw {TRIALS} as the camera saw it, mean of {last.position.size} seeds, after "
         f"{1e3 * first.position.mean():.1f} mm at the first; gain, delay and scatter are assumed"
-        f"{'' if kept else _why(delay, GAINS[k])}",
+        f"{'' if within_bounds else _explain_gain(delay, GAINS[k])}",
         angle_deg=float(last.angle.mean()),
         speed=float(last.speed.mean()),
-        **{f"{what}_spread": float(values.std()) for what, values in last._asdict().items()},
-        **{f"{what}_first": float(values.mean()) for what, values in first._asdict().items()},
-        **{f"{what}_true": float(values.mean()) for what, values in final._asdict().items()},
+        **{f"{norm}_spread": float(values.std()) for norm, values in last._asdict().items()},
+        **{f"{norm}_first": float(values.mean()) for norm, values in first._asdict().items()},
+        **{f"{norm}_true": float(values.mean()) for norm, values in final._asdict().items()},
     )
 
 
-def _why(delay: float, gain: float) -> str:
+def _explain_gain(delay: float, gain: float) -> str:
     if gain < 1.0:
         return f"; so small a gain has not made up for {1e3 * delay:.0f} ms after {TRIALS} throws"
     return "; so large a gain goes too far, up to goals that the arm cannot throw to, and swings back"
@@ -108,7 +108,7 @@ def _angle_row(delay: float, angle: Floats) -> Row:
     means = angle.mean(axis=1)
     best = int(means.argmin())
     return Row.missing(
-        f"miyashita/learning/{named(delay)}/angle",
+        f"miyashita/learning/{delay_name(delay)}/angle",
         f"< {ANGLE:g} deg",
         "deg",
         "unpublished",
@@ -124,10 +124,10 @@ def _grid(rows: list[Row]) -> Grid:
     for row in rows:
         delay, name = row.quantity.split("/")[2:]
         if name.startswith("K-"):
-            found: dict[str, Any] = dict(row.details)
-            first = f"{1e3 * found['position_first']:.1f} mm, {found['angle_first']:.1f} deg"
+            details: dict[str, Any] = dict(row.details)
+            first = f"{1e3 * details['position_first']:.1f} mm, {details['angle_first']:.1f} deg"
             place = f"{1e3 * float(row.reproduced or 0.0):.1f} mm"
-            last = [place, f"{found['angle_deg']:.2f} deg", f"{found['speed']:.3f} m/s"]
+            last = [place, f"{details['angle_deg']:.2f} deg", f"{details['speed']:.3f} m/s"]
             lines.append([f"{delay.removeprefix('delay-')} late", name.removeprefix("K-"), first, *last])
     header = ["block comes free", "K", "first throw", "position", "angle", "vertical speed"]
     return Grid("Learning the paper's goal: mean errors of the 10th throw, as the camera saw them", header, lines)
@@ -139,9 +139,9 @@ def curves_figure(curves: dict[float, Misses]) -> Figure:
     names = ("position [mm]", "angle [°]", "vertical speed [m/s]")
     bounds, units = (1e3 * POSITION, ANGLE, SPEED), (1e3, 1.0, 1.0)
     throws = np.arange(1, TRIALS + 1)
-    for row, (delay, found) in enumerate(curves.items()):
+    for row, (delay, norms) in enumerate(curves.items()):
         panels = axes[3 * row : 3 * row + 3]
-        for panel, values, unit, bound, name in zip(panels, found, units, bounds, names, strict=True):
+        for panel, values, unit, bound, name in zip(panels, norms, units, bounds, names, strict=True):
             for k, gain in enumerate(GAINS):
                 curve = unit * values[:, k]
                 panel.plot(throws, curve.mean(axis=1), ".-", color=COLOURS[k], label=f"K = {gain:g}")

@@ -14,7 +14,7 @@ from pnt_gym.cells.one_joint.hidden import Hidden, expected_hidden
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint import ThrowPlans, plan_releases
 
-from .cases import ARM, BLOCK, feasible_goals, fly, misses, plant_of
+from .cases import ARM, BLOCK, feasible_goals, make_plant, misses, simulate_flights
 
 WITHIN: Final = (0.005, 2.0)
 """Tolerances within which a goal is reached: position [m] and angle [deg]."""
@@ -58,30 +58,30 @@ TOGETHER: Final = 256
 
 @final
 @dataclass(frozen=True)
-class Reached:
+class BestReleases:
     """Best releases for N goals.
 
     Attributes:
         share: the releases in shares of the range `LOW` to `HIGH` (N, 3).
-        size: miss of each release as a multiple of the tolerances `WITHIN` (N,).
+        miss: miss of each release as a multiple of the tolerances `WITHIN` (N,).
     """
 
     share: Floats
-    size: Floats
+    miss: Floats
 
-    def improved(self, own: Ints, share: Floats, missed: Floats) -> Reached:
-        """The best of these and of S further releases (S, 3), which miss the goals ``own`` (S,) by ``missed`` (S,)."""
-        order = np.argsort(-missed)  # a goal's best release comes last and overwrites the others
-        better = order[missed[order] < self.size[own[order]]]
-        best, least = self.share.copy(), self.size.copy()
-        best[own[better]], least[own[better]] = share[better], missed[better]
-        return Reached(best, least)
+    def improve(self, goal_rows: Ints, share: Floats, miss: Floats) -> BestReleases:
+        """The best of these and of S further releases (S, 3), which miss goals ``goal_rows`` (S,) by ``miss`` (S,)."""
+        order = np.argsort(-miss)  # a goal's best release comes last and overwrites the others
+        better = order[miss[order] < self.miss[goal_rows[order]]]
+        best, least = self.share.copy(), self.miss.copy()
+        best[goal_rows[better]], least[goal_rows[better]] = share[better], miss[better]
+        return BestReleases(best, least)
 
 
 def size(error: Floats) -> Floats:
     """Errors (..., 4) as multiples of the tolerances `WITHIN` (...,): the larger of position and angle."""
-    found = misses(error)
-    return np.maximum(found.position / WITHIN[0], found.angle / WITHIN[1])
+    norms = misses(error)
+    return np.maximum(norms.position / WITHIN[0], norms.angle / WITHIN[1])
 
 
 def goals_above_arm(count: int) -> Floats:
@@ -109,30 +109,32 @@ def paths(config: OneJointConfig, share: Floats, seed: int | None = None) -> Flo
     if seed is not None:
         spread = config.mismatch * config.errors.placement
         hidden = replace(hidden, radius=hidden.radius + spread * np.random.default_rng(seed).standard_normal(count))
-    plans = plan_releases(_release(share))
+    plans = plan_releases(_release_states(share))
     chunks = (slice(first, first + TOGETHER) for first in range(0, count, TOGETHER))
-    return np.concatenate([_path(config, take(plans, rows), take(hidden, rows)) for rows in chunks])
+    return np.concatenate([_simulate_paths(config, take(plans, rows), take(hidden, rows)) for rows in chunks])
 
 
-def _path(config: OneJointConfig, plans: ThrowPlans, hidden: Hidden) -> Floats:
-    each = np.arange(len(plans.u))
-    flight = fly(plant_of(config, len(each)), plans, hidden)
+def _simulate_paths(config: OneJointConfig, plans: ThrowPlans, hidden: Hidden) -> Floats:
+    rows = np.arange(len(plans.u))
+    flight = simulate_flights(make_plant(config, len(rows)), plans, hidden)
     later = np.round(np.arange(1, round(FLIGHT / SPACING) + 1) * SPACING / flight.step).astype(np.int64)
     sample = flight.clock.release_step[:, None] + later
     # The engine's speed is the mean over the step, so half a step of gravity leads to its end.
-    rate = flight.velocity[each[:, None], sample][..., 1:2] - 0.5 * flight.step * GRAVITY
-    return np.concatenate([flight.pose[each[:, None], sample], rate], axis=2)
+    rate = flight.velocity[rows[:, None], sample][..., 1:2] - 0.5 * flight.step * GRAVITY
+    return np.concatenate([flight.pose[rows[:, None], sample], rate], axis=2)
 
 
 def errors(path: Floats, goal: Floats) -> Floats:
     """Errors (N, 4) of flights (N, T, 4) at the state nearest to the goal (N, 4), by a parabola of three states."""
-    away = path - goal[:, None]
-    distance = ((away * np.array([SCALES["position"], SCALES["position"], SCALES["angle"], 0.0])) ** 2).sum(axis=2)
+    difference = path - goal[:, None]
+    distance = ((difference * np.array([SCALES["position"], SCALES["position"], SCALES["angle"], 0.0])) ** 2).sum(
+        axis=2
+    )
     rows, best = np.arange(len(path)), np.clip(distance.argmin(axis=1), 1, path.shape[1] - 2)
     left, middle, right = (distance[rows, best + i] for i in (-1, 0, 1))
     bend = left - 2.0 * middle + right
     part = np.clip(0.5 * (left - right) / np.where(bend > 0.0, bend, np.inf), -1.0, 1.0)[:, None]
-    a, b, c = (away[rows, best + i] for i in (-1, 0, 1))
+    a, b, c = (difference[rows, best + i] for i in (-1, 0, 1))
     return b + 0.5 * part * (c - a) + 0.5 * part**2 * (a - 2.0 * b + c)
 
 
@@ -156,46 +158,52 @@ class Search:
     def __len__(self) -> int:
         return len(self._share)
 
-    def reach(self, goal: Floats) -> Reached:
+    def reach(self, goal: Floats) -> BestReleases:
         """The best releases for goals (N, 4), of all simulated releases and of rounds of Gauss-Newton steps."""
-        missed = np.stack([size(errors(self._path, np.tile(one, (len(self), 1)))) for one in goal])
-        best = Reached(self._share[missed.argmin(axis=1)], missed.min(axis=1))
-        chosen = [self._starts(one) for one in missed]
-        start, own = self._share[np.concatenate(chosen)], np.repeat(np.arange(len(goal)), [len(c) for c in chosen])
+        missed = np.stack([size(errors(self._path, np.tile(row, (len(self), 1)))) for row in goal])
+        best = BestReleases(self._share[missed.argmin(axis=1)], missed.min(axis=1))
+        chosen = [self._choose_starts(row) for row in missed]
+        start, goal_rows = (
+            self._share[np.concatenate(chosen)],
+            np.repeat(np.arange(len(goal)), [len(c) for c in chosen]),
+        )
         for _ in range(ROUNDS):
-            left = best.size[own] > ENOUGH
-            start, own = start[left], own[left]
+            unsolved = best.miss[goal_rows] > ENOUGH
+            start, goal_rows = start[unsolved], goal_rows[unsolved]
             if len(start) == 0:
                 break
-            start = self._improved(start, goal[own])
+            start = self._improve(start, goal[goal_rows])
             path = paths(self._config, start)
             self._share, self._path = np.concatenate([self._share, start]), np.concatenate([self._path, path])
-            best = best.improved(own, start, size(errors(path, goal[own])))
+            best = best.improve(goal_rows, start, size(errors(path, goal[goal_rows])))
         return best
 
-    def _starts(self, missed: Floats) -> Ints:
+    def _choose_starts(self, missed: Floats) -> Ints:
         """Indices of starts for a goal that the releases miss by ``missed`` (M,): the nearest that differ enough."""
-        kept: list[int] = []
+        starts: list[int] = []
         for row in missed.argsort():
-            if missed[row] >= HOPELESS or len(kept) == STARTS:
+            if missed[row] >= HOPELESS or len(starts) == STARTS:
                 break
-            if all(np.abs(self._share[row] - self._share[other]).max() > APART for other in kept):
-                kept.append(int(row))
-        return np.array(kept, dtype=np.int64)
+            if all(np.abs(self._share[row] - self._share[start]).max() > APART for start in starts):
+                starts.append(int(row))
+        return np.array(starts, dtype=np.int64)
 
-    def _improved(self, share: Floats, goal: Floats) -> Floats:
+    def _improve(self, share: Floats, goal: Floats) -> Floats:
         """Releases (N, 3) after damped Gauss-Newton steps on interpolated flights, unchanged where no motion exists."""
         residual = self._residual(goal)
-        now, damping = share, np.full(len(share), 1e-2)
-        left = residual(now)
+        current, damping = share, np.full(len(share), 1e-2)
+        error = residual(current)
         for _ in range(ITERATIONS):
-            slopes = np.stack([(residual(now + way) - left) / NUDGE for way in NUDGE * np.eye(3)], axis=2)
-            trial = np.clip(now + _step(left, slopes, damping), 1e-3, 1.0 - 1e-3)
-            there = residual(trial)
-            good = (there**2).sum(axis=1) < (left**2).sum(axis=1)
-            now, left = np.where(good[:, None], trial, now), np.where(good[:, None], there, left)
-            damping = np.clip(np.where(good, 0.3, 6.0) * damping, 1e-7, 1e4)
-        return np.where(has_motion(now)[:, None], now, share)
+            slopes = np.stack([(residual(current + way) - error) / NUDGE for way in NUDGE * np.eye(3)], axis=2)
+            trial = np.clip(current + _gauss_newton_step(error, slopes, damping), 1e-3, 1.0 - 1e-3)
+            trial_error = residual(trial)
+            is_better = (trial_error**2).sum(axis=1) < (error**2).sum(axis=1)
+            current, error = (
+                np.where(is_better[:, None], trial, current),
+                np.where(is_better[:, None], trial_error, error),
+            )
+            damping = np.clip(np.where(is_better, 0.3, 6.0) * damping, 1e-7, 1e4)
+        return np.where(has_motion(current)[:, None], current, share)
 
     def _residual(self, goal: Floats) -> Callable[[Floats], Floats]:
         """Function from releases (N, 3) to errors of interpolated flights (N, 3), as multiples of the tolerances."""
@@ -212,25 +220,25 @@ class Search:
             smoothing=SMOOTHING,
         )
 
-        def residual(at: Floats) -> Floats:
-            found = errors(model(at).reshape(len(at), *self._path.shape[1:]), goal)[:, :3]
-            return found / np.array([WITHIN[0], WITHIN[0], np.deg2rad(WITHIN[1])])
+        def residual(releases: Floats) -> Floats:
+            error = errors(model(releases).reshape(len(releases), *self._path.shape[1:]), goal)[:, :3]
+            return error / np.array([WITHIN[0], WITHIN[0], np.deg2rad(WITHIN[1])])
 
         return residual
 
 
 def has_motion(share: Floats) -> Bools:
     """Whether each of the releases (N, 3) has a motion from rest (N,)."""
-    return plan_releases(_release(share)).feasible
+    return plan_releases(_release_states(share)).feasible
 
 
-def _release(share: Floats) -> Floats:
+def _release_states(share: Floats) -> Floats:
     return np.column_stack([LOW + (HIGH - LOW) * share, np.full(len(share), FLIGHT)])
 
 
-def _step(left: Floats, slopes: Floats, damping: Floats) -> Floats:
+def _gauss_newton_step(error: Floats, slopes: Floats, damping: Floats) -> Floats:
     """Damped Gauss-Newton steps (N, 3), -(J^T J + D)^-1 J^T r, shortened to `STEP`."""
     square = np.einsum("nij,nik->njk", slopes, slopes)
-    more = (damping * np.einsum("nii->n", square) / 3.0 + 1e-9)[:, None, None] * np.eye(3)
-    step = -np.linalg.solve(square + more, np.einsum("nij,ni->nj", slopes, left)[..., None])[..., 0]
+    damping_matrix = (damping * np.einsum("nii->n", square) / 3.0 + 1e-9)[:, None, None] * np.eye(3)
+    step = -np.linalg.solve(square + damping_matrix, np.einsum("nij,ni->nj", slopes, error)[..., None])[..., 0]
     return step * np.minimum(1.0, STEP / np.maximum(np.abs(step).max(axis=1), 1e-12))[:, None]

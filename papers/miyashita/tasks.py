@@ -17,10 +17,10 @@ from agents.controllers.protocol import Controller, Learner
 from agents.ground.drawings import COLOURS, Figure, frames_figure, subplots
 from agents.ground.environments import core_of, make_vector, stream_seed
 from agents.ground.metrics import wilson
-from agents.judging.loop import held_out, practise, thrown
+from agents.judging.loop import practise, throw_batches, throw_held_out
 from agents.judging.throws.data import Throws
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.cells.base.canvas import Frame
 from pnt_gym.cells.base.view import ThrowView
@@ -50,27 +50,28 @@ FLYING: Final = 0.75
 """Moment of a picture as a share of the flight."""
 
 
-def _thrown(env_id: str, picks: int, practice: int) -> tuple[Controller, Throws]:
+def _practise_and_throw(env_id: str, picks: int, practice: int) -> tuple[Controller, Throws]:
     """The controller `virtual_goal` after its practice, and its held-out throws."""
     with closing(make_vector(env_id, "nominal", ROWS, threads=1)) as env:
         controller = make_controller("virtual_goal", env)
         controller.reset(0)
         practise(controller, env, practice, seed=0)
-        return controller, held_out(controller, env, picks, seed=0)
+        return controller, throw_held_out(controller, env, picks, seed=0)
 
 
-def _success(name: str, done: Bools, what: str, practice: int, **details: Any) -> Row:
-    rate = wilson(int(done.sum()), done.size)
+def _success_row(name: str, successes: Bools, description: str, practice: int, **details: Any) -> Row:
+    rate = wilson(int(successes.sum()), successes.size)
     return Row.ours(
         f"{name}/success",
-        float(done.sum()),
+        float(successes.sum()),
         "-",
         beside="successful",
-        note=f"of {done.size} {what}; every unmodelled effect at its realistic strength, ideal release, learned from "
+        note=f"of {successes.size} {description}; every unmodelled effect at its realistic strength, ideal release, "
+        "learned from "
         f"{practice} throws by the virtual goal with K = 0.5. 95 % interval {100.0 * rate.low:.0f} to "
         f"{100.0 * rate.high:.0f} %. The paper's only failures, turns of the part out of the plane of the throw, "
         "cannot occur: parts move in that plane here",
-        runs=int(done.size),
+        runs=int(successes.size),
         practice=practice,
         **details,
     )
@@ -78,15 +79,23 @@ def _success(name: str, done: Bools, what: str, practice: int, **details: Any) -
 
 def sorting_findings(runs: int = RUNS, practice: int = PRACTICE) -> Findings:
     """Success of runs that sort blocks into three pallets, clearances, and vertical speeds."""
-    throws = _thrown("OneJointSort-v0", 5 * runs, practice)[1]
+    throws = _practise_and_throw("OneJointSort-v0", 5 * runs, practice)[1]
     # The pallet is drawn for each throw: the n-th throws into the three pallets are run n.
-    each = [throws.is_success[throws.item == k] for k in range(len(SORTING))]
-    least = min(runs, *(len(one) for one in each))
-    done = np.stack([one[:least] for one in each])
-    what = "runs of three throws, one into each pallet: all three at rest in their pallets and no other pallet touched"
+    successes_by_pallet = [throws.is_success[throws.item == k] for k in range(len(SORTING))]
+    count = min(runs, *(len(flags) for flags in successes_by_pallet))
+    successes = np.stack([flags[:count] for flags in successes_by_pallet])
+    description = (
+        "runs of three throws, one into each pallet: all three at rest in their pallets and no other pallet touched"
+    )
     plans = plan_throws(np.stack([pallet.state for pallet in SORTING]))
     rows = (
-        _success("miyashita/sorting", np.all(done, axis=0), what, practice, per_pallet=done.sum(axis=1).tolist()),
+        _success_row(
+            "miyashita/sorting",
+            np.all(successes, axis=0),
+            description,
+            practice,
+            per_pallet=successes.sum(axis=1).tolist(),
+        ),
         *(_clearance_row(k, plans.u) for k in range(len(SORTING))),
         _speeds_row(),
     )
@@ -95,16 +104,16 @@ def sorting_findings(runs: int = RUNS, practice: int = PRACTICE) -> Findings:
         "miyashita_task_motions.svg": motions_figure(plans, assembly_plans()),
     }
     data = {"miyashita_sorting": {"goals": [list(pallet.goal) for pallet in SORTING]}}
-    return listed("Sorting in the simulator", rows, figures, data, drop="miyashita/")
+    return table_findings("Sorting in the simulator", rows, figures, data, drop="miyashita/")
 
 
 def _clearance_row(k: int, u: Floats) -> Row:
     """Row with the smallest gap between the block's flight to pallet k and the other pallets."""
-    others = [other for other in SORTING if other is not SORTING[k]]
+    pallets = [pallet for pallet in SORTING if pallet is not SORTING[k]]
     x, y, phi, dy = SORTING[k].goal
     return Row.ours(
         f"miyashita/sorting/clearance-{k + 1}",
-        float(clearance(u[k : k + 1], BLOCK, others)[0]),
+        float(clearance(u[k : k + 1], BLOCK, pallets)[0]),
         "m",
         note=f"smallest gap between the swept block and the other pallets on the way to ({x:g} m, {y:g} m, "
         f"{np.rad2deg(phi):.0f} deg, {dy:g} m/s); the places of the paper's pallets are not published, but the first",
@@ -135,24 +144,24 @@ def assembly_plans() -> list[ThrowPlans]:
 
 def assembly_findings(runs: int = RUNS, practice: int = PRACTICE) -> Findings:
     """Success of assemblies of two throws: an H onto a fixed T, and a T onto the H."""
-    controller, throws = _thrown("OneJointAssembly-v0", 2 * runs + ROWS * (runs // 25 + 2), practice)
-    ended, whole = assemblies(throws)
+    controller, throws = _practise_and_throw("OneJointAssembly-v0", 2 * runs + ROWS * (runs // 25 + 2), practice)
+    ended, complete = count_assemblies(throws)
     first = throws.is_success[throws.item == 0]
-    what = "assemblies of two throws: both parts at rest, the second one joined to the first"
+    description = "assemblies of two throws: both parts at rest, the second one joined to the first"
     counts = {"first_part": int(first.sum()), "first_part_of": first.size, "ended": ended}
-    rows = (_success("miyashita/assembly", whole[:runs], what, practice, **counts), *_falls())
+    rows = (_success_row("miyashita/assembly", complete[:runs], description, practice, **counts), *_fall_rows())
     figures = {"miyashita_assembly.svg": frames_figure(assembly_frames(controller))}
     data = {"miyashita_assembly": {"goals": [list(goal) for _, goal in ASSEMBLY]}}
-    return listed("Assembly in the simulator", rows, figures, data, drop="miyashita/")
+    return table_findings("Assembly in the simulator", rows, figures, data, drop="miyashita/")
 
 
-def assemblies(throws: Throws) -> tuple[int, Bools]:
+def count_assemblies(throws: Throws) -> tuple[int, Bools]:
     """Number of ended assemblies, and whether each of them is complete, in the order of their last throws."""
-    over = (throws.item == 1) | ~throws.is_success
-    return int(over.sum()), (throws.is_success & (throws.item == 1))[over]
+    is_last = (throws.item == 1) | ~throws.is_success
+    return int(is_last.sum()), (throws.is_success & (throws.item == 1))[is_last]
 
 
-def _falls() -> Iterator[Row]:
+def _fall_rows() -> Iterator[Row]:
     """Rows with the directions in which the parts arrive."""
     for (part, goal), plans in zip(ASSEMBLY, assembly_plans(), strict=True):
         theta, omega, length, flight = plans.u[0]
@@ -180,16 +189,16 @@ def assembly_frames(controller: Controller, size: tuple[int, int] = (720, 960)) 
             fresh.restore(controller.state())
         cell: Any = core_of(env).cell
         with closing(ThrowView(cell, camera(), DOTS, size)) as view:
-            return _filmed(fresh, env, view)
+            return _film(fresh, env, view)
 
 
-def _filmed(controller: Controller, env: Any, view: ThrowView) -> list[tuple[str, Frame]]:
-    found: list[tuple[str, Frame]] = []
-    throws = thrown(controller, env, len(ASSEMBLY), stream_seed("evaluate", 0))
+def _film(controller: Controller, env: Any, view: ThrowView) -> list[tuple[str, Frame]]:
+    frames: list[tuple[str, Frame]] = []
+    throws = throw_batches(controller, env, len(ASSEMBLY), stream_seed("evaluate", 0))
     for name, plans, _ in zip(("H", "T"), assembly_plans(), throws, strict=True):
-        flying = float(plans.motion.duration[0] + FLYING * plans.u[0, 3])
-        found += [(f"the {name} flies", view.at(flying, FILMED)), (f"the {name} lies", view.at(np.inf, FILMED))]
-    return [(title, frame[VIEW]) for title, frame in found]
+        moment = float(plans.motion.duration[0] + FLYING * plans.u[0, 3])
+        frames += [(f"the {name} flies", view.at(moment, FILMED)), (f"the {name} lies", view.at(np.inf, FILMED))]
+    return [(title, frame[VIEW]) for title, frame in frames]
 
 
 def sorting_figure(u: Floats) -> Figure:

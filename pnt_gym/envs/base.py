@@ -16,11 +16,11 @@ from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Ints
-from pnt_gym.cells.base.canvas import DRAWING, FPS, RENDER_MODES, SIZE, Picture
+from pnt_gym.cells.base.canvas import DRAWING_LOCK, FPS, RENDER_MODES, SIZE, Picture
 from pnt_gym.cells.base.cell import Cell, Generators
-from pnt_gym.cells.base.config import Level, LevelConfig, describes_a_cell, written
+from pnt_gym.cells.base.config import Level, LevelConfig, describes_a_cell, serialize_level
 from pnt_gym.cells.base.core import Core, Step
-from pnt_gym.cells.base.request import ANYTHING, ASKED, Request, requested
+from pnt_gym.cells.base.request import NO_REQUEST, REQUEST_OPTIONS, Request, parse_request
 from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
@@ -64,7 +64,7 @@ class Behind(Protocol):
     observation_space: gym.Space[Any]
     action_space: gym.Space[Any]
 
-    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = ANYTHING) -> None:
+    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> None:
         """Begin new episodes in some rows."""
 
     def observe(self) -> Observation:
@@ -109,11 +109,11 @@ def request_of(options: Any, core: Behind, *others: str) -> Request:
     """What options of a reset ask the first throw to be; `others` are what else they may hold."""
     if not (options is None or isinstance(options, dict)):
         raise ConfigError(f"options is {one_sentence(repr(options), 80)}; it must be a mapping, or None")
-    given, known = cast("dict[object, Any]", options or {}), (*ASKED, *others)
+    given, known = cast("dict[object, Any]", options or {}), (*REQUEST_OPTIONS, *others)
     for name in given:
         if name not in known:
             raise ConfigError(f"options has {one_sentence(repr(name), 80)}; it may have {', '.join(known)}")
-    return requested(core.cell, {name: given[name] for name in ASKED if name in given})
+    return parse_request(core.cell, {name: given[name] for name in REQUEST_OPTIONS if name in given})
 
 
 def completed(own: str, family: str) -> str:
@@ -156,7 +156,7 @@ class Facade:
     @spec.setter
     def spec(self, value: EnvSpec | None) -> None:
         if value is not None and "level" in value.kwargs:
-            value.kwargs["level"] = written(value.kwargs["level"])
+            value.kwargs["level"] = serialize_level(value.kwargs["level"])
         self._spec = value
 
     def __init_subclass__(cls, observes: Entries | None = None, **kwargs: Any) -> None:
@@ -175,7 +175,7 @@ class Facade:
         return {**self.__dict__, "_view": None}
 
     def _opened_view(self) -> View:
-        with DRAWING:
+        with DRAWING_LOCK:
             if self._view is None:
                 self._view = self.core.view()
                 if self._picture != Picture():
@@ -183,7 +183,7 @@ class Facade:
             return self._view
 
     def _close_view(self) -> None:
-        with DRAWING:
+        with DRAWING_LOCK:
             if self._view is not None:
                 self._view.close()
                 self._view = None
@@ -287,7 +287,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
         """A frame of the coming pick (rgb_array), or the frames of the last throw (rgb_array_list)."""
         if self.render_mode is None or self.render_mode == "human":
             return None
-        with DRAWING:  # a view poses one model for all who ask
+        with DRAWING_LOCK:  # a view poses one model for all who ask
             return self._opened_view().render(self.render_mode)
 
     def close(self) -> None:

@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools
-from pnt_gym.cells.base.canvas import DRAWING, FPS, SIZE, Picture
+from pnt_gym.cells.base.canvas import DRAWING_LOCK, FPS, SIZE, Picture
 from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.base.core import Step
 from pnt_gym.envs.base import NOTHING, CoreEnv, Facade, Observation, request_of, seed_of
@@ -147,7 +147,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """One frame of every cell's coming pick."""
         if self.render_mode is None:
             return None
-        with DRAWING:  # a view poses one model for all who ask
+        with DRAWING_LOCK:  # a view poses one model for all who ask
             return tuple(self._opened_view().frame(row) for row in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:

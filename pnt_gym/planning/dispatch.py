@@ -50,14 +50,14 @@ RULES: Final[Mapping[Rule, Callable[[Candidates, float], Floats]]] = {
 }
 
 
-def index(rule: Rule, among: Candidates, patience: float) -> Floats:
+def index(rule: Rule, candidates: Candidates, patience: float) -> Floats:
     """The rule's index of each candidate S + (K,); minus infinity for candidates that cannot be taken.
 
     Args:
         rule: a name of `RULES`.
-        among: the candidates.
+        candidates: the candidates.
         patience: k of `atc` [s]: a candidate that can wait for k counts e times less.
     """
     # Impossible candidates may hold any number, NaN included.
     with np.errstate(all="ignore"):
-        return np.where(among.possible, RULES[rule](among, patience), -np.inf)
+        return np.where(candidates.possible, RULES[rule](candidates, patience), -np.inf)

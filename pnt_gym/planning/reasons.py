@@ -6,7 +6,7 @@ from enum import IntEnum
 from typing import Self
 
 
-class SpokenReason(IntEnum):
+class ReasonCode(IntEnum):
     """Abstract base of reason codes: a member is its integer code and holds its sentence."""
 
     sentence: str

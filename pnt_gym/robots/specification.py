@@ -121,16 +121,16 @@ def add_site(body: MjsBody, name: str, place: Point = (0.0, 0.0, 0.0)) -> None:
     body.add_site(name=name, pos=place, size=[0.003] * 3, group=4)
 
 
-def join_sites(spec: MjSpec, name: str, one: str, other: str, softness: Mapping[str, Point] = LOOP) -> None:
+def join_sites(spec: MjSpec, name: str, first: str, second: str, softness: Mapping[str, Point] = LOOP) -> None:
     """Add an equality that holds two sites together.
 
     The equality joins sites, not bodies: a loop then does not depend on a closed pose at compile time.
     """
     kinds = {"type": mujoco.mjtEq.mjEQ_CONNECT, "objtype": mujoco.mjtObj.mjOBJ_SITE}
-    spec.add_equality(name=name, name1=one, name2=other, **kinds, **softness)
+    spec.add_equality(name=name, name1=first, name2=second, **kinds, **softness)
 
 
-def join_angles(spec: MjSpec, name: str, one: str, other: str, softness: Mapping[str, Point] = LOOP) -> None:
+def join_angles(spec: MjSpec, name: str, first: str, second: str, softness: Mapping[str, Point] = LOOP) -> None:
     """Add an equality that keeps two joints at the same angle."""
     kinds = {"type": mujoco.mjtEq.mjEQ_JOINT, "objtype": mujoco.mjtObj.mjOBJ_JOINT}
-    spec.add_equality(name=name, name1=one, name2=other, data=np.eye(12)[1], **kinds, **softness)
+    spec.add_equality(name=name, name1=first, name2=second, data=np.eye(12)[1], **kinds, **softness)

@@ -54,11 +54,11 @@ def worker_here(monkeypatch: pytest.MonkeyPatch) -> None:
     @contextmanager
     def here(
         count: int, jobs: Sequence[work.Job], folder: Path
-    ) -> Generator[Iterator[tuple[work.Job, work.Done]], None, None]:
+    ) -> Generator[Iterator[tuple[work.Job, work.Completion]], None, None]:
         if count > 1:
             with side_by_side(count, jobs, folder) as ended:
                 yield ended
         else:
-            yield ((job, work.do(pickle.loads(pickle.dumps(job)), folder)) for job in jobs)
+            yield ((job, work.run_job(pickle.loads(pickle.dumps(job)), folder)) for job in jobs)
 
     monkeypatch.setattr(work, "_side_by_side", here)

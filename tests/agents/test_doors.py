@@ -19,9 +19,9 @@ from agents.controllers import make_controller
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
-from agents.judging.loop import held_out, practise
+from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import summary
-from agents.learning.trained import setting
+from agents.learning.trained import resolve_task
 from tests.tools.commands import answer, call, call_here
 from tests.tools.lob import write_entry_point, write_package
 from tests.tools.models import model
@@ -63,7 +63,7 @@ def test_training_in_an_environment_of_a_users_module(here: Path) -> None:
     assert "learned (sac)" in done.stdout
     # What a run folder names is imported only if the user names it too.
     for refused in (
-        lambda: setting(str(here / "run"), None, None, None),
+        lambda: resolve_task(str(here / "run"), None, None, None),
         lambda: train.main(train.Arguments(resume=here / "run", steps=40)),
         lambda: publish.main(publish.Arguments(here / "run", to=here / "kept")),
     ):
@@ -158,16 +158,16 @@ def test_an_installed_package_needs_no_prefix(tmp_path: Path) -> None:
 def test_rows_of_single_environments_are_those_of_the_vector_form(here: Path) -> None:
     whole, rows = (make_vector(f"lob:{name}-v0", num_envs=4) for name in ("Lob", "LobAlone"))
     assert isinstance(rows, SyncVectorEnv)
-    one, other = (held_out(make_controller("analytic", env), env, 12, 3) for env in (whole, rows))
+    one, other = (throw_held_out(make_controller("analytic", env), env, 12, 3) for env in (whole, rows))
     np.testing.assert_allclose(one.landing_error, other.landing_error)
     assert one.error.shape == other.error.shape == (12, 1)
     assert summary(one).keys() == summary(other).keys()
     learner = make_controller("virtual_goal", rows)
     practise(learner, rows, 40, 0)
-    assert held_out(learner, rows, 8, 0).is_success.all()
+    assert throw_held_out(learner, rows, 8, 0).is_success.all()
     with pytest.raises(UsageError, match="looks ahead in all cells at once"):
         make_controller("oracle", rows)
-    assert held_out(make_controller("oracle", whole), whole, 8, 0).is_success.all()
+    assert throw_held_out(make_controller("oracle", whole), whole, 8, 0).is_success.all()
 
 
 def test_three_lines_of_python_say_what_the_command_line_says(here: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.ground.cli import explained
+from agents.ground.cli import describe_error
 from agents.ground.places import POLICY
 from pnt_gym.errors import PhysicsError
 from pnt_gym.reading import yaml_text
@@ -179,7 +179,7 @@ def test_a_failed_start_does_not_block_the_next(here: Path) -> None:
     command = ("agents.train", *START, "--config", "sac.yml")
     for failure in (PhysicsError("MuJoCo warned"), MemoryError(), OSError(28, "No space left on device")):
         with patch.object(ToyVectorEnv, "step", side_effect=failure):
-            assert explained(failure) in refused(*command)
+            assert describe_error(failure) in refused(*command)
         assert not (here / "run").exists()
     assert answered(*command)[0] == 0
     # What was learned already is not thrown away.
@@ -270,7 +270,7 @@ def test_a_saved_controller_of_another_shape(here: Path, name: str, state: dict[
 RESULTS: list[tuple[Any, str]] = [
     ({"plan": {}, "table": [], "comparisons": [], "results": []}, "of another form"),
     ({"plan": 5, "table": 5, "comparisons": 5, "results": 5}, "of another form"),
-    ({"ideal": {}, "ladder": {}, "dial": {}}, "of another form"),
+    ({"study": "physics", "rows": [{"part": 5}], "throws": 10}, "of another form"),
     ({"plan_release_us": "fast", "batch_plans_per_s": 5}, "of another form"),
     ({"envs": {"a": {}}, "cpus": 1}, "of another form"),
     ({"rows": [{}], "papers": ["p"], "figures": {}}, "older version"),

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 import yaml
 
-from agents.ground.files import held, sweep, write_text
+from agents.ground.files import lock_folder, sweep, write_text
 from agents.ground.places import SHIPPED
 from agents.learning.runs import RunFolder
 from benchmarks.kill_trials.commands import LEARNER, small_reproduction
@@ -79,9 +79,9 @@ def test_a_second_command_in_a_folder_is_refused(run: Path, here: Path) -> None:
     }
     before = state(here)
     for folder, command in commands.items():
-        with held(here / folder):
+        with lock_folder(here / folder):
             assert f"another command is at work in '{folder}'" in refused(*command)
-    with held(here / "work"):
+    with lock_folder(here / "work"):
         command = ("agents.reproduce", "choe", "--only", "length", "--work", "work", "--jobs", "1")
         assert "another command is at work in 'work'" in refused(*command)
     assert state(here) == before
@@ -89,10 +89,11 @@ def test_a_second_command_in_a_folder_is_refused(run: Path, here: Path) -> None:
 
 
 def test_a_lock_ends_with_its_process(here: Path) -> None:
-    code = "import os\nfrom agents.ground.files import held, Path\nwith held(Path()): os.kill(os.getpid(), 9)"
+    code = "import os\nfrom agents.ground.files import Path, lock_folder\n"
+    code += "with lock_folder(Path()): os.kill(os.getpid(), 9)"
     done = subprocess.run([sys.executable, "-c", code], env=environment(), timeout=60, check=False)
     assert done.returncode == -9
-    with held(here):
+    with lock_folder(here):
         pass
 
 
@@ -135,7 +136,7 @@ def test_a_table_of_fewer_throws_is_not_taken_for_that_of_more(run: Path, monkey
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("agents.judging.throws.trial.held_out", killed)
+        patch.setattr("agents.judging.throws.trial.throw_held_out", killed)
         assert answered(*RESUME, "--steps", "24")[0] != 0
     assert RunFolder(run).load_model().num_timesteps == 24
     assert not (run / "evaluation.json").exists()

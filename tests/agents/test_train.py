@@ -17,7 +17,7 @@ import yaml
 from agents.controllers import make_controller
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
-from agents.judging.loop import held_out
+from agents.judging.loop import throw_held_out
 from agents.judging.throws.data import summary
 from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
@@ -145,7 +145,7 @@ def test_training_learns(asked: Arguments, tmp_path: Path) -> None:
     main(replace(asked, steps=1200, checkpoint_every=1200))
     env = ToyVectorEnv(8)
     error = {
-        name: summary(held_out(make_controller(name, env), env, 400, 0))["landing_error_mean_m"]
+        name: summary(throw_held_out(make_controller(name, env), env, 400, 0))["landing_error_mean_m"]
         for name in ("analytic", str(tmp_path / "run"))
     }
     assert error[str(tmp_path / "run")] < 0.85 * error["analytic"]

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from agents.evaluate import Arguments
-from agents.ground.cli import UsageError, _parsed
+from agents.ground.cli import UsageError, _parse
 from agents.ground.places import POLICY
 from tests.agents.test_mistakes import PLAN
 from tests.tools.commands import refused
@@ -185,7 +185,7 @@ def test_a_box_of_any_width_and_colour_becomes_a_sentence(
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(io.BytesIO(), encoding=encoding))
     for option, value, hint in (("--picsk", "4", "; perhaps you meant --picks N"), ("--seed", "x", "")):
         with pytest.raises(UsageError) as caught:
-            _parsed(Arguments, "this", ["--controller", "analytic", option, value])
+            _parse(Arguments, "this", ["--controller", "analytic", option, value])
         words = str(caught.value)
         assert words.isprintable()  # neither a break of the line nor a colour
         assert not set(words) & set("│╭╮╰╯─")

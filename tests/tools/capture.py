@@ -9,7 +9,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.base.plant import TOUCH, check_warnings
+from pnt_gym.cells.base.plant import TOUCH_DISTANCE, check_warnings
 from pnt_gym.cells.one_joint.pallets import Pallet, add_pallets
 from pnt_gym.cells.one_joint.parts import Part, add_part
 from pnt_gym.constants import GRAVITY
@@ -74,7 +74,7 @@ class CaptureBench:
         return Rest(
             pose=batch.bind("qpos").reshape(shape).copy(),
             velocity=batch.bind("qvel").reshape(shape).copy(),
-            touched=np.asarray(((found > 0.0) & (distance < TOUCH)).any(axis=1)),
+            touched=np.asarray(((found > 0.0) & (distance < TOUCH_DISTANCE)).any(axis=1)),
         )
 
     def _contacts(self, steps: int) -> tuple[Floats, Floats]:

@@ -7,7 +7,7 @@ from typing import Any
 import minari
 import numpy as np
 
-from agents.ground.environments import hidden_of
+from agents.ground.environments import get_hidden
 from agents.ground.infos import LANDING
 from tests.tools.commands import answered
 
@@ -36,7 +36,7 @@ def replayed(dataset: minari.MinariDataset) -> list[tuple[bool, bool]]:
         entry = of_entry(columns, episode, 0)
         np.testing.assert_equal({name: entry[name] for name in info}, info)
         for k, action in enumerate(episode.actions):
-            hidden = hidden_of(env.unwrapped.core)
+            hidden = get_hidden(env.unwrapped.core)
             observation, reward, terminated, truncated, info = env.step(action)
             assert np.array_equal(observation, episode.observations[k + 1])
             assert reward == episode.rewards[k]

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from pnt_gym.cells.line.cell import LineCell, Taken
-from pnt_gym.cells.line.chances import Chances, digest, written
+from pnt_gym.cells.line.cell import Decisions, LineCell
+from pnt_gym.cells.line.chances import Chances, digest, format_table
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.state import Fate
 
@@ -33,7 +33,7 @@ def with_table(level: dict[str, Any], folder: Path, picked: tuple[float, ...] = 
     """The level with a table of its own in a folder."""
     config = LineConfig.load({**level, "throws": "flight"})
     place = folder / f"{digest(config)}-{'-'.join(map(str, picked))}.json"
-    place.write_text(written(chances(config, picked), digest=digest(config)))
+    place.write_text(format_table(chances(config, picked), digest=digest(config)))
     return {**level, "chances": str(place)}
 
 
@@ -61,25 +61,25 @@ class Ledger:
     tries: dict[int, int] = field(default_factory=dict)
     value: float = 0.0
 
-    def enter(self, taken: Taken, row: int, duration: float) -> None:
+    def enter(self, taken: Decisions, row: int, duration: float) -> None:
         """One decision.
 
         Raises:
             AssertionError: something is taken that was taken before.
         """
         if not taken.valid[row]:
-            assert not taken.made.picked[row]
+            assert not taken.results.picked[row]
             return
         index = int(taken.index[row])
         assert index not in self.taken, f"object {index} is taken twice"
         self.tries[index] = self.tries.get(index, 0) + 1
         self.value += float(taken.value[row])
-        if not taken.made.picked[row]:
+        if not taken.results.picked[row]:
             return
         end, in_bin = Fate.HELD, -1
         if taken.end[row] <= duration:
-            in_bin = int(taken.made.ended_in[row])
-            end = Fate.SORTED if taken.made.sorted[row] else Fate.MISPLACED if in_bin >= 0 else Fate.FLOOR
+            in_bin = int(taken.results.ended_in[row])
+            end = Fate.SORTED if taken.results.sorted[row] else Fate.MISPLACED if in_bin >= 0 else Fate.FLOOR
         self.taken[index] = end, int(taken.robot[row]), in_bin
 
     def agrees(self, cell: LineCell, row: int) -> None:

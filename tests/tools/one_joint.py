@@ -4,7 +4,7 @@ import numpy as np
 from scipy.optimize import fsolve
 
 from pnt_gym.planning.one_joint import Arm, Block
-from pnt_gym.planning.one_joint.grasp import joint_torque, reactions, rests, torque_limit
+from pnt_gym.planning.one_joint.grasp import joint_torque, reactions, tipping_margin, torque_limit
 
 GUESS = {
     "pallet_1": (0.36, 9.3, 0.279, 0.242),
@@ -74,4 +74,4 @@ def assert_keeps_all_limits(motion, radius, static=True):
     assert (np.abs(state.speed) < arm.speed).all()
     assert (state.angle > arm.angle[0]).all() and (state.angle < arm.angle[1]).all()
     assert (motion.time_step <= arm.time_step * (1 + 1e-9)).all()
-    assert (rests(motion.start_angle, block) > 0).all() or not static
+    assert (tipping_margin(motion.start_angle, block) > 0).all() or not static

@@ -127,7 +127,7 @@ def untried(cell: ConveyorCell, mode: str | None = None) -> Core:
 
     What it finds is tested in `tests/test_fuzz.py`.
     """
-    with mock.patch.object(Core, "_try"):
+    with mock.patch.object(Core, "_check_level"):
         return Core(cell, mode)
 
 

@@ -10,7 +10,7 @@ from .tables import landing_cells
 CARD: Final = Card(
     judged="picks",
     header=("landing error", "95th percentile", "under 30 mm", "success (95 % interval)", "sorted/min"),
-    cells=lambda found: [*landing_cells(found), f"{found['sorted_per_min']:.1f}"],
+    cells=lambda summary: [*landing_cells(summary), f"{summary['sorted_per_min']:.1f}"],
     reward=lambda found: [throw["reward"] for throw in found["throws"]],
     rewarded="reward of a throw",
     metrics={

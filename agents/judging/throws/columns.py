@@ -26,14 +26,14 @@ failure counts as missed."""
 
 def columns(throws: Throws) -> dict[str, Any]:
     """Throws as columns, rounded to 0.01 mm and 0.1 ms; cells without landing along and across have the error alone."""
-    told = {"along_m": "landing_along", "across_m": "landing_across"}
-    places = {column: throws.told[name] for column, name in told.items() if name in throws.told}
+    sources = {"along_m": "landing_along", "across_m": "landing_across"}
+    places = {column: throws.info[name] for column, name in sources.items() if name in throws.info}
     return {
         "item": throws.item.tolist(),
-        **{column: _rounded(values, 5) for column, values in (places or {"error_m": throws.landing_error}).items()},
-        "cycle_s": _rounded(throws.cycle_time, 4),
+        **{column: _round(values, 5) for column, values in (places or {"error_m": throws.landing_error}).items()},
+        "cycle_s": _round(throws.cycle_time, 4),
         "outcome": _outcomes(throws),
-        **({"pick": throws.told["pick_in_shift"].tolist()} if "pick_in_shift" in throws.told else {}),
+        **({"pick": throws.info["pick_in_shift"].tolist()} if "pick_in_shift" in throws.info else {}),
         "clipped": int(throws.clipped.sum()),
         "recontact": int(_flag(throws, "recontact").sum()),
         **_counts(throws),
@@ -45,13 +45,13 @@ def _counts(throws: Throws) -> dict[str, float]:
 
     Dropped objects are counted here too, because a dropped object that was sorted nevertheless has another letter.
     """
-    told, counts = throws.told, dict[str, float]()
-    if "belongs" in told:
-        counts |= {"ended": int((told["ended_in"] >= 0).sum()), "belong": int(told["belongs"].sum())}
+    info, counts = throws.info, dict[str, float]()
+    if "belongs" in info:
+        counts |= {"ended": int((info["ended_in"] >= 0).sum()), "belong": int(info["belongs"].sum())}
     for name in ("passed", "dropped"):
-        if name in told:
-            counts[name] = int(told[name].sum())
-    return counts | ({"energy_j": round(float(told["energy"].sum()), 1)} if "energy" in told else {})
+        if name in info:
+            counts[name] = int(info[name].sum())
+    return counts | ({"energy_j": round(float(info["energy"].sum()), 1)} if "energy" in info else {})
 
 
 def _outcomes(throws: Throws) -> str:
@@ -66,5 +66,5 @@ def _flag(throws: Throws, name: str) -> Bools:
     return np.zeros(len(throws), dtype=np.bool_) if flag is None else flag
 
 
-def _rounded(values: np.ndarray, digits: int) -> list[float | None]:
+def _round(values: np.ndarray, digits: int) -> list[float | None]:
     return [round(float(v), digits) if np.isfinite(v) else None for v in values]

@@ -44,7 +44,7 @@ class Throws:
     clipped: Bools
     """Whether the action was infeasible and a shortened one was executed."""
     reward: Floats
-    told: dict[str, NDArray[Any]]
+    info: dict[str, NDArray[Any]]
     """All other values of the cell's info, by key."""
     errors: tuple[str, ...] = ()
     """Keys of the values from which a controller learns: the errors of the core's correction."""
@@ -52,9 +52,9 @@ class Throws:
     @classmethod
     def of(cls, info: Mapping[str, Any], reward: NDArray[Any], errors: tuple[str, ...]) -> Self:
         """Throws of one step of a vector environment, from its info and rewards."""
-        known = results(info, len(reward))
-        fields: dict[str, Any] = {name: known.pop(key).astype(kind) for name, (key, kind) in FIELDS.items()}
-        return cls(**fields, reward=np.array(reward, dtype=np.float64), told=known, errors=errors)
+        columns = results(info, len(reward))
+        fields: dict[str, Any] = {name: columns.pop(key).astype(kind) for name, (key, kind) in FIELDS.items()}
+        return cls(**fields, reward=np.array(reward, dtype=np.float64), info=columns, errors=errors)
 
     def __len__(self) -> int:
         return len(self.item)
@@ -62,23 +62,23 @@ class Throws:
     @property
     def sorted(self) -> Bools:
         """Whether each object ended in a bin of its kind (N,); the success in cells without `sorted`."""
-        return self.told.get("sorted", self.is_success).astype(np.bool_)
+        return self.info.get("sorted", self.is_success).astype(np.bool_)
 
     @property
     def picked(self) -> Bools:
         """Whether the cup held each object when the throw began (N,); True in cells without `picked`."""
-        return self.told.get("picked", np.full(len(self), True)).astype(np.bool_)
+        return self.info.get("picked", np.full(len(self), True)).astype(np.bool_)
 
     def flag(self, name: str) -> Bools | None:
         """Mask of a failure of `FAILURES` (N,); None in cells without it."""
         if name == "unpicked":
-            return ~self.picked if "picked" in self.told else None
-        return self.told[name].astype(np.bool_) if name in self.told else None
+            return ~self.picked if "picked" in self.info else None
+        return self.info[name].astype(np.bool_) if name in self.info else None
 
     @property
     def error(self) -> Floats:
         """Errors in the coordinates that actions correct (N, E)."""
-        columns = [self.told[name].astype(np.float64) for name in self.errors]
+        columns = [self.info[name].astype(np.float64) for name in self.errors]
         return np.stack(columns, axis=-1) if columns else np.zeros((len(self), 0))
 
 
@@ -98,7 +98,7 @@ def summary(throws: Throws) -> dict[str, float | int | None]:
         "landing_error_p95_m": where.p95,
         "landing_error_iqm_m": where.iqm,
         "landing_near_share": where.near,
-        **over_the_shift(throws.landing_error, throws.told.get("pick_in_shift")),
+        **over_the_shift(throws.landing_error, throws.info.get("pick_in_shift")),
         **scatter(throws),
         "cycle_time_mean_s": pace.cycle_time,
         **sorting(throws),
@@ -106,7 +106,7 @@ def summary(throws: Throws) -> dict[str, float | int | None]:
         "reward_mean": float(throws.reward.mean()),
         "unmeasured": where.unmeasured,
         **failures(throws),
-        **{f"{name}_rate": float(flag.mean()) for name, flag in throws.told.items() if flag.dtype == np.bool_},
+        **{f"{name}_rate": float(flag.mean()) for name, flag in throws.info.items() if flag.dtype == np.bool_},
     }
 
 
@@ -126,26 +126,26 @@ def over_the_shift(error: Floats, pick: Ints | None) -> dict[str, float | None]:
 
 def sorting(throws: Throws) -> dict[str, float | int | None]:
     """Figures of sorting beside the pace, those that the cell's info allows; None where a figure is undefined."""
-    told, found = throws.told, dict[str, float | int | None]()
-    if "belongs" in told:
-        found["purity"] = _finite(metrics.purity(told["ended_in"], told["belongs"]).share)
-    if "passed" in told:
-        found["recovery"] = metrics.recovery(throws.sorted, told["passed"])
-        found["objects_passed"] = int(told["passed"].sum())
-    if "picked" in told:
-        found["pick_rate"] = float(throws.picked.mean())
-    if "dropped" in told:
-        held = throws.picked
-        found["drop_rate"] = float(told["dropped"][held].mean()) if held.any() else None
-    if "energy" in told:
-        found["energy_per_pick_j"] = float(told["energy"].mean())
-    return found
+    info, figures = throws.info, dict[str, float | int | None]()
+    if "belongs" in info:
+        figures["purity"] = _finite(metrics.purity(info["ended_in"], info["belongs"]).share)
+    if "passed" in info:
+        figures["recovery"] = metrics.recovery(throws.sorted, info["passed"])
+        figures["objects_passed"] = int(info["passed"].sum())
+    if "picked" in info:
+        figures["pick_rate"] = float(throws.picked.mean())
+    if "dropped" in info:
+        picked = throws.picked
+        figures["drop_rate"] = float(info["dropped"][picked].mean()) if picked.any() else None
+    if "energy" in info:
+        figures["energy_per_pick_j"] = float(info["energy"].mean())
+    return figures
 
 
 def purity_by_bin(throws: Throws, names: Sequence[str]) -> dict[str, float | None]:
     """Share of the objects in each bin that belong there, by the bin's name; None for an empty bin."""
-    found = metrics.purity(throws.told["ended_in"], throws.told["belongs"], len(names))
-    return {name: _finite(share) for name, share in zip(names, found.by_bin, strict=True)}
+    purity = metrics.purity(throws.info["ended_in"], throws.info["belongs"], len(names))
+    return {name: _finite(share) for name, share in zip(names, purity.by_bin, strict=True)}
 
 
 def _finite(value: float) -> float | None:
@@ -154,13 +154,13 @@ def _finite(value: float) -> float | None:
 
 def scatter(throws: Throws) -> dict[str, float]:
     """Mean and standard deviation of the landing along and across the throw, and of the correction's errors."""
-    found: dict[str, float] = {}
-    for name in dict.fromkeys([*(name for name in METRES if name in throws.told), *throws.errors]):
-        values = throws.told[name][np.isfinite(throws.told[name])]
+    figures: dict[str, float] = {}
+    for name in dict.fromkeys([*(name for name in METRES if name in throws.info), *throws.errors]):
+        values = throws.info[name][np.isfinite(throws.info[name])]
         if values.size > 0:
             label = METRES.get(name, name).removeprefix("landing_")
-            found |= {f"bias_{label}": float(values.mean()), f"spread_{label}": float(values.std())}
-    return found
+            figures |= {f"bias_{label}": float(values.mean()), f"spread_{label}": float(values.std())}
+    return figures
 
 
 def failures(throws: Throws) -> dict[str, float]:
@@ -175,7 +175,7 @@ def failures(throws: Throws) -> dict[str, float]:
         if flag is not None:
             shares[f"failed_{name}"] = float((failed & flag).mean())
             failed = failed & ~flag
-    return shares | ({"failed_missed": float(failed.mean())} if FAILURES[-1] in throws.told else {})
+    return shares | ({"failed_missed": float(failed.mean())} if FAILURES[-1] in throws.info else {})
 
 
 def throw_records(throws: Throws, item_names: Sequence[str]) -> list[dict[str, Any]]:
@@ -187,7 +187,7 @@ def throw_records(throws: Throws, item_names: Sequence[str]) -> list[dict[str, A
         "cycle_time_s": throws.cycle_time,
         "clipped": throws.clipped,
         "reward": throws.reward,
-        **{METRES.get(name, name): column for name, column in throws.told.items()},
+        **{METRES.get(name, name): column for name, column in throws.info.items()},
     }
     if {"target_x", "target_y"} <= set(columns):
         columns["target"] = np.stack([columns.pop("target_x"), columns.pop("target_y")], axis=-1)

@@ -52,7 +52,7 @@ class ThrowRecord(Record):
 
     def report(self) -> dict[str, Any]:
         """Summary, purity of each bin, settings, and under `throws` a mapping for each throw."""
-        names = self._core.cell.target_names if "belongs" in self.throws.told else ()
+        names = self._core.cell.target_names if "belongs" in self.throws.info else ()
         return {
             **self.summary(),
             **({"purity_by_bin": purity_by_bin(self.throws, names)} if names else {}),
@@ -84,13 +84,13 @@ class ThrowRecord(Record):
         return summarise(results, num_envs)
 
     @classmethod
-    def compared(
+    def paired_columns(
         cls, results: Sequence[Result], sides: Sequence[Sequence[Result]], num_envs: int
     ) -> dict[str, tuple[Floats, ...]]:
         """Landing errors, and sorted counts with their times, per throw, or per shift in cells with shifts."""
         del sides
-        error, done, time = by_shift(results, num_envs)
-        return {"landing_error_m": (error,), "sorted_per_min": (done, time)}
+        error, sorted_throws, time = by_shift(results, num_envs)
+        return {"landing_error_m": (error,), "sorted_per_min": (sorted_throws, time)}
 
     @classmethod
     def objects(cls, columns: Mapping[str, Any]) -> list[int] | None:

@@ -44,15 +44,15 @@ def by_shift(results: Sequence[Result], num_envs: int) -> tuple[Floats, Floats, 
     Throws of one shift depend on one another. The error of a shift is the mean over its throws, count and time are
     sums.
     """
-    error, done, time = _by_seed(results)
+    error, sorted_throws, time = _by_seed(results)
     if "pick" not in results[0]["columns"]:
-        return error, done, time
+        return error, sorted_throws, time
     picks = max(results[0]["columns"]["pick"]) + 1
 
     def shifts(column: Floats) -> Floats:
         return column.reshape(len(results), -1, picks, num_envs).swapaxes(1, 2).reshape(len(results), picks, -1)
 
-    return np.nanmean(shifts(error), axis=1), shifts(done).sum(axis=1), shifts(time).sum(axis=1)
+    return np.nanmean(shifts(error), axis=1), shifts(sorted_throws).sum(axis=1), shifts(time).sum(axis=1)
 
 
 def _over_the_shift(results: Sequence[Result]) -> dict[str, Any]:
@@ -71,12 +71,12 @@ def summarise(results: Sequence[Result], num_envs: int) -> dict[str, Any]:
 
     The interval of the error is bootstrapped over throws, or over shifts if there are any, averaged over the seeds.
     """
-    error, done, time = _by_seed(results)
+    error, sorted_throws, time = _by_seed(results)
     success = np.array([successes(r) for r in results])
     where = metrics.landing(error.ravel())
-    pace = metrics.throughput(done.ravel(), time.ravel())
-    each = by_shift(results, num_envs)[0].mean(axis=0)
-    mean = metrics.mean_interval(each[np.isfinite(each)])
+    pace = metrics.throughput(sorted_throws.ravel(), time.ravel())
+    unit_errors = by_shift(results, num_envs)[0].mean(axis=0)
+    mean = metrics.mean_interval(unit_errors[np.isfinite(unit_errors)])
     rate = metrics.wilson(round(float(success.mean()) * success.shape[1]), success.shape[1])
     letters = "".join(r["columns"]["outcome"] for r in results)
     return {
@@ -107,23 +107,23 @@ def summarise(results: Sequence[Result], num_envs: int) -> dict[str, Any]:
 
 def _sorting(results: Sequence[Result], letters: str) -> dict[str, float]:
     """Figures of sorting beside the pace, where the cell has them."""
-    first, done = results[0]["columns"], letters.count(OUTCOMES["sorted"])
+    first, sorted_count = results[0]["columns"], letters.count(OUTCOMES["sorted"])
     total = {name: sum(r["columns"][name] for r in results) for name in COUNTS if name in first}
-    held, found = len(letters) - letters.count(OUTCOMES["unpicked"]), dict[str, float]()
+    picked_count, figures = len(letters) - letters.count(OUTCOMES["unpicked"]), dict[str, float]()
     if "passed" in total:
-        found["recovery"] = done / (len(letters) + total["passed"])
+        figures["recovery"] = sorted_count / (len(letters) + total["passed"])
     if total.get("ended"):
-        found["purity"] = total["belong"] / total["ended"]
-    if "dropped" in total and held:
-        found |= {"pick_rate": held / len(letters), "drop_rate": total["dropped"] / held}
-    return found | ({"energy_per_pick_j": total["energy_j"] / len(letters)} if "energy_j" in total else {})
+        figures["purity"] = total["belong"] / total["ended"]
+    if "dropped" in total and picked_count:
+        figures |= {"pick_rate": picked_count / len(letters), "drop_rate": total["dropped"] / picked_count}
+    return figures | ({"energy_per_pick_j": total["energy_j"] / len(letters)} if "energy_j" in total else {})
 
 
 def _scatter(results: Sequence[Result]) -> dict[str, float]:
     """Mean and standard deviation of the landing along and across the throw, where the cell has them."""
-    found: dict[str, float] = {}
+    figures: dict[str, float] = {}
     for name in ("along_m", "across_m"):
         if name in results[0]["columns"]:
             values = np.concatenate([r["columns"][name] for r in results]).astype(float)
-            found |= {f"bias_{name}": float(np.nanmean(values)), f"spread_{name}": float(np.nanstd(values))}
-    return found
+            figures |= {f"bias_{name}": float(np.nanmean(values)), f"spread_{name}": float(np.nanstd(values))}
+    return figures

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, final
 
-from ...controllers.adaptive import READY, is_told
+from ...controllers.adaptive import PRETRAINED, has_feedback
 from ...controllers.protocol import Controller
 from ...ground.cli import UsageError
 from ...ground.environments import stream_seed
 from ...ground.places import ADAPTIVE
 from ...jobs.code import code_digest
 from ..card import Card
-from ..loop import held_out, thrown
+from ..loop import throw_batches, throw_held_out
 from ..trial import PRACTICE, Progress, Trial
 from .card import CARD
 from .data import Throws
@@ -42,25 +42,25 @@ class ThrowTrial(Trial):
         progress: Progress | None = None,
     ) -> ThrowRecord:
         """Let a controller, without practice, throw `count` held-out objects."""
-        throws = held_out(controller, self.env, count, seed, online=online, progress=progress)
+        throws = throw_held_out(controller, self.env, count, seed, online=online, progress=progress)
         return ThrowRecord(throws, self.core, {"online": online, "num_envs": self.env.num_envs})
 
     def count(self) -> int:
         """200 throws, or a whole episode of every row in cells where a throw informs the next one."""
-        return self.env.num_envs * self.core.cell.episode if is_told(self.core) else self.usual
+        return self.env.num_envs * self.core.cell.episode if has_feedback(self.core) else self.usual
 
-    def peers(self, asked: Mapping[str, Any]) -> dict[str, int]:
+    def peers(self, run_args: Mapping[str, Any]) -> dict[str, int]:
         """The planner, the base controller of the policy, and a virtual goal where actions correct a measured error."""
         learning = {} if self.core.correction is None else {"virtual_goal": PRACTICE}
-        return {"analytic": 0, **learning, asked["over"]: 0}
+        return {"analytic": 0, **learning, run_args["over"]: 0}
 
     def steps(self, controller: Controller, seed: int) -> Iterator[Throws]:
         """Throws of one cell, endlessly, one after the other."""
-        return thrown(controller, self.env, ENDLESS, stream_seed("evaluate", seed))
+        return throw_batches(controller, self.env, ENDLESS, stream_seed("evaluate", seed))
 
     def check_count(self, count: int, num_envs: int, level: str) -> None:
         """Make sure that throws which depend on earlier throws are evaluated in whole episodes."""
-        if not is_told(self.core):
+        if not has_feedback(self.core):
             return
         together = num_envs * self.core.cell.episode
         if count % together > 0:
@@ -75,10 +75,12 @@ class ThrowTrial(Trial):
         return CARD
 
     @classmethod
-    def depends(cls, name: str, levels: Sequence[Any], options: Mapping[str, Any], throws: Sequence[int]) -> Any:
+    def dependencies(cls, name: str, levels: Sequence[Any], options: Mapping[str, Any], throws: Sequence[int]) -> Any:
         """Digest of the shipped states of adaptive controllers, if the controller starts from such a state."""
         del levels, options
-        return code_digest(("*.npz",), root=ADAPTIVE) if max(throws) == 0 and name in (*READY, "oracle_drift") else ""
+        return (
+            code_digest(("*.npz",), root=ADAPTIVE) if max(throws) == 0 and name in (*PRETRAINED, "oracle_drift") else ""
+        )
 
     @classmethod
     def effort(cls, name: str, config: Any, count: int, num_envs: int) -> int:

@@ -10,11 +10,11 @@ from ..card import Card
 CARD: Final = Card(
     judged="shifts",
     header=("value/min (95 % interval)", "sorted/min", "recovery", "recovery of value", "ms/decision"),
-    cells=lambda found: [
-        f"{found['value_per_min']:.1f} ({found['value_per_min_low']:.1f}..{found['value_per_min_high']:.1f})",
-        f"{found['sorted_per_min']:.1f}",
-        *(percent(found[name]) for name in ("recovery", "value_recovery")),
-        f"{found['ms_per_decision']:.2f}",
+    cells=lambda summary: [
+        f"{summary['value_per_min']:.1f} ({summary['value_per_min_low']:.1f}..{summary['value_per_min_high']:.1f})",
+        f"{summary['sorted_per_min']:.1f}",
+        *(percent(summary[name]) for name in ("recovery", "value_recovery")),
+        f"{summary['ms_per_decision']:.2f}",
     ],
     reward=lambda found: found["by_shift"]["value_per_min"],
     rewarded="value per minute of a shift",

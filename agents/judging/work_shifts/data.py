@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats
 
 from ...controllers.protocol import Controller
-from ...dispatchers.decisions import worked_by
+from ...dispatchers.decisions import work_shifts
 from ...ground.environments import Env
 from ...ground.infos import results
 
@@ -45,13 +45,13 @@ RECORDED: Final = (
 class Shifts:
     """S work shifts, and the T decisions in them."""
 
-    told: dict[str, NDArray[Any]]
+    figures: dict[str, NDArray[Any]]
     """Figures of the shifts by info key, (S, ...) each."""
     decisions: dict[str, NDArray[Any]]
     """Values of the decisions by info key (T,), and `shift`, the number of the decision's shift."""
     invalid: int
     """Number of decisions that chose no object on offer."""
-    taken: int
+    decision_count: int
     """Number of all decisions, including those in shifts that are not counted."""
     seconds: float
     """Computing time of all decisions [s]."""
@@ -59,10 +59,10 @@ class Shifts:
     @property
     def value(self) -> Floats:
         """Value per minute of each shift (S,)."""
-        return self.told["shift_value_per_min"]
+        return self.figures["shift_value_per_min"]
 
 
-def worked(
+def run_shifts(
     controller: Controller, env: Env, shifts: int, env_seed: int, progress: Callable[[int], object] | None = None
 ) -> Shifts:
     """Let a controller work whole shifts on lines.
@@ -77,29 +77,29 @@ def worked(
         progress: called with the number of shifts just ended.
     """
     rows = env.num_envs
-    told, decisions = dict[str, dict[int, Any]](), list[dict[str, Any]]()
+    figures_by_shift, decisions = dict[str, dict[int, Any]](), list[dict[str, Any]]()
     seconds, invalid = 0.0, 0
-    for one in worked_by(controller.act, env, env_seed, -(-shifts // rows)):
-        number = np.arange(rows) + rows * one.shift
-        found, counted = results(one.info, rows), number < shifts
-        seconds += one.seconds
-        invalid += int(found["invalid_action"][counted].sum())
-        valid = counted & ~found["invalid_action"]
-        decisions.append({"shift": number[valid], **{name: found[name][valid] for name in RECORDED}})
-        ended = np.flatnonzero(one.over & counted)
+    for step in work_shifts(controller.act, env, env_seed, -(-shifts // rows)):
+        number = np.arange(rows) + rows * step.shift
+        info, counted = results(step.info, rows), number < shifts
+        seconds += step.seconds
+        invalid += int(info["invalid_action"][counted].sum())
+        valid = counted & ~info["invalid_action"]
+        decisions.append({"shift": number[valid], **{name: info[name][valid] for name in RECORDED}})
+        ended = np.flatnonzero(step.over & counted)
         for row in ended:
-            for name, values in one.info["final_info"].items():
+            for name, values in step.info["final_info"].items():
                 if name.startswith("shift_"):
-                    told.setdefault(name, {})[int(number[row])] = values[row]
+                    figures_by_shift.setdefault(name, {})[int(number[row])] = values[row]
         if progress is not None:
             progress(len(ended))
     columns = {name: np.concatenate([part[name] for part in decisions]) for name in decisions[0]}
-    figures = {name: np.array([of[k] for k in sorted(of)]) for name, of in told.items()}
+    figures = {name: np.array([of[k] for k in sorted(of)]) for name, of in figures_by_shift.items()}
     return Shifts(figures, columns, invalid, len(decisions) * rows, seconds)
 
 
 def mean(values: NDArray[Any]) -> NDArray[Any]:
     """Mean over the shifts (S, ...) that have a finite value; NaN where no shift has one."""
-    there = np.isfinite(values)
-    total = np.where(there, values, 0.0).sum(axis=0)
-    return np.divide(total, there.sum(axis=0), out=np.full_like(total, np.nan), where=there.any(axis=0))
+    finite = np.isfinite(values)
+    total = np.where(finite, values, 0.0).sum(axis=0)
+    return np.divide(total, finite.sum(axis=0), out=np.full_like(total, np.nan), where=finite.any(axis=0))

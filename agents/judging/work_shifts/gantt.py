@@ -15,20 +15,20 @@ PALE: Final = 0.35
 """Opacity of failed cycles."""
 
 
-def gantt(told: Mapping[str, Any], shift: int = 0, span: tuple[float, float] = (0.0, 60.0)) -> str:
+def gantt(report: Mapping[str, Any], shift: int = 0, span: tuple[float, float] = (0.0, 60.0)) -> str:
     """Chart with a row for each robot and a bar for each of its cycles, as SVG.
 
     The colour is the item as which the robot took the object. A pale bar is an object that did not end in a bin of its
     kind. A bar begins when the robot's standstill above the belt ends.
 
     Args:
-        told: report of an evaluation.
+        report: report of an evaluation.
         shift: number of the shift.
         span: begin and end of the chart [s].
     """
-    robots, items = told["robots"], told["items"]
-    own = [one for one in told["throws"] if one["shift"] == shift]
-    decisions = {name: np.array([one[name] for one in own]) for name in own[0]}
+    robots, items = report["robots"], report["items"]
+    throws = [throw for throw in report["throws"] if throw["shift"] == shift]
+    decisions = {name: np.array([throw[name] for throw in throws]) for name in throws[0]}
     begin, end = span
     figure, (axes,) = subplots(1, 1, (12.0, 0.7 * len(robots) + 1.4))
     for index in range(len(items)):

@@ -18,7 +18,7 @@ from ...ground.versions import versions
 from ..record import Figure, Record, Result, Row, Summary
 from .data import LISTS, MEANS, Shifts, mean
 from .gantt import gantt
-from .results import columns, compared, summarise
+from .results import columns, paired_columns, summarise
 from .tables import shifts_comparison, shifts_table
 
 FIGURES: Final = {
@@ -47,21 +47,21 @@ class ShiftRecord(Record):
 
     def values(self) -> Mapping[str, Floats]:
         """Each figure of every shift (S,)."""
-        return {name: self.shifts.told[MEANS[name]].astype(np.float64) for name in self.figures}
+        return {name: self.shifts.figures[MEANS[name]].astype(np.float64) for name in self.figures}
 
     def summary(self) -> dict[str, Any]:
         """Figures of all shifts, by the names of the JSON contract."""
-        found, core = self.shifts, self._core
-        told, decisions = found.told, found.decisions
+        record, core = self.shifts, self._core
+        figures, decisions = record.figures, record.decisions
         picked, success = decisions["picked"].astype(bool), decisions["is_success"].astype(bool)
         rate = metrics.wilson(int(success.sum()), len(success))
-        value = metrics.mean_interval(found.value)
-        minutes = core.config.duration / 60.0 * len(found.value)
+        value = metrics.mean_interval(record.value)
+        minutes = core.config.duration / 60.0 * len(record.value)
         head = {
-            "shifts": len(found.value),
+            "shifts": len(record.value),
             "picks": len(success),
             "picks_per_min": len(success) / minutes,
-            **{name: jsonable(mean(told[key])) for name, key in MEANS.items()},
+            **{name: jsonable(mean(figures[key])) for name, key in MEANS.items()},
             "value_per_min_low": value.low,
             "value_per_min_high": value.high,
             "success_rate": rate.value,
@@ -71,22 +71,22 @@ class ShiftRecord(Record):
             "cycle_time_mean_s": float(decisions["cycle_time"].mean()),
             "wait_time_mean_s": float(decisions["wait_time"].mean()),
             "dwell_s": core.dwell,
-            "invalid_actions": found.invalid,
-            "ms_per_decision": 1e3 * found.seconds / found.taken,
+            "invalid_actions": record.invalid,
+            "ms_per_decision": 1e3 * record.seconds / record.decision_count,
         }
-        lists = {name: jsonable(mean(told[key])) for name, key in LISTS.items()}
+        lists = {name: jsonable(mean(figures[key])) for name, key in LISTS.items()}
         by_robot = [decisions["wait_time"][decisions["by"] == robot] for robot in range(len(core.config.robots))]
-        lists["wait_by_robot_s"] = [float(one.mean()) if one.size else None for one in by_robot]
+        lists["wait_by_robot_s"] = [float(waits.mean()) if waits.size else None for waits in by_robot]
         names = {"items": list(core.item_names), "robots": [robot.name for robot in core.config.robots]}
-        shifts = {name.removeprefix("shift_"): jsonable(values) for name, values in told.items()}
+        shifts = {name.removeprefix("shift_"): jsonable(values) for name, values in figures.items()}
         return {**head, **lists, **names, **_bins(decisions, core), "by_shift": shifts}
 
     def report(self) -> dict[str, Any]:
         """Summary, settings, and under `throws` a mapping for each decision."""
         decisions = self.shifts.decisions
         rows = zip(*map(jsonable, decisions.values()), strict=True)
-        each = [dict(zip(decisions, row, strict=True)) for row in rows]
-        return {**self._settings, **self.summary(), "versions": versions(), "throws": each}
+        entries = [dict(zip(decisions, row, strict=True)) for row in rows]
+        return {**self._settings, **self.summary(), "versions": versions(), "throws": entries}
 
     def columns(self) -> dict[str, Any]:
         """Figures of each shift, rounded, and totals of all decisions."""
@@ -113,21 +113,21 @@ class ShiftRecord(Record):
         return summarise(results)
 
     @classmethod
-    def compared(
+    def paired_columns(
         cls, results: Sequence[Result], sides: Sequence[Sequence[Result]], num_envs: int
     ) -> dict[str, tuple[Floats, ...]]:
         """Figures of the shifts that both controllers have worked."""
         del num_envs
-        return compared(results, min(len(side[0]["columns"]["value_per_min"]) for side in sides))
+        return paired_columns(results, min(len(side[0]["columns"]["value_per_min"]) for side in sides))
 
 
 def _bins(decisions: Mapping[str, NDArray[Any]], core: LineCore) -> dict[str, Any]:
     """Purity of each bin that is not empty at the end of a shift, by ROBOT/BIN."""
     in_time = decisions["start"] + decisions["cycle_time"] <= core.config.duration
-    found: dict[str, float] = {}
+    purity: dict[str, float] = {}
     for index, robot in enumerate(core.config.robots):
         for number, bin_ in enumerate(core.config.cell_of(index).bins.fixed):
-            there = in_time & (decisions["by"] == index) & (decisions["ended_in"] == number)
-            if there.any():
-                found[f"{robot.name}/{bin_.name}"] = float(decisions["sorted"][there].astype(bool).mean())
-    return {"purity_by_bin": found}
+            rows = in_time & (decisions["by"] == index) & (decisions["ended_in"] == number)
+            if rows.any():
+                purity[f"{robot.name}/{bin_.name}"] = float(decisions["sorted"][rows].astype(bool).mean())
+    return {"purity_by_bin": purity}

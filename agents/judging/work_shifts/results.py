@@ -21,19 +21,19 @@ DIGITS: Final = 5
 """Decimals of the figures that are kept."""
 
 
-def columns(found: Shifts, core: LineCore) -> dict[str, Any]:
+def columns(shifts: Shifts, core: LineCore) -> dict[str, Any]:
     """Shifts as rounded columns, and totals of all their decisions."""
-    told, picked = found.told, found.decisions["picked"].astype(bool)
-    success = found.decisions["is_success"].astype(bool)
+    figures, picked = shifts.figures, shifts.decisions["picked"].astype(bool)
+    success = shifts.decisions["is_success"].astype(bool)
     return {
-        **{name: jsonable(np.round(told[key], DIGITS)) for name, key in {**MEANS, **LISTS}.items()},
+        **{name: jsonable(np.round(figures[key], DIGITS)) for name, key in {**MEANS, **LISTS}.items()},
         "items": list(core.item_names),
         "robots": [robot.name for robot in core.config.robots],
         "picks": len(picked),
         "picked": int(picked.sum()),
         "success": int(success.sum()),
-        "invalid": found.invalid,
-        "ms_per_decision": round(1e3 * found.seconds / found.taken, 4),
+        "invalid": shifts.invalid,
+        "ms_per_decision": round(1e3 * shifts.seconds / shifts.decision_count, 4),
     }
 
 
@@ -44,26 +44,26 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
     """
     first, all_of = results[0]["columns"], [result["columns"] for result in results]
     value = by_seed(results, "value_per_min")
-    each = metrics.mean_interval(value.mean(axis=0))
-    picks, picked = (sum(one[name] for one in all_of) for name in ("picks", "picked"))
+    interval = metrics.mean_interval(value.mean(axis=0))
+    picks, picked = (sum(seed_columns[name] for seed_columns in all_of) for name in ("picks", "picked"))
     return {
         "seeds": [result["seed"] for result in results],
         "shifts": value.shape[1],
         **{name: jsonable(mean(np.concatenate(by_seed(results, name)))) for name in (*MEANS, *LISTS)},
-        "value_per_min_low": each.low,
-        "value_per_min_high": each.high,
+        "value_per_min_low": interval.low,
+        "value_per_min_high": interval.high,
         "value_per_min_by_seed": value.mean(axis=1).tolist(),
         "by_shift": {name: jsonable(by_seed(results, name).mean(axis=0)) for name in COMPARED},
         "items": first["items"],
         "robots": first["robots"],
         "pick_rate": picked / picks,
-        "success_rate": sum(one["success"] for one in all_of) / picks,
-        "invalid_actions": sum(one["invalid"] for one in all_of),
-        "ms_per_decision": float(np.mean([one["ms_per_decision"] for one in all_of])),
+        "success_rate": sum(seed_columns["success"] for seed_columns in all_of) / picks,
+        "invalid_actions": sum(seed_columns["invalid"] for seed_columns in all_of),
+        "ms_per_decision": float(np.mean([seed_columns["ms_per_decision"] for seed_columns in all_of])),
         "learn_seconds": float(np.mean([result["learn_seconds"] for result in results])),
     }
 
 
-def compared(results: Sequence[Result], shifts: int) -> dict[str, tuple[Floats]]:
+def paired_columns(results: Sequence[Result], shifts: int) -> dict[str, tuple[Floats]]:
     """Columns of the first shifts for a comparison with a controller that worked only so many, each (seeds, shifts)."""
     return {name: (by_seed(results, name)[:, :shifts],) for name in COMPARED}

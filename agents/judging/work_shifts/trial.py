@@ -11,24 +11,24 @@ from typing import Any, Final, final
 import numpy as np
 
 from pnt_gym.cells.base.config import LevelConfig
-from pnt_gym.cells.line.chances import needed, written
+from pnt_gym.cells.line.chances import format_table, required_table
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 
 from ...controllers.between import PLANNER
-from ...controllers.own import Policy, own_controller
+from ...controllers.own import Policy, import_controller
 from ...controllers.protocol import Controller
-from ...dispatchers.decisions import worked_by
+from ...dispatchers.decisions import work_shifts
 from ...dispatchers.registry import FIRST, GUIDED, SEARCHED, line_controller
-from ...dispatchers.release import releaser
-from ...dispatchers.scored import Scored, run_scores
+from ...dispatchers.release import make_release
+from ...dispatchers.scored import ScoreController, run_scores
 from ...dispatchers.settings import PLANNERS, rate
 from ...dispatchers.settings import settings as tuned_settings
 from ...ground.amounts import SHIFTS
 from ...ground.cli import UsageError
 from ...ground.environments import Env, stream_seed
 from ...learning.algorithms import MASKED, SCORING
-from ...learning.hyperparameters import checked
+from ...learning.hyperparameters import algorithm_arguments
 from ...learning.runs import RunFolder
 from ...learning.windows import DecisionWindow
 from ...policies.scorer import Scorer
@@ -36,7 +36,7 @@ from ..card import Card
 from ..loop import Progress
 from ..trial import Trial
 from .card import CARD
-from .data import worked
+from .data import run_shifts
 from .record import ShiftRecord
 
 SECONDS: Final = 12.0
@@ -84,11 +84,11 @@ class ShiftTrial(Trial):
     ) -> ShiftRecord:
         """Let a controller work `count` held-out shifts."""
         del online
-        shifts = worked(controller, self.env, count, stream_seed("evaluate", seed), progress)
+        shifts = run_shifts(controller, self.env, count, stream_seed("evaluate", seed), progress)
         return ShiftRecord(shifts, self.core, {"level": self.core.config.name, **self._settings})
 
     @classmethod
-    def simulated(cls, config: LevelConfig, throws: str) -> LineConfig:
+    def with_throws(cls, config: LevelConfig, throws: str) -> LineConfig:
         """Copy of a level with throws by `table`, in `flight` or in `full`."""
         return LineConfig.load(config, throws=throws)
 
@@ -97,7 +97,7 @@ class ShiftTrial(Trial):
         if not isinstance(policy, str):
             return policy if hasattr(policy, "act") else Policy(policy, "function", np.int64)
         if ":" in policy:
-            return own_controller(policy, self.env, **options)
+            return import_controller(policy, self.env, **options)
         try:
             return line_controller(policy, self.core, **options)
         except TypeError:
@@ -107,7 +107,7 @@ class ShiftTrial(Trial):
         """Let a controller of PnTRelease-v0 correct the throws, where throws are simulated."""
         self._settings = {"release": release or PLANNER}
         if release is not None:
-            self.core.use(releaser(release, self.core))
+            self.core.use(make_release(release, self.core))
 
     def expert(self, env_id: str) -> str:
         """Name of the guided planner."""
@@ -121,19 +121,19 @@ class ShiftTrial(Trial):
         del progress
         if controller.name != SEARCHED or steps == 0:
             return controller
-        from ...dispatchers.scores import searched  # noqa: PLC0415 - needs a library that only a search does
-        from ...dispatchers.search import SEARCHED_SHIFTS, Bench, best  # noqa: PLC0415 - as above
+        from ...dispatchers.scores import search_weights  # noqa: PLC0415 - needs a library that only a search does
+        from ...dispatchers.search import SEARCHED_SHIFTS, Bench, best_result  # noqa: PLC0415 - as above
 
         level = LineConfig.load(self.core.config, throws="table")
         first = stream_seed("practice", seed)
         bench = Bench(level, np.arange(first, first + END))
         generations = -(-steps // _decisions(level, SEARCHED_SHIFTS))
-        tried = searched(bench, tuned_settings(level.name, "atc")["patience"], generations, seed)
-        return Scored(SEARCHED, Scorer.linear(**best(tried).settings))
+        tried = search_weights(bench, tuned_settings(level.name, "atc")["patience"], generations, seed)
+        return ScoreController(SEARCHED, Scorer.linear(**best_result(tried).settings))
 
-    def peers(self, asked: Mapping[str, Any]) -> dict[str, int]:
+    def peers(self, run_args: Mapping[str, Any]) -> dict[str, int]:
         """Two rules: first in, first out, and the tuned ATC rule."""
-        del asked
+        del run_args
         return {FIRST: 0, "atc": 0}
 
     def steps(self, controller: Controller, seed: int) -> Iterator[float]:
@@ -141,12 +141,12 @@ class ShiftTrial(Trial):
 
         The shift is the same as that of row 0 of many lines.
         """
-        for _ in worked_by(controller.act, self.env, stream_seed("evaluate", seed), 1):
+        for _ in work_shifts(controller.act, self.env, stream_seed("evaluate", seed), 1):
             yield float(self.core.cell.state.clock[0])
 
-    def filmed(self, steps: Iterator[float], picks: int | None) -> Iterator[float]:
+    def film_steps(self, steps: Iterator[float], picks: int | None) -> Iterator[float]:
         """The first `picks` decisions, or the decisions of the first 12 s."""
-        return takewhile(lambda time: time < SECONDS, steps) if picks is None else super().filmed(steps, picks)
+        return takewhile(lambda time: time < SECONDS, steps) if picks is None else super().film_steps(steps, picks)
 
     def advance(self, steps: Iterator[float], moment: float) -> None:
         """Carry out decisions until a moment of the shift [s]."""
@@ -154,35 +154,35 @@ class ShiftTrial(Trial):
             if time >= moment:
                 return
 
-    def check_training(self, asked: Mapping[str, Any]) -> None:
+    def check_training(self, run_args: Mapping[str, Any]) -> None:
         """Make sure that the algorithm chooses objects, and that no option for throws is given."""
-        super().check_training(asked)
-        if (asked["stack"], asked["over"], asked["fidelity"]) != (1, PLANNER, "full"):
+        super().check_training(run_args)
+        if (run_args["stack"], run_args["over"], run_args["fidelity"]) != (1, PLANNER, "full"):
             raise UsageError("--stack, --over and --fidelity go with throws, and not with work shifts")
 
-    def hyperparameters(self, asked: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    def hyperparameters(self, run_args: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
         """Hyperparameters completed by those of the line: patience and rate of value of the tuned ATC rule.
 
         `gamma` and `gae_lambda` are given per decision of one robot; per decision of R robots they are the R-th roots.
         """
-        config, found = self.core.config, dict(given)
-        checked(found)
+        config, values = self.core.config, dict(settings)
+        algorithm_arguments(values)
         robots = len(config.robots)
-        found |= {key: round(found[key] ** (1.0 / robots), 6) for key in ("gamma", "gae_lambda") if key in found}
-        if asked["algo"] in SCORING:
-            found.setdefault("patience", tuned_settings(config.name, "atc")["patience"])
+        values |= {key: round(values[key] ** (1.0 / robots), 6) for key in ("gamma", "gae_lambda") if key in values}
+        if run_args["algo"] in SCORING:
+            values.setdefault("patience", tuned_settings(config.name, "atc")["patience"])
         tuned = rate(config.name)
-        found.setdefault("price_of_time", config.price_of_time if tuned is None else tuned)
-        return found
+        values.setdefault("price_of_time", config.price_of_time if tuned is None else tuned)
+        return values
 
     def price(self, settings: Mapping[str, Any]) -> float:
         """Price of time that a training subtracts beyond the price in the environment's reward [1/s]."""
-        checked(settings)
+        algorithm_arguments(settings)
         return float(settings.get("price_of_time", self.core.config.price_of_time)) - self.core.config.price_of_time
 
-    def policy(self, folder: RunFolder, checkpoint: Path | None, asked: Mapping[str, Any], name: str) -> Controller:
+    def policy(self, folder: RunFolder, checkpoint: Path | None, run_args: Mapping[str, Any], name: str) -> Controller:
         """Newest policy of a training, or the policy of a checkpoint, as a controller."""
-        del asked, name
+        del run_args, name
         return run_scores(folder.path, checkpoint)
 
     @classmethod
@@ -191,7 +191,9 @@ class ShiftTrial(Trial):
         return CARD
 
     @classmethod
-    def depends(cls, name: str, levels: Sequence[LineConfig], options: Mapping[str, Any], throws: Sequence[int]) -> Any:
+    def dependencies(
+        cls, name: str, levels: Sequence[LineConfig], options: Mapping[str, Any], throws: Sequence[int]
+    ) -> Any:
         """Tuned settings, and digests of the tables of throws."""
         del options, throws
         tuned: list[Any] = [tuned_settings(level.name, name, len(level.robots)) for level in levels]
@@ -199,16 +201,24 @@ class ShiftTrial(Trial):
             tuned += [tuned_settings(level.name, "atc") for level in levels]
         if name in cls.algorithms:
             tuned = [(tuned_settings(level.name, "atc"), rate(level.name)) for level in levels]
-        return {"tuned": tuned, "tables": [sha256(written(needed(level)).encode()).hexdigest() for level in levels]}
+        return {
+            "tuned": tuned,
+            "tables": [sha256(format_table(required_table(level)).encode()).hexdigest() for level in levels],
+        }
 
     @classmethod
-    def learned(cls, name: str, levels: Sequence[LineConfig], options: Mapping[str, Any]) -> list[tuple[str, str]]:
+    def artefact_settings(
+        cls, name: str, levels: Sequence[LineConfig], options: Mapping[str, Any]
+    ) -> list[tuple[str, str]]:
         """The guide of the guided planner on each level, and the user's files of tables of throws."""
         tables = [("chances", level.chances) for level in levels if level.chances is not None]
         if name != GUIDED:
             return tables
-        told = [tuned_settings(level.name, name, len(level.robots)) for level in levels]
-        return [*tables, *(("guide", str({**own, **options}.get("guide", SEARCHED))) for own in told)]
+        settings = [tuned_settings(level.name, name, len(level.robots)) for level in levels]
+        return [
+            *tables,
+            *(("guide", str({**level_settings, **options}.get("guide", SEARCHED))) for level_settings in settings),
+        ]
 
     @classmethod
     def effort(cls, name: str, config: LineConfig, count: int, num_envs: int) -> int:

@@ -61,8 +61,8 @@ class Line:
     def derivatives(self, u: Floats) -> Derivatives:
         """Return position and derivatives by u at ``u`` (M,), each (M, 2)."""
         start, way = np.array(self.start), np.subtract(self.end, self.start)
-        none = np.zeros((u.size, 2))
-        return Derivatives(start + u[:, None] * way, none + way, none, none)
+        zeros = np.zeros((u.size, 2))
+        return Derivatives(start + u[:, None] * way, zeros + way, zeros, zeros)
 
 
 @final
@@ -132,7 +132,7 @@ class MeasuredCurve:
     def __init__(self, curve: PlaneCurve) -> None:
         self.curve = curve
         edges = np.linspace(0.0, 1.0, CELLS + 1)
-        self._sums = np.concatenate([[0.0], np.cumsum(self._way(edges[:-1], edges[1:]))])
+        self._sums = np.concatenate([[0.0], np.cumsum(self._arc_length(edges[:-1], edges[1:]))])
         self.length = float(self._sums[-1])
 
     def parameter(self, s: Floats) -> Floats:
@@ -140,13 +140,13 @@ class MeasuredCurve:
         s = np.clip(s, 0.0, self.length)
         cell = np.clip(np.searchsorted(self._sums, s, side="right") - 1, 0, CELLS - 1)
         start = cell / CELLS
-        rest = s - self._sums[cell]
-        u = start + rest / (self._sums[cell + 1] - self._sums[cell]) / CELLS
+        remainder = s - self._sums[cell]
+        u = start + remainder / (self._sums[cell + 1] - self._sums[cell]) / CELLS
         if self.curve.straight:
             return u
         # Newton; speed varies by a few per cent within a cell, so three steps reach rounding.
         for _ in range(3):
-            u = u + (rest - self._way(start, u)) / self._speed(u)
+            u = u + (remainder - self._arc_length(start, u)) / self._speed(u)
         return np.clip(u, 0.0, 1.0)
 
     def at(self, s: Floats) -> CurvePoints:
@@ -157,7 +157,7 @@ class MeasuredCurve:
         first = self.curve.derivatives(u).first
         return np.hypot(first[:, 0], first[:, 1])
 
-    def _way(self, low: Floats, high: Floats) -> Floats:
+    def _arc_length(self, low: Floats, high: Floats) -> Floats:
         """Arc length from ``low`` to ``high``, each (M,), by Gauss-Legendre."""
         u = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * NODES
         return 0.5 * (high - low) * (self._speed(u.ravel()).reshape(u.shape) @ WEIGHTS)

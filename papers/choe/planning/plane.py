@@ -55,7 +55,7 @@ class PlanePath:
         lengths = [piece.length for piece in self.pieces]
         if not min(lengths) > 0.0:
             raise PlanningError(f"every piece of a path needs a length above 0 [m], got {min(lengths)}")
-        self.joints = tuple(_joint(a, b) for a, b in zip(self.pieces[:-1], self.pieces[1:], strict=True))
+        self.joints = tuple(_joint_kind(a, b) for a, b in zip(self.pieces[:-1], self.pieces[1:], strict=True))
         self.borders: Floats = np.concatenate([[0.0], np.cumsum(lengths)])
         self.length = float(self.borders[-1])
 
@@ -137,15 +137,15 @@ class SpacePath:
                 f"{way[2]:.6f} m apart"
             )
         heading = np.array([way[0] / run, way[1] / run, 0.0])
-        return cls(path, first - _lift(path.start[None], heading)[0], heading)
+        return cls(path, first - _lift_to_space(path.start[None], heading)[0], heading)
 
     def vectors(self, plane: Floats) -> Floats:
         """Return plane vectors (M, 2) as vectors in space (M, 3)."""
-        return _lift(plane, self.heading)
+        return _lift_to_space(plane, self.heading)
 
     def positions(self, plane: Floats) -> Floats:
         """Return plane points (M, 2) as points in space (M, 3) [m]."""
-        return self.origin + _lift(plane, self.heading)
+        return self.origin + _lift_to_space(plane, self.heading)
 
 
 def rectangle(width: float, lift: float, drop: float) -> PlanePath:
@@ -154,7 +154,7 @@ def rectangle(width: float, lift: float, drop: float) -> PlanePath:
     Raises:
         ValueError: if the width is not positive and finite, or lift or drop is negative or not finite.
     """
-    _checked(width, lift, drop)
+    _check_lengths(width, lift, drop)
     return _chain(lift, Line((0.0, lift), (width, lift)), end=(width, lift), drop=drop)
 
 
@@ -167,7 +167,7 @@ def line_ellipse_line(ellipse: EllipsePath, lift: float, drop: float) -> PlanePa
         ValueError: if lift or drop is negative or not finite.
     """
     width, rise = 2.0 * ellipse.half_width, 2.0 * ellipse.half_rise
-    _checked(width, lift, drop)
+    _check_lengths(width, lift, drop)
     arc = ellipse.arc((ellipse.half_width, lift + ellipse.half_rise))
     return _chain(lift, arc, end=(width, lift + rise), drop=drop)
 
@@ -189,7 +189,7 @@ def lame_path(width: float, lift: float, drop: float, corner: Vector, exponent: 
         ValueError: if a length is negative or not finite, a corner has no width or height, both do not fit into
             the width, or the exponent is neither 2 nor at least 3 and finite.
     """
-    _checked(width, lift, drop)
+    _check_lengths(width, lift, drop)
     d, e = corner
     if not (min(d, e) > 0.0 and math.isfinite(e) and 2.0 * d <= width * (1.0 + GAP)):
         raise PlanningError(f"corners need a width and a height above 0 and must fit into {width} m, got {(d, e)}")
@@ -220,7 +220,7 @@ def _chain(lift: float, *middle: PlaneCurve, end: Vector, drop: float) -> PlaneP
     return PlanePath(tuple(real))
 
 
-def _checked(width: float, lift: float, drop: float) -> None:
+def _check_lengths(width: float, lift: float, drop: float) -> None:
     if not (math.isfinite(width) and width > 0.0):
         raise PlanningError(f"width must be positive and finite [m], got {width}")
     for name, value in (("lift", lift), ("drop", drop)):
@@ -228,7 +228,7 @@ def _checked(width: float, lift: float, drop: float) -> None:
             raise PlanningError(f"{name} must be finite and not negative [m], got {value}")
 
 
-def _joint(before: MeasuredCurve, after: MeasuredCurve) -> Joint:
+def _joint_kind(before: MeasuredCurve, after: MeasuredCurve) -> Joint:
     last, first = before.at(np.array([before.length])), after.at(np.zeros(1))
     gap = float(np.abs(last.position - first.position).max())
     if gap > GAP:
@@ -239,6 +239,6 @@ def _joint(before: MeasuredCurve, after: MeasuredCurve) -> Joint:
     return Joint.TANGENT if jump * min(before.length, after.length) > CURVATURE else Joint.CURVED
 
 
-def _lift(plane: Floats, heading: Floats) -> Floats:
+def _lift_to_space(plane: Floats, heading: Floats) -> Floats:
     up = np.array([0.0, 0.0, 1.0])
     return plane[:, :1] * heading + plane[:, 1:] * up

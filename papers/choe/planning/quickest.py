@@ -74,7 +74,7 @@ class Progress(NamedTuple):
         return Course(*(column.ravel() for column in columns))
 
 
-def quickest(path: PlanePath, run: tuple[int, int], limits: MotionLimits, intervals: int) -> Progress:
+def quickest_progress(path: PlanePath, run: tuple[int, int], limits: MotionLimits, intervals: int) -> Progress:
     """Return the quickest motion from rest to rest through the pieces ``run[0]`` to ``run[1] - 1``.
 
     Raises:
@@ -87,9 +87,9 @@ def quickest(path: PlanePath, run: tuple[int, int], limits: MotionLimits, interv
         if reason:
             continue
         course = rough.course(np.linspace(0.0, 1.0, 65)).slower(SLOWER)
-        found, reason = _solve(path, _cut(path, run, course, intervals), limits)
+        progress, reason = _solve(path, _cut(path, run, course, intervals), limits)
         if not reason:
-            return found
+            return progress
     raise PntGymError(f"IPOPT found no timing for a path of {path.length:.3f} m: {reason}")
 
 
@@ -120,17 +120,17 @@ def _solve(path: PlanePath, guess: Progress, limits: MotionLimits) -> tuple[Prog
     # Units of the run's length and the guess's duration.
     way, time = float(guess.s[-1] - guess.s[0]), float(guess.durations.sum())
     units = way / time ** np.array([1.0, 2.0, 3.0])
-    most = np.array(limits.numbers()) / units
+    maxima = np.array(limits.numbers()) / units
     v, a = ca.SX.sym("v", count + 1), ca.SX.sym("a", count + 1)
     j, dt = ca.SX.sym("j", count), ca.SX.sym("dt", count)
-    equal, below = _steps(guess, way, (v, a, j, dt)), _shares(path, guess, way, (v, a, j, dt), most)
-    low, high = _bounds(path, guess, way, most)
+    equal, below = _step_equations(guess, way, (v, a, j, dt)), _limit_shares(path, guess, way, (v, a, j, dt), maxima)
+    low, high = _bounds(path, guess, way, maxima)
     start = np.concatenate([guess.speed / units[0], guess.acceleration / units[1], guess.jerks / units[2]])
     options = {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-8, "max_iter": 500}}
     problem = {"x": ca.vertcat(v, a, j, dt), "f": ca.sum1(dt), "g": ca.vertcat(equal, below)}
     solver = ca.nlpsol("timing", "ipopt", problem, options)
     zeros = np.zeros(equal.numel())
-    found = solver(
+    solution = solver(
         x0=np.clip(np.concatenate([start, guess.durations / time]), low, high),
         lbx=low,
         ubx=high,
@@ -138,31 +138,31 @@ def _solve(path: PlanePath, guess: Progress, limits: MotionLimits) -> tuple[Prog
         ubg=np.concatenate([zeros, np.ones(below.numel())]),
     )
     state = solver.stats()
-    x = np.asarray(found["x"], dtype=np.float64).ravel()
+    x = np.asarray(solution["x"], dtype=np.float64).ravel()
     speed, rise, jerk, durations = np.split(x, [count + 1, 2 * count + 2, 3 * count + 2])
     motion = Progress(guess.s, speed * units[0], rise * units[1], durations * time, jerk * units[2], guess.pieces)
     return motion, "" if state["success"] else str(state["return_status"])
 
 
-def _moved(v: Any, a: Any, j: Any, t: Any) -> Any:
+def _interval_travel(v: Any, a: Any, j: Any, t: Any) -> Any:
     """Arc length passed in each interval after the times ``t``."""
     return t * (v[:-1] + t * (0.5 * a[:-1] + t * j / 6.0))
 
 
-def _steps(cuts: Progress, way: float, unknown: tuple[Any, ...]) -> Any:
+def _step_equations(cuts: Progress, way: float, unknown: tuple[Any, ...]) -> Any:
     """Residuals of position, speed and acceleration between neighbouring intervals, zero for a continuous motion."""
     v, a, j, dt = unknown
     step = np.diff(cuts.s) / way
     return load_casadi().vertcat(
-        (_moved(v, a, j, dt) - step) / step.mean(),
+        (_interval_travel(v, a, j, dt) - step) / step.mean(),
         v[1:] - v[:-1] - dt * (a[:-1] + 0.5 * dt * j),
         a[1:] - a[:-1] - dt * j,
     )
 
 
-def _bounds(path: PlanePath, cuts: Progress, way: float, most: Floats) -> tuple[Floats, Floats]:
+def _bounds(path: PlanePath, cuts: Progress, way: float, maxima: Floats) -> tuple[Floats, Floats]:
     """Bounds of speed, acceleration, jerk and time; the run starts and ends at rest."""
-    v_max, a_max, j_max = most
+    v_max, a_max, j_max = maxima
     ends = (path.at(cuts.s[:-1], cuts.pieces), path.at(cuts.s[1:], cuts.pieces))
     bend = way * np.maximum(*(np.abs(points.curvature) for points in ends))
     # From |s''' - k^2 s'^3| <= J and k s'^2 <= A.
@@ -175,16 +175,16 @@ def _bounds(path: PlanePath, cuts: Progress, way: float, most: Floats) -> tuple[
     return low, high
 
 
-def _shares(path: PlanePath, cuts: Progress, way: float, unknown: tuple[Any, ...], most: Floats) -> Any:
+def _limit_shares(path: PlanePath, cuts: Progress, way: float, unknown: tuple[Any, ...], maxima: Floats) -> Any:
     """Squares of speed, acceleration and jerk as shares of the limits, at several places of each interval."""
     v, a, j, dt = unknown
-    v_max, a_max, j_max = most
+    v_max, a_max, j_max = maxima
     step = np.diff(cuts.s) / way
     ends = [path.at(s, cuts.pieces) for s in (cuts.s[:-1], cuts.s[1:])]
     rows: list[Any] = []
     for share in SHARES:
         t = share * dt
-        along = _moved(v, a, j, t) / step if 0.0 < share < 1.0 else share
+        along = _interval_travel(v, a, j, t) / step if 0.0 < share < 1.0 else share
         bend, slope = _cubic([(p.curvature * way, p.slope * way**2) for p in ends], step, along)
         speed, rise = v[:-1] + t * (a[:-1] + 0.5 * t * j), a[:-1] + t * j
         cross = bend * speed**2
@@ -224,17 +224,17 @@ def run_points(path: PlanePath, run: tuple[int, int], s: Floats) -> CurvePoints:
 def careful_course(path: PlanePath, run: tuple[int, int], limits: MotionLimits) -> Course:
     """Return a motion from rest to rest within all limits, slow in bends, as a first guess."""
     s = np.linspace(float(path.borders[run[0]]), float(path.borders[run[1]]), PLACES)
-    speed = _allowed_speed(run_points(path, run, s), s, limits)
-    course = _smoothed(s, speed)
-    return course.slower(_excess(run_points(path, run, course.s), course, limits) / SHARE)
+    speed = _speed_bound(run_points(path, run, s), s, limits)
+    course = _smooth_course(s, speed)
+    return course.slower(_slowdown(run_points(path, run, course.s), course, limits) / SHARE)
 
 
-def _allowed_speed(points: CurvePoints, s: Floats, limits: MotionLimits) -> Floats:
+def _speed_bound(points: CurvePoints, s: Floats, limits: MotionLimits) -> Floats:
     """Speed (M,) [m/s] at which the hand can pass each place, with rises and falls at a share of the acceleration."""
     velocity, acceleration, jerk = limits.numbers()
     bend, slope = np.maximum(np.abs(points.curvature), 1e-9), np.maximum(np.abs(points.slope), 1e-9)
-    most = np.minimum(np.sqrt(acceleration / bend), np.minimum(jerk / bend**2, jerk / slope) ** (1.0 / 3.0))
-    square = np.minimum(velocity, SHARE * most) ** 2
+    fastest = np.minimum(np.sqrt(acceleration / bend), np.minimum(jerk / bend**2, jerk / slope) ** (1.0 / 3.0))
+    square = np.minimum(velocity, SHARE * fastest) ** 2
     square[[0, -1]] = 0.0
     # The least of w(s*) + 2 a |s - s*| over all s*: no rise or fall of w = v^2 is steeper than 2 a.
     gain = 2.0 * SHARE * acceleration * s
@@ -243,7 +243,7 @@ def _allowed_speed(points: CurvePoints, s: Floats, limits: MotionLimits) -> Floa
     return np.sqrt(np.maximum(square, 0.0))
 
 
-def _smoothed(s: Floats, speed: Floats) -> Course:
+def _smooth_course(s: Floats, speed: Floats) -> Course:
     """The course with its speed averaged over a window of time, so that acceleration and jerk are finite."""
     moments = np.concatenate([[0.0], np.cumsum(2.0 * np.diff(s) / (speed[1:] + speed[:-1]))])
     step = float(moments[-1]) / (PLACES - 1)
@@ -258,7 +258,7 @@ def _smoothed(s: Floats, speed: Floats) -> Course:
     return Course(time, s[0] + scale * step * way, scale * rate, scale * np.gradient(rate, step))
 
 
-def _excess(points: CurvePoints, course: Course, limits: MotionLimits) -> float:
+def _slowdown(points: CurvePoints, course: Course, limits: MotionLimits) -> float:
     """Factor of time at which the course just keeps all limits; below 1 the course could be quicker."""
     velocity, acceleration, jerk = limits.numbers()
     cross = points.curvature * course.speed**2

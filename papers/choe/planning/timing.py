@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, Ints, joined
+from pnt_gym.arrays import Floats, Ints, concatenate_records
 from pnt_gym.errors import PlanningError, PntGymError
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.scurve import min_time_scurve
@@ -21,7 +21,7 @@ from pnt_gym.planning.motion.trajectory import PeakRatios, Samples
 
 from .curves import CurvePoints
 from .plane import Joint, PlanePath, SpacePath
-from .quickest import Progress, quickest
+from .quickest import Progress, quickest_progress
 
 JointRule: TypeAlias = Literal["strict", "relaxed"]
 # Intervals of a curved run: more than twice as many make the motion less than 0.1 % quicker.
@@ -91,7 +91,7 @@ class TimedPath:
         along, across = _jerk(points, course.speed, course.acceleration, third)
         cross = points.curvature * course.speed**2
         peaks = np.abs(course.speed), np.hypot(course.acceleration, cross), np.hypot(along, across)
-        return PeakRatios(*(np.array([p.max() / most]) for p, most in zip(peaks, limits.numbers(), strict=True)))
+        return PeakRatios(*(np.array([p.max() / limit]) for p, limit in zip(peaks, limits.numbers(), strict=True)))
 
     def slower(self, factor: float) -> TimedPath:
         """Return the same motion slowed down to ``factor`` times its time."""
@@ -113,9 +113,9 @@ class TimedPath:
             raise PlanningError(f"times must have shape (M,) or (1, M), got {time.shape}")
         time = time.reshape(-1)
         p, end = self.progress, self.knot_times[-1]
-        held = np.clip(time, 0.0, end)
-        k = np.clip(np.searchsorted(self.knot_times, held, side="right") - 1, 0, p.jerks.size - 1)
-        t, v0, a0, third = held - self.knot_times[k], p.speed[k], p.acceleration[k], p.jerks[k]
+        clipped = np.clip(time, 0.0, end)
+        k = np.clip(np.searchsorted(self.knot_times, clipped, side="right") - 1, 0, p.jerks.size - 1)
+        t, v0, a0, third = clipped - self.knot_times[k], p.speed[k], p.acceleration[k], p.jerks[k]
         way = p.s[k] + t * (v0 + t * (0.5 * a0 + t * third / 6.0))
         points = self.path.path.at(way, p.pieces[k])
         moving = ((time >= 0.0) & (time <= end)).astype(np.float64)
@@ -146,8 +146,8 @@ def time_path(
     if intervals < 20:
         raise PlanningError(f"intervals must be at least 20, got {intervals}")
     limits.numbers()
-    runs = [_run(path, run, limits, intervals) for run in _runs(path.path, joints)]
-    return TimedPath.of(path, _joined(runs))
+    runs = [_time_run(path, run, limits, intervals) for run in _runs(path.path, joints)]
+    return TimedPath.of(path, _join_runs(runs))
 
 
 def _runs(path: PlanePath, joints: JointRule) -> Iterator[tuple[int, int]]:
@@ -160,17 +160,17 @@ def _runs(path: PlanePath, joints: JointRule) -> Iterator[tuple[int, int]]:
     yield first, len(path.pieces)
 
 
-def _run(path: SpacePath, run: tuple[int, int], limits: MotionLimits, intervals: int) -> Progress:
+def _time_run(path: SpacePath, run: tuple[int, int], limits: MotionLimits, intervals: int) -> Progress:
     if run[1] - run[0] == 1 and path.path.pieces[run[0]].curve.straight:
         return _straight(path.path, run[0], limits)
-    found = TimedPath.of(path, quickest(path.path, run, limits, intervals))
-    kept = found.slower(max(1.0, _needed(found, limits)))
-    if _needed(kept, limits) > 1.0 + TOLERANCE / 3.0:
-        raise PntGymError(f"the timing found exceeds its limits: {kept.peak_ratios(limits)}")
-    return kept.progress
+    fastest = TimedPath.of(path, quickest_progress(path.path, run, limits, intervals))
+    slowed = fastest.slower(max(1.0, _slowdown(fastest, limits)))
+    if _slowdown(slowed, limits) > 1.0 + TOLERANCE / 3.0:
+        raise PntGymError(f"the timing found exceeds its limits: {slowed.peak_ratios(limits)}")
+    return slowed.progress
 
 
-def _needed(motion: TimedPath, limits: MotionLimits) -> float:
+def _slowdown(motion: TimedPath, limits: MotionLimits) -> float:
     """Factor of time at which the motion just keeps its limits; below 1 the motion could be quicker."""
     ratios = motion.peak_ratios(limits)
     roots = float(ratios.velocity[0]), float(ratios.acceleration[0]) ** 0.5, float(ratios.jerk[0]) ** (1.0 / 3.0)
@@ -185,10 +185,10 @@ def _straight(path: PlanePath, piece: int, limits: MotionLimits) -> Progress:
     return Progress(path.borders[piece] + way, speed, acceleration, curve.durations, _SIGNS * curve.jerk, pieces)
 
 
-def _joined(runs: list[Progress]) -> Progress:
+def _join_runs(runs: list[Progress]) -> Progress:
     """All runs as one motion; each run starts and ends at rest, so that the shared borders agree."""
     later = [run._replace(s=run.s[1:], speed=run.speed[1:], acceleration=run.acceleration[1:]) for run in runs[1:]]
-    return joined([runs[0], *later])
+    return concatenate_records([runs[0], *later])
 
 
 def _jerk(points: CurvePoints, speed: Floats, rise: Floats, third: Floats) -> tuple[Floats, Floats]:

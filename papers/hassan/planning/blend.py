@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, joined
+from pnt_gym.arrays import Floats, concatenate_records
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.scurve import accelerate, brake, speed_at
@@ -44,7 +44,7 @@ def throw_move(direction: Floats, distance: Floats, limits: MotionLimits) -> Seg
     """
     up = accelerate(direction, distance, limits)
     down = brake(direction, speed_at(distance, limits), limits)
-    return joined([up, down], axis=1)
+    return concatenate_records([up, down], axis=1)
 
 
 def begin_times(moves: Sequence[Segments], overlap: Overlap, stops: Collection[int] = ()) -> Floats:
@@ -61,7 +61,7 @@ def begin_times(moves: Sequence[Segments], overlap: Overlap, stops: Collection[i
     Raises:
         ValueError: if there is no move, a move has not seven segments, or the rule is unknown.
     """
-    _check(moves, overlap)
+    _check_moves(moves, overlap)
     pieces = _OVERLAPPING[overlap]
     begins = [np.zeros(moves[0].durations.shape[0])]
     for index, (move, following) in enumerate(pairwise(moves)):
@@ -79,7 +79,7 @@ def blend(start: Floats, moves: Sequence[Segments], begins: Floats) -> JerkTraje
         begins[:, m, None] + np.concatenate([np.zeros((len(start), 1)), np.cumsum(move.durations, axis=1)], axis=1)
         for m, move in enumerate(moves)
     ]
-    times = _merged(np.sort(np.concatenate(borders, axis=1), axis=1))
+    times = _merge_close(np.sort(np.concatenate(borders, axis=1), axis=1))
     middle = 0.5 * (times[:, 1:] + times[:, :-1])
     jerks = np.zeros((*middle.shape, 3))
     for border, move in zip(borders, moves, strict=True):
@@ -89,13 +89,13 @@ def blend(start: Floats, moves: Sequence[Segments], begins: Floats) -> JerkTraje
     return JerkTrajectory(start, np.diff(times, axis=1), jerks)
 
 
-def _merged(times: Floats) -> Floats:
+def _merge_close(times: Floats) -> Floats:
     """Sorted times (N, B) in which times that differ by rounding are replaced by the earliest of them."""
-    apart = np.diff(times, axis=1, prepend=-np.inf) > _SAME_TIME
-    return np.maximum.accumulate(np.where(apart, times, -np.inf), axis=1)
+    distinct = np.diff(times, axis=1, prepend=-np.inf) > _SAME_TIME
+    return np.maximum.accumulate(np.where(distinct, times, -np.inf), axis=1)
 
 
-def _check(moves: Sequence[Segments], overlap: Overlap) -> None:
+def _check_moves(moves: Sequence[Segments], overlap: Overlap) -> None:
     if overlap not in get_args(Overlap):
         raise PlanningError(f"overlap must be one of {', '.join(get_args(Overlap))}, got {overlap!r}")
     if not moves:

@@ -121,8 +121,8 @@ class Cycle:
         if not self.feasible.all():
             row = int(np.argmin(self.feasible))
             reason = Reason(int(self.reason[row]))
-            more = ", or the hand leaves it" if reason == Reason.WORKSPACE else ""
-            raise InfeasibleThrow(reason, f"{more} (row {row})")
+            detail = ", or the hand leaves it" if reason == Reason.WORKSPACE else ""
+            raise InfeasibleThrow(reason, f"{detail} (row {row})")
         return self
 
     def sample(self, times: ArrayLike | None = None, rate: float = SAMPLE_RATE) -> CycleSamples:
@@ -189,16 +189,16 @@ class CycleTask(NamedTuple):
                 raise PlanningError(f"{name} {points[outside][0].tolist()} lies outside the workspace {workspace}")
         return cls(first, middle, last, limits, CycleRules() if rules is None else rules, workspace)
 
-    def inside(self, *points: Floats) -> Bools:
+    def is_inside(self, *points: Floats) -> Bools:
         """Return the rows (N,) whose points all lie in the workspace."""
-        kept = np.ones(len(self.picks), dtype=np.bool_)
+        rows_inside = np.ones(len(self.picks), dtype=np.bool_)
         for group in points:
-            kept &= True if self.workspace is None else self.workspace.contains(group)
-        return kept
+            rows_inside &= True if self.workspace is None else self.workspace.contains(group)
+        return rows_inside
 
     def move(self, way: Floats, reason: Ints) -> Segments:
         """Return the straight move along ``way`` (N, 3) or (3,) [m]; infeasible rows rest."""
-        return rest_to_rest(np.where(_planned(reason)[:, None], way, 0.0), self.limits)
+        return rest_to_rest(np.where(_is_planned(reason)[:, None], way, 0.0), self.limits)
 
 
 def pick_and_place(task: CycleTask) -> Cycle:
@@ -208,20 +208,20 @@ def pick_and_place(task: CycleTask) -> Cycle:
     """
     lift = task.rules.lift
     up = np.array([0.0, 0.0, lift])
-    reason = np.where(task.inside(task.targets, task.targets + up), int(Reason.FEASIBLE), int(Reason.WORKSPACE))
-    own = {"lift": up, "carry": task.targets - task.picks, "place": -up}
+    reason = np.where(task.is_inside(task.targets, task.targets + up), int(Reason.FEASIBLE), int(Reason.WORKSPACE))
+    moves = {"lift": up, "carry": task.targets - task.picks, "place": -up}
     back = {"leave": up, "return": task.next_picks - task.targets, "approach": -up}
     outline = Outline(
         task.picks,
         task.next_picks,
-        {name: task.move(way, reason) for name, way in own.items()},
+        {name: task.move(way, reason) for name, way in moves.items()},
         {name: task.move(way, reason) for name, way in back.items()},
-        thrown=False,
+        is_throw=False,
         position=task.targets,
         velocity=np.zeros_like(task.targets),
         lift=lift,
         drop=lift,
-        feasible=_planned(reason),
+        feasible=_is_planned(reason),
     )
     return _cycle(task, outline, reason)
 
@@ -238,7 +238,7 @@ def horizontal_throw(task: CycleTask) -> Cycle:
     release = _level_release(task, task.picks + up)
     low = task.rules.rise is not None and task.rules.lift > task.rules.rise + CONTACT
     reason = np.where((release.reason == Reason.FEASIBLE) & low, int(Reason.CEILING), release.reason)
-    return _thrown(task, release, reason, lift=task.rules.lift, approach=task.rules.lift)
+    return _throw_cycle(task, release, reason, lift=task.rules.lift, approach=task.rules.lift)
 
 
 def min_time_throw(task: CycleTask) -> Cycle:
@@ -249,41 +249,41 @@ def min_time_throw(task: CycleTask) -> Cycle:
     """
     roof = None if task.rules.rise is None else task.picks[:, 2] + task.rules.rise
     release = plan_release_batch(task.picks, task.targets, task.limits, roof, task.rules.tolerance, task.workspace)
-    return _thrown(task, release, release.reason, lift=0.0, approach=task.rules.approach)
+    return _throw_cycle(task, release, release.reason, lift=0.0, approach=task.rules.approach)
 
 
-def _planned(reason: Ints) -> Bools:
+def _is_planned(reason: Ints) -> Bools:
     return reason == int(Reason.FEASIBLE)
 
 
-def _level_release(task: CycleTask, lifted: Floats) -> ReleaseBatch:
-    """Release of the horizontal throw from ``lifted`` (N, 3) [m], the target moved closer by the tolerance."""
-    way = task.targets - lifted
+def _level_release(task: CycleTask, starts: Floats) -> ReleaseBatch:
+    """Release of the horizontal throw from ``starts`` (N, 3) [m], the target moved closer by the tolerance."""
+    way = task.targets - starts
     full = np.sqrt(way[:, 0] * way[:, 0] + way[:, 1] * way[:, 1])
     unit = np.where(full > 0.0, 1.0 / np.where(full > 0.0, full, 1.0), 0.0)[:, None] * way * np.array([1.0, 1.0, 0.0])
     widest = np.maximum(np.abs(unit[:, 0]), np.abs(unit[:, 1]))
     shorter = task.rules.tolerance / np.where(widest > 0.0, widest, 1.0)
     # A target within the tolerance of the pick needs no throw: its reach becomes 0, which is infeasible.
     shorter = np.where(full - shorter > MIN_REACH, shorter, full)
-    return release_at_elevation(lifted, task.targets - shorter[:, None] * unit, task.limits, 0.0)
+    return release_at_elevation(starts, task.targets - shorter[:, None] * unit, task.limits, 0.0)
 
 
-def _thrown(task: CycleTask, release: ReleaseBatch, reason: Ints, *, lift: float, approach: float) -> Cycle:
+def _throw_cycle(task: CycleTask, release: ReleaseBatch, reason: Ints, *, lift: float, approach: float) -> Cycle:
     """Cycles that lift (if at all), throw, brake on the line, return to above the next pick, and descend."""
     stop = release.position + brake_distance(np.nan_to_num(release.speed), task.limits)[:, None] * release.direction
-    held = task.inside(release.position, stop if task.rules.returning == "straight" else release.position)
-    reason = np.where(_planned(reason) & ~held, int(Reason.WORKSPACE), reason)
-    planned = _planned(reason)
+    inside = task.is_inside(release.position, stop if task.rules.returning == "straight" else release.position)
+    reason = np.where(_is_planned(reason) & ~inside, int(Reason.WORKSPACE), reason)
+    planned = _is_planned(reason)
     direction = np.where(planned[:, None], release.direction, 0.0)
     up, down = np.array([0.0, 0.0, lift]), np.array([0.0, 0.0, approach])
-    own = {"lift": task.move(up, reason)} if lift > 0.0 else {}
-    own["throw"] = throw_move(direction, np.where(planned, release.distance, 0.0), task.limits)
+    moves = {"lift": task.move(up, reason)} if lift > 0.0 else {}
+    moves["throw"] = throw_move(direction, np.where(planned, release.distance, 0.0), task.limits)
     outline = Outline(
         task.picks,
         task.next_picks,
-        own,
+        moves,
         {"return": task.move(task.next_picks + down - stop, reason), "approach": task.move(-down, reason)},
-        thrown=True,
+        is_throw=True,
         position=release.position,
         velocity=release.velocity,
         lift=0.0,

@@ -22,7 +22,7 @@ from pnt_gym.planning.straight.release import Frame
 
 from ...common.casadi_module import load_casadi
 from ...common.fastest import ROUNDING, NoMotionFound
-from ...common.legs import Leg, add_leg, hermite, inside, join, rest, set_guess, solved
+from ...common.legs import Leg, add_leg, add_rest, hermite, join, keep_inside, set_guess, solve
 
 INTERVALS: Final = {"throw": 28, "clearing": 16, "return": 30, "approach": 10}
 """Intervals of constant jerk per leg; twice as many intervals gain less than 0.5 %."""
@@ -62,7 +62,7 @@ class FreeThrow:
 class _ThrowTask(NamedTuple):
     pick: Floats
     aim: Floats
-    following: Floats
+    next_pick: Floats
     ceiling: float
     rules: HandRules
     limits: tuple[float, float, float]
@@ -100,17 +100,17 @@ def fastest_throw(
         NoMotionFound: the solver found no throw within all bounds.
         PntGymError: casadi is not installed.
     """
-    task = _checked(pick, target, next_pick, limits, ceiling, tolerance, rules or HandRules())
-    found = [throw for start in STARTS if (throw := _solve(task, *start)) is not None]
-    if not found:
+    task = _throw_task(pick, target, next_pick, limits, ceiling, tolerance, rules or HandRules())
+    throws = [throw for start in STARTS if (throw := _solve(task, *start)) is not None]
+    if not throws:
         raise NoMotionFound(
             f"no throw from {task.pick.tolist()} to {task.aim.tolist()} with a release below {ceiling:.3f} m was found "
             f"at a speed limit of {task.limits[0]:.3g} m/s"
         )
-    return min(found, key=lambda throw: throw.duration)
+    return min(throws, key=lambda throw: throw.duration)
 
 
-def _checked(
+def _throw_task(
     pick: Point,
     target: Point,
     next_pick: Point,
@@ -124,9 +124,9 @@ def _checked(
         raise PlanningError(f"ceiling must be finite [m], got {ceiling}")
     if not first[2] < ceiling:
         raise PlanningError(f"pick lies at z = {first[2]:.4g} m; it must lie below the ceiling at {ceiling:.4g} m")
-    above = last + np.array([0.0, 0.0, rules.approach])
+    approach_top = last + np.array([0.0, 0.0, rules.approach])
     roof = ceiling + rules.hand_cap
-    for name, point in (("pick", first), ("next_pick", last), ("next_pick + approach", above)):
+    for name, point in (("pick", first), ("next_pick", last), ("next_pick + approach", approach_top)):
         if rules.workspace is not None and rules.workspace.margin(point) < -ROUNDING:
             raise PlanningError(f"{name} {point.tolist()} lies outside the workspace")
         if point[2] > roof + ROUNDING:
@@ -134,7 +134,7 @@ def _checked(
                 f"{name} lies at z = {point[2]:.4g} m, above ceiling + hand_cap, where the hand may be at most: "
                 f"{roof:.4g} m"
             )
-    frame = Frame.of(first[None], vector(target, "target")[None], tolerance)
+    frame = Frame.from_picks(first[None], vector(target, "target")[None], tolerance)
     reach = float(frame.reach[0])
     if reach <= 0.0:
         raise PlanningError(f"target {list(target)} lies within the tolerance of the pick; there is nothing to throw")
@@ -146,25 +146,25 @@ def _solve(task: _ThrowTask, elevation: float, share: float) -> FreeThrow | None
     ca = load_casadi()
     opti: Any = ca.Opti()
     legs = {name: add_leg(opti, INTERVALS[name], task.limits) for name in ("throw", "clearing", "return")}
-    line = (task.following[0], task.following[1])
+    line = (task.next_pick[0], task.next_pick[1])
     legs["approach"] = add_leg(opti, INTERVALS["approach"], task.limits, line=line)
     flight = opti.variable()
-    _ends(opti, task, legs)
-    _release(opti, task, legs, flight)
-    _clearing(opti, task, legs)
-    _heights(opti, task, legs)
-    opti.set_initial(flight, _start(opti, task, legs, elevation, share))
-    solution = solved(opti, legs.values(), ITERATIONS)
+    _fix_ends(opti, task, legs)
+    _add_flight(opti, task, legs, flight)
+    _keep_clear(opti, task, legs)
+    _bound_heights(opti, task, legs)
+    opti.set_initial(flight, _set_first_guess(opti, task, legs, elevation, share))
+    solution = solve(opti, legs.values(), ITERATIONS)
     if solution is None:
         return None
-    return _read(task, legs, solution, flight)
+    return _read_throw(task, legs, solution, flight)
 
 
-def _ends(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
+def _fix_ends(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
     """Let the hand rest at both picks, join the legs, and fix the heights of the vertical approach."""
     throw, clearing, back, down = (legs[name] for name in INTERVALS)
     opti.subject_to(throw.position[:, 0] == task.pick)
-    rest(opti, throw, 0)
+    add_rest(opti, throw, 0)
     opti.subject_to(throw.acceleration[:, -1] == 0)
     window = task.rules.window
     opti.subject_to(clearing.position[:, 0] == throw.position[:, -1] + window * throw.velocity[:, -1])
@@ -172,12 +172,12 @@ def _ends(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
     opti.subject_to(clearing.acceleration[:, 0] == 0)
     join(opti, clearing, back)
     join(opti, back, down)
-    opti.subject_to(down.position[2, 0] == task.following[2] + task.rules.approach)
-    opti.subject_to(down.position[2, -1] == task.following[2])
-    rest(opti, down, -1)
+    opti.subject_to(down.position[2, 0] == task.next_pick[2] + task.rules.approach)
+    opti.subject_to(down.position[2, -1] == task.next_pick[2])
+    add_rest(opti, down, -1)
 
 
-def _release(opti: Any, task: _ThrowTask, legs: dict[str, Leg], flight: Any) -> None:
+def _add_flight(opti: Any, task: _ThrowTask, legs: dict[str, Leg], flight: Any) -> None:
     """Let the flight from the release end at the aim (Hassan et al. 2022, Eq. 8), with the object falling."""
     throw = legs["throw"]
     start, velocity = throw.position[:, -1], throw.velocity[:, -1]
@@ -188,7 +188,7 @@ def _release(opti: Any, task: _ThrowTask, legs: dict[str, Leg], flight: Any) -> 
     opti.subject_to(start[2] <= task.ceiling)
 
 
-def _clearing(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
+def _keep_clear(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
     """Let the hand stay above the falling object by the margin until both are apart sideways.
 
     The gap z_hand - z_0 - v_z t + (1 - margin) g t^2 / 2 is a cubic in every interval, and its Bernstein coefficients
@@ -198,25 +198,25 @@ def _clearing(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
     throw, clearing, back = legs["throw"], legs["clearing"], legs["return"]
     start, velocity = throw.position[:, -1], throw.velocity[:, -1]
     count, step = INTERVALS["clearing"], clearing.step
-    since = task.rules.window + step * np.arange(count + 1)[None]
+    elapsed = task.rules.window + step * np.arange(count + 1)[None]
     share = 0.5 * (1.0 - task.rules.margin) * GRAVITY
-    gap = clearing.position[2, :] - start[2] - velocity[2] * since + share * since**2
-    slope = clearing.velocity[2, :] - velocity[2] + 2.0 * share * since
+    gap = clearing.position[2, :] - start[2] - velocity[2] * elapsed + share * elapsed**2
+    slope = clearing.velocity[2, :] - velocity[2] + 2.0 * share * elapsed
     opti.subject_to(gap[:, 1:].T >= 0)
     opti.subject_to((gap[:, 1:-1] + step * slope[:, 1:-1] / 3.0).T >= 0)
     opti.subject_to((gap[:, 1:] - step * slope[:, 1:] / 3.0).T >= 0)
-    away = back.position[:2, 0] - start[:2] - velocity[:2] * since[0, -1]
+    away = back.position[:2, 0] - start[:2] - velocity[:2] * elapsed[0, -1]
     opti.subject_to(ca.sumsqr(away) >= task.rules.clear_distance**2)
 
 
-def _heights(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
+def _bound_heights(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
     """Bound the hand by a floor before and a floor after the release, by the roof and by the workspace.
 
     The floor after the release is the top of the approach, or the middle between pick and ceiling where the middle is
     lower: a hand that releases below the top of the approach could not be above that top at once.
     """
     opti.subject_to(task.pick[2] <= legs["throw"].control_points(2)[:, 1:].T)
-    top, middle = task.following[2] + task.rules.approach, 0.5 * (task.pick[2] + task.ceiling)
+    top, middle = task.next_pick[2] + task.rules.approach, 0.5 * (task.pick[2] + task.ceiling)
     low = middle if middle < top - ROUNDING else top
     opti.subject_to(low <= legs["return"].control_points(2)[:, :-1].T)
     opti.subject_to(low <= legs["clearing"].control_points(2).T)
@@ -224,10 +224,10 @@ def _heights(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
         if np.isfinite(task.roof):
             opti.subject_to(task.roof >= legs[name].control_points(2).T)
         if task.rules.workspace is not None:
-            inside(opti, legs[name], task.rules.workspace)
+            keep_inside(opti, legs[name], task.rules.workspace)
 
 
-def _start(opti: Any, task: _ThrowTask, legs: dict[str, Leg], elevation: float, share: float) -> float:
+def _set_first_guess(opti: Any, task: _ThrowTask, legs: dict[str, Leg], elevation: float, share: float) -> float:
     """Set the first guess, cubics over a release at the ceiling, and return the flight time of that release [s]."""
     way = task.aim[:2] - task.pick[:2]
     reach = float(np.sqrt(way @ way))
@@ -240,13 +240,13 @@ def _start(opti: Any, task: _ThrowTask, legs: dict[str, Leg], elevation: float, 
     velocity = np.array([*(level * direction), rise])
     point = np.array([*(task.aim[:2] - level * flight * direction), task.ceiling])
     hover = point + 0.06 * velocity
-    above = task.following + np.array([0.0, 0.0, task.rules.approach])
+    approach_top = task.next_pick + np.array([0.0, 0.0, task.rules.approach])
     zero, falling = np.zeros(3), np.array([0.0, 0.0, -0.3 * speed])
     guesses = {
         "throw": (task.pick, zero, point, velocity),
         "clearing": (point, velocity, hover, zero),
-        "return": (hover, zero, above, falling),
-        "approach": (above, falling, task.following, zero),
+        "return": (hover, zero, approach_top, falling),
+        "approach": (approach_top, falling, task.next_pick, zero),
     }
     ramp = task.limits[0] / task.limits[1] + task.limits[1] / task.limits[2]
     for name, (first, before, last, after) in guesses.items():
@@ -256,7 +256,7 @@ def _start(opti: Any, task: _ThrowTask, legs: dict[str, Leg], elevation: float, 
     return float(flight)
 
 
-def _read(task: _ThrowTask, legs: dict[str, Leg], solution: Any, flight: Any) -> FreeThrow:
+def _read_throw(task: _ThrowTask, legs: dict[str, Leg], solution: Any, flight: Any) -> FreeThrow:
     parts = {name: leg.values(solution) for name, leg in legs.items()}
     window = Segments(np.full((1, 1), task.rules.window), np.zeros((1, 1, 3)))
     path = JerkTrajectory.concatenate(

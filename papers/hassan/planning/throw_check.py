@@ -38,11 +38,13 @@ class ThrowCheck(NamedTuple):
     outside: Floats
     landing: Floats
 
-    def good(self, landing: float = TOLERANCE) -> Bools:
+    def keeps_rules(self, landing: float = TOLERANCE) -> Bools:
         """Whether each motion keeps all limits and rules and lands within `landing` [m] of its target (N,)."""
-        kept: Bools = np.asarray(np.maximum(np.maximum(self.velocity, self.acceleration), self.jerk) <= 1.0 + TOLERANCE)
+        within_limits: Bools = np.asarray(
+            np.maximum(np.maximum(self.velocity, self.acceleration), self.jerk) <= 1.0 + TOLERANCE
+        )
         return (
-            kept
+            within_limits
             & (self.gap >= -TOLERANCE)
             & (self.height <= TOLERANCE)
             & (self.outside <= TOLERANCE)
@@ -72,38 +74,38 @@ def check_throw(
     times = np.arange(0.0, float(path.duration.max()) + 1.0 / SAMPLE_RATE, 1.0 / SAMPLE_RATE)
     bounds = limits.arrays(count)
     motion = path.sample(times)
-    at = path.sample(release_time[:, None])
-    start, velocity = at.position[:, 0], at.velocity[:, 0]
+    release = path.sample(release_time[:, None])
+    start, velocity = release.position[:, 0], release.velocity[:, 0]
     roof = np.broadcast_to(np.asarray(ceiling, dtype=np.float64), (count,))
-    above = motion.position[..., 2].max(axis=1) - roof - rules.hand_cap
+    excess = motion.position[..., 2].max(axis=1) - roof - rules.hand_cap
     area = rules.workspace
     return ThrowCheck(
         length(motion.velocity).max(axis=1) / bounds[0],
         length(motion.acceleration).max(axis=1) / bounds[1],
         length(path.jerk(times)).max(axis=1) / bounds[2],
         least_gap(motion.position, times[None] - release_time[:, None], start, velocity, rules),
-        np.maximum(above, start[:, 2] - roof),
+        np.maximum(excess, start[:, 2] - roof),
         np.full(count, -np.inf) if area is None else -area.margin(motion.position).min(axis=1),
         miss(start, velocity, targets),
     )
 
 
-def least_gap(position: Floats, since: Floats, start: Floats, velocity: Floats, rules: HandRules) -> Floats:
+def least_gap(position: Floats, elapsed: Floats, start: Floats, velocity: Floats, rules: HandRules) -> Floats:
     """Least height (N,) [m] of the hand over the object beyond the margin, until both are apart sideways.
 
     Args:
         position: positions of the hand (N, M, 3) [m].
-        since: time since the release (N, M) [s]; negative times do not count.
+        elapsed: time since the release (N, M) [s]; negative times do not count.
         start: release points (N, 3) [m].
         velocity: release velocities (N, 3) [m/s].
         rules: margin and clear distance.
     """
-    after = since[..., None]
+    after = elapsed[..., None]
     away = position - start[:, None] - after * velocity[:, None]
     sideways = np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2)
-    left: Bools = np.maximum.accumulate((sideways >= rules.clear_distance) & (since > 0.0), axis=1)
-    gap = away[..., 2] + 0.5 * (1.0 - rules.margin) * GRAVITY * since**2
-    return np.where((since >= 0.0) & ~left, gap, np.inf).min(axis=1)
+    is_clear: Bools = np.maximum.accumulate((sideways >= rules.clear_distance) & (elapsed > 0.0), axis=1)
+    gap = away[..., 2] + 0.5 * (1.0 - rules.margin) * GRAVITY * elapsed**2
+    return np.where((elapsed >= 0.0) & ~is_clear, gap, np.inf).min(axis=1)
 
 
 def miss(start: Floats, velocity: Floats, targets: Floats) -> Floats:
@@ -114,5 +116,5 @@ def miss(start: Floats, velocity: Floats, targets: Floats) -> Floats:
     drop = start[:, 2] - targets[:, 2]
     square = velocity[:, 2] ** 2 + 2.0 * GRAVITY * drop
     flight = (velocity[:, 2] + np.sqrt(np.maximum(square, 0.0))) / GRAVITY
-    off = start[:, :2] + flight[:, None] * velocity[:, :2] - targets[:, :2]
-    return np.where((square >= 0.0) & (flight >= 0.0), np.sqrt(off[:, 0] ** 2 + off[:, 1] ** 2), np.inf)
+    offset = start[:, :2] + flight[:, None] * velocity[:, :2] - targets[:, :2]
+    return np.where((square >= 0.0) & (flight >= 0.0), np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2), np.inf)

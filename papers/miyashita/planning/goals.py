@@ -84,13 +84,13 @@ def random_goals(
     if count < 0:
         raise PlanningError(f"count is {count}; it must be at least 0")
     arm, block, box = arm or Arm(), block or Block(), box or ReleaseBox()
-    found = np.zeros((0, 4))
+    releases = np.zeros((0, 4))
     for _ in range(ROUNDS):
-        u = box.releases(generator.random((count - len(found), 4)), block)
-        found = np.concatenate([found, u[first_reason(u, arm, block)[0] == ThrowReason.FEASIBLE]])
-        if len(found) == count:
-            return GoalBatch(land(found, block.half_height), found)
-    missing = count - len(found)
+        u = box.releases(generator.random((count - len(releases), 4)), block)
+        releases = np.concatenate([releases, u[first_reason(u, arm, block)[0] == ThrowReason.FEASIBLE]])
+        if len(releases) == count:
+            return GoalBatch(land(releases, block.half_height), releases)
+    missing = count - len(releases)
     raise PlanningError(f"{missing} of {count} goals were not found: arm and block can do next to nothing of {box}")
 
 
@@ -109,7 +109,7 @@ def next_virtual_goal(virtual: Floats, goal: Floats, measured: Floats, gain: Arr
     gains = np.asarray(gain, dtype=np.float64)
     if gains.shape not in ((), (4,)) or not np.isfinite(gains).all() or (gains < 0.0).any():
         raise PlanningError(f"gain must be one or four finite numbers of at least 0, got {gain!r}")
-    _one_shape(virtual=virtual, goal=goal, measured=measured)
+    _check_shapes(virtual=virtual, goal=goal, measured=measured)
     return virtual + gains * (goal - measured)
 
 
@@ -124,7 +124,7 @@ def pull_back(last: Floats, proposed: Floats, feasible: Callable[[Floats], Bools
     Returns:
         The goals (N, 4), which have a throw wherever ``last`` has a throw, and whether each was pulled back (N,).
     """
-    _one_shape(last=last, proposed=proposed)
+    _check_shapes(last=last, proposed=proposed)
     outside = ~feasible(proposed)
     result = proposed.copy()
     rows = np.nonzero(outside)[0]
@@ -141,7 +141,7 @@ def pull_back(last: Floats, proposed: Floats, feasible: Callable[[Floats], Bools
     return result, outside
 
 
-def _one_shape(**arrays: Floats) -> None:
+def _check_shapes(**arrays: Floats) -> None:
     shapes = {name: array.shape for name, array in arrays.items()}
     first = next(iter(shapes.values()))
     if len(first) != 2 or first[1] != 4 or any(shape != first for shape in shapes.values()):

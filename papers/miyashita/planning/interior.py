@@ -16,7 +16,7 @@ from pnt_gym.planning.one_joint.margins import STATIC_ROOM
 from pnt_gym.planning.one_joint.shapes import INTERVALS
 
 from ...common.casadi_module import QUIET, load_casadi
-from .programme import ACCELERATION, OTHERS, Bend, Programme
+from .programme import ACCELERATION, OTHERS, ForceCoefficients, Programme
 
 ITERATIONS = 300
 
@@ -56,7 +56,7 @@ def solve_interior(programme: Programme, start: Floats) -> tuple[Floats, float, 
     top = [*[np.inf] * (INTERVALS + 3), programme.arm.time_step / unit, *(bound[1] for bound in margin_bounds), np.inf]
     count = equal.numel()
     guess = np.concatenate([first.knots[0], [1.0], start[INTERVALS + 1 : INTERVALS + 7], [programme.least]])
-    found = solver(
+    solution = solver(
         x0=np.clip(guess, low, top),
         lbx=low,
         ubx=top,
@@ -64,11 +64,11 @@ def solve_interior(programme: Programme, start: Floats) -> tuple[Floats, float, 
         ubg=np.concatenate([np.zeros(count), np.full(above.numel(), np.inf)]),
     )
     state = solver.stats()
-    values = np.asarray(found["x"], dtype=np.float64).ravel()
+    values = np.asarray(solution["x"], dtype=np.float64).ravel()
     x = np.zeros(programme.size)
     x[: INTERVALS + 1] = np.diff(values[: INTERVALS + 3], 2) / (unit * values[INTERVALS + 3]) ** 2 / ACCELERATION
     x[INTERVALS + 1 :] = values[INTERVALS + 4 :][: programme.size - INTERVALS - 1]
-    return x, float(found["f"]), bool(state["success"]), int(state["iter_count"]), str(state["return_status"])
+    return x, float(solution["f"]), bool(state["success"]), int(state["iter_count"]), str(state["return_status"])
 
 
 def _equations(programme: Programme, knots: Any, step: Any) -> Any:
@@ -85,7 +85,7 @@ def _inequalities(programme: Programme, knots: Any, step: Any, margins: Any) -> 
     """Values that must not be negative (Eqs. 15-20), at `per_interval` places of every interval."""
     ca, arm, block = load_casadi(), programme.arm, programme.block
     angle, speed, rate = _spline(knots, step, programme.per_interval)
-    bend = Bend.of(programme.throw.radius, arm, block)
+    bend = ForceCoefficients.of(programme.throw.radius, arm, block)
     forces = [
         float(a) * rate + float(w) * speed**2 + float(c) * ca.cos(angle) + float(s) * ca.sin(angle)
         for a, w, c, s in zip(*(column[:, 0] for column in bend), strict=True)

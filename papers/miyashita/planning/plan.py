@@ -18,7 +18,7 @@ from pnt_gym.errors import PlanningError
 from pnt_gym.planning.one_joint.batch import plan_releases
 from pnt_gym.planning.one_joint.family import Objective
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, UnreachableGoal, arm_radius
-from pnt_gym.planning.one_joint.landing import four, release_states, release_states_batch
+from pnt_gym.planning.one_joint.landing import four_columns, release_states, release_states_batch
 from pnt_gym.planning.one_joint.margins import margin_units, motion_margins
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm, Block
@@ -122,41 +122,41 @@ def plan_throw(
         ValueError: the goal is not four finite numbers, or an option is unknown.
         PntGymError: the solver is IPOPT and casadi is not installed.
     """
-    target = four(goal, "goal")
+    target = four_columns(goal, "goal")
     if target.shape != (4,):
         raise PlanningError(f"goal must have shape (4,), got {target.shape}; plan_throws takes many")
     _check_options(solver, objective, guesses, starts)
     arm, block = arm or Arm(), block or Block()
     weighing = Weighing(objective, weights_of(weights))
-    u = _release(target, arm, block)
+    u = _find_release(target, arm, block)
     radius = float(arm_radius(u, block.half_height))
     throw = Throw(float(u[0]), float(u[1]), radius)
-    family = _family(u, arm, block, weighing, static_start) if guesses == "family" else iter(())
+    family = _family_guesses(u, arm, block, weighing, static_start) if guesses == "family" else iter(())
     programme = partial(Programme, throw, arm, block, weighing, static_start=static_start)
-    found, tried, iterations = _solutions(
-        chain(family, _random(arm, seed)), partial(_attempt, programme, solver), starts
+    solutions, attempts, iterations = _collect_solutions(
+        chain(family, _random_guesses(arm, seed)), partial(_attempt_solve, programme, solver), starts
     )
-    if not found:
-        raise UnreachableGoal(target, (f"{ThrowReason.NO_MOTION.sentence} ({tried} first guesses)",))
-    best = min(found, key=lambda solution: solution.cost)
+    if not solutions:
+        raise UnreachableGoal(target, (f"{ThrowReason.NO_MOTION.sentence} ({attempts} first guesses)",))
+    best = min(solutions, key=lambda solution: solution.cost)
     newton = best.margins * margin_units(arm, block)
-    counts = (tried, len(found), iterations)
+    counts = (attempts, len(solutions), iterations)
     return ThrowPlan(target, u, radius, best.motion, best.margins, newton, best.cost, solver, *counts, best.message)
 
 
-def _solutions(
+def _collect_solutions(
     guesses: Iterator[Floats], attempt: Callable[[Floats], tuple[_Solution | None, int]], starts: int
 ) -> tuple[list[_Solution], int, int]:
     """Solutions from ``starts`` first guesses (more while none succeeds), number of guesses, and solver iterations."""
-    found: list[_Solution] = []
-    tried = iterations = 0
+    solutions: list[_Solution] = []
+    attempts = iterations = 0
     for accelerations in guesses:
-        if tried >= (starts if found else starts + MORE_STARTS):
+        if attempts >= (starts if solutions else starts + MORE_STARTS):
             break
         solution, count = attempt(accelerations)
-        tried, iterations = tried + 1, iterations + count
-        found += [solution] if solution else []
-    return found, tried, iterations
+        attempts, iterations = attempts + 1, iterations + count
+        solutions += [solution] if solution else []
+    return solutions, attempts, iterations
 
 
 def _check_options(solver: str, objective: str, guesses: str, starts: int) -> None:
@@ -171,21 +171,25 @@ def _check_options(solver: str, objective: str, guesses: str, starts: int) -> No
         raise PlanningError(f"starts is {starts}; it must be at least 1")
 
 
-def _release(goal: Floats, arm: Arm, block: Block) -> Floats:
+def _find_release(goal: Floats, arm: Arm, block: Block) -> Floats:
     """The feasible release without an extra turn (Eq. 29).
 
     Raises:
         UnreachableGoal: no such release exists; the reasons belong to the releases without extra turns.
     """
-    found = release_states_batch(goal[None], arm=arm, block=block)
-    if found.feasible[0]:
-        return found.u[0]
-    every = release_states(goal, block.half_height, arm=arm, block=block)
-    why = [", ".join(said) for said, turns in zip(every.reasons, every.turns, strict=True) if turns == 0]
+    releases = release_states_batch(goal[None], arm=arm, block=block)
+    if releases.feasible[0]:
+        return releases.u[0]
+    all_releases = release_states(goal, block.half_height, arm=arm, block=block)
+    why = [
+        ", ".join(reasons)
+        for reasons, turns in zip(all_releases.reasons, all_releases.turns, strict=True)
+        if turns == 0
+    ]
     raise UnreachableGoal(goal, tuple(why) or (ThrowReason.NO_RELEASE.sentence,))
 
 
-def _family(u: Floats, arm: Arm, block: Block, weighing: Weighing, static_start: bool) -> Iterator[Floats]:
+def _family_guesses(u: Floats, arm: Arm, block: Block, weighing: Weighing, static_start: bool) -> Iterator[Floats]:
     """Accelerations at the borders (n + 1,) of the best motions of the family."""
     for objective in dict.fromkeys((weighing.objective, "max_min")):
         plans = plan_releases(
@@ -195,7 +199,7 @@ def _family(u: Floats, arm: Arm, block: Block, weighing: Weighing, static_start:
             yield _accelerations(plans.motion)
 
 
-def _random(arm: Arm, seed: int) -> Iterator[Floats]:
+def _random_guesses(arm: Arm, seed: int) -> Iterator[Floats]:
     """Random accelerations at the borders (n + 1,), half of them with a swing backwards at first."""
     generator = np.random.default_rng(seed)
     strongest = arm.torque / arm.inertia
@@ -211,7 +215,9 @@ def _accelerations(motion: ArmMotion) -> Floats:
     return np.diff(motion.knots[0], 2) / motion.time_step[0] ** 2
 
 
-def _attempt(stated: Callable[..., Programme], solver: Solver, accelerations: Floats) -> tuple[_Solution | None, int]:
+def _attempt_solve(
+    make_programme: Callable[..., Programme], solver: Solver, accelerations: Floats
+) -> tuple[_Solution | None, int]:
     """Solve from a first guess, with limits at more places and larger margins while the check at 1 kHz fails.
 
     Returns:
@@ -219,11 +225,11 @@ def _attempt(stated: Callable[..., Programme], solver: Solver, accelerations: Fl
     """
     iterations, least = 0, LEAST
     for places in PLACES:
-        programme = stated(per_interval=places, least=least)
-        solve = _slsqp if solver == "slsqp" else solve_interior
-        x, cost, done, count, message = solve(programme, programme.start(accelerations))
+        programme = make_programme(per_interval=places, least=least)
+        solve = _solve_slsqp if solver == "slsqp" else solve_interior
+        x, cost, success, count, message = solve(programme, programme.start(accelerations))
         iterations += count
-        if not done:
+        if not success:
             break
         motion = programme.motion(x)
         margins = motion_margins(motion, np.array([programme.throw.radius]), programme.arm, programme.block)[0]
@@ -234,7 +240,7 @@ def _attempt(stated: Callable[..., Programme], solver: Solver, accelerations: Fl
     return None, iterations
 
 
-def _slsqp(programme: Programme, start: Floats) -> tuple[Floats, float, bool, int, str]:
+def _solve_slsqp(programme: Programme, start: Floats) -> tuple[Floats, float, bool, int, str]:
     optimize: ModuleType = importlib.import_module("scipy.optimize")
 
     # scipy calls the values and the Jacobian of the constraints in turn at the same x, so the last pair is kept.
@@ -248,7 +254,7 @@ def _slsqp(programme: Programme, start: Floats) -> tuple[Floats, float, bool, in
     def jacobian(x: Floats) -> Floats:
         return constraints(x.tobytes())[1]
 
-    found = optimize.minimize(
+    result = optimize.minimize(
         programme.cost,
         start,
         jac=True,
@@ -257,6 +263,6 @@ def _slsqp(programme: Programme, start: Floats) -> tuple[Floats, float, bool, in
         constraints=[{"type": "ineq", "fun": values, "jac": jacobian}],
         options={"maxiter": ITERATIONS, "ftol": PRECISION},
     )
-    x = np.asarray(found.x, dtype=np.float64)
-    kept = bool(values(x).min() > -PRECISION)
-    return x, float(found.fun), bool(found.success) and kept, int(found.nit), str(found.message)
+    x = np.asarray(result.x, dtype=np.float64)
+    feasible = bool(values(x).min() > -PRECISION)
+    return x, float(result.fun), bool(result.success) and feasible, int(result.nit), str(result.message)

@@ -19,7 +19,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.one_joint.family import FORCED, Objective
-from pnt_gym.planning.one_joint.grasp import braking
+from pnt_gym.planning.one_joint.grasp import braking_acceleration
 from pnt_gym.planning.one_joint.margins import STATIC_ROOM
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm, Block
@@ -48,7 +48,7 @@ class Weighing(NamedTuple):
     weights: Floats
 
 
-class Bend(NamedTuple):
+class ForceCoefficients(NamedTuple):
     """Coefficients (4, 1) of forces as shares of their units: a acceleration + w speed^2 + c cos + s sin.
 
     The rows are N, -M_A, M_B and the torque (Eqs. 1-3 and 21).
@@ -60,7 +60,7 @@ class Bend(NamedTuple):
     s: Floats
 
     @classmethod
-    def of(cls, radius: float, arm: Arm, block: Block) -> Bend:
+    def of(cls, radius: float, arm: Arm, block: Block) -> ForceCoefficients:
         """Return the coefficients of Eqs. 1-3 and 21."""
         d, side, mass = block.half_height, block.half_length, block.mass
         spin = block.inertia / mass + d * d
@@ -107,14 +107,14 @@ class Programme:
         self._rate = ACCELERATION * unit.accelerations.T
         self._speed = ACCELERATION * INTERVALS * unit.speeds.T
         self._way = ACCELERATION * INTERVALS**2 * (unit.angles[:, -1:] - unit.angles).T
-        self._bend = Bend.of(throw.radius, arm, block)
+        self._bend = ForceCoefficients.of(throw.radius, arm, block)
         self.size = INTERVALS + 7 + (weighing.objective == "max_min")
 
     def start(self, accelerations: Floats) -> Floats:
         """Return x (K,) for accelerations at the borders (n + 1,) [rad/s2], with the margins of that motion."""
         x = np.zeros(self.size)
         x[: INTERVALS + 1] = accelerations / ACCELERATION
-        rows = self._rows(x)[0]
+        rows = self._limit_distances(x)[0]
         least = [rows[k].min() for k in (0, 1, 2)]
         least += [rows[3:5].min(), rows[5:7].min(), rows[7:].min()]
         x[INTERVALS + 1 : INTERVALS + 7] = np.maximum(least, self.least)
@@ -127,9 +127,9 @@ class Programme:
         arm, throw = self.arm, self.throw
         half = 0.5 * (arm.angle[1] - arm.angle[0])
         side = min(throw.angle - arm.angle[0], arm.angle[1] - throw.angle) / half
-        most = (np.inf, np.inf, np.inf, side, 1.0 - throw.speed / arm.speed, 1.0)
+        largest = (np.inf, np.inf, np.inf, side, 1.0 - throw.speed / arm.speed, 1.0)
         free = [(-np.inf, np.inf)]
-        margins = [(min(self.least, high), high) for high in most]
+        margins = [(min(self.least, high), high) for high in largest]
         return [*free * (INTERVALS + 1), *margins, *(free if self.weighing.objective == "max_min" else [])]
 
     def cost(self, x: Floats) -> tuple[float, Floats]:
@@ -145,7 +145,7 @@ class Programme:
 
     def constraints(self, x: Floats) -> tuple[Floats, Floats]:
         """Return values that must not be negative (C,), and their Jacobian (C, K)."""
-        rows, partial, chain = self._rows(x)
+        rows, partial, chain = self._limit_distances(x)
         margin = x[INTERVALS + 1 : INTERVALS + 7]
         owner = np.array([0, 1, 2, 3, 3, 4, 4, 5, 5, 5, 5])
         values = [(rows - margin[owner, None]).ravel()]
@@ -155,7 +155,7 @@ class Programme:
         )
         slopes[np.arange(owner.size), :, INTERVALS + 1 + owner] = -1.0
         jacobian = [slopes.reshape(-1, self.size)]
-        for value, slope in self._single(x, chain[0][0]):
+        for value, slope in self._single_constraints(x, chain[0][0]):
             values.append(np.array([value]))
             jacobian.append(slope[None])
         return np.concatenate(values), np.concatenate(jacobian)
@@ -171,7 +171,7 @@ class Programme:
             np.array([start]),
             np.array([step]),
             accelerations[None],
-            braking(np.array([speed]), self.arm),
+            braking_acceleration(np.array([speed]), self.arm),
         )
 
     def _time_step(self, x: Floats) -> float:
@@ -192,7 +192,9 @@ class Programme:
         )
         return states, chain
 
-    def _rows(self, x: Floats) -> tuple[Floats, tuple[Floats, Floats, Floats], tuple[Floats, Floats, Floats]]:
+    def _limit_distances(
+        self, x: Floats
+    ) -> tuple[Floats, tuple[Floats, Floats, Floats], tuple[Floats, Floats, Floats]]:
         """Distances to the eleven limits (11, M) in shares, their partial derivatives by state, and the chain."""
         (angle, speed, acceleration), chain = self._states(x)
         bend, arm = self._bend, self.arm
@@ -201,7 +203,7 @@ class Programme:
         by_angle, by_speed = bend.s * cosine - bend.c * sine, 2.0 * bend.w * speed
         by_rate = np.broadcast_to(bend.a, force.shape)
         half = 0.5 * (arm.angle[1] - arm.angle[0])
-        one, zero = np.ones_like(angle), np.zeros_like(angle)
+        unit, zero = np.ones_like(angle), np.zeros_like(angle)
         last = min(arm.torque_at_speed, arm.torque) / arm.torque
         fall = (1.0 - last) / (1.0 - arm.knee)
         line = 1.0 + fall * (arm.knee - speed / arm.speed)
@@ -209,35 +211,35 @@ class Programme:
         rows = [*force[:3], (angle - arm.angle[0]) / half, (arm.angle[1] - angle) / half]
         rows += [1.0 - speed / arm.speed, 1.0 + speed / arm.speed, 1.0 - torque, 1.0 + torque]
         rows += [line - torque, line + torque]
-        turn, drop = one / arm.speed, -fall / arm.speed
+        turn, drop = unit / arm.speed, -fall / arm.speed
         t_angle, t_rate = by_angle[3], by_rate[3]
         partial = (
-            np.stack([*by_angle[:3], one / half, -one / half, zero, zero, -t_angle, t_angle, -t_angle, t_angle]),
-            np.stack([*by_speed[:3], zero, zero, -turn, turn, zero, zero, drop * one, drop * one]),
+            np.stack([*by_angle[:3], unit / half, -unit / half, zero, zero, -t_angle, t_angle, -t_angle, t_angle]),
+            np.stack([*by_speed[:3], zero, zero, -turn, turn, zero, zero, drop * unit, drop * unit]),
             np.stack([*by_rate[:3], zero, zero, zero, zero, -t_rate, t_rate, -t_rate, t_rate]),
         )
         return np.stack(rows), partial, chain
 
-    def _single(self, x: Floats, start_slope: Floats) -> list[tuple[float, Floats]]:
+    def _single_constraints(self, x: Floats, start_slope: Floats) -> list[tuple[float, Floats]]:
         """Constraints without samples: bound of Delta t, resting block, and smallest margin; each with its gradient."""
-        most = self.throw.speed / self.arm.time_step
-        found = [(float(self._speed[-1] @ x[: INTERVALS + 1]) / most - 1.0, self._whole(self._speed[-1] / most))]
+        unit = self.throw.speed / self.arm.time_step
+        rows = [(float(self._speed[-1] @ x[: INTERVALS + 1]) / unit - 1.0, self._pad_gradient(self._speed[-1] / unit))]
         if self.static_start:
             start = float(self._states(x)[0][0][0])
             height = self.block.half_height / self.block.half_length
             for sign in (1.0, -1.0):
                 value = np.cos(start) - sign * height * np.sin(start) - STATIC_ROOM
                 slope = -np.sin(start) - sign * height * np.cos(start)
-                found.append((float(value), self._whole(slope * start_slope)))
+                rows.append((float(value), self._pad_gradient(slope * start_slope)))
         if self.weighing.objective == "max_min":
             for k in FORCED:
                 slope = np.zeros(self.size)
                 slope[INTERVALS + 1 + k], slope[-1] = 1.0, -1.0
-                found.append((float(x[INTERVALS + 1 + k] - x[-1]), slope))
-        return found
+                rows.append((float(x[INTERVALS + 1 + k] - x[-1]), slope))
+        return rows
 
-    def _whole(self, slope: Floats) -> Floats:
+    def _pad_gradient(self, slope: Floats) -> Floats:
         """Gradient (K,) by x from a gradient (n + 1,) by the accelerations."""
-        whole = np.zeros(self.size)
-        whole[: INTERVALS + 1] = slope
-        return whole
+        gradient = np.zeros(self.size)
+        gradient[: INTERVALS + 1] = slope
+        return gradient

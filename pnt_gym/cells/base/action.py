@@ -9,7 +9,7 @@ from typing import Any, Final, Generic, Protocol, TypeAlias, TypeVar, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.errors import ActionError, ConfigError, PlanningError, one_sentence
 from pnt_gym.planning.motion.roots import bisect
 
@@ -98,13 +98,13 @@ def corrected(
     rows = np.flatnonzero(clipped)
     if rows.size == 0:
         return plans, clipped
-    there, wanted = take(context, rows), actions[rows]
+    context_rows, action_rows = take(context, rows), actions[rows]
 
     def part(share: Floats) -> PlansT:
-        return mode.plan(planner, there, wanted * share[:, None] * scale)
+        return mode.plan(planner, context_rows, action_rows * share[:, None] * scale)
 
     longest, _ = bisect(lambda share: part(share).feasible, np.zeros(rows.size), np.ones(rows.size), _HALVINGS)
-    return replaced(plans, rows, part(longest)), clipped
+    return replace_rows(plans, rows, part(longest)), clipped
 
 
 @final
@@ -128,13 +128,13 @@ class Correction:
     """Function that names the row of a table to which each throw belongs."""
     possible: Possible | None = None
     """Function that says which offsets have a feasible plan; None where only a shortened throw shows this."""
-    seen: tuple[str, ...] = ()
+    info_errors: tuple[str, ...] = ()
     """Info keys with the measured errors, NaN where nothing was measured; if empty, `errors` are the keys."""
 
     @property
-    def told(self) -> tuple[str, ...]:
+    def error_keys(self) -> tuple[str, ...]:
         """Keys of a step's info with the errors from which a learner learns, (N,) each."""
-        return self.seen or self.errors
+        return self.info_errors or self.errors
 
     @property
     def count(self) -> int:
@@ -142,7 +142,7 @@ class Correction:
         return len(self.errors)
 
 
-def limited_actions(actions: object, count: int, size: int, mode: str) -> Floats:
+def clip_actions(actions: object, count: int, size: int, mode: str) -> Floats:
     """Actions as a float64 array (count, size), clipped to [-1, 1].
 
     Args:
@@ -172,12 +172,12 @@ def limited_actions(actions: object, count: int, size: int, mode: str) -> Floats
     return np.clip(array, -1.0, 1.0)
 
 
-def padded(residual: Floats, size: int) -> Floats:
+def pad_residual(residual: Floats, size: int) -> Floats:
     """Residuals (N, size) from residuals (N, A), with zeros for the numbers that an action mode leaves out."""
     return np.concatenate([residual, np.zeros((len(residual), size - residual.shape[1]))], axis=1)
 
 
-def quarters(x: Floats, y: Floats, middle: Sequence[float], names: tuple[str, str]) -> list[str]:
+def quarter_names(x: Floats, y: Floats, middle: Sequence[float], names: tuple[str, str]) -> list[str]:
     """Names of the quarters of an area in which points (N,) lie.
 
     Args:

@@ -12,7 +12,7 @@ from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_s
 from pnt_gym.cells.base.plant import check_warnings
 from pnt_gym.constants import GRAVITY
 
-DECIDE: Final = 0.032
+CHECK_INTERVAL: Final = 0.032
 """Interval between two checks whether an object can still leave its bin [s]."""
 
 
@@ -21,15 +21,15 @@ def write_object(
 ) -> None:
     """Write shape (N,), extents (N, 3) [m], mass (N,) [kg] and drag (N,) of some simulations' free objects."""
     full = lying_size(shape, size)
-    placed = geom_placement(shape, full)
+    placement = geom_placement(shape, full)
     batch.expand("body_mass")[rows, body] = mass
     batch.expand("body_inertia")[rows, body] = solid_shell_inertia(mass, full, shape)
-    batch.expand("geom_type")[rows, geom] = placed.type
-    batch.expand("geom_size")[rows, geom] = placed.size
-    batch.expand("geom_quat")[rows, geom] = placed.quat
-    batch.expand("geom_rbound")[rows, geom] = placed.rbound
+    batch.expand("geom_type")[rows, geom] = placement.type
+    batch.expand("geom_size")[rows, geom] = placement.size
+    batch.expand("geom_quat")[rows, geom] = placement.quat
+    batch.expand("geom_rbound")[rows, geom] = placement.rbound
     aabb = batch.expand("geom_aabb")
-    aabb[rows, geom] = placed.aabb.reshape(len(rows), *aabb.shape[2:])
+    aabb[rows, geom] = placement.aabb.reshape(len(rows), *aabb.shape[2:])
     batch.expand("geom_fluid")[rows, geom] = fluid_coefficients(shape, full, drag)
 
 
@@ -62,27 +62,27 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats) -> Fall:
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
-    count, chunk = len(steps), max(round(DECIDE / batch.model.opt.timestep), 1)
+    count, chunk = len(steps), max(round(CHECK_INTERVAL / batch.model.opt.timestep), 1)
     spin = batch.expand("body_inertia")[rows, body] / batch.expand("body_mass")[rows, body, None]
-    over = steps.copy()
+    last_steps = steps.copy()
     batch.warning[:] = 0
     parts: list[tuple[Ints, Any]] = []
     for start in range(0, int(steps.max()), chunk):
-        left = np.flatnonzero(over > start)
-        if left.size == 0:
+        falling = np.flatnonzero(last_steps > start)
+        if falling.size == 0:
             break
-        part = batch.rollout(chunk, record=("sensordata", "qpos"), ids=rows[left])
-        parts.append((left, part))
-        turning = (spin[left] * batch.bind("qvel")[rows[left], 3:6] ** 2).sum(axis=1)
-        still = left[_energy_height(part["sensordata"][:, -1], turning) < rim[left]]
-        over[still] = np.minimum(steps[still], start + chunk)
+        part = batch.rollout(chunk, record=("sensordata", "qpos"), ids=rows[falling])
+        parts.append((falling, part))
+        turning = (spin[falling] * batch.bind("qvel")[rows[falling], 3:6] ** 2).sum(axis=1)
+        still = falling[_energy_height(part["sensordata"][:, -1], turning) < rim[falling]]
+        last_steps[still] = np.minimum(steps[still], start + chunk)
     check_warnings(batch)
     sensors = np.zeros((count, chunk * len(parts), int(batch.model.nsensordata)))
     attitude = np.zeros((count, chunk * len(parts), 4))
-    for k, (left, part) in enumerate(parts):
-        sensors[left, k * chunk : (k + 1) * chunk] = part["sensordata"]
-        attitude[left, k * chunk : (k + 1) * chunk] = part["qpos"][..., 3:7]
-    return Fall(sensors, attitude, over)
+    for k, (falling, part) in enumerate(parts):
+        sensors[falling, k * chunk : (k + 1) * chunk] = part["sensordata"]
+        attitude[falling, k * chunk : (k + 1) * chunk] = part["qpos"][..., 3:7]
+    return Fall(sensors, attitude, last_steps)
 
 
 def _energy_height(sensors: Floats, turning: Floats) -> Floats:

@@ -7,7 +7,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-APART: Final = 8192
+JUMPS_PER_PURPOSE: Final = 8192
 """Jumps of the bit generator between two purposes; requests jump fewer times (`cells.base.request`)."""
 
 
@@ -27,11 +27,11 @@ class Purpose(IntEnum):
     """Where objects lie on a line's belt, and what each is worth."""
 
 
-def aside(generator: np.random.Generator, purpose: Purpose) -> np.random.Generator:
+def side_generator(generator: np.random.Generator, purpose: Purpose) -> np.random.Generator:
     """A generator far ahead in the sequence of a row's generator, which does not advance.
 
     The side generator is a function of the state of the row's generator. So a row draws the same alone and in a batch,
     and a copy of an environment needs only the row's generator.
     """
     bits: Any = generator.bit_generator
-    return np.random.default_rng(bits.jumped(APART * purpose))
+    return np.random.default_rng(bits.jumped(JUMPS_PER_PURPOSE * purpose))

@@ -25,7 +25,7 @@ RENDER_MODES: Final = ("rgb_array", "rgb_array_list", "human")
 FPS: Final = 30
 SIZE: Final = (720, 1280)
 """Height and width of a frame [pixels]."""
-LARGEST: Final = (1080, 1920)
+LARGEST_SIZE: Final = (1080, 1920)
 """Largest height and width of a frame [pixels]."""
 _LIBRARIES: Final = (
     "rendering needs an OpenGL library: install EGL (Debian and Ubuntu: apt-get install libegl1 libgl1-mesa-dri), "
@@ -33,7 +33,7 @@ _LIBRARIES: Final = (
 )
 _BOUND: Final = ("mujoco.cgl",)
 """MuJoCo's OpenGL libraries that lock a context for the thread that draws first, until the context is freed."""
-DRAWING: Final = threading.RLock()
+DRAWING_LOCK: Final = threading.RLock()
 """Lock around drawing, opening and closing a renderer: threads that draw at the same time wait for each other."""
 
 
@@ -51,8 +51,8 @@ class Viewpoint(Section):
 class Picture(Section):
     """Size and camera of a cell's pictures."""
 
-    width: int = Field(default=SIZE[1], ge=1, le=LARGEST[1], strict=True, description="Of a frame [pixels].")
-    height: int = Field(default=SIZE[0], ge=1, le=LARGEST[0], strict=True, description="Of a frame [pixels].")
+    width: int = Field(default=SIZE[1], ge=1, le=LARGEST_SIZE[1], strict=True, description="Of a frame [pixels].")
+    height: int = Field(default=SIZE[0], ge=1, le=LARGEST_SIZE[0], strict=True, description="Of a frame [pixels].")
     camera: Viewpoint = Viewpoint()
 
     @classmethod
@@ -123,8 +123,8 @@ class Canvas:
         Raises:
             ConfigError: no OpenGL library could be loaded, or the library draws in another thread only.
         """
-        with DRAWING:
-            renderer = self._opened(model)
+        with DRAWING_LOCK:
+            renderer = self._open_renderer(model)
             renderer.update_scene(data, self.camera)
             for marker in markers:
                 marker.add_to(renderer.scene)
@@ -137,13 +137,13 @@ class Canvas:
         Raises:
             ConfigError: the OpenGL library closes the renderer in another thread only.
         """
-        with DRAWING:
+        with DRAWING_LOCK:
             if self._renderer is not None:
                 self._check_thread()
                 self._renderer.close()
                 self._renderer = None
 
-    def _opened(self, model: MjModel) -> Any:
+    def _open_renderer(self, model: MjModel) -> Any:
         """The renderer, set to this model; one renderer draws all models, because all have the same layout."""
         if self._renderer is None:
             self._renderer, self._thread = _new_renderer(model, self.size), threading.get_ident()
@@ -176,9 +176,9 @@ class Window:
     """
 
     def __init__(self, model: MjModel, data: MjData) -> None:
-        others = set(threading.enumerate())
+        threads_before = set(threading.enumerate())
         self._window = _open_window(model, data)
-        self._threads = set(threading.enumerate()) - others
+        self._threads = set(threading.enumerate()) - threads_before
         self._model, self._data = model, data
 
     def play(self, states: Iterable[MjData], write_model: Callable[[MjModel], object]) -> None:
@@ -222,19 +222,21 @@ def _new_renderer(model: MjModel, size: tuple[int, int]) -> Any:
     if not has_display() and os.environ.get("MUJOCO_GL", "glfw") == "glfw":
         raise ConfigError(_LIBRARIES)  # asking GLFW here would abort the process
     try:
-        return _idle(partial(mujoco.Renderer, model, *size))
+        return _make_with_idle_context(partial(mujoco.Renderer, model, *size))
     except Exception as error:
         raise ConfigError(f"{_LIBRARIES} ({type(error).__name__}: {error})") from None
 
 
-def _idle(make: Callable[[], Any]) -> Any:
+def _make_with_idle_context(make: Callable[[], Any]) -> Any:
     """Return the result of `make`, and leave the OpenGL context of this thread as it was before, or without one."""
-    other = mujoco.GLContext(1, 1)
+    spare_context = mujoco.GLContext(1, 1)
     try:
-        with other.as_current():  # at its end MuJoCo restores the context from before, whichever is current by then
+        with (
+            spare_context.as_current()
+        ):  # at its end MuJoCo restores the context from before, whichever is current by then
             return make()
     finally:
-        other.free()
+        spare_context.free()
 
 
 def _open_window(model: MjModel, data: MjData) -> Any:

@@ -25,8 +25,8 @@ def _groups(file: Path) -> dict[str, tuple[Item, ...]]:
 
     def item(entry: dict[str, Any]) -> Item:
         material = materials[entry.pop("of")]
-        told: dict[str, Any] = {**material, **entry, "source": f"{entry['source']}; {material['source']}"}
-        return Item(rolling_friction=rolling[entry["shape"]], **told)
+        fields: dict[str, Any] = {**material, **entry, "source": f"{entry['source']}; {material['source']}"}
+        return Item(rolling_friction=rolling[entry["shape"]], **fields)
 
     return {group: tuple(map(item, entries)) for group, entries in data.items()}
 
@@ -48,10 +48,10 @@ class ItemsConfig(LevelConfig):
 
     @model_validator(mode="after")
     def _check_items(self) -> Self:
-        known = self.item_definitions()
+        definitions = self.item_definitions()
         for name in self.items:
-            if name not in known:
-                raise ValueError(f"items: unknown item {name!r}; known are {', '.join(sorted(known))}")
+            if name not in definitions:
+                raise ValueError(f"items: unknown item {name!r}; known are {', '.join(sorted(definitions))}")
         return self
 
     def item_definitions(self) -> Mapping[str, Item]:
@@ -60,5 +60,5 @@ class ItemsConfig(LevelConfig):
 
     def item_list(self) -> tuple[Item, ...]:
         """The items that occur in this cell, in the order of `items`."""
-        known = self.item_definitions()
-        return tuple(known[name] for name in self.items)
+        definitions = self.item_definitions()
+        return tuple(definitions[name] for name in self.items)

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Final, Generic, Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, replaced
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows
 from pnt_gym.cells.base.action import Correction, Modes, Plans
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.config import LevelConfig
@@ -28,7 +28,7 @@ MOST_CELLS: Final = 100_000
 MOST_THREADS: Final = 1024
 
 
-class Throws(Protocol):
+class UpcomingThrows(Protocol):
     """N coming throws: a record of arrays."""
 
     @property
@@ -59,18 +59,18 @@ class Verdict(Protocol):
         ...
 
 
-def whole_number(name: str, value: object, most: int) -> None:
+def check_whole_number(name: str, value: object, largest: int) -> None:
     """Make sure that a user's value is a whole number, at least 1.
 
     Raises:
-        ConfigError: the value is not, or is greater than `most`.
+        ConfigError: the value is not, or is greater than `largest`.
     """
-    if isinstance(value, bool) or not isinstance(value, Integral) or not 1 <= int(value) <= most:
-        raise ConfigError(f"{name} is {one_sentence(repr(value), 80)}; it must be a whole number from 1 to {most}")
+    if isinstance(value, bool) or not isinstance(value, Integral) or not 1 <= int(value) <= largest:
+        raise ConfigError(f"{name} is {one_sentence(repr(value), 80)}; it must be a whole number from 1 to {largest}")
 
 
 ConfigT = TypeVar("ConfigT", bound=LevelConfig)
-ThrowsT = TypeVar("ThrowsT", bound=Throws)
+ThrowsT = TypeVar("ThrowsT", bound=UpcomingThrows)
 PlansT = TypeVar("PlansT", bound=Plans)
 VerdictT = TypeVar("VerdictT", bound=Verdict)
 
@@ -112,8 +112,8 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
     """The coming throws."""
 
     def __init__(self, config: ConfigT, count: int, threads: int) -> None:
-        whole_number("num_envs", count, MOST_CELLS)
-        whole_number("threads", threads, MOST_THREADS)
+        check_whole_number("num_envs", count, MOST_CELLS)
+        check_whole_number("threads", threads, MOST_THREADS)
         self.config = config
         self.count = count
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
@@ -123,7 +123,7 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
         """Begin new episodes in some rows, with one generator per row."""
         for row, generator in zip(rows, generators, strict=True):
             self.generators[int(row)] = generator
-        self.context = replaced(self.context, rows, self.first(rows))
+        self.context = replace_rows(self.context, rows, self.first(rows))
 
     @abstractmethod
     def first(self, rows: Ints) -> ThrowsT:
@@ -175,14 +175,14 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
         """Weighted reward terms by the names of `reward_terms`, (N,) each; before weighting each is in [0, 1]."""
 
     @abstractmethod
-    def info(self, outcome: VerdictT, thrown: ThrowsT) -> dict[str, NDArray[Any]]:
+    def info(self, outcome: VerdictT, throws: ThrowsT) -> dict[str, NDArray[Any]]:
         """Info of throws beyond `COMMON_INFO`, (N,) each."""
 
     def correction(self, mode: str) -> Correction | None:
         """How an action of a mode moves the errors, for controllers that learn from errors; None if not one to one."""
         return None
 
-    def ended(self, outcome: VerdictT, thrown: ThrowsT) -> Bools | None:
+    def ends_early(self, outcome: VerdictT, throws: ThrowsT) -> Bools | None:
         """Which episodes these throws end before their length (N,); None: no episode."""
         return None
 

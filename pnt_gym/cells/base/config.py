@@ -22,16 +22,16 @@ from pydantic_core import PydanticCustomError, to_jsonable_python
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 from pnt_gym.reading import ReadError, number_of, parsed_yaml, text_of
 
-MOST: Final = 1e6
+LARGEST_NUMBER: Final = 1e6
 """Bound of every number in a cell, in SI units or degrees; given as `lt`, which no single field uses for its bound."""
-Positive = Annotated[float, Field(gt=0, lt=MOST, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, lt=MOST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, lt=LARGEST_NUMBER, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, lt=LARGEST_NUMBER, allow_inf_nan=False)]
 Duration = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]
 """Simulated time [s]."""
-Finite = Annotated[float, Field(gt=-MOST, lt=MOST, allow_inf_nan=False)]
+Finite = Annotated[float, Field(gt=-LARGEST_NUMBER, lt=LARGEST_NUMBER, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1)]
 Range = tuple[Finite, Finite]
-LONGEST: Final = 100
+LONGEST_NAME: Final = 100
 """Largest number of characters in a name."""
 
 
@@ -57,7 +57,7 @@ def check_file_name(name: str) -> str:
     return name
 
 
-Label = Annotated[str, Field(min_length=1, max_length=LONGEST), AfterValidator(check_printable)]
+Label = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME), AfterValidator(check_printable)]
 """A name for people; the name may stand in a table."""
 FileName = Annotated[Label, AfterValidator(check_file_name)]
 """A name for people that is also the name of files."""
@@ -130,7 +130,7 @@ def quotes_hint(text: str) -> str:
     return "" if number_of(text.strip()) is None else f"; write {text.strip()} without quotes"
 
 
-def ordered(section: Section, where: str, *names: str) -> None:
+def check_ranges(section: Section, where: str, *names: str) -> None:
     """Make sure that ranges of a section do not run backwards.
 
     Args:
@@ -182,8 +182,8 @@ class LevelConfig(Section):
             data, source = cls._complete({"name": "custom", **level}, ()), "config"
         else:
             if not isinstance(level, str | Path):  # pyright: ignore[reportUnnecessaryIsInstance] - users are not checked
-                said = one_sentence(repr(level), 80)
-                raise ConfigError(f"level is {said}; it must be a level's name, a YAML file, a mapping or a config")
+                text = one_sentence(repr(level), 80)
+                raise ConfigError(f"level is {text}; it must be a level's name, a YAML file, a mapping or a config")
             data, source = cls._from_file(level, ()), f"level file {str(level)!r}"
         data.update(changes)
         try:
@@ -194,7 +194,7 @@ class LevelConfig(Section):
     @classmethod
     def file_of(cls, name: str) -> Path:
         """The file of a shipped level."""
-        return _shipped(cls.folder) / f"{name}.yaml"
+        return _levels_folder(cls.folder) / f"{name}.yaml"
 
     def ships(self) -> bool:
         """Whether the config is a shipped level, unchanged."""
@@ -207,7 +207,7 @@ class LevelConfig(Section):
     @classmethod
     def level_names(cls) -> tuple[str, ...]:
         """Names of the shipped levels."""
-        return tuple(sorted(path.stem for path in _shipped(cls.folder).glob("*.yaml")))
+        return tuple(sorted(path.stem for path in _levels_folder(cls.folder).glob("*.yaml")))
 
     @classmethod
     def _from_file(cls, level: str | Path, above: tuple[str, ...]) -> dict[str, Any]:
@@ -215,12 +215,12 @@ class LevelConfig(Section):
         names = cls.level_names()
         if level == ROOT and ROOT not in names:  # a family without shipped levels has its defaults
             return {"name": ROOT}
-        path = _find(cls.folder, level, names)
+        path = _level_file(cls.folder, level, names)
         if str(path) in above:
             circle = " -> ".join(Path(p).stem for p in (*above, str(path)))
             raise ConfigError(f"level file {str(level)!r}: levels are their own base: {circle}")
         data = {"name": path.stem, **_read(path)}
-        if path == _shipped(cls.folder) / f"{ROOT}.yaml":
+        if path == _levels_folder(cls.folder) / f"{ROOT}.yaml":
             return data
         base = path.parent / str(data.get("base", ""))
         if os.path.isfile(base):  # a base beside the file that names it
@@ -230,11 +230,11 @@ class LevelConfig(Section):
     @classmethod
     def _complete(cls, data: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
         """A level's differences merged into its base."""
-        own = dict(data)
-        base = own.pop("base", ROOT)
+        differences = dict(data)
+        base = differences.pop("base", ROOT)
         if not isinstance(base, str | Path):
             raise ConfigError(f"base is {base!r}; it must be the name of a level or a YAML file")
-        return _merged(cls._from_file(base, above), own, cls.alternatives)
+        return _merge_levels(cls._from_file(base, above), differences, cls.alternatives)
 
 
 @contextmanager
@@ -250,11 +250,11 @@ def describes_a_cell() -> Generator[None, None, None]:
     except PntGymError:
         raise
     except (ValueError, ArithmeticError, MemoryError) as error:
-        said = one_sentence(error, 120)
-        raise ConfigError(f"the level describes no cell that works; one of its numbers is absurd: {said}") from error
+        reason = one_sentence(error, 120)
+        raise ConfigError(f"the level describes no cell that works; one of its numbers is absurd: {reason}") from error
 
 
-def written(level: Level) -> str | dict[str, Any]:
+def serialize_level(level: Level) -> str | dict[str, Any]:
     """A level in JSON types: a name or path as text, a mapping or a config in the form of a level file."""
     if isinstance(level, str | Path):
         return str(level)
@@ -263,7 +263,7 @@ def written(level: Level) -> str | dict[str, Any]:
     return cast("dict[str, Any]", to_jsonable_python(dict(level), fallback=repr))
 
 
-def _merged(below: dict[str, Any], above: Mapping[str, Any], alternatives: Mapping[str, Any]) -> dict[str, Any]:
+def _merge_levels(below: dict[str, Any], above: Mapping[str, Any], alternatives: Mapping[str, Any]) -> dict[str, Any]:
     """Values of `above` merged into those of `below`: mappings key by key, other values replace the value below.
 
     A section that is given as an object is complete and is not merged.
@@ -275,14 +275,14 @@ def _merged(below: dict[str, Any], above: Mapping[str, Any], alternatives: Mappi
             new, old = cast("Mapping[str, Any]", value), cast("Mapping[str, Any]", under)
             group = alternatives.get(key, ())
             excluded = [name for name in group if name not in new] if any(name in new for name in group) else []
-            kept = {name: part for name, part in old.items() if name not in excluded}
-            merged[key] = _merged(kept, new, {})
+            remaining = {name: part for name, part in old.items() if name not in excluded}
+            merged[key] = _merge_levels(remaining, new, {})
         else:
             merged[key] = value
     return merged
 
 
-def _shipped(folder: str | Path) -> Path:
+def _levels_folder(folder: str | Path) -> Path:
     """Path of a folder of shipped levels: inside an installed wheel, or beside the package in a checkout."""
     if isinstance(folder, Path):
         return folder
@@ -291,10 +291,10 @@ def _shipped(folder: str | Path) -> Path:
     return (installed if installed.is_dir() else package.parent / "configs" / "cells") / folder
 
 
-def _find(folder: str | Path, level: str | Path, names: tuple[str, ...]) -> Path:
+def _level_file(folder: str | Path, level: str | Path, names: tuple[str, ...]) -> Path:
     text = str(level)
     if text in names:
-        return _shipped(folder) / f"{text}.yaml"
+        return _levels_folder(folder) / f"{text}.yaml"
     path = Path(level)
     if not path.suffix:
         raise ConfigError(f"unknown level {text!r}; shipped levels are {', '.join(names)}, or give a YAML file")
@@ -328,5 +328,5 @@ def first_problem(error: ValidationError) -> str:
         return message
     if problem["type"] == "missing":
         return f"key {where!r} is missing"
-    given = one_sentence(repr(problem["input"]), 80)
-    return f"{where} is {given}: {message[0].lower()}{message[1:]}"
+    text = one_sentence(repr(problem["input"]), 80)
+    return f"{where} is {text}: {message[0].lower()}{message[1:]}"

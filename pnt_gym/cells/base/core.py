@@ -14,13 +14,13 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
-from pnt_gym.cells.base.action import corrected, limited_actions, mode_of
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
+from pnt_gym.cells.base.action import clip_actions, corrected, mode_of
 from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.cells.base.features import CLIP
-from pnt_gym.cells.base.request import ANYTHING, Request, lead
+from pnt_gym.cells.base.request import NO_REQUEST, Request, advance_to_request
 from pnt_gym.cells.base.view import ThrowView
-from pnt_gym.engine import unheard
+from pnt_gym.engine import mute_warnings
 from pnt_gym.errors import ConfigError, PhysicsError
 
 COMMON_INFO: Final = ("is_success", "landing_error", "cycle_time", "residual_clipped", "item", "kind")
@@ -44,7 +44,7 @@ class Step:
     """Rows (N,) that have a result, by the result's name; a result that is not named here exists in all rows."""
 
 
-class Drawing(Protocol):
+class RandomCell(Protocol):
     """A cell of N rows with one random generator per row."""
 
     context: Any
@@ -53,7 +53,7 @@ class Drawing(Protocol):
 
 
 @contextmanager
-def restoring(cell: Drawing, waiting: Bools) -> Generator[None]:
+def restore_rows(cell: RandomCell, waiting: Bools) -> Generator[None]:
     """Context that restores the coming throws and the generators of waiting rows at its end.
 
     Args:
@@ -63,7 +63,7 @@ def restoring(cell: Drawing, waiting: Bools) -> Generator[None]:
     context, generators = cell.context, [cell.generators[row] for row in np.flatnonzero(waiting)]
     states = [generator.bit_generator.state for generator in generators]
     yield
-    cell.context = replaced(cell.context, waiting, take(context, waiting))
+    cell.context = replace_rows(cell.context, waiting, take(context, waiting))
     for generator, state in zip(generators, states, strict=True):
         generator.bit_generator.state = state
 
@@ -95,7 +95,7 @@ class Episodes:
         self._fresh[rows] = False
         return np.flatnonzero(draw)
 
-    def thrown(self, early: Bools | None = None, waiting: Bools | None = None) -> Bools:
+    def count_throws(self, early: Bools | None = None, waiting: Bools | None = None) -> Bools:
         """Count one throw in every cell; returns which episodes are over (N,).
 
         Args:
@@ -137,20 +137,20 @@ class Core:
         self._scale = mode.scale(cell.config)
         self._episodes = Episodes(cell.count, cell.episode, drawn=cell.terminates)
         if not cell.config.ships():
-            self._try()
+            self._check_level()
 
-    def _try(self) -> None:
+    def _check_level(self) -> None:
         """Throw once in a user's level, without changing the state of the cell.
 
         Raises:
             ConfigError: the level cannot be simulated, or its results are not finite.
         """
         try:
-            with unheard():
+            with mute_warnings():
                 outcome = self.preview(np.zeros((self.count, *self.action_space.shape)), jitter=True)
         except PhysicsError as error:
             raise ConfigError(f"level {self.config.name!r} cannot be thrown in: {error}") from error
-        if not all(np.isfinite(found).all() for found in (self.observe(), *self.cell.reward(outcome).values())):
+        if not all(np.isfinite(values).all() for values in (self.observe(), *self.cell.reward(outcome).values())):
             raise ConfigError(
                 f"level {self.config.name!r} gives results that are no numbers; one of its values is absurd"
             )
@@ -160,7 +160,7 @@ class Core:
         """The coming throws."""
         return self.cell.context
 
-    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = ANYTHING) -> None:
+    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> None:
         """Begin new episodes in some rows.
 
         Args:
@@ -174,7 +174,7 @@ class Core:
             ConfigError: a row never draws the requested throw; the cell and all generators are unchanged.
         """
         if request:
-            lead(self.cell, generators, request)
+            advance_to_request(self.cell, generators, request)
         chosen = self._episodes.begin(rows, seeded | bool(request))
         if chosen.size > 0:
             self.cell.reset(rows[chosen], [generators[i] for i in chosen])
@@ -190,7 +190,7 @@ class Core:
     def hidden(self) -> dict[str, Floats]:
         """Values of the coming throws that no observation has, by the names of the cell's `hidden`, (N,) each."""
         context = self.cell.context
-        return {one.name: np.array(one.value(context), dtype=np.float64) for one in self.cell.hidden}
+        return {quantity.name: np.array(quantity.value(context), dtype=np.float64) for quantity in self.cell.hidden}
 
     def plan(self, actions: object) -> tuple[Any, Bools]:
         """Feasible plans nearest to the residuals of actions (N, A), and which residuals were shortened (N,).
@@ -199,7 +199,7 @@ class Core:
             ActionError: wrong shape, NaN or infinite values.
         """
         cell, mode = self.cell, self.cell.modes[self.action_mode]
-        limited = limited_actions(actions, self.count, len(mode.numbers), mode.name)
+        limited = clip_actions(actions, self.count, len(mode.numbers), mode.name)
         return corrected(mode, cell.planner, cell.context, limited, self._scale)
 
     def step(self, actions: object, waiting: Bools | None = None) -> Step:
@@ -213,8 +213,8 @@ class Core:
         Raises:
             ActionError: wrong shape, NaN or infinite values.
         """
-        cell, thrown = self.cell, self.cell.context
-        with nullcontext() if waiting is None else restoring(cell, waiting):
+        cell, throws = self.cell, self.cell.context
+        with nullcontext() if waiting is None else restore_rows(cell, waiting):
             plans, clipped = self.plan(actions)
             outcome = cell.throw(plans)
             terms = cell.reward(outcome)
@@ -223,13 +223,13 @@ class Core:
                 "landing_error": outcome.landing_error,
                 "cycle_time": outcome.cycle_time,
                 "residual_clipped": clipped,
-                "item": thrown.kind.copy(),
-                **cell.info(outcome, thrown),
+                "item": throws.kind.copy(),
+                **cell.info(outcome, throws),
             }
             for name, term in terms.items():
                 info[f"reward_{name}"] = term
             info["kind"] = cell.context.kind.copy()
-            ended = self._episodes.thrown(cell.ended(outcome, thrown), waiting)
+            ended = self._episodes.count_throws(cell.ends_early(outcome, throws), waiting)
             return Step(cell.observe(), sum(terms.values(), np.zeros(self.count)), ended, info)
 
     def preview(self, actions: object, jitter: bool = False) -> Any:

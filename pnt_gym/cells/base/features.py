@@ -45,7 +45,7 @@ class Quantity:
     """Function from the coming throws to the values (N,)."""
 
 
-def numbered(quantities: Sequence[Quantity]) -> list[Quantity]:
+def merge_numbered(quantities: Sequence[Quantity]) -> list[Quantity]:
     """Quantities as a table lists them: names that differ only in a last number become one, with K for the number."""
     listed: dict[str, Quantity] = {}
     for quantity in quantities:

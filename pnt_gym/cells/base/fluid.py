@@ -127,8 +127,8 @@ def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
         (3) in m3 and virtual inertia (3) in m5, per unit of fluid density and in the geom's frame.
     """
     blunt = _BLUNT[shape] * drag
-    ones = np.ones_like(blunt)
-    shared = [ones, blunt, _SLENDER * blunt, _ANGULAR * ones, _KUTTA * ones, _MAGNUS * ones]
+    unit = np.ones_like(blunt)
+    shared = [unit, blunt, _SLENDER * blunt, _ANGULAR * unit, _KUTTA * unit, _MAGNUS * unit]
     return np.concatenate([np.stack(shared, axis=1), _added_mass(_semi_axes(shape, size))], axis=1)
 
 

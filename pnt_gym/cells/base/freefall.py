@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.compiled import compiled, part
+from pnt_gym.compiled import compile_for, kernel_part
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY, GRAVITY
 
 STATE = 13
@@ -22,15 +22,15 @@ BODY = 24
 semi-axes [m] (3) and `geom_fluid` (12)."""
 
 
-@part
-def _turned(w: float, x: float, y: float, z: float, a: float, b: float, c: float) -> tuple[float, float, float]:
+@kernel_part
+def _rotate(w: float, x: float, y: float, z: float, a: float, b: float, c: float) -> tuple[float, float, float]:
     """A vector (a, b, c) turned by a unit quaternion."""
     p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     return a + w * p + y * r - z * q, b + w * q + z * p - x * r, c + w * r + x * q - y * p
 
 
-@part
-def _air(
+@kernel_part
+def _geom_air_force(
     body: Floats, air: float, vx: float, vy: float, vz: float, wx: float, wy: float, wz: float
 ) -> tuple[float, float, float, float, float, float]:
     """Air force [N] and torque [N m] on a geom with a velocity and an angular velocity, all in the geom's axes."""
@@ -79,36 +79,36 @@ def _air(
     return fx - drag * vx, fy - drag * vy, fz - drag * vz, gx - turn * wx, gy - turn * wy, gz - turn * wz
 
 
-@part
-def _wind(
+@kernel_part
+def _body_air_force(
     body: Floats, air: float, vx: float, vy: float, vz: float, ox: float, oy: float, oz: float
 ) -> tuple[float, float, float, float, float, float]:
     """Air force [N] and torque [N m] about the centre of mass of an object with velocities, all in the body's axes."""
     a, b, c, d, up = body[5], body[6], body[7], body[8], body[4]
     # Velocity of the geom's middle, in the body's axes and then in the geom's.
-    ux, uy, uz = _turned(a, -b, -c, -d, vx + oy * up, vy - ox * up, vz)
-    rx, ry, rz = _turned(a, -b, -c, -d, ox, oy, oz)
-    fx, fy, fz, gx, gy, gz = _air(body, air, ux, uy, uz, rx, ry, rz)
-    fx, fy, fz = _turned(a, b, c, d, fx, fy, fz)
-    gx, gy, gz = _turned(a, b, c, d, gx, gy, gz)
+    ux, uy, uz = _rotate(a, -b, -c, -d, vx + oy * up, vy - ox * up, vz)
+    rx, ry, rz = _rotate(a, -b, -c, -d, ox, oy, oz)
+    fx, fy, fz, gx, gy, gz = _geom_air_force(body, air, ux, uy, uz, rx, ry, rz)
+    fx, fy, fz = _rotate(a, b, c, d, fx, fy, fz)
+    gx, gy, gz = _rotate(a, b, c, d, gx, gy, gz)
     return fx, fy, fz, gx - up * fy, gy + up * fx, gz
 
 
-@part
-def _step(state: Floats, body: Floats, wind: Floats, air: float, step: float) -> None:
+@kernel_part
+def _step_free(state: Floats, body: Floats, wind: Floats, air: float, step: float) -> None:
     """Advance the state of a free object in a wind (2,) by one Euler step, in place."""
     w, x, y, z = state[3], state[4], state[5], state[6]
     mass, ix, iy, iz = body[0], body[1], body[2], body[3]
     ox, oy, oz = state[10], state[11], state[12]
-    vx, vy, vz = _turned(w, -x, -y, -z, state[7] - wind[0], state[8] - wind[1], state[9])
-    fx, fy, fz, gx, gy, gz = _wind(body, air, vx, vy, vz, ox, oy, oz)
+    vx, vy, vz = _rotate(w, -x, -y, -z, state[7] - wind[0], state[8] - wind[1], state[9])
+    fx, fy, fz, gx, gy, gz = _body_air_force(body, air, vx, vy, vz, ox, oy, oz)
     # Euler's equations about the centre of mass.
     ox, oy, oz = (
         ox + step * (gx - oy * oz * (iz - iy)) / ix,
         oy + step * (gy - oz * ox * (ix - iz)) / iy,
         oz + step * (gz - ox * oy * (iy - ix)) / iz,
     )
-    fx, fy, fz = _turned(w, x, y, z, fx, fy, fz)
+    fx, fy, fz = _rotate(w, x, y, z, fx, fy, fz)
     state[7] += step * fx / mass
     state[8] += step * fy / mass
     state[9] += step * (fz / mass - GRAVITY)
@@ -119,7 +119,7 @@ def _step(state: Floats, body: Floats, wind: Floats, air: float, step: float) ->
     _turn(state, step)
 
 
-@part
+@kernel_part
 def _turn(state: Floats, step: float) -> None:
     """Turn an object's attitude by its angular velocity for one step, in place."""
     w, x, y, z = state[3], state[4], state[5], state[6]
@@ -140,7 +140,7 @@ def _turn(state: Floats, step: float) -> None:
             state[k] *= size
 
 
-@compiled(
+@compile_for(
     "void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64, int64,"
     "float64[:, :, ::1], int64[::1])"
 )
@@ -152,7 +152,7 @@ def fly_down(
     air: float,
     step: float,
     stride: int,
-    seen: Floats,
+    records: Floats,
     steps: Ints,
 ) -> None:
     """Simulate free objects until each is below a height and sinks, in place.
@@ -165,25 +165,25 @@ def fly_down(
         air: share of the air's density and viscosity.
         step: length of a physics step [s].
         stride: steps between two records.
-        seen: filled with the objects' states every `stride` steps from the first state on, and then with the last
+        records: filled with the objects' states every `stride` steps from the first state on, and then with the last
             state (N, K, STATE); a flight ends after (K - 1) `stride` steps at the latest.
         steps: filled with the number of steps of each flight (N,).
     """
     for row in range(state.shape[0]):
-        one, last = state[row], (seen.shape[1] - 1) * stride
+        object_state, last = state[row], (records.shape[1] - 1) * stride
         count = 0
-        while count < last and not (one[2] < floor[row] and one[9] < 0.0):
+        while count < last and not (object_state[2] < floor[row] and object_state[9] < 0.0):
             if count % stride == 0:
-                seen[row, count // stride] = one
-            _step(one, body[row], wind[row], air, step)
+                records[row, count // stride] = object_state
+            _step_free(object_state, body[row], wind[row], air, step)
             count += 1
         steps[row] = count
-        for k in range((count + stride - 1) // stride, seen.shape[1]):
-            seen[row, k] = one
+        for k in range((count + stride - 1) // stride, records.shape[1]):
+            records[row, k] = object_state
 
 
-@part
-def _swing(state: Floats, body: Floats, pivot: Floats, air: float, step: float, hand: Floats) -> None:
+@kernel_part
+def _step_swing(state: Floats, body: Floats, pivot: Floats, air: float, step: float, hand: Floats) -> None:
     """Advance an object that swings under a hand with an acceleration and a velocity (6,) by one step, in place.
 
     Attitude, acceleration and velocity are in the axes in which the object hung at rest.
@@ -195,16 +195,16 @@ def _swing(state: Floats, body: Floats, pivot: Floats, air: float, step: float, 
     # The lip as a spring and damper: rotation vector and angular velocity in the axes of the hand.
     sine = math.sqrt(x * x + y * y + z * z)
     angle = 2.0 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0
-    px, py, pz = _turned(w, x, y, z, ox, oy, oz)
+    px, py, pz = _rotate(w, x, y, z, ox, oy, oz)
     tx = -pivot[3] * angle * x - pivot[6] * px
     ty = -pivot[4] * angle * y - pivot[7] * py
     tz = -pivot[5] * angle * z - pivot[8] * pz
-    tx, ty, tz = _turned(w, -x, -y, -z, tx, ty, tz)
+    tx, ty, tz = _rotate(w, -x, -y, -z, tx, ty, tz)
     # Air, weight and inertia at the centre of mass.
-    vx, vy, vz = _turned(w, -x, -y, -z, hand[3], hand[4], hand[5])
+    vx, vy, vz = _rotate(w, -x, -y, -z, hand[3], hand[4], hand[5])
     vx, vy, vz = vx + oy * rz - oz * ry, vy + oz * rx - ox * rz, vz + ox * ry - oy * rx
-    fx, fy, fz, gx, gy, gz = _wind(body, air, vx, vy, vz, ox, oy, oz)
-    ax, ay, az = _turned(w, -x, -y, -z, hand[0], hand[1], hand[2] + GRAVITY)
+    fx, fy, fz, gx, gy, gz = _body_air_force(body, air, vx, vy, vz, ox, oy, oz)
+    ax, ay, az = _rotate(w, -x, -y, -z, hand[0], hand[1], hand[2] + GRAVITY)
     fx, fy, fz = fx - mass * ax, fy - mass * ay, fz - mass * az
     tx, ty, tz = tx + gx + ry * fz - rz * fy, ty + gy + rz * fx - rx * fz, tz + gz + rx * fy - ry * fx
     # Inertia about the pivot, and Euler's equations there.
@@ -221,7 +221,7 @@ def _swing(state: Floats, body: Floats, pivot: Floats, air: float, step: float, 
     _turn(state, step)
 
 
-@compiled(
+@compile_for(
     "void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64, float64[:, :, ::1], int64[::1],"
     "int64, float64[:, :, ::1])"
 )
@@ -234,7 +234,7 @@ def swing_down(
     hand: Floats,
     steps: Ints,
     stride: int,
-    seen: Floats,
+    records: Floats,
 ) -> None:
     """Simulate objects that swing under their hands until each is released, in place.
 
@@ -249,13 +249,13 @@ def swing_down(
             step, in the axes in which the object hangs at rest (N, K, 6).
         steps: number of steps until each object's release (N,), at most K.
         stride: steps between two records.
-        seen: filled with the attitudes every `stride` steps from the first on, and then with the last one (N, L, 4).
+        records: filled with the attitudes every `stride` steps from the first on, and then with the last one (N, L, 4).
     """
     for row in range(state.shape[0]):
-        one = state[row]
+        object_state = state[row]
         for k in range(steps[row]):
             if k % stride == 0:
-                seen[row, k // stride] = one[3:7]
-            _swing(one, body[row], pivot[row], air, step, hand[row, k])
-        for k in range((steps[row] + stride - 1) // stride, seen.shape[1]):
-            seen[row, k] = one[3:7]
+                records[row, k // stride] = object_state[3:7]
+            _step_swing(object_state, body[row], pivot[row], air, step, hand[row, k])
+        for k in range((steps[row] + stride - 1) // stride, records.shape[1]):
+            records[row, k] = object_state[3:7]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import ConfigDict, Field, StringConstraints, model_validator
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.config import LONGEST, Section
+from pnt_gym.cells.base.config import LONGEST_NAME, Section
 from pnt_gym.cells.base.grip import CUP_RADIUS, SURFACES, Surface
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import ConfigError
@@ -34,8 +34,8 @@ def shape_index(shape: str) -> int:
     Raises:
         ConfigError: the shape is none of these.
     """
-    for index, known in enumerate(SHAPES):
-        if shape == known:
+    for index, name in enumerate(SHAPES):
+        if shape == name:
             return index
     raise ConfigError(f"shape {shape!r} is not one of {', '.join(SHAPES)}.")
 
@@ -71,7 +71,7 @@ class Item(Section):
 
     model_config = ConfigDict(allow_inf_nan=False)
 
-    name: Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=LONGEST)]
+    name: Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=LONGEST_NAME)]
     shape: Shape
     size: tuple[_Extent, _Extent, _Extent]
     mass: float = Field(gt=0.0, le=5.0)
@@ -114,12 +114,12 @@ class Item(Section):
             raise ConfigError(f"cylinder {self.name!r} needs one diameter, but W = {width} m and H = {height} m.")
         weight = self.mass * GRAVITY
         if self.seal_force is not None and self.seal_force <= weight:
-            held = f"seal_force of {self.name!r} is {self.seal_force} N"
-            raise ConfigError(f"{held}, but must exceed its weight of {weight:.3f} N.")
+            value_text = f"seal_force of {self.name!r} is {self.seal_force} N"
+            raise ConfigError(f"{value_text}, but must exceed its weight of {weight:.3f} N.")
         if 2.0 * self.fitted_radius > self.width:
             cup, item = (f"{1e3 * wide:g} mm" for wide in (2.0 * self.fitted_radius, self.width))
-            held = f"cup_radius of {self.name!r} is {self.cup_radius} m"
-            raise ConfigError(f"{held}, but its cup, {cup} wide, must not be wider than the item, {item} across.")
+            value_text = f"cup_radius of {self.name!r} is {self.cup_radius} m"
+            raise ConfigError(f"{value_text}, but its cup, {cup} wide, must not be wider than the item, {item} across.")
         return self
 
 

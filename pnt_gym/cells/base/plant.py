@@ -20,11 +20,11 @@ STAGES: Final = (0.25, 0.5, 0.75, 1.0)
 """Shares of the throws that are over after each stage of a rollout."""
 REWARD_TERMS: Final = ("landing", "success", "time")
 """Names of the reward terms of a throw into an opening."""
-LONGEST: Final = 60.0
+LONGEST_THROW: Final = 60.0
 """Longest duration of a simulated throw [s]."""
-SUNK: Final = 0.003
+CONTACT_DEPTH: Final = 0.003
 """Largest depth at which flat objects rest below a surface, because contacts are soft [m]."""
-TOUCH: Final = 1e-5
+TOUCH_DISTANCE: Final = 1e-5
 """Distance of two surfaces below which a contact counts [m]; predicted contacts of fast objects are farther apart."""
 ThrowsT = TypeVar("ThrowsT")
 PlansT = TypeVar("PlansT")
@@ -94,24 +94,24 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
         return type(self), self._made_of, {"recording": self.recording}
 
     @abstractmethod
-    def fly(self, thrown: ThrowsT, plans: PlansT) -> FlightT:
+    def fly(self, context: ThrowsT, plans: PlansT) -> FlightT:
         """Simulate one throw in every simulation.
 
         Args:
-            thrown: the N coming throws.
+            context: the N coming throws.
             plans: one plan per simulation.
 
         Raises:
             PhysicsError: the engine warned, or stopped a simulation.
         """
 
-    def stand(self, row: int) -> tuple[MjModel, MjData]:
+    def current_state(self, row: int) -> tuple[MjModel, MjData]:
         """Model and data of one simulation in its current state, for a picture."""
         model, data = self.batch.get_model(row), self.batch.get_data(row)
         mujoco.mj_forward(model, data)
         return model, data
 
-    def keep(self, body: int, control: Floats, plan: tuple[Floats, Floats, float], target: Floats) -> None:
+    def record_throw(self, body: int, control: Floats, plan: tuple[Floats, Floats, float], target: Floats) -> None:
         """Keep a `Recording` of the throw of `record_row` that is rolled out next.
 
         Args:
@@ -137,12 +137,14 @@ def step_counts(seconds: Floats, step: float) -> Ints:
     Raises:
         PhysicsError: a throw takes longer than `LONGEST`.
     """
-    if not seconds.max() <= LONGEST:
-        raise PhysicsError(f"a throw takes {seconds.max():.3g} s; those that are simulated take {LONGEST:g} s at most")
+    if not seconds.max() <= LONGEST_THROW:
+        raise PhysicsError(
+            f"a throw takes {seconds.max():.3g} s; those that are simulated take {LONGEST_THROW:g} s at most"
+        )
     return np.ceil(seconds / step).astype(np.int64)
 
 
-def staged_rollout(
+def roll_out(
     batch: Any, control: Floats, steps: Ints, names: Sequence[str], ids: Ints | None = None
 ) -> dict[str, Floats]:
     """Roll out every simulation for a separate number of steps; records have zeros after the last step.
@@ -165,13 +167,13 @@ def staged_rollout(
         PhysicsError: the engine warned, or stopped a simulation.
     """
     record: dict[str, Floats] = {}
-    own = np.arange(len(steps)) if ids is None else ids
+    simulations = np.arange(len(steps)) if ids is None else ids
     batch.warning[:] = 0
     start = 0
     for end in np.unique(np.quantile(steps, STAGES, method="higher")):
         rows = np.flatnonzero(steps > start)
         part = batch.rollout(
-            int(end) - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(names), ids=own[rows]
+            int(end) - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(names), ids=simulations[rows]
         )
         for name in names:
             whole = record.setdefault(name, np.zeros((*control.shape[:2], part[name].shape[-1])))
@@ -198,7 +200,7 @@ def check_warnings(batch: Any) -> None:
 
 def touching(contact: Floats) -> Bools:
     """Which sensed contacts (..., 2), number and smallest distance [m], are real and not only predicted (...,)."""
-    return np.asarray((contact[..., 0] > 0.0) & (contact[..., 1] < TOUCH))
+    return np.asarray((contact[..., 0] > 0.0) & (contact[..., 1] < TOUCH_DISTANCE))
 
 
 @dataclass(frozen=True)
@@ -324,9 +326,9 @@ class Touchdown:
         offset = np.abs(position[:, :2] - centre)
         inside = (offset <= opening / 2).all(axis=1)
         reach = position[:, 2] + velocity[:, 2] ** 2 / (2.0 * GRAVITY)
-        return inside & (reach < rim) & (position[:, 2] > bottom - SUNK)
+        return inside & (reach < rim) & (position[:, 2] > bottom - CONTACT_DEPTH)
 
-    def landed(self, target: Floats, opening: Floats, depth: float | Floats, along: Floats) -> dict[str, Any]:
+    def landing_fields(self, target: Floats, opening: Floats, depth: float | Floats, along: Floats) -> dict[str, Any]:
         """Fields of `Landed` that follow from the flights, by name: all except error, cycle time and torque.
 
         Args:

@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.catalogue import ItemsConfig
-from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Range, Section, ordered
+from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Range, Section, check_ranges
 
 
 class Belt(Section):
@@ -51,7 +51,7 @@ class Belt(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        ordered(self, "belt", "x", "y", "pick_x", "lane_y", "spacing")
+        check_ranges(self, "belt", "x", "y", "pick_x", "lane_y", "spacing")
         if self.spacing[0] <= 0:
             raise ValueError(f"belt.spacing starts at {self.spacing[0]}; gaps must be greater than 0 m")
         if not (self.x[0] <= self.pick_x[0] and self.pick_x[1] <= self.x[1]):
@@ -84,7 +84,7 @@ class RandomBins(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        ordered(self, "bins.random", "x", "y", "side")
+        check_ranges(self, "bins.random", "x", "y", "side")
         if self.side[0] <= 0:
             raise ValueError(f"bins.random.side starts at {self.side[0]}; an opening must be wider than 0 m")
         return self
@@ -193,9 +193,9 @@ class SortingLine(ItemsConfig):
         for i, b in enumerate(self.bins.fixed):
             x, y = b.size[0] / 2 + wall, b.size[1] / 2 + wall
             self._check_off_belt(f"bin {b.name!r}", (b.x - x, b.x + x), (b.y - y, b.y + y))
-            for other in self.bins.fixed[:i]:
-                if _overlap(b, other, wall):
-                    raise ValueError(f"bin {b.name!r} overlaps bin {other.name!r}; move one of them")
+            for neighbour in self.bins.fixed[:i]:
+                if _overlap(b, neighbour, wall):
+                    raise ValueError(f"bin {b.name!r} overlaps bin {neighbour.name!r}; move one of them")
             for item in b.accepts:
                 if item not in self.items:
                     raise ValueError(f"bin {b.name!r} accepts {item!r}, which is not among the items {self.items}")
@@ -212,11 +212,11 @@ class SortingLine(ItemsConfig):
         fixed = self.bins.fixed
         return np.array([[not b.accepts or name in b.accepts for b in fixed] for name in self.items], dtype=np.bool_)
 
-    def _check_off_belt(self, what: str, x: Range, y: Range) -> None:
+    def _check_off_belt(self, label: str, x: Range, y: Range) -> None:
         belt = self.belt
         if x[0] < belt.x[1] and belt.x[0] < x[1] and y[0] < belt.y[1] and belt.y[0] < y[1]:
             raise ValueError(
-                f"{what} spans y {y[0]:.3f}..{y[1]:.3f} m and lies on the belt, "
+                f"{label} spans y {y[0]:.3f}..{y[1]:.3f} m and lies on the belt, "
                 f"which spans y {belt.y[0]}..{belt.y[1]} m; move it off the belt"
             )
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from pnt_gym.cells.base.canvas import LARGEST
+from pnt_gym.cells.base.canvas import LARGEST_SIZE
 from pnt_gym.engine import MjsBody, MjSpec, mujoco
 
 Rgba = tuple[float, float, float, float]
@@ -44,7 +44,7 @@ def light_stage(spec: MjSpec, ambient: float = 0.38, diffuse: float = 0.42) -> N
         diffuse: intensity of the camera light's diffuse part.
     """
     visual = spec.visual
-    visual.global_.offheight, visual.global_.offwidth = LARGEST
+    visual.global_.offheight, visual.global_.offwidth = LARGEST_SIZE
     visual.headlight.ambient, visual.headlight.diffuse = np.full(3, ambient), np.full(3, diffuse)
     visual.quality.shadowsize = 4096
     spec.add_texture(
@@ -58,18 +58,18 @@ def light_stage(spec: MjSpec, ambient: float = 0.38, diffuse: float = 0.42) -> N
     )
 
 
-def add_floor(spec: MjSpec, height: float, half: float, **more: Any) -> None:
+def add_floor(spec: MjSpec, height: float, half: float, **attributes: Any) -> None:
     """Add a plane that pictures show and on which objects may fall.
 
     Args:
         spec: a mujoco.MjSpec.
         height: z of the plane [m].
         half: half of the plane's side in pictures [m].
-        more: further attributes of the geom.
+        attributes: further attributes of the geom.
     """
     plane = mujoco.mjtGeom.mjGEOM_PLANE
     spec.worldbody.add_geom(
-        name="floor", type=plane, size=[half, half, 0.1], pos=[0, 0, height], rgba=FLOOR_RGBA, **more
+        name="floor", type=plane, size=[half, half, 0.1], pos=[0, 0, height], rgba=FLOOR_RGBA, **attributes
     )
 
 
@@ -105,22 +105,22 @@ def add_place_sensor(spec: MjSpec, site: str) -> None:
     spec.add_sensor(type=mujoco.mjtSensor.mjSENS_FRAMEPOS, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)
 
 
-def add_contact_sensor(spec: MjSpec, kind: Any, name: str, other: str | None = None) -> None:
+def add_contact_sensor(spec: MjSpec, kind: Any, name: str, partner: str | None = None) -> None:
     """Add a sensor of contacts, two columns: number of contacts and smallest distance [m].
 
     Args:
         spec: a mujoco.MjSpec.
         kind: mujoco.mjtObj type of both objects.
         name: name of the object whose contacts count.
-        other: name of the object that is touched; None for any.
+        partner: name of the object that is touched; None for any.
     """
-    found_and_distance, nearest, one = 0b1001, 1, 1
-    pair = {} if other is None else {"reftype": kind, "refname": other}
+    found_and_distance, nearest, contacts = 0b1001, 1, 1
+    pair = {} if partner is None else {"reftype": kind, "refname": partner}
     spec.add_sensor(
         type=mujoco.mjtSensor.mjSENS_CONTACT,
         objtype=kind,
         objname=name,
-        intprm=[found_and_distance, nearest, one],
+        intprm=[found_and_distance, nearest, contacts],
         **pair,
     )
 

@@ -18,9 +18,9 @@ from pnt_gym.errors import ConfigError
 
 Scene = tuple[MjModel, MjData, list[Marker]]
 """Model, state, and markers that are drawn beside them."""
-_PLANNED: Final = np.array([0.10, 0.45, 0.90, 0.9])
-_GOAL: Final = np.array([0.20, 0.70, 0.35, 0.9])
-FLOWN: Final = np.array([0.95, 0.35, 0.10, 1.0])
+_PLAN_RGBA: Final = np.array([0.10, 0.45, 0.90, 0.9])
+_TARGET_RGBA: Final = np.array([0.20, 0.70, 0.35, 0.9])
+FLIGHT_RGBA: Final = np.array([0.95, 0.35, 0.10, 1.0])
 """Colour of the dots along a simulated flight."""
 
 
@@ -128,8 +128,8 @@ class ThrowView:
         if recording is None:
             raise ConfigError("a picture of a throw needs a throw, got none")
         last = sum(1 for _ in recording.play(1.0 / fps)) - 1
-        shown = round(min(last, fps * moment))
-        return self._canvas.draw(*next(islice(self.scenes(fps), shown, None)))
+        number = round(min(last, fps * moment))
+        return self._canvas.draw(*next(islice(self.scenes(fps), number, None)))
 
     def render(self, mode: str) -> Frame | list[Frame]:
         """Result of Gymnasium's `render` for rgb_array and rgb_array_list."""
@@ -147,7 +147,7 @@ class ThrowView:
             self._window = Window(model, data)
         if recording is not None:
             self._window.play(
-                (shown for shown, _ in recording.play(1.0 / FPS)), partial(self._cell.plant.batch.get_model, 0)
+                (state for state, _ in recording.play(1.0 / FPS)), partial(self._cell.plant.batch.get_model, 0)
             )
 
     def close(self) -> None:
@@ -169,13 +169,13 @@ class ThrowView:
         if recording is None:
             return
         goal = [self._goal(recording.target)]
-        planned = [Marker.dot(p, _PLANNED, 0.006 * self._dots) for p in recording.plan]
+        plan = [Marker.dot(p, _PLAN_RGBA, 0.006 * self._dots) for p in recording.plan]
         for data, trail in recording.play(1.0 / fps):
-            flown = [Marker.dot(p, FLOWN, 0.008 * self._dots) for p in trail]
-            yield recording.model, data, goal + planned + flown + self._cell.markers_at(float(data.time))
+            flight = [Marker.dot(p, FLIGHT_RGBA, 0.008 * self._dots) for p in trail]
+            yield recording.model, data, goal + plan + flight + self._cell.markers_at(float(data.time))
 
     def _goal(self, target: Floats) -> Marker:
-        return Marker.dot(target, _GOAL, 0.016 * self._dots)
+        return Marker.dot(target, _TARGET_RGBA, 0.016 * self._dots)
 
 
 def record_video(view: View, throws: Iterable[object], path: str | Path, fps: int = FPS, slow: int = 1) -> Path:

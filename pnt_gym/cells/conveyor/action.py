@@ -21,8 +21,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints, made_anew
-from pnt_gym.cells.base.action import ActionMode, Correction, Modes, by_name, quarters
+from pnt_gym.arrays import Floats, Ints, recompute_rows
+from pnt_gym.cells.base.action import ActionMode, Correction, Modes, by_name, quarter_names
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.observation import decode
@@ -30,31 +30,31 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 ERRORS: Final = ("landing_along", "landing_across")
-CHOICE: Final = 0.5
+CHOICE_THRESHOLD: Final = 0.5
 """Value of the third number above which throw and place are swapped."""
 EXPLORATION: Final = (0.015, 0.0075)
 """Standard deviation of the offset that a learner adds in practice, along and across [m]."""
 
 
-def _aimed(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
+def _aim(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
     slack = planner.config.motion.ceiling_slack
-    return planner.checked(context, planner.mover.aimed(context, _goal(context, residual), slack))
+    return planner.mark_feasible(context, planner.mover.aim_at(context, _goal(context, residual), slack))
 
 
-def _moved(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
+def _move_release(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
     point = context.plan.position + context.from_throw_frame(residual[:, 0], residual[:, 1])
     point[:, 2] += residual[:, 2]
-    return planner.checked(context, planner.mover.moved(context, point))
+    return planner.mark_feasible(context, planner.mover.release_at(context, point))
 
 
-def _replanned(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
-    return planner.checked(context, planner.replanned(context, _goal(context, residual)))
+def _replan(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
+    return planner.mark_feasible(context, planner.replan(context, _goal(context, residual)))
 
 
-def _chosen(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
-    aimed, other = _aimed(planner, context, residual), residual[:, 2] > CHOICE
-    swapped = partial(planner.replanned, swapped=True)
-    return planner.checked(context, made_anew(aimed, other, swapped, context, _goal(context, residual)))
+def _aim_or_swap(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
+    aimed, is_swapped = _aim(planner, context, residual), residual[:, 2] > CHOICE_THRESHOLD
+    swapped = partial(planner.replan, is_swapped=True)
+    return planner.mark_feasible(context, recompute_rows(aimed, is_swapped, swapped, context, _goal(context, residual)))
 
 
 def _goal(context: Context, residual: Floats) -> Floats:
@@ -62,39 +62,39 @@ def _goal(context: Context, residual: Floats) -> Floats:
     return context.target + context.from_throw_frame(residual[:, 0], residual[:, 1])
 
 
-def _shift(config: ConveyorConfig) -> Floats:
+def _offset_scale(config: ConveyorConfig) -> Floats:
     return np.array([config.action.along, config.action.across])
 
 
-def _raw(config: ConveyorConfig) -> Floats:
+def _xyz_scale(config: ConveyorConfig) -> Floats:
     return np.array(config.action.xyz)
 
 
-def _shift_and_choice(config: ConveyorConfig) -> Floats:
-    return np.array([*_shift(config), 1.0])
+def _offset_and_choice_scale(config: ConveyorConfig) -> Floats:
+    return np.array([*_offset_scale(config), 1.0])
 
 
 MODES: Final = by_name(
     ActionMode(
         "release_point",
         ("release point along the throw line", "release point sideways, at the planned elevation"),
-        _shift,
-        _aimed,
+        _offset_scale,
+        _aim,
         ERRORS,
     ),
     ActionMode(
         "release_xyz",
         ("release point along the throw", "release point sideways", "release point up"),
-        _raw,
-        _moved,
+        _xyz_scale,
+        _move_release,
     ),
-    ActionMode("virtual_goal", ("target along the throw", "target to its left"), _shift, _replanned, ERRORS),
+    ActionMode("virtual_goal", ("target along the throw", "target to its left"), _offset_scale, _replan, ERRORS),
 )
 CHOICE_MODE: Final = ActionMode(
     "throw_or_place",
     ("release point along the throw line", "release point sideways", "above 1/2: the other way of throw and place"),
-    _shift_and_choice,
-    _chosen,
+    _offset_and_choice_scale,
+    _aim_or_swap,
 )
 
 
@@ -103,33 +103,33 @@ def modes_of(config: ConveyorConfig) -> Modes:
     return {**MODES, CHOICE_MODE.name: CHOICE_MODE} if config.planner == "auto" else MODES
 
 
-def correction(config: ConveyorConfig, mode: str, seen: tuple[str, ...] = ()) -> Correction | None:
+def correction(config: ConveyorConfig, mode: str, info_errors: tuple[str, ...] = ()) -> Correction | None:
     """How an action moves the landing along and across the throw; None where the mode's numbers do not one to one.
 
     Args:
         config: the cell.
         mode: name of the action mode.
-        seen: info keys of measured landing errors; empty: the true errors.
+        info_errors: info keys of measured landing errors; empty: the true errors.
     """
     if not modes_of(config)[mode].errors:
         return None
     return Correction(
         errors=ERRORS,
-        scale=_shift(config),
+        scale=_offset_scale(config),
         exploration=np.array(EXPLORATION),
         tolerance=np.ones(2),
         buckets=partial(_buckets, config),
-        seen=seen,
+        info_errors=info_errors,
     )
 
 
 def _buckets(config: ConveyorConfig, features: NDArray[np.float32], kind: Ints) -> list[tuple[str, str]]:
     """Item and bin of each throw: the bin's name, or the quarter of the area in which a random bin stands."""
-    seen = decode(features)
-    x, y = seen["target_x"], seen["target_y"]
+    values = decode(features)
+    x, y = values["target_x"], values["target_y"]
     if config.bins.random is not None:
         area = config.bins.random
-        places = quarters(x, y, (float(np.mean(area.x)), float(np.mean(area.y))), ("far", "near"))
+        places = quarter_names(x, y, (float(np.mean(area.x)), float(np.mean(area.y))), ("far", "near"))
     else:
         bins = config.bins.fixed
         gap = np.hypot(x[:, None] - [b.x for b in bins], y[:, None] - [b.y for b in bins])

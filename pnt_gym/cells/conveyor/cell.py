@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Final, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints, made_anew
+from pnt_gym.arrays import Floats, Ints, recompute_rows
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.cell import Cell, Generators
@@ -23,13 +23,13 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips, grips, picked, slip
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
-from pnt_gym.cells.conveyor.movers.tracking import left_empty
+from pnt_gym.cells.conveyor.movers.tracking import empty_motion
 from pnt_gym.cells.conveyor.objects.fill import bins_of_cells
 from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.cells.conveyor.outcome import Outcome, Told, judge
+from pnt_gym.cells.conveyor.outcome import Outcome, PlannedResults, judge
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
-from pnt_gym.cells.conveyor.shift import drift_of
+from pnt_gym.cells.conveyor.shift import make_drift
 from pnt_gym.cells.conveyor.view import camera, objects_on_belt
 from pnt_gym.engine import MjData, MjModel
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
@@ -83,7 +83,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
 
     def _set_up(self, generators: Generators) -> None:
         """Set up belts, bins and drift of rows that draw from generators, as before the first episode."""
-        self._drift = drift_of(self.config, generators, self._feedback)
+        self._drift = make_drift(self.config, generators, self._feedback)
         self.table, self.hidden = self._drift.table, self._drift.hidden
         self._source: PickSource = (IndependentPicks if self.terminates else BeltPicks)(self.planner, generators)
         self._bins = bins_of_cells(self.config, len(generators), carried=not self.terminates)
@@ -106,48 +106,51 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def throw(self, plans: ReleaseBatch) -> Outcome:
         """Simulate the throws of all cells and advance to the next picks."""
         context = self.context
-        motion, held = self._motion(context, plans)
+        motion, grip_results = self._motion(context, plans)
         if self.plant.record_row is not None:
             self.upstream = self._source.waiting(self.plant.record_row)
-        passed, met = self._source.passed.copy(), self._source.swept(context, motion, held)
-        self._source.knock(met)
+        passed, collisions = self._source.passed.copy(), self._source.find_collisions(context, motion, grip_results)
+        self._source.knock(collisions)
         # Without a belt, the present pick's draws say where the next object waits.
         following = self._source.following(motion, context.limits, context.objects.draws.place[:, 1:3])
-        told = Told(following.wait, passed, motion.placed, np.asarray(met.any(axis=1)))
-        outcome = self._flown(context, plans, motion, following.back, held, told)
+        planned_results = PlannedResults(following.wait, passed, motion.placed, np.asarray(collisions.any(axis=1)))
+        outcome = self._simulate(context, plans, motion, following.back, grip_results, planned_results)
         picks = self._drift.after(context, plans, outcome, following.context)
         self.context = replace(picks, depth=self._bins.after(context.objects, outcome.ended_in, picks.depth))
         return outcome
 
     def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:
         """Simulated outcome of the coming throws, with a return to the same pick; `jitter` is of the release time."""
-        context = self.context if jitter else self.context.expected()
-        motion, held = self._motion(context, plans)
+        context = self.context if jitter else self.context.without_jitter()
+        motion, grip_results = self._motion(context, plans)
         back = self.planner.mover.back(motion, context.pick, context.limits)
-        wait, met = np.zeros(self.count), np.asarray(self._source.swept(context, motion, held).any(axis=1))
-        told = Told(wait, self._source.passed.copy(), motion.placed, met)
-        return self._flown(context, plans, motion, back, held, told)
+        wait, disturbed = (
+            np.zeros(self.count),
+            np.asarray(self._source.find_collisions(context, motion, grip_results).any(axis=1)),
+        )
+        planned_results = PlannedResults(wait, self._source.passed.copy(), motion.placed, disturbed)
+        return self._simulate(context, plans, motion, back, grip_results, planned_results)
 
     def reward(self, outcome: Outcome) -> dict[str, Floats]:
         """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
         return outcome.rewards(self.config.reward)
 
-    def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
+    def info(self, outcome: Outcome, throws: Context) -> dict[str, NDArray[Any]]:
         """Info of throws beyond `COMMON_INFO`, (N,) each."""
         return {
             **dict(zip(RESULTS, attrgetter(*RESULTS)(outcome), strict=True)),
-            "slip": slip(thrown, self.config),
-            "true_kind": thrown.objects.kind.copy(),
-            "bin": thrown.bin.copy(),
-            "bin_depth": thrown.bin_depth.copy(),
-            "target_x": thrown.target[:, 0].copy(),
-            "target_y": thrown.target[:, 1].copy(),
+            "slip": slip(throws, self.config),
+            "true_kind": throws.objects.kind.copy(),
+            "bin": throws.bin.copy(),
+            "bin_depth": throws.bin_depth.copy(),
+            "target_x": throws.target[:, 0].copy(),
+            "target_y": throws.target[:, 1].copy(),
             **self._drift.feedback(self.context.before),
         }
 
     def correction(self, mode: str) -> Correction | None:
         """How an action moves the landing along and across the throw; None where not one to one."""
-        return correction(self.config, mode, self._drift.seen)
+        return correction(self.config, mode, self._drift.info_errors)
 
     def view(self) -> ThrowView:
         """Pictures of the cells; row 0 is recorded from now on."""
@@ -156,7 +159,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def pose(self, row: int) -> tuple[MjModel, MjData]:
         """Model and data of one simulation before the coming throw."""
         self.plant.write(self.context)
-        return self.plant.stand(row)
+        return self.plant.current_state(row)
 
     def target(self, row: int) -> Floats:
         """Target point of the coming throw (3,) [m]."""
@@ -180,16 +183,22 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def _motion(self, context: Context, plans: ReleaseBatch) -> tuple[ThrowMotion, Grips]:
         """Motions and grips of throws; a hand whose pick failed stays at the pick, or stops at once if it rides."""
         motion = self.planner.mover.throw(context.pick, plans, context.throw_limits, context.ceiling)
-        held, belt = picked(context, self.config), self.config.belt
-        empty = partial(left_empty, belt=belt, columns=motion.segments.durations.shape[1])
-        motion = made_anew(motion, ~held, empty, context.pick, context.throw_limits)
-        return motion, grips(context, held, motion.path, motion.release_time, self.config)
+        sealed, belt = picked(context, self.config), self.config.belt
+        empty = partial(empty_motion, belt=belt, columns=motion.segments.durations.shape[1])
+        motion = recompute_rows(motion, ~sealed, empty, context.pick, context.throw_limits)
+        return motion, grips(context, sealed, motion.path, motion.release_time, self.config)
 
-    def _flown(
-        self, context: Context, plans: ReleaseBatch, motion: ThrowMotion, back: Segments, held: Grips, told: Told
+    def _simulate(
+        self,
+        context: Context,
+        plans: ReleaseBatch,
+        motion: ThrowMotion,
+        back: Segments,
+        grip_results: Grips,
+        planned_results: PlannedResults,
     ) -> Outcome:
         """Simulate throws and returns, and judge them."""
         begin = motion.pick_velocity
         path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
-        flown = self.plant.fly(context, HandCycle(plans, motion.release_time, path, held))
-        return judge(flown, context, self.config, self.planner.accepts, path.duration + self.dwell, told)
+        simulated = self.plant.fly(context, HandCycle(plans, motion.release_time, path, grip_results))
+        return judge(simulated, context, self.config, self.planner.accepts, path.duration + self.dwell, planned_results)

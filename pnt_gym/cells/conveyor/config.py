@@ -286,11 +286,11 @@ class ConveyorConfig(SortingLine):
         return (low + self.belt.speed * self.motion.dwell if self.belt.tracking else low), high
 
     def _check_ride(self) -> None:
-        speed, most = self.belt.speed, fastest_belt(LimitRows.t3kr(np.array(self.limits.percent)))
-        if speed > most:
+        speed, fastest = self.belt.speed, fastest_belt(LimitRows.t3kr(np.array(self.limits.percent)))
+        if speed > fastest:
             raise ValueError(
                 f"belt.speed is {speed:g} m/s; a hand at {min(self.limits.percent):g} % of its limits can ride with "
-                f"belts up to {most:.2f} m/s, see belt.tracking"
+                f"belts up to {fastest:.2f} m/s, see belt.tracking"
             )
         low, high = self.lift_x
         if low > high:
@@ -316,8 +316,8 @@ class ConveyorConfig(SortingLine):
 
     def shares(self) -> Floats:
         """Share of each item among the objects on the belt (K,)."""
-        wanted = np.array([self.mix.get(name, 0.0) if self.mix else 1.0 for name in self.items])
-        return wanted / wanted.sum()
+        weights = np.array([self.mix.get(name, 0.0) if self.mix else 1.0 for name in self.items])
+        return weights / weights.sum()
 
     def confusion(self) -> Floats:
         """Probability that an item (rows) is classified as an item (columns); errors scale with the mismatch."""

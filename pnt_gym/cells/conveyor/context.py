@@ -16,7 +16,7 @@ from pnt_gym.planning.straight.plan import ReleaseBatch
 
 
 @final
-class Drifted(NamedTuple):
+class HiddenDrift(NamedTuple):
     """Hidden drift of N cells at a pick, which no sensor measures."""
 
     delay: Floats
@@ -29,13 +29,13 @@ class Drifted(NamedTuple):
     """Velocity of the air along x, y (N, 2) [m/s]."""
 
     @classmethod
-    def nothing(cls, count: int) -> Self:
+    def zero(cls, count: int) -> Self:
         """No drift in `count` cells."""
         return cls(np.zeros(count), np.zeros((count, 2)), np.zeros(count), np.zeros((count, 2)))
 
 
 @final
-class Before(NamedTuple):
+class LastThrow(NamedTuple):
     """Measurements of the previous throws of N cells, in the same shift of picks."""
 
     seen: Bools
@@ -50,7 +50,7 @@ class Before(NamedTuple):
     """Share of the shift that is over (N,)."""
 
     @classmethod
-    def nothing(cls, count: int) -> Self:
+    def none(cls, count: int) -> Self:
         """No previous throw in `count` cells: their shifts begin."""
         nowhere = np.zeros((count, 2))
         return cls(np.zeros(count, dtype=np.bool_), nowhere, nowhere.copy(), nowhere.copy(), np.zeros(count))
@@ -86,11 +86,11 @@ class Context:
     """Highest release z of the nominal plan (N,) [m]."""
     belt_shift: Floats
     """Grasp offset along x that the belt-speed error adds (N,) [m]."""
-    drift: Drifted
+    drift: HiddenDrift
     """Hidden drift of the cells."""
     unseen: Floats
     """Grasp offset that the drift adds, which no sensor measures (N, 2) [m]."""
-    before: Before
+    before: LastThrow
     """Measurements of the previous throws."""
 
     @classmethod
@@ -109,7 +109,7 @@ class Context:
         belt: Belt,
     ) -> Context:
         """Picks of cells without drift and without a previous throw."""
-        nothing = np.zeros((len(pick), 2))
+        no_offset = np.zeros((len(pick), 2))
         return cls(
             objects=objects,
             pick=pick,
@@ -123,9 +123,9 @@ class Context:
             belt_speed=belt.speed,
             ceiling=ceiling,
             belt_shift=belt_shift(objects, pick, belt),
-            drift=Drifted.nothing(len(pick)),
-            unseen=nothing,
-            before=Before.nothing(len(pick)),
+            drift=HiddenDrift.zero(len(pick)),
+            unseen=no_offset,
+            before=LastThrow.none(len(pick)),
         )
 
     @property
@@ -181,13 +181,13 @@ class Context:
         """Measured centre of mass relative to the cup axis, along world x, y (N, 2) [m]."""
         return self.visible_grasp + self.measured.grasp_noise
 
-    def expected(self) -> Context:
+    def without_jitter(self) -> Context:
         """The same picks without the values that differ from throw to throw of one object: jitter and failed picks."""
         objects = self.objects
-        held = np.ones_like(objects.pick_draw)
-        return replace(self, objects=replace(objects, delay=objects.delay - objects.jitter, pick_draw=held))
+        sure_draw = np.ones_like(objects.pick_draw)
+        return replace(self, objects=replace(objects, delay=objects.delay - objects.jitter, pick_draw=sure_draw))
 
-    def lost(self, rows: Bools) -> Context:
+    def without_spin(self, rows: Bools) -> Context:
         """The same picks with zero spin where the object is lost (N,)."""
         objects = self.objects
         return replace(self, objects=replace(objects, spin=np.where(rows[:, None], 0.0, objects.spin)))

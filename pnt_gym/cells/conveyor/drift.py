@@ -79,9 +79,9 @@ class Valve(Wander):
 
     def path(self, random: np.random.Generator, picks: int, steps_every: int) -> Floats:
         """Values at the picks of a shift (P,) [s]."""
-        others = super().path(random, picks, steps_every)
+        parts = super().path(random, picks, steps_every)
         since = (random.integers(self.cleaned) + np.arange(picks)) % self.cleaned
-        return np.clip(others + self.film * (since / (self.cleaned - 1) - 0.5), -self.most, self.most)
+        return np.clip(parts + self.film * (since / (self.cleaned - 1) - 0.5), -self.most, self.most)
 
 
 @final
@@ -126,7 +126,7 @@ class Drift(Section):
     @property
     def moves(self) -> bool:
         """Whether any drift is ever different from zero."""
-        return any(one.moves for one in (self.delay, self.camera, self.encoder, self.draught))
+        return any(section.moves for section in (self.delay, self.camera, self.encoder, self.draught))
 
 
 @final

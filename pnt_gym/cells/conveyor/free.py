@@ -14,14 +14,14 @@ from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.swing import bodies
+from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.hand import ThrowClock
-from pnt_gym.cells.conveyor.scene import BOTTOM, Surroundings, bin_panels, build_free_scene
+from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels, build_free_scene
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
 
-NEAR: Final = 0.02
+NEAR_DISTANCE: Final = 0.02
 """Distance from an opening beyond which an object's landing cannot end in that bin [m]."""
 
 
@@ -49,20 +49,20 @@ def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bi
     panels = np.arange(first, first + 5)
     half, middle = bin_panels(context.opening, bins)
     batch.expand("body_pos")[rows, body] = context.target
-    which = rows[:, None], panels
-    batch.expand("geom_size")[which] = half
-    batch.expand("geom_pos")[which] = middle
-    batch.expand("geom_rbound")[which] = length(half)
+    geoms = rows[:, None], panels
+    batch.expand("geom_size")[geoms] = half
+    batch.expand("geom_pos")[geoms] = middle
+    batch.expand("geom_rbound")[geoms] = length(half)
     expanded = batch.expand("geom_aabb")
     aabb = np.concatenate([np.zeros_like(half), half], axis=-1)
-    expanded[which] = aabb.reshape(len(rows), 5, *expanded.shape[2:])
+    expanded[geoms] = aabb.reshape(len(rows), 5, *expanded.shape[2:])
 
 
 def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
     """Move the bottoms of bins to the top of their contents; below its bottom a bin is hollow."""
     place = batch.expand("geom_pos")
     for index, body in enumerate(scene.bin_bodies):
-        place[rows, scene.model.body_geomadr[body] + BOTTOM, 2] = -context.depth[:, index] - bins.wall / 2
+        place[rows, scene.model.body_geomadr[body] + BOTTOM_PANEL, 2] = -context.depth[:, index] - bins.wall / 2
 
 
 @final
@@ -80,20 +80,20 @@ class FreeObjects:
         self._scene = build_free_scene(config)
         self.batch = Batch(self._scene.model, nsim=count, nthread=threads)
 
-    def fall(self, rows: Ints, thrown: Context, qpos: Floats, qvel: Floats, steps: Ints) -> Fall:
+    def fall(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats, steps: Ints) -> Fall:
         """Simulate N objects in the engine, in some of the simulations, from states qpos (N, 7) and qvel (N, 6).
 
         Raises:
             PhysicsError: the engine warned, or stopped a simulation.
         """
         batch = self.batch
-        write_models(batch, rows, self._scene, thrown, self._config)
+        write_models(batch, rows, self._scene, context, self._config)
         batch.set_const(rows)
         batch.state[rows] = 0.0
         batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
-        return fall(batch, rows, self._scene.object_body, steps, thrown.target[:, 2])
+        return fall(batch, rows, self._scene.object_body, steps, context.target[:, 2])
 
-    def foretold(self, thrown: Context, clock: ThrowClock) -> tuple[Touchdown, Bools]:
+    def predict_landings(self, context: Context, clock: ThrowClock) -> tuple[Touchdown, Bools]:
         """Landings of N objects after planned releases, and which objects the cup touches again (N,).
 
         An object that crosses the rim's height near an opening is simulated in the engine from before it could touch
@@ -104,45 +104,55 @@ class FreeObjects:
         """
         from pnt_gym.cells.base.freefall import STATE, fly_down  # noqa: PLC0415 - compiles, where nothing is kept
 
-        count, stride, step, rim = len(thrown.pick), clock.stride, clock.step, thrown.target[:, 2].copy()
-        state, steps = _let_go(clock), np.zeros(count, dtype=np.int64)
-        seen = np.zeros((count, int((clock.end - clock.release).max()) // stride + 2, STATE))
-        fly_down(state, bodies(thrown), thrown.drift.draught, rim, self._config.mismatch, step, stride, seen, steps)
+        count, stride, step, rim = len(context.pick), clock.stride, clock.step, context.target[:, 2].copy()
+        state, steps = _release_states(clock), np.zeros(count, dtype=np.int64)
+        records = np.zeros((count, int((clock.end - clock.release).max()) // stride + 2, STATE))
+        fly_down(
+            state,
+            body_constants(context),
+            context.drift.draught,
+            rim,
+            self._config.mismatch,
+            step,
+            stride,
+            records,
+            steps,
+        )
         before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
         landing = landing_point(*before, rim)[:, :2]
         landing = np.where(np.isfinite(landing), landing, state[:, :2])
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)
-        met = clock.meets(thrown, (seen[..., :3], seen[..., 7:10], seen[..., 3:7]), steps)
-        rows = np.flatnonzero(self._near(thrown, landing) & ~met)
+        touched = clock.meets(context, (records[..., :3], records[..., 7:10], records[..., 3:7]), steps)
+        rows = np.flatnonzero(self._near(context, landing) & ~touched)
         if rows.size > 0:
-            first = _last_above(thrown, seen[..., 2])[rows]
-            begin, rest = seen[rows, first], (clock.end - clock.release)[rows] - first * stride
-            fallen = self.fall(rows, take(thrown, rows), begin[:, :7], begin[:, 7:], rest)
-            ended = fallen.sensors[np.arange(rows.size), fallen.steps - 1]
-            position[rows], velocity[rows] = ended[:, :3], ended[:, 3:6]
-        return Touchdown(landing, position, velocity, np.zeros_like(met)), met
+            first = _last_moment_above(context, records[..., 2])[rows]
+            begin, remaining = records[rows, first], (clock.end - clock.release)[rows] - first * stride
+            fallen = self.fall(rows, take(context, rows), begin[:, :7], begin[:, 7:], remaining)
+            end_state = fallen.sensors[np.arange(rows.size), fallen.steps - 1]
+            position[rows], velocity[rows] = end_state[:, :3], end_state[:, 3:6]
+        return Touchdown(landing, position, velocity, np.zeros_like(touched)), touched
 
-    def _near(self, thrown: Context, landing: Floats) -> Bools:
+    def _near(self, context: Context, landing: Floats) -> Bools:
         """Which landings (N, 2) are near the opening of the throw's bin, or of any fixed one (N,)."""
-        bins = [(thrown.target[:, :2], thrown.opening)]
+        bins = [(context.target[:, :2], context.opening)]
         bins += [(np.array([b.x, b.y]), np.array(b.size)) for b in self._config.bins.fixed]
-        near = [(np.abs(landing - centre) <= size / 2.0 + NEAR).all(axis=1) for centre, size in bins]
+        near = [(np.abs(landing - centre) <= size / 2.0 + NEAR_DISTANCE).all(axis=1) for centre, size in bins]
         return np.any(near, axis=0)
 
 
-def _last_above(thrown: Context, height: Floats) -> Ints:
+def _last_moment_above(context: Context, height: Floats) -> Ints:
     """Last moments (N,) at which objects at heights (N, K) [m] are entirely above their rims."""
-    full, depth = lying_size(thrown.objects.shape, thrown.objects.size), thrown.objects.com_depth
+    full, depth = lying_size(context.objects.shape, context.objects.size), context.objects.com_depth
     radius = length(full) / 2.0 + np.abs(depth - full[:, 2] / 2.0)
-    below = height < (thrown.target[:, 2] + radius)[:, None]
+    below = height < (context.target[:, 2] + radius)[:, None]
     return np.maximum(height.shape[1] - 1 - np.argmax(~below[:, ::-1], axis=1), 0) * (~below).any(axis=1)
 
 
-def _let_go(clock: ThrowClock) -> Floats:
+def _release_states(clock: ThrowClock) -> Floats:
     """States of objects at their release from the planned hands (N, STATE)."""
     # The engine's velocities belong to the middle of the step before.
     times, parting = clock.free_at[:, None] - np.array([0.0, clock.step / 2.0]), clock.parting
     hand = clock.path.sample(times)
-    place = hand.position[:, 0] + clock.offset + parting.apart
+    place = hand.position[:, 0] + clock.offset + parting.centre
     return np.concatenate([place, parting.attitude, hand.velocity[:, 1] + parting.velocity, parting.rate], axis=1)

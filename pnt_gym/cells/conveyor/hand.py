@@ -12,20 +12,20 @@ from pnt_gym.cells.base.plant import step_counts
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.clearance import FORESIGHT, MARGIN, Passage, foreseen, touches
+from pnt_gym.cells.conveyor.cup.clearance import FORESIGHT, MARGIN, Passage, predict_passage, touches
 from pnt_gym.cells.conveyor.cup.hold import Grips, grips, picked
 from pnt_gym.cells.conveyor.cup.parting import Parting
-from pnt_gym.cells.conveyor.cup.swing import swung
+from pnt_gym.cells.conveyor.cup.swing import swing_objects
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
-SETTLE: Final = 0.35
+SETTLING_TIME: Final = 0.35
 """Simulated time after the planned landing, in which the object comes to rest [s]."""
 LATEST_FLIGHT: Final = 1.25
 """Factor by which a late release may lengthen the flight."""
 KNOT_SPACING: Final = 0.004
 """Interval between samples of the hand's path, which is interpolated in between [s]."""
-PARTING: Final = 0.010
+PARTING_TIME: Final = 0.010
 """Time after the release in which contacts with the cup do not count, because the object is leaving it [s]."""
 
 
@@ -55,7 +55,7 @@ class ThrowClock:
     """Cup tips relative to the planner's points (N, 3) [m]."""
     free_at: Floats
     """Times at which the objects are released, on the clock of their paths (N,) [s]."""
-    shift: Floats
+    path_delay: Floats
     """Delay of the paths after the physics (N,) [s]: less than a step, so that the release falls on a step."""
     release: Ints
     """First step without grip (N,)."""
@@ -71,27 +71,27 @@ class ThrowClock:
     """Length of a compliant lip above the tip, which collides with nothing [m]."""
 
     @classmethod
-    def of(cls, thrown: Context, plans: HandCycle, config: ConveyorConfig) -> ThrowClock:
+    def of(cls, context: Context, plans: HandCycle, config: ConveyorConfig) -> ThrowClock:
         """The throws of N objects in steps; an object that its cup drops is released at that moment.
 
         Raises:
             PhysicsError: a throw takes longer than the longest simulated throw.
         """
         step = config.timestep
-        held = plans.grips or grips(thrown, picked(thrown, config), plans.path, plans.release_time, config)
-        let_go: Floats = np.where(held.picked, plans.release_time + thrown.objects.delay, 0.0)
-        free_at: Floats = np.where(held.dropped, held.lost_at * step, let_go)
+        grip_results = plans.grips or grips(context, picked(context, config), plans.path, plans.release_time, config)
+        let_go: Floats = np.where(grip_results.picked, plans.release_time + context.objects.delay, 0.0)
+        free_at: Floats = np.where(grip_results.dropped, grip_results.lost_at * step, let_go)
         release = np.ceil(free_at / step - 1e-9).astype(np.int64)
         shift = release * step - free_at
-        settled = free_at + LATEST_FLIGHT * plans.release.flight_time + SETTLE
+        settled = free_at + LATEST_FLIGHT * plans.release.flight_time + SETTLING_TIME
         end = step_counts(np.maximum(plans.path.duration + shift, settled), step)
-        push = np.where(held.unthrown, 0.0, config.mismatch * config.cup.blow_off)
-        parting = Parting.hanging(thrown.lost(held.unthrown), push)
-        lip, offset = config.lip_length, thrown.cup_offset
-        clock = cls(plans.path, offset, free_at, shift, release, end, step, held, parting, lip)
-        if not (config.swings and held.picked.any()):
+        push = np.where(grip_results.unthrown, 0.0, config.mismatch * config.cup.blow_off)
+        parting = Parting.hanging(context.without_spin(grip_results.unthrown), push)
+        lip, offset = config.lip_length, context.cup_offset
+        clock = cls(plans.path, offset, free_at, shift, release, end, step, grip_results, parting, lip)
+        if not (config.swings and grip_results.picked.any()):
             return clock
-        return replace(clock, parting=swung(thrown, parting, clock.hand, release, clock.stride, config))
+        return replace(clock, parting=swing_objects(context, parting, clock.hand, release, clock.stride, config))
 
     @property
     def stride(self) -> int:
@@ -99,57 +99,57 @@ class ThrowClock:
         return max(round(KNOT_SPACING / self.step), 1)
 
     @property
-    def _solid(self) -> Floats:
+    def _solid_offset(self) -> Floats:
         """Lower end of the cup's solid part, relative to the cup's tip (3,) [m]."""
         return np.array([0.0, 0.0, self.lip])
 
     def hand(self, steps: Ints) -> Samples:
         """The planned motion of the cup's tip at the beginning of steps (K,) or (N, K)."""
-        motion = self.path.sample(steps * self.step - self.shift[:, None])
+        motion = self.path.sample(steps * self.step - self.path_delay[:, None])
         return motion._replace(position=motion.position + self.offset[:, None])
 
-    def clear(self, thrown: Context) -> Ints:
+    def clear(self, context: Context) -> Ints:
         """First steps (N,) from which on objects cannot touch their cups, by geometry; at most the last step."""
         steps = np.arange(0, int((self.end - self.release).max()), self.stride, dtype=np.int64)
         hand, since = self.hand(self.release[:, None] + steps), np.asarray(steps * self.step, dtype=np.float64)
-        passage = foreseen(self.parting, (hand.position, hand.velocity), since)
-        passage = replace(passage, apart=passage.apart - self._solid)
-        possible = passage.may_touch(thrown.objects, self.stride * self.step, FORESIGHT)
+        passage = predict_passage(self.parting, (hand.position, hand.velocity), since)
+        passage = replace(passage, centre=passage.centre - self._solid_offset)
+        possible = passage.may_touch(context.objects, self.stride * self.step, FORESIGHT)
         possible[:, 0] = True  # the step of the release, whether clear or not of the solid part above a lip
         last = possible.shape[1] - np.argmax(possible[:, ::-1], axis=1)
         return np.asarray(np.minimum(self.release + last * self.stride, self.end - 1))
 
     def may_meet(
-        self, thrown: Context, seen: tuple[Floats, Floats, Floats], first: Ints, count: Ints, margin: float = MARGIN
+        self, context: Context, motion: tuple[Floats, Floats, Floats], first: Ints, count: Ints, margin: float = MARGIN
     ) -> Bools:
         """Whether cups may touch flying objects (N,), by geometry and on the safe side.
 
         Args:
-            thrown: the N picks.
-            seen: positions [m], velocities [m/s] (N, K, 3) and attitudes (N, K, 4) of the objects every `stride` steps.
+            context: the N picks.
+            motion: positions [m], velocities [m/s] (N, K, 3) and attitudes (N, K, 4) of objects every `stride` steps.
             first: steps of the first of these states (N,).
             count: number of steps that count (N,).
             margin: gap below which a touch is possible [m].
         """
-        position, velocity, attitude = seen
+        position, velocity, attitude = motion
         steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
         hand = self.hand(first[:, None] + steps)
-        passage = Passage(position - hand.position - self._solid, velocity - hand.velocity, vertical(attitude))
-        possible = passage.may_touch(thrown.objects, self.stride * self.step, margin)
+        passage = Passage(position - hand.position - self._solid_offset, velocity - hand.velocity, vertical(attitude))
+        possible = passage.may_touch(context.objects, self.stride * self.step, margin)
         return np.asarray((possible & (steps < count[:, None])).any(axis=1))
 
-    def meets(self, thrown: Context, seen: tuple[Floats, Floats, Floats], count: Ints) -> Bools:
+    def meets(self, context: Context, motion: tuple[Floats, Floats, Floats], count: Ints) -> Bools:
         """Whether cups touch flying objects after the release (N,); arguments as in `may_meet`.
 
         Contacts while the object leaves the cup do not count.
         """
-        met = self.may_meet(thrown, seen, self.release, count, 0.0)
-        rows = np.flatnonzero(met)
+        touched = self.may_meet(context, motion, self.release, count, 0.0)
+        rows = np.flatnonzero(touched)
         if rows.size > 0:
-            position, _, attitude = seen
+            position, _, attitude = motion
             steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
-            counts = (steps < count[rows, None]) & (steps * self.step >= PARTING)
-            own = take(self, rows)
-            apart = position[rows] - own.hand(own.release[:, None] + steps).position - self._solid
-            met[rows] = (touches(take(thrown.objects, rows), apart, attitude[rows]) & counts).any(axis=1)
-        return met
+            counts = (steps < count[rows, None]) & (steps * self.step >= PARTING_TIME)
+            clock = take(self, rows)
+            centre = position[rows] - clock.hand(clock.release[:, None] + steps).position - self._solid_offset
+            touched[rows] = (touches(take(context.objects, rows), centre, attitude[rows]) & counts).any(axis=1)
+        return touched

@@ -24,14 +24,14 @@ class Effort:
     energy: Floats
     """Positive mechanical work of all motors (N,) [J], see `cells.base.energy`."""
 
-    def then(self, other: Effort) -> Effort:
+    def then(self, following: Effort) -> Effort:
         """Effort of this motion followed by another."""
-        return Effort(np.maximum(self.torque, other.torque), self.energy + other.energy)
+        return Effort(np.maximum(self.torque, following.torque), self.energy + following.energy)
 
 
 @final
 @dataclass(frozen=True)
-class Flown:
+class SimulatedThrows:
     """Simulated results of N throws, before they are judged."""
 
     touchdown: Touchdown
@@ -44,7 +44,7 @@ class Flown:
 
 
 @dataclass(frozen=True)
-class Told:
+class PlannedResults:
     """Results of N throws that follow from plans and belt, without simulation."""
 
     wait_time: Floats
@@ -57,7 +57,7 @@ class Told:
     """The object sweeps through another object on the belt (N,)."""
 
     @classmethod
-    def alone(cls, count: int) -> Self:
+    def without_belt(cls, count: int) -> Self:
         """Results of throws without a wait and without a belt."""
         never = np.zeros(count, dtype=np.bool_)
         return cls(np.zeros(count), np.zeros(count, dtype=np.int64), never, never)
@@ -65,7 +65,7 @@ class Told:
 
 @final
 @dataclass(frozen=True)
-class Outcome(Landed, Told):
+class Outcome(Landed, PlannedResults):
     """Outcome of N throws; the cycle lasts from lift to lift, dwell included."""
 
     tracking_error: Floats
@@ -90,43 +90,48 @@ class Outcome(Landed, Told):
 
 
 def judge(
-    flown: Flown, context: Context, config: ConveyorConfig, accepts: Bools, cycle_time: Floats, told: Told
+    simulated: SimulatedThrows,
+    context: Context,
+    config: ConveyorConfig,
+    accepts: Bools,
+    cycle_time: Floats,
+    planned_results: PlannedResults,
 ) -> Outcome:
     """Outcome of N throws.
 
     Args:
-        flown: simulated results of the throws.
+        simulated: simulated results of the throws.
         context: the picks of the throws.
         config: the cell.
         accepts: whether fixed bins (columns) accept items (rows), as `config.acceptance()`.
         cycle_time: time from lift to lift, dwell included (N,) [s].
-        told: results that need no simulation.
+        planned_results: results that need no simulation.
     """
-    landed = flown.touchdown.landed(context.target, context.opening, context.bin_depth, context.direction)
-    ended_in, objects = bins_of(flown.touchdown, context, config, landed["in_bin"]), context.objects
+    landing = simulated.touchdown.landing_fields(context.target, context.opening, context.bin_depth, context.direction)
+    ended_in, objects = bins_of(simulated.touchdown, context, config, landing["in_bin"]), context.objects
     # A bin that is drawn for a throw accepts the item that the classifier saw.
     fits = accepts[objects.kind, ended_in] if config.bins.fixed else objects.kind == objects.measured.kind
     return Outcome(
-        **landed,
-        landing_error=np.sqrt(landed["landing_along"] ** 2 + landed["landing_across"] ** 2),
+        **landing,
+        landing_error=np.sqrt(landing["landing_along"] ** 2 + landing["landing_across"] ** 2),
         cycle_time=cycle_time,
-        peak_torque=flown.effort.torque,
-        tracking_error=flown.tracking_error,
-        picked=flown.grips.picked,
-        dropped=flown.grips.dropped,
-        grip_margin=flown.grips.margin,
-        energy=flown.effort.energy,
+        peak_torque=simulated.effort.torque,
+        tracking_error=simulated.tracking_error,
+        picked=simulated.grips.picked,
+        dropped=simulated.grips.dropped,
+        grip_margin=simulated.grips.margin,
+        energy=simulated.effort.energy,
         ended_in=ended_in,
         belongs=(ended_in >= 0) & fits,
-        **vars(told),
+        **vars(planned_results),
     )
 
 
 def bins_of(touchdown: Touchdown, context: Context, config: ConveyorConfig, in_bin: Bools) -> Ints:
     """Indices of the bins in which objects lie at the end (N,), -1 for none; `in_bin` (N,): in the throw's own bin."""
-    found, bins = np.where(in_bin, context.bin, -1), config.bins
-    rim = np.full(len(found), bins.rim)
+    indices, bins = np.where(in_bin, context.bin, -1), config.bins
+    rim = np.full(len(indices), bins.rim)
     for index, fixed in enumerate(bins.fixed):
         centre, opening = np.array([fixed.x, fixed.y]), np.array(fixed.size)
-        found[touchdown.lies_in(centre, opening, rim, rim - context.depth[:, index])] = index
-    return found
+        indices[touchdown.lies_in(centre, opening, rim, rim - context.depth[:, index])] = index
+    return indices

@@ -9,26 +9,26 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, made_anew, replaced, take
-from pnt_gym.cells.base.aside import Purpose, aside
+from pnt_gym.arrays import Bools, Floats, Ints, recompute_rows, replace_rows, take
+from pnt_gym.cells.base.aside import Purpose, side_generator
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
 from pnt_gym.cells.conveyor.context import Context, belt_shift
 from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers.choosing import AutoMover
 from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
-from pnt_gym.cells.conveyor.movers.placing import EllipseMover, HorizontalMover, PlaceMover, placed
+from pnt_gym.cells.conveyor.movers.placing import EllipseMover, HorizontalMover, PlaceMover, is_at_rest
 from pnt_gym.cells.conveyor.movers.straight import Mover, StraightMover
 from pnt_gym.cells.conveyor.movers.tracking import TrackingMover
-from pnt_gym.cells.conveyor.objects.drawing import NORMALS, TARGET_DRAWS, UNIFORMS, Apart, objects_from_draws
-from pnt_gym.cells.conveyor.objects.fill import drawn_fill, fixed_areas, mean_volumes
+from pnt_gym.cells.conveyor.objects.drawing import NORMALS, TARGET_DRAWS, UNIFORMS, SideDraws, objects_from_draws
+from pnt_gym.cells.conveyor.objects.fill import draw_fill, fixed_areas, mean_volumes
 from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.cells.conveyor.throwable import throwable
+from pnt_gym.cells.conveyor.throwable import is_throwable
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
 
-TRIALS: Final = 50
+TRIAL_THROWS: Final = 50
 """Number of trial throws at a bin before a warning that the bin is out of reach."""
 _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
     "straight": StraightMover,
@@ -52,7 +52,7 @@ class PickPlanner:
         self.config = config
         self.workspace = EllipticWorkspace(T3KR.workspace_x, T3KR.workspace_y, T3KR.z_min, T3KR.z_max)
         self.mover: Mover = self._mover(config.planner)
-        self._puts = self._mover("ellipse") if config.planner == "auto" else None
+        self._put_mover = self._mover("ellipse") if config.planner == "auto" else None
         fixed = config.bins.fixed
         self._centres = np.array([(b.x, b.y) for b in fixed]).reshape(-1, 2)
         self._openings = np.array([b.size for b in fixed]).reshape(-1, 2)
@@ -60,28 +60,28 @@ class PickPlanner:
         """Areas of the fixed bins' openings (B,) [m2]."""
         self.accepts = config.acceptance()
         """Whether fixed bins (columns) accept items (rows)."""
-        self._picky = config.throwable != Throwable()
+        self._has_throw_rule = config.throwable != Throwable()
         self._table = item_arrays(config.item_list())
         self._volumes = mean_volumes(config, self._table)
-        wanted = (
+        side_effects = (
             (config.pick.fails, Purpose.PICK, "pick"),
             (config.classifier.confusion, Purpose.CLASS, "seen"),
             (config.bins.emptied, Purpose.FILL, "fill"),
         )
-        self._beside = [(purpose, column) for asked, purpose, column in wanted if asked]
-        """Purposes of the side generators that the level uses, and the fields of `Apart` for their draws."""
+        self._side_purposes = [(purpose, column) for is_on, purpose, column in side_effects if is_on]
+        """Purposes of the side generators that the level uses, and the fields of `SideDraws` for their draws."""
 
     def draw(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Objects:
         """Draw `count` new objects from the generators of some rows, shape (len(rows), count)."""
         normals, uniforms = np.empty((len(rows), count, NORMALS)), np.empty((len(rows), count, UNIFORMS))
-        apart = Apart.none(self.config, len(rows), count)
+        side_draws = SideDraws.none(self.config, len(rows), count)
         for place, row in enumerate(rows):
             generator = generators[int(row)]
-            for purpose, column in self._beside:
-                aside(generator, purpose).random(out=getattr(apart, column)[place])
+            for purpose, column in self._side_purposes:
+                side_generator(generator, purpose).random(out=getattr(side_draws, column)[place])
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
-        return objects_from_draws(normals, uniforms, self.config, self._table, apart)
+        return objects_from_draws(normals, uniforms, self.config, self._table, side_draws)
 
     def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
         """Draw an object from the generator of each row, and its pick point anywhere in the window (N, 3) [m]."""
@@ -106,7 +106,7 @@ class PickPlanner:
         """
         return self.config.belt.height + size[..., 2] + LIP_GAP - depth
 
-    def checked(self, context: Context, release: ReleaseBatch) -> ReleaseBatch:
+    def mark_feasible(self, context: Context, release: ReleaseBatch) -> ReleaseBatch:
         """The releases, with `feasible` true only where the robot can execute them."""
         return replace(release, feasible=self.mover.is_feasible(context.pick, release, context.throw_limits))
 
@@ -115,28 +115,28 @@ class PickPlanner:
 
         Bins are tried in the order of the object's draws; rows without an accepted throw hold the last attempt.
         """
-        context, good = self._into(objects, pick, *self._bin(objects, 0))
+        context, good = self._plan_for_bins(objects, pick, *self._bin_at_attempt(objects, 0))
         for attempt in range(1, len(self._centres) or TARGET_DRAWS):
             rows = np.flatnonzero(~good)
             if rows.size == 0:
                 break
             pending = take(objects, rows)
-            following, good[rows] = self._into(pending, pick[rows], *self._bin(pending, attempt))
-            context = replaced(context, rows, following)
+            following, good[rows] = self._plan_for_bins(pending, pick[rows], *self._bin_at_attempt(pending, attempt))
+            context = replace_rows(context, rows, following)
         return context, good
 
     def plan_into(self, objects: Objects, pick: Floats, bins: Ints) -> tuple[Context, Bools]:
         """Contexts as `plan`, for given fixed bins (N,)."""
         rim = np.full((len(bins), 1), self.config.bins.rim)
         target = np.concatenate([self._centres[bins], rim], axis=1)
-        return self._into(objects, pick, target, self._openings[bins], bins)
+        return self._plan_for_bins(objects, pick, target, self._openings[bins], bins)
 
-    def _into(
+    def _plan_for_bins(
         self, objects: Objects, pick: Floats, target: Floats, opening: Floats, index: Ints
     ) -> tuple[Context, Bools]:
         """Contexts for objects at their picks with given bins, and which throws are accepted (N,)."""
         ceiling = pick[:, 2] + self.config.motion.ceiling
-        throw_limits, good = self._careful(objects, pick)
+        throw_limits, good = self._grip_limits(objects, pick)
         context = Context.new(
             objects,
             pick,
@@ -149,31 +149,31 @@ class PickPlanner:
             ceiling=ceiling,
             belt=self.config.belt,
         )
-        context, taken = self._decided(context)
-        good &= taken & self.mover.is_feasible(pick, context.plan, throw_limits)
+        context, accepted = self._apply_throw_rule(context)
+        good &= accepted & self.mover.is_feasible(pick, context.plan, throw_limits)
         reserve = self.mover.reserve(context.plan)
         for sign in (-1.0, 1.0) if reserve.any() else ():
             good &= self._has_reserve(context, sign * reserve)
         return context, good
 
-    def replanned(self, context: Context, goal: Floats, swapped: bool = False) -> ReleaseBatch:
-        """New plans to goals (N, 3) [m]: thrown or put down like the nominal plans, or the other way if `swapped`."""
-        given = context.pick, goal, context.throw_limits, context.ceiling
-        plans = self.mover.plan(*given)
-        if self._puts is None:
+    def replan(self, context: Context, goal: Floats, is_swapped: bool = False) -> ReleaseBatch:
+        """New plans to goals (N, 3) [m], thrown or put down as the nominal plans, or the other way if `is_swapped`."""
+        arguments = context.pick, goal, context.throw_limits, context.ceiling
+        plans = self.mover.plan(*arguments)
+        if self._put_mover is None:
             return plans
-        return made_anew(plans, placed(context.plan) ^ swapped, self._puts.plan, *given)
+        return recompute_rows(plans, is_at_rest(context.plan) ^ is_swapped, self._put_mover.plan, *arguments)
 
     def warn_of_reach(self) -> None:
         """Warn of fixed bins that no throw reaches: they stay empty, and other bins get their items."""
-        objects, pick = self.draw_picks([np.random.default_rng(0)], np.zeros(TRIALS, dtype=np.int64))
+        objects, pick = self.draw_picks([np.random.default_rng(0)], np.zeros(TRIAL_THROWS, dtype=np.int64))
         limits, ceiling = LimitRows.t3kr(objects.percent), pick[:, 2] + self.config.motion.ceiling
         for fixed in self.config.bins.fixed:
-            target = np.tile([fixed.x, fixed.y, self.config.bins.rim], (TRIALS, 1))
+            target = np.tile([fixed.x, fixed.y, self.config.bins.rim], (TRIAL_THROWS, 1))
             if not self.mover.is_feasible(pick, self.mover.plan(pick, target, limits, ceiling), limits).any():
                 warnings.warn(
                     f"level {self.config.name!r}: bin {fixed.name!r} at x {fixed.x} m, y {fixed.y} m stays empty: none "
-                    f"of {TRIALS} trial throws reaches it; move it closer to the robot",
+                    f"of {TRIAL_THROWS} trial throws reaches it; move it closer to the robot",
                     stacklevel=2,
                 )
 
@@ -183,7 +183,7 @@ class PickPlanner:
         if emptied is None:
             return np.full(objects.draws.fill.shape, self.config.bins.depth)
         area = self.areas if self.config.bins.fixed else np.prod(opening, axis=1, keepdims=True)
-        return drawn_fill(objects.draws.fill, emptied, self._volumes).depth(area, self.config)
+        return draw_fill(objects.draws.fill, emptied, self._volumes).depth(area, self.config)
 
     def _mover(self, name: str) -> Mover:
         mover = _MOVERS[name]
@@ -191,33 +191,33 @@ class PickPlanner:
             return TrackingMover(self.config, self.workspace, mover)
         return mover(self.config, self.workspace)
 
-    def _decided(self, context: Context) -> tuple[Context, Bools]:
+    def _apply_throw_rule(self, context: Context) -> tuple[Context, Bools]:
         """The picks with plans to put down objects that the rule does not throw, and which picks are accepted (N,)."""
         every = np.full(len(context.pick), True)
-        thrown = throwable(context, self.config.throwable, self._table) if self._picky else every
-        if self._puts is None:
-            return context, thrown
-        given = context.pick, context.target, context.throw_limits, context.ceiling
-        return replace(context, plan=made_anew(context.plan, ~thrown, self._puts.plan, *given)), every
+        is_thrown = is_throwable(context, self.config.throwable, self._table) if self._has_throw_rule else every
+        if self._put_mover is None:
+            return context, is_thrown
+        arguments = context.pick, context.target, context.throw_limits, context.ceiling
+        return replace(context, plan=recompute_rows(context.plan, ~is_thrown, self._put_mover.plan, *arguments)), every
 
-    def _careful(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
+    def _grip_limits(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
         """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
         safety, limits = self.config.grip.safety, LimitRows.t3kr(objects.percent)
         if safety is None:
             return limits, np.full(len(objects.measured.kind), True)
-        wanted = self._table.safety[objects.measured.kind] if safety == "surface" else safety
-        most = measured_hold(objects, belt_shift(objects, pick, self.config.belt)).acceleration(wanted)
-        slow = np.minimum(limits.acceleration, np.maximum(most, LEAST_ACCELERATION))
-        return limits._replace(acceleration=slow), most >= LEAST_ACCELERATION
+        required = self._table.safety[objects.measured.kind] if safety == "surface" else safety
+        largest = measured_hold(objects, belt_shift(objects, pick, self.config.belt)).acceleration(required)
+        slow = np.minimum(limits.acceleration, np.maximum(largest, LEAST_ACCELERATION))
+        return limits._replace(acceleration=slow), largest >= LEAST_ACCELERATION
 
     def _has_reserve(self, context: Context, along: Floats) -> Bools:
         """Whether throws stay feasible with their targets moved along the throw (N,) [m]."""
         shift = np.zeros_like(context.target)
         shift[:, :2] = along[:, None] * context.direction
-        release = self.mover.aimed(context, context.target + shift, np.inf)
+        release = self.mover.aim_at(context, context.target + shift, np.inf)
         return self.mover.is_feasible(context.pick, release, context.throw_limits)
 
-    def _bin(self, objects: Objects, attempt: int) -> tuple[Floats, Floats, Ints]:
+    def _bin_at_attempt(self, objects: Objects, attempt: int) -> tuple[Floats, Floats, Ints]:
         """Centre at the rim (N, 3), opening (N, 2) and index (N,) of the bin tried at this attempt."""
         draw, bins = objects.draws.bin[:, attempt], self.config.bins
         rim = np.full(len(draw), bins.rim)
@@ -240,6 +240,6 @@ class PickPlanner:
         choices = self.accepts[objects.measured.kind]
         count = choices.sum(axis=1)
         start = np.minimum((objects.draws.bin[:, 0, 0] * count).astype(np.int64), count - 1)
-        wanted = (start + attempt) % count
+        chosen_rank = (start + attempt) % count
         rank = np.cumsum(choices, axis=1) - 1
-        return np.argmax(choices & (rank == wanted[:, None]), axis=1)
+        return np.argmax(choices & (rank == chosen_rank[:, None]), axis=1)

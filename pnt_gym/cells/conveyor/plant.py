@@ -15,17 +15,17 @@ from typing import Any, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, either, length, made_anew, take
+from pnt_gym.arrays import Bools, Floats, Ints, compute_by_mask, length, recompute_rows, take
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import work_between, work_of_steps
-from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, staged_rollout, touching
-from pnt_gym.cells.base.rotations import in_body_axes, upright
+from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, roll_out, touching
+from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.swing import springs
 from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
-from pnt_gym.cells.conveyor.outcome import Effort, Flown
+from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
@@ -35,10 +35,10 @@ from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, knot_count,
 
 @final
 @dataclass(frozen=True)
-class Followed:
+class FullSimulation:
     """N throws simulated with the robot from beginning to end."""
 
-    flown: Flown
+    flown: SimulatedThrows
     flight: ObjectFlight
     hand: Floats
     """Cup tip (N, M, 3) at the start of each step [m]."""
@@ -47,7 +47,7 @@ class Followed:
 
 
 @final
-class ConveyorPlant(Plant[Context, HandCycle, Flown]):
+class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
     """N simulations of the conveyor cell, with models built from its config."""
 
     def __init__(self, config: ConveyorConfig, count: int, threads: int = 1) -> None:
@@ -61,21 +61,23 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         self._rods_per_arm = robot.rods_per_arm
         self._controls = int(model.nu) + int(model.neq)
 
-    def fly(self, thrown: Context, plans: HandCycle) -> Flown:
+    def fly(self, context: Context, plans: HandCycle) -> SimulatedThrows:
         """Simulate one throw in every simulation, for N picks and the motions of the hands."""
-        clock = ThrowClock.of(thrown, plans, self.config)
-        thrown = thrown.lost(clock.grips.unthrown)
+        clock = ThrowClock.of(context, plans, self.config)
+        context = context.without_spin(clock.grips.unthrown)
         if self.record_row is not None:
-            self._keep_throw(np.array([self.record_row]), thrown, plans.release, clock)
-        rows = np.arange(len(thrown.pick))
-        return either(clock.grips.picked, self._thrown, self._left_lying, rows, thrown, clock)
+            self._keep_throw(np.array([self.record_row]), context, plans.release, clock)
+        rows = np.arange(len(context.pick))
+        return compute_by_mask(
+            clock.grips.picked, self._simulate_throws, self._results_without_object, rows, context, clock
+        )
 
-    def follow(self, thrown: Context, plans: HandCycle) -> Followed:
+    def follow(self, context: Context, plans: HandCycle) -> FullSimulation:
         """Simulate throws as `fly`, with the robot to the end and with the hand's positions recorded."""
-        clock, rows = ThrowClock.of(thrown, plans, self.config), np.arange(len(thrown.pick))
-        thrown = thrown.lost(clock.grips.unthrown)
-        self.write(thrown, rows, clock)
-        return self._followed(rows, thrown, clock)
+        clock, rows = ThrowClock.of(context, plans, self.config), np.arange(len(context.pick))
+        context = context.without_spin(clock.grips.unthrown)
+        self.write(context, rows, clock)
+        return self._record_to_the_end(rows, context, clock)
 
     def write(self, context: Context, rows: Ints | None = None, clock: ThrowClock | None = None) -> None:
         """Set up simulations for N throws: robot with closed loops at the pick, object under the cup.
@@ -97,7 +99,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
         qpos[:, first : first + 2] = cup[:, :2] + context.grasp
         qpos[:, first + 2] = cup[:, 2] - o.com_depth
-        qpos[:, first + 3 : first + 7] = upright(o.yaw)
+        qpos[:, first + 3 : first + 7] = yaw_attitude(o.yaw)
         batch.bind("qpos")[rows] = qpos
         batch.bind("eq_active")[rows] = 1.0
 
@@ -111,72 +113,74 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         self.batch.bind("qvel")[rows] = qvel
         return cup
 
-    def _thrown(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
+    def _simulate_throws(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Simulate the throws of some rows at the config's fidelity."""
         if self.config.fidelity == "full":
-            return self._simulated(rows, thrown, clock)
+            return self._simulate_with_robot(rows, context, clock)
         # Objects that may have touched something in a swing need the robot; most still fall clear, so not to the end.
-        return either(clock.parting.unsure, self._simulated, self._in_the_air, rows, thrown, clock)
+        return compute_by_mask(
+            clock.parting.unsure, self._simulate_with_robot, self._simulate_flights, rows, context, clock
+        )
 
-    def _simulated(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
+    def _simulate_with_robot(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Simulate the throws of some rows, with the robot for as long as the cup may touch the object."""
-        flown, unsure = self._in_two_stages(rows, thrown, clock)
-        return made_anew(flown, unsure, self._to_the_end, rows, thrown, clock)
+        flown, unsure = self._simulate_in_two_stages(rows, context, clock)
+        return recompute_rows(flown, unsure, self._simulate_to_the_end, rows, context, clock)
 
-    def _left_lying(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
+    def _results_without_object(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Results of failed picks: NaN landings, because the object stays on the belt, and planned efforts."""
         count = len(rows)
         nowhere, no = np.full((count, 3), np.nan), np.full(count, False)
         touchdown = Touchdown(nowhere[:, :2].copy(), nowhere, nowhere.copy(), no)
-        effort = self._effort_ahead(clock, np.zeros(count, dtype=np.int64))
-        return Flown(touchdown, np.zeros(count), effort, clock.grips)
+        effort = self._effort_of_plan(clock, np.zeros(count, dtype=np.int64))
+        return SimulatedThrows(touchdown, np.zeros(count), effort, clock.grips)
 
-    def _in_two_stages(self, rows: Ints, thrown: Context, clock: ThrowClock) -> tuple[Flown, Bools]:
+    def _simulate_in_two_stages(self, rows: Ints, context: Context, clock: ThrowClock) -> tuple[SimulatedThrows, Bools]:
         """Simulate throws with the robot until objects are clear, then without; says which may touch the cup again."""
-        self.write(thrown, rows, clock)
-        clear, scene = clock.clear(thrown), self.scene
-        held = self._with_robot(rows, thrown, clock, clear)
+        self.write(context, rows, clock)
+        clear, scene = clock.clear(context), self.scene
+        robot_record = self._roll_out_robot(rows, context, clock, clear)
         moment = np.arange(len(rows)), clear - 1  # recorded at the end of a step
-        qpos, qvel = held["qpos"][moment], held["qvel"][moment]
+        qpos, qvel = robot_record["qpos"][moment], robot_record["qvel"][moment]
         q, v = (slice(first, first + size) for first, size in ((scene.object_qpos, 7), (scene.object_qvel, 6)))
-        fallen = self.free.fall(rows, thrown, qpos[:, q], qvel[:, v], clock.end - clear)
-        seen = fallen.sensors[:, :: clock.stride]
-        position, velocity = seen[..., SENSORS["object_position"]], seen[..., SENSORS["object_velocity"]]
+        fallen = self.free.fall(rows, context, qpos[:, q], qvel[:, v], clock.end - clear)
+        sensors = fallen.sensors[:, :: clock.stride]
+        position, velocity = sensors[..., SENSORS["object_position"]], sensors[..., SENSORS["object_velocity"]]
         attitude = fallen.attitude[:, :: clock.stride]
-        unsure = clock.may_meet(thrown, (position, velocity, attitude), clear, fallen.steps)
-        flight = _one_after_the_other(clock, clear, held["sensordata"], fallen)
-        effort = self._effort(held, clear, clock.step).then(self._effort_ahead(clock, clear))
-        astray = _astray(held["sensordata"], clock)
-        return Flown(flight.touchdown(thrown.target[:, 2]), astray, effort, clock.grips), unsure
+        unsure = clock.may_meet(context, (position, velocity, attitude), clear, fallen.steps)
+        flight = _join_flights(clock, clear, robot_record["sensordata"], fallen)
+        effort = self._effort(robot_record, clear, clock.step).then(self._effort_of_plan(clock, clear))
+        astray = _tracking_error(robot_record["sensordata"], clock)
+        return SimulatedThrows(flight.touchdown(context.target[:, 2]), astray, effort, clock.grips), unsure
 
-    def _in_the_air(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
+    def _simulate_flights(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Simulate flights after planned hand motions, and with the robot where the cup touches the object again."""
-        touchdown, met = self.free.foretold(thrown, clock)
-        effort = self._effort_ahead(clock, np.zeros_like(rows))
-        flown = Flown(touchdown, np.zeros(len(rows)), effort, clock.grips)
-        return made_anew(flown, met, self._to_the_end, rows, thrown, clock)
+        touchdown, touched = self.free.predict_landings(context, clock)
+        effort = self._effort_of_plan(clock, np.zeros_like(rows))
+        flown = SimulatedThrows(touchdown, np.zeros(len(rows)), effort, clock.grips)
+        return recompute_rows(flown, touched, self._simulate_to_the_end, rows, context, clock)
 
-    def _to_the_end(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Flown:
+    def _simulate_to_the_end(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
         """Set up and simulate the throws of some rows with the robot to the end."""
-        self.write(thrown, rows, clock)
-        return self._followed(rows, thrown, clock).flown
+        self.write(context, rows, clock)
+        return self._record_to_the_end(rows, context, clock).flown
 
-    def _keep_throw(self, row: Ints, thrown: Context, plans: ReleaseBatch, clock: ThrowClock) -> None:
+    def _keep_throw(self, row: Ints, context: Context, plans: ReleaseBatch, clock: ThrowClock) -> None:
         """Keep a recording of the throw of one row (1,)."""
-        thrown, plan, clock = take(thrown, row), take(plans, row), take(clock, row)
-        self.write(thrown, row, clock)
-        control = self._references(row, thrown, clock, int(clock.end[0]))
+        context, plan, clock = take(context, row), take(plans, row), take(clock, row)
+        self.write(context, row, clock)
+        control = self._references(row, context, clock, int(clock.end[0]))
         flight = plan.position[0], plan.velocity[0], plan.flight_time[0]
-        self.keep(self.scene.object_body, control[0], flight, thrown.target[0])
+        self.record_throw(self.scene.object_body, control[0], flight, context.target[0])
 
-    def _with_robot(self, rows: Ints, thrown: Context, clock: ThrowClock, until: Ints) -> dict[str, Floats]:
+    def _roll_out_robot(self, rows: Ints, context: Context, clock: ThrowClock, until: Ints) -> dict[str, Floats]:
         """Roll out some rows with the robot up to a step of each (N,); returns the recorded fields."""
-        control = self._references(rows, thrown, clock, int(until.max()))
-        return staged_rollout(self.batch, control, until, ("sensordata", "qpos", "qvel"), rows)
+        control = self._references(rows, context, clock, int(until.max()))
+        return roll_out(self.batch, control, until, ("sensordata", "qpos", "qvel"), rows)
 
-    def _followed(self, rows: Ints, thrown: Context, clock: ThrowClock) -> Followed:
+    def _record_to_the_end(self, rows: Ints, context: Context, clock: ThrowClock) -> FullSimulation:
         """Simulate the throws of some rows, which are already set up, with the robot to the end."""
-        record = self._with_robot(rows, thrown, clock, clock.end)
+        record = self._roll_out_robot(rows, context, clock, clock.end)
         sensors = record["sensordata"]
         flight = ObjectFlight(
             position=sensors[..., SENSORS["object_position"]],
@@ -186,9 +190,9 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
             release_step=clock.release,
             last_step=clock.end - 1,
         )
-        touchdown, effort = flight.touchdown(thrown.target[:, 2]), self._effort(record, clock.end, clock.step)
-        flown = Flown(touchdown, _astray(sensors, clock), effort, clock.grips)
-        return Followed(flown, flight, sensors[..., SENSORS["hand_position"]], -clock.shift)
+        touchdown, effort = flight.touchdown(context.target[:, 2]), self._effort(record, clock.end, clock.step)
+        flown = SimulatedThrows(touchdown, _tracking_error(sensors, clock), effort, clock.grips)
+        return FullSimulation(flown, flight, sensors[..., SENSORS["hand_position"]], -clock.path_delay)
 
     def _effort(self, record: dict[str, Floats], end: Ints, step: float) -> Effort:
         """Effort of the motors in recorded fields (N, M, columns), up to a step of each (N,)."""
@@ -197,7 +201,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         largest = np.where(counts, np.abs(torque).max(axis=2), 0.0).max(axis=1)
         return Effort(largest, work_of_steps(torque, speed, end, step))
 
-    def _effort_ahead(self, clock: ThrowClock, clear: Ints) -> Effort:
+    def _effort_of_plan(self, clock: ThrowClock, clear: Ints) -> Effort:
         """Effort of the motors in the planned motions from a step of each on (N,), without the object's mass."""
         ahead = clock.end - clear
         last = -(-int(ahead.max()) // clock.stride) * clock.stride
@@ -210,7 +214,7 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         torque, speed = motors.transpose(0, 2, 3, 1)
         return Effort(np.abs(torque).max(axis=(1, 2)), work_between(torque, speed, steps * clock.step))
 
-    def _references(self, rows: Ints, thrown: Context, clock: ThrowClock, steps: int) -> Floats:
+    def _references(self, rows: Ints, context: Context, clock: ThrowClock, steps: int) -> Floats:
         """Controls (N, steps, nu + neq) of some rows: motors, spin and grip, every other equality active."""
         control = np.zeros((len(rows), steps, self._controls))
         control[..., int(self.scene.model.nu) :] = 1.0
@@ -221,11 +225,11 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         grip = int(self.scene.model.nu) + self.scene.grip_equality
         control[..., grip] = np.arange(steps, dtype=np.int64) < clock.release[:, None]
         inertia = self.batch.expand("body_inertia")[rows, self.scene.object_body]
-        torque = inertia * in_body_axes(thrown.objects.spin, thrown.objects.yaw) / clock.step
+        torque = inertia * to_body_axes(context.objects.spin, context.objects.yaw) / clock.step
         # The object gets its spin in the step of its release: torque = inertia x spin / step.
         control[np.arange(len(rows)), clock.release, self.scene.spin_controls] = torque
         control[..., self.scene.swing_controls] = control[..., grip, None]
-        push = thrown.objects.mass * clock.parting.push / clock.step
+        push = context.objects.mass * clock.parting.push / clock.step
         control[np.arange(len(rows)), clock.release, self.scene.push_controls] = push[:, None]
         return control
 
@@ -240,18 +244,18 @@ class ConveyorPlant(Plant[Context, HandCycle, Flown]):
         """Write the grip points of some rows' objects, and the lips and radii of their cups."""
         batch, site, o = self.batch, self.scene.grip_site, context.objects
         grip = np.concatenate([-context.grasp, o.com_depth[:, None]], axis=1)
-        batch.expand("site_pos")[rows, site] = in_body_axes(grip, o.yaw)
+        batch.expand("site_pos")[rows, site] = to_body_axes(grip, o.yaw)
         if self.config.swings:
             self._write_springs(rows, context)
         else:
-            batch.expand("site_quat")[rows, site] = upright(-o.yaw)
+            batch.expand("site_quat")[rows, site] = yaw_attitude(-o.yaw)
         for geom in self.scene.cup_geoms if self.config.cup.fitted else ():
             _widen(batch, rows, geom, o.cup_radius)
 
     def _write_springs(self, rows: Ints, context: Context) -> None:
         """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""
         batch, spring = self.batch, springs(context, self.config)
-        batch.expand("site_quat")[rows, self.scene.tcp_site] = upright(context.objects.yaw)
+        batch.expand("site_quat")[rows, self.scene.tcp_site] = yaw_attitude(context.objects.yaw)
         gains = batch.expand("actuator_gainprm")
         gains[rows, self.scene.swing, 1], gains[rows, self.scene.swing, 2] = -spring.stiffness, -spring.damping
 
@@ -265,26 +269,26 @@ def _widen(batch: Any, rows: Ints, geom: int, radius: Floats) -> None:
     aabb[rows, geom] = np.concatenate([np.zeros_like(half), half], axis=1).reshape(len(rows), *aabb.shape[2:])
 
 
-def _one_after_the_other(clock: ThrowClock, clear: Ints, held: Floats, fallen: Fall) -> ObjectFlight:
+def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: Fall) -> ObjectFlight:
     """Flights joined from records with the robot, up to a step of each (N,), and records without the robot."""
-    sensors = np.zeros((len(held), max(int(clock.end.max()), held.shape[1]), fallen.sensors.shape[2]))
-    sensors[:, : held.shape[1]] = held[..., : sensors.shape[2]]
-    for row, (first, steps) in enumerate(zip(clear, fallen.steps, strict=True)):
-        sensors[row, first : first + steps] = fallen.sensors[row, :steps]
-    with_robot = np.arange(held.shape[1], dtype=np.int64) < clear[:, None]
+    sensors = np.zeros((len(robot_sensors), max(int(clock.end.max()), robot_sensors.shape[1]), fall.sensors.shape[2]))
+    sensors[:, : robot_sensors.shape[1]] = robot_sensors[..., : sensors.shape[2]]
+    for row, (first, steps) in enumerate(zip(clear, fall.steps, strict=True)):
+        sensors[row, first : first + steps] = fall.sensors[row, :steps]
+    with_robot = np.arange(robot_sensors.shape[1], dtype=np.int64) < clear[:, None]
     hand_touch = np.zeros(sensors.shape[:2], dtype=np.bool_)
-    hand_touch[:, : held.shape[1]] = touching(held[..., SENSORS["cup_contact"]]) & with_robot
+    hand_touch[:, : robot_sensors.shape[1]] = touching(robot_sensors[..., SENSORS["cup_contact"]]) & with_robot
     return ObjectFlight(
         position=sensors[..., SENSORS["object_position"]],
         velocity=sensors[..., SENSORS["object_velocity"]],
         hand_touch=hand_touch,
         any_touch=touching(sensors[..., SENSORS["any_contact"]]),
         release_step=clock.release,
-        last_step=clear + fallen.steps - 1,
+        last_step=clear + fall.steps - 1,
     )
 
 
-def _astray(sensors: Floats, clock: ThrowClock) -> Floats:
+def _tracking_error(sensors: Floats, clock: ThrowClock) -> Floats:
     """Distance of the recorded hands (N, M, columns) from their references at the moment of release (N,) [m]."""
     planned = clock.path.sample(clock.free_at[:, None]).position[:, 0] + clock.offset
     return length(sensors[np.arange(len(planned)), clock.release][:, SENSORS["hand_position"]] - planned)

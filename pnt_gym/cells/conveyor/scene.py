@@ -39,7 +39,7 @@ CUP_LENGTH: Final = 0.050
 FLOOR_DROP: Final = 0.02
 """Distance of the floor below the bins' bottoms [m]."""
 
-BOTTOM: Final = 4
+BOTTOM_PANEL: Final = 4
 """Index of the bottom among the panels of a bin."""
 
 _OBJECT_BIT, _CUP_BIT = 1, 2

@@ -8,20 +8,20 @@ from typing import Any, Final, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, replaced
-from pnt_gym.cells.base.aside import Purpose, aside
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows
+from pnt_gym.cells.base.aside import Purpose, side_generator
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.base.features import FeatureTable, Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.context import Before, Context, Drifted
-from pnt_gym.cells.conveyor.objects.drawing import spin_gripped
+from pnt_gym.cells.conveyor.context import Context, HiddenDrift, LastThrow
+from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
 from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, SHIFT_TABLE, TABLE
 from pnt_gym.cells.conveyor.outcome import Outcome
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
-SEEN: Final = ("seen_along", "seen_across")
+CAMERA_ERRORS: Final = ("seen_along", "seen_across")
 """Info keys of the landing errors that the camera over the bins measures."""
 FEWEST_PICKS: Final = 2
 """Smallest number of picks in a shift with feedback: one throw must follow another."""
@@ -31,11 +31,11 @@ MOST_PICKS: Final = 100_000
 
 @final
 @dataclass(frozen=True)
-class Shift:
+class DriftSchedule:
     """Drift schedules of N shifts of P picks, drawn whole when the shifts begin."""
 
     delay: Floats
-    """Release delay at every pick (N, P) [s]; this and the next three fields as in `Drifted`."""
+    """Release delay at every pick (N, P) [s]; this and the next three fields as in `HiddenDrift`."""
     camera: Floats
     encoder: Floats
     draught: Floats
@@ -47,47 +47,47 @@ class Shift:
     """Number of the coming pick in the shift, from 0 (N,)."""
 
     @classmethod
-    def drawn(cls, generators: list[np.random.Generator], config: ConveyorConfig) -> Self:
+    def draw(cls, generators: list[np.random.Generator], config: ConveyorConfig) -> Self:
         """Draw new shifts from side generators, one shift per generator; the generators do not advance."""
         picks = config.picks_per_shift
-        columns = [_drawn(aside(generator, Purpose.SHIFT), picks, config) for generator in generators]
+        columns = [_draw_columns(side_generator(generator, Purpose.SHIFT), picks, config) for generator in generators]
         fields = [np.stack(values) for values in zip(*columns, strict=True)]
         return cls(*fields, at=np.zeros(len(generators), dtype=np.int64))
 
-    def now(self) -> Drifted:
+    def now(self) -> HiddenDrift:
         """Drift at the coming picks; after the end of a shift that of its last pick."""
-        here = np.arange(len(self.at)), np.minimum(self.at, self.delay.shape[1] - 1)
-        return Drifted(self.delay[here], self.camera[here], self.encoder[here], self.draught[here])
+        index = np.arange(len(self.at)), np.minimum(self.at, self.delay.shape[1] - 1)
+        return HiddenDrift(self.delay[index], self.camera[index], self.encoder[index], self.draught[index])
 
-    def told(self, outcome: Outcome, config: ConveyorConfig) -> tuple[Bools, Floats]:
+    def measure(self, outcome: Outcome, config: ConveyorConfig) -> tuple[Bools, Floats]:
         """Which landings of the present throws the bin's camera sees (N,), and the measured errors (N, 2) [m]."""
-        here = np.arange(len(self.at)), np.minimum(self.at, self.delay.shape[1] - 1)
+        index = np.arange(len(self.at)), np.minimum(self.at, self.delay.shape[1] - 1)
         true = np.stack([outcome.landing_along, outcome.landing_across], axis=1)
         far = ~(np.hypot(true[:, 0], true[:, 1]) <= config.feedback.view)  # a landing of NaN is far, too
-        seen = ~(far | outcome.dropped | (self.chance[here] < config.feedback.unseen))
-        return seen, np.where(seen[:, None], true + config.feedback.noise * self.noise[here], 0.0)
+        is_visible = ~(far | outcome.dropped | (self.chance[index] < config.feedback.unseen))
+        return is_visible, np.where(is_visible[:, None], true + config.feedback.noise * self.noise[index], 0.0)
 
-    def thrown(self) -> Self:
+    def advance(self) -> Self:
         """The shifts after one more throw."""
         return replace(self, at=self.at + 1)
 
 
-def _drawn(spare: np.random.Generator, picks: int, config: ConveyorConfig) -> tuple[Floats, ...]:
+def _draw_columns(spare: np.random.Generator, picks: int, config: ConveyorConfig) -> tuple[Floats, ...]:
     """Draw the columns of one shift from a side generator."""
     random, drift, m = np.random.default_rng(spare.integers(2**63, size=4)), config.drift, config.mismatch
 
-    def level(*names: Any) -> Floats:
-        return m * np.stack([one.path(random, picks, drift.steps_every) for one in names], axis=-1)
+    def level(*sections: Any) -> Floats:
+        return m * np.stack([section.path(random, picks, drift.steps_every) for section in sections], axis=-1)
 
     delay, encoder = level(drift.delay)[:, 0], level(drift.encoder)[:, 0]
     camera, draught = level(drift.camera, drift.camera), level(drift.draught, drift.draught)
     return delay, camera, encoder, draught, random.standard_normal((picks, 2)), random.random(picks)
 
 
-class Steady:
+class SteadyCells:
     """N cells without drift and without a camera over their bins, so observations have no previous landing."""
 
-    seen: tuple[str, ...] = ()
+    info_errors: tuple[str, ...] = ()
     """Info keys of measured landing errors; empty where the info has only the true errors."""
     table: FeatureTable = TABLE
     """Features of an observation."""
@@ -98,17 +98,17 @@ class Steady:
         """First picks of new shifts in some rows, with one generator per row."""
         return picks
 
-    def after(self, thrown: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
+    def after(self, context: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
         """The picks that follow throws, with the measurements of those throws and the drift by now."""
         return picks
 
-    def feedback(self, before: Before) -> dict[str, NDArray[Any]]:
+    def feedback(self, before: LastThrow) -> dict[str, NDArray[Any]]:
         """Info of the previous throws, (N,) each."""
         return {}
 
 
 @final
-class Drifting(Steady):
+class DriftingCells(SteadyCells):
     """N cells that drift, with a camera over their bins whose measurements are in the next observation.
 
     Args:
@@ -119,7 +119,7 @@ class Drifting(Steady):
         ConfigError: a shift of one pick, or of too many picks to be drawn whole.
     """
 
-    seen = SEEN
+    info_errors = CAMERA_ERRORS
     table = SHIFT_TABLE
     hidden = (*HIDDEN, *DRIFT)
 
@@ -130,69 +130,69 @@ class Drifting(Steady):
                 f"next has {FEWEST_PICKS} to {MOST_PICKS}"
             )
         self._config = config
-        self._shift = Shift.drawn(generators, config)
+        self._schedule = DriftSchedule.draw(generators, config)
 
     def begin(self, rows: Ints, generators: Generators, picks: Context) -> Context:
         """First picks of new shifts, whose drift is drawn here."""
-        shift = Shift.drawn(generators, self._config)
-        self._shift = replaced(self._shift, rows, shift)
-        return self._off(picks, shift)
+        schedule = DriftSchedule.draw(generators, self._config)
+        self._schedule = replace_rows(self._schedule, rows, schedule)
+        return self._apply_drift(picks, schedule)
 
-    def after(self, thrown: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
+    def after(self, context: Context, plans: ReleaseBatch, outcome: Outcome, picks: Context) -> Context:
         """The next picks in cells that have drifted further, with the camera's measurements of these throws."""
-        seen, error = self._shift.told(outcome, self._config)
-        self._shift = self._shift.thrown()
-        before = known(thrown, plans, seen, error, self._shift.at / self._config.picks_per_shift)
-        return replace(self._off(picks, self._shift), before=before)
+        is_visible, error = self._schedule.measure(outcome, self._config)
+        self._schedule = self._schedule.advance()
+        before = remember_throws(context, plans, is_visible, error, self._schedule.at / self._config.picks_per_shift)
+        return replace(self._apply_drift(picks, self._schedule), before=before)
 
-    def feedback(self, before: Before) -> dict[str, NDArray[Any]]:
+    def feedback(self, before: LastThrow) -> dict[str, NDArray[Any]]:
         """Landing errors that the camera measured, NaN where it saw nothing, and the throw's number in the shift."""
         error = np.where(before.seen[:, None], before.error, np.nan)
-        return {**dict(zip(SEEN, error.T.copy(), strict=True)), "pick_in_shift": self._shift.at - 1}
+        return {**dict(zip(CAMERA_ERRORS, error.T.copy(), strict=True)), "pick_in_shift": self._schedule.at - 1}
 
-    def _off(self, picks: Context, shift: Shift) -> Context:
+    def _apply_drift(self, picks: Context, schedule: DriftSchedule) -> Context:
         """Picks with the drift of the shift at this moment."""
-        return drifted(picks, shift.now(), self._config) if self._config.drift.moves else picks
+        return apply_drift(picks, schedule.now(), self._config) if self._config.drift.moves else picks
 
 
-def drift_of(config: ConveyorConfig, generators: Generators, feedback: bool) -> Steady:
+def make_drift(config: ConveyorConfig, generators: Generators, feedback: bool) -> SteadyCells:
     """The drift of cells, with a camera over their bins (`feedback`) or without.
 
     Raises:
         ConfigError: a level with drift and without the camera, or a shift that is too short or too long for the camera.
     """
     if feedback:
-        return Drifting(config, generators)
+        return DriftingCells(config, generators)
     if config.drift.moves:
         raise ConfigError(
             f"level {config.name!r} drifts, and nothing in this environment tells of it; use PnTAdapt-v0, or set "
             "the parts of its section `drift` to 0"
         )
-    return Steady()
+    return SteadyCells()
 
 
-def drifted(context: Context, now: Drifted, config: ConveyorConfig) -> Context:
+def apply_drift(context: Context, now: HiddenDrift, config: ConveyorConfig) -> Context:
     """Picks with hidden drift: release delay, spin and grasp offset change, measurements do not."""
     objects, offset = context.objects, now.camera.copy()
     offset[:, 0] += now.encoder * (context.pick[:, 0] - config.belt.camera_x)
     delay = np.maximum(objects.delay + now.delay, 0.0)
-    spin = spin_gripped(objects, objects.grasp + offset, config)
+    spin = spin_at_grasp(objects, objects.grasp + offset, config)
     return replace(context, objects=replace(objects, delay=delay, spin=spin), drift=now, unseen=offset)
 
 
-def known(thrown: Context, plans: ReleaseBatch, seen: Bools, error: Floats, gone: Floats) -> Before:
+def remember_throws(context: Context, plans: ReleaseBatch, is_visible: Bools, error: Floats, gone: Floats) -> LastThrow:
     """Measurements of throws, as the next observation has them.
 
     Args:
-        thrown: the N picks.
+        context: the N picks.
         plans: the plans of their throws.
-        seen: which landings the camera saw (N,).
+        is_visible: which landings the camera saw (N,).
         error: the measured landing errors (N, 2) [m].
         gone: share of the shift that is over (N,).
     """
-    rim = thrown.target[:, 2]
-    moved = landing_point(plans.position, plans.velocity, rim) - landing_point(
-        thrown.plan.position, thrown.plan.velocity, rim
+    rim = context.target[:, 2]
+    displacement = landing_point(plans.position, plans.velocity, rim) - landing_point(
+        context.plan.position, context.plan.velocity, rim
     )
-    shift = np.nan_to_num(np.stack(thrown.to_throw_frame(moved), axis=1))
-    return Before(seen, error, shift, thrown.direction, gone)
+    offset = np.nan_to_num(np.stack(context.to_throw_frame(displacement), axis=1))
+    return LastThrow(is_visible, error, offset, context.direction, gone)

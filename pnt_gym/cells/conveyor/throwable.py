@@ -21,27 +21,27 @@ def drag_area(context: Context, table: ItemTable) -> Floats:
     return table.drag[kind] * size[:, 0] * size[:, 1] / context.measured.mass
 
 
-def foreseen_shift(context: Context, table: ItemTable) -> Floats:
+def drag_offset(context: Context, table: ItemTable) -> Floats:
     """Predicted displacement of landings by air drag, to first order (N,) [m]; infinite where there is no plan."""
     plan = context.plan
-    shift = drag_shift(plan.position, plan.velocity, context.target[:, 2], drag_area(context, table))
-    return np.nan_to_num(np.hypot(shift[:, 0], shift[:, 1]), nan=np.inf)
+    offset = drag_shift(plan.position, plan.velocity, context.target[:, 2], drag_area(context, table))
+    return np.nan_to_num(np.hypot(offset[:, 0], offset[:, 1]), nan=np.inf)
 
 
-def foreseen_margin(context: Context, table: ItemTable) -> Floats:
+def grip_margin(context: Context, table: ItemTable) -> Floats:
     """Measured holding force over load at the throws' largest acceleration in the worst direction (N,)."""
     return measured_hold(context.objects, context.belt_shift).least_margin(context.throw_limits.acceleration)
 
 
 _FIGURES: Final[dict[str, tuple[Callable[[Context, ItemTable], Floats], float]]] = {
     "drag_area": (drag_area, 1.0),
-    "drag_shift": (foreseen_shift, 1.0),
-    "margin": (foreseen_margin, -1.0),
+    "drag_shift": (drag_offset, 1.0),
+    "margin": (grip_margin, -1.0),
 }
 """Figure that each key of `Throwable` bounds, and whether from above (1) or below (-1)."""
 
 
-def throwable(context: Context, rule: Throwable, table: ItemTable) -> Bools:
+def is_throwable(context: Context, rule: Throwable, table: ItemTable) -> Bools:
     """Which picks the rule allows to throw (N,)."""
     good = np.full(len(context.kind), True)
     for key, (figure, sign) in _FIGURES.items():

@@ -9,7 +9,7 @@ import numpy as np
 from pnt_gym.arrays import Floats, take
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.fluid import geom_placement, lying_size
-from pnt_gym.cells.base.rotations import upright
+from pnt_gym.cells.base.rotations import yaw_attitude
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor.objects.records import Objects
@@ -29,19 +29,19 @@ def objects_on_belt(upstream: tuple[Objects, Floats] | None, belt: Belt, time: f
     if upstream is None:
         return []
     objects, centre = upstream
-    moved = centre + np.array([belt.speed * time, 0.0, 0.0])
-    seen = np.flatnonzero((moved[:, 0] >= belt.x[0]) & (moved[:, 0] <= belt.x[1]))
-    return drawn(take(objects, seen), moved[seen], upright(objects.yaw[seen]))
+    position = centre + np.array([belt.speed * time, 0.0, 0.0])
+    on_belt = np.flatnonzero((position[:, 0] >= belt.x[0]) & (position[:, 0] <= belt.x[1]))
+    return object_markers(take(objects, on_belt), position[on_belt], yaw_attitude(objects.yaw[on_belt]))
 
 
-def drawn(objects: Objects, centre: Floats, attitude: Floats) -> list[Marker]:
+def object_markers(objects: Objects, centre: Floats, attitude: Floats) -> list[Marker]:
     """Markers of objects (K,), for the centres of their extents (K, 3) [m] and their attitudes (K, 4)."""
     place = geom_placement(objects.shape, lying_size(objects.shape, objects.size))
     rgba = ITEM_RGBA.take(objects.kind, axis=0, mode="wrap")
-    turned, frame = np.zeros(4), np.zeros(9)
+    attitude_drawn, frame = np.zeros(4), np.zeros(9)
     markers: list[Marker] = []
     for k in range(len(centre)):
-        mujoco.mju_mulQuat(turned, attitude[k], place.quat[k])
-        mujoco.mju_quat2Mat(frame, turned)
+        mujoco.mju_mulQuat(attitude_drawn, attitude[k], place.quat[k])
+        mujoco.mju_quat2Mat(frame, attitude_drawn)
         markers.append(Marker(int(place.type[k]), place.size[k], centre[k], frame.copy(), rgba[k]))
     return markers

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.action import ActionMode, Correction, by_name, padded
+from pnt_gym.cells.base.action import ActionMode, Correction, by_name, pad_residual
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.cells.gripper.motion import TossPlans
@@ -35,13 +35,13 @@ NUMBERS: Final = (
 )
 
 
-def _corrected(planner: TossPlanner, context: Context, residual: Floats) -> TossPlans:
-    return planner.plan(context.kind, context.place, padded(residual, 3))
+def _plan_corrected(planner: TossPlanner, context: Context, residual: Floats) -> TossPlans:
+    return planner.plan(context.kind, context.place, pad_residual(residual, 3))
 
 
 MODES: Final = by_name(
-    ActionMode("release", NUMBERS, lambda config: config.action.scale(), _corrected, ERRORS),
-    ActionMode("release_point", NUMBERS[:2], lambda config: config.action.scale()[:2], _corrected, ERRORS[:2]),
+    ActionMode("release", NUMBERS, lambda config: config.action.scale(), _plan_corrected, ERRORS),
+    ActionMode("release_point", NUMBERS[:2], lambda config: config.action.scale()[:2], _plan_corrected, ERRORS[:2]),
 )
 
 

@@ -84,9 +84,9 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
         """Weighted reward terms by name, each (N,); before weighting every term lies in [0, 1]."""
         return outcome.rewards(self.config.reward)
 
-    def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
+    def info(self, outcome: Outcome, throws: Context) -> dict[str, NDArray[Any]]:
         """Infos of throws that only the gripper robot's cell has, (N,) each."""
-        target = {"target_x": thrown.target[:, 0].copy(), "target_y": thrown.target[:, 1].copy()}
+        target = {"target_x": throws.target[:, 0].copy(), "target_y": throws.target[:, 1].copy()}
         return {**dict(zip(RESULTS, attrgetter(*RESULTS)(outcome), strict=True)), **target}
 
     def correction(self, mode: str) -> Correction:
@@ -101,7 +101,7 @@ class GripperCell(Cell[GripperConfig, Context, TossPlans, Outcome]):
     def pose(self, row: int) -> tuple[MjModel, MjData]:
         """Model and data of one simulation as it stands before the coming throw."""
         self.plant.write(self.context, self.context.plans)
-        return self.plant.stand(row)
+        return self.plant.current_state(row)
 
     def target(self, row: int) -> Floats:
         """Target of the coming throw (3,) [m]."""

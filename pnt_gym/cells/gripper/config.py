@@ -15,7 +15,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CLAW_ITEMS, ItemsConfig
-from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section, Share, ordered
+from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section, Share, check_ranges
 from pnt_gym.cells.base.sorting import SortingReward
 from pnt_gym.cells.gripper.conveyor import Conveyor
 from pnt_gym.cells.gripper.robot import Robot
@@ -49,7 +49,7 @@ class Table(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        ordered(self, "table", "x", "y", "pick_x", "pick_y")
+        check_ranges(self, "table", "x", "y", "pick_x", "pick_y")
         return self
 
 
@@ -187,22 +187,22 @@ class GripperConfig(ItemsConfig):
 
     @model_validator(mode="before")
     @classmethod
-    def _taken_over(cls, data: Any) -> Any:
+    def _fill_from_conveyor(cls, data: Any) -> Any:
         """Fill in the values of the conveyor cell that this cell does not set."""
-        given = cast("dict[str, Any]", data) if isinstance(data, dict) else {}
-        if given.get("conveyor") is None:
+        entries = cast("dict[str, Any]", data) if isinstance(data, dict) else {}
+        if entries.get("conveyor") is None:
             return cast(Any, data)
         try:
-            conveyor = Conveyor.model_validate(given["conveyor"])
+            conveyor = Conveyor.model_validate(entries["conveyor"])
         except ValidationError:
-            return given  # the field's own validation says what is wrong
+            return entries  # the field's own validation says what is wrong
         site = conveyor.site()
-        full: dict[str, Any] = {"items": site.items, "extra_items": site.extra_items} | given
+        full: dict[str, Any] = {"items": site.items, "extra_items": site.extra_items} | entries
         items = cast("list[str]", full["items"]) if isinstance(full["items"], list | tuple) else []  # refused below
         for name, values in conveyor.sections(site, items).items():
-            own = given.get(name, {})
-            own = own.model_dump(exclude_unset=True) if isinstance(own, Section) else own
-            full[name] = values | cast("dict[str, Any]", own) if isinstance(own, dict) else own
+            section = entries.get(name, {})
+            section = section.model_dump(exclude_unset=True) if isinstance(section, Section) else section
+            full[name] = values | cast("dict[str, Any]", section) if isinstance(section, dict) else section
         return full
 
     @model_validator(mode="after")
@@ -214,10 +214,10 @@ class GripperConfig(ItemsConfig):
                 f"tray.rim is {self.tray.rim} m; it must lie below the claws at the release, "
                 f"which end at {self._lowest_release():.3f} m"
             )
-        self._check_apart()
+        self._check_tray_clear()
         return self
 
-    def _check_apart(self) -> None:
+    def _check_tray_clear(self) -> None:
         """Check that the tray does not stand in the table; lower than the table and beneath it is allowed."""
         tray, table = self.tray, self.table
         long, wide = tray.opening[0] + 2.0 * tray.wall, len(self.items) * (tray.opening[1] + tray.wall) + tray.wall
@@ -235,5 +235,5 @@ class GripperConfig(ItemsConfig):
         return platform - claws.length - claws.pad[2] / 2.0
 
 
-def _overlap(one: Range, other: Range) -> bool:
-    return one[0] < other[1] and other[0] < one[1]
+def _overlap(first: Range, second: Range) -> bool:
+    return first[0] < second[1] and second[0] < first[1]

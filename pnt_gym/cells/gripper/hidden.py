@@ -84,8 +84,8 @@ def _on_belt(hidden: Hidden, place: Floats, draws: Floats, config: GripperConfig
         config: level of the cell.
     """
     table, error = config.table, config.mismatch * config.errors.belt_speed * draws
-    ridden = place[:, 0] * table.travel[0] + place[:, 1] * table.travel[1] - table.camera
-    offset = hidden.offset + (error * ridden)[:, None] * table.travel[:2]
+    ride = place[:, 0] * table.travel[0] + place[:, 1] * table.travel[1] - table.camera
+    offset = hidden.offset + (error * ride)[:, None] * table.travel[:2]
     return replace(hidden, offset=offset, belt_speed=table.speed * (1.0 + error))
 
 

@@ -62,7 +62,7 @@ class TossPlans:
         return self.grip_time + self.move_time
 
     @property
-    def followed(self) -> Floats:
+    def belt_travel(self) -> Floats:
         """Displacement of the platform with the belt, until its velocity has faded at the line's start (N, 3) [m]."""
         return self.belt * (self.grip_time + 0.5 * self.move_time)[:, None]
 
@@ -110,46 +110,48 @@ class TossPlans:
         Returns:
             x, y, z [m], theta [rad] (N, S, 4).
         """
-        late = np.zeros_like(self.ramp) if delay is None else delay
+        opening_delay = np.zeros_like(self.ramp) if delay is None else delay
         t = np.broadcast_to(time, (len(self.ramp), np.shape(time)[-1]))
         moving = (t - self.grip_time[:, None]) / self.move_time[:, None]
-        along = np.minimum(t, self.grip_time[:, None]) + self.move_time[:, None] * faded(moving)
+        along = np.minimum(t, self.grip_time[:, None]) + self.move_time[:, None] * fading_travel(moving)
         position = self.pick[:, None] + along[..., None] * self.belt[:, None]
-        position = position + eased(moving)[..., None] * (self.start - self.pick - self.followed)[:, None]
-        position = position + self._gone(t - self.line_time[:, None])[..., None] * self.velocity[:, None]
-        wide, closed, _, released = self.theta.T[:, :, None]
-        shut = eased(t / self.closing[:, None])
-        open_ = eased((t - (self.open_time + late)[:, None]) / self.opening[:, None])
-        theta = wide + shut * (closed - wide) + open_ * (released - closed)
+        position = position + ease(moving)[..., None] * (self.start - self.pick - self.belt_travel)[:, None]
+        position = position + self._line_progress(t - self.line_time[:, None])[..., None] * self.velocity[:, None]
+        open_angle, closed_angle, _, release_angle = self.theta.T[:, :, None]
+        closing_share = ease(t / self.closing[:, None])
+        opening_share = ease((t - (self.open_time + opening_delay)[:, None]) / self.opening[:, None])
+        theta = (
+            open_angle + closing_share * (closed_angle - open_angle) + opening_share * (release_angle - closed_angle)
+        )
         return np.concatenate([position, theta[..., None]], axis=-1)
 
-    def _gone(self, t: Floats) -> Floats:
+    def _line_progress(self, t: Floats) -> Floats:
         """Path length on the line at times, divided by the full speed (N, S) [s]."""
         ramp = np.maximum(self.ramp, 1e-9)[:, None]
         flat = (self.before + self.after)[:, None]
         up, down = np.clip(t / ramp, 0.0, 1.0), np.clip((t - flat) / ramp - 1.0, 0.0, 1.0)
         level = np.clip(t - ramp, 0.0, flat)
-        return ramp * _ramped(up) + level + ramp * (down - _ramped(down))
+        return ramp * _ramp_travel(up) + level + ramp * (down - _ramp_travel(down))
 
 
-def eased(share: Floats) -> Floats:
+def ease(share: Floats) -> Floats:
     """Quintic ease from 0 to 1, without speed and acceleration at both ends; the largest speed is 1.875."""
     s = np.clip(share, 0.0, 1.0)
     return s * s * s * (10.0 + s * (6.0 * s - 15.0))
 
 
-def faded(share: Floats) -> Floats:
+def fading_travel(share: Floats) -> Floats:
     """Path of a speed that falls from 1 to 0 as `1 - ease(s)`: 0 before, 1/2 at the end."""
     s = np.clip(share, 0.0, 1.0)
     return s - s**4 * (2.5 + s * (s - 3.0))
 
 
-def eased_share(value: float) -> float:
+def ease_share(value: float) -> float:
     """Share of the time at which the quintic ease reaches a value."""
     share = np.linspace(0.0, 1.0, 2001)
-    return float(np.interp(value, eased(share), share))
+    return float(np.interp(value, ease(share), share))
 
 
-def _ramped(s: Floats) -> Floats:
+def _ramp_travel(s: Floats) -> Floats:
     """Integral of 3 s^2 - 2 s^3: path of a ramp whose acceleration begins and ends at zero, 1/2 at the end."""
     return s * s * s * (1.0 - 0.5 * s)

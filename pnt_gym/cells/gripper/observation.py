@@ -28,7 +28,7 @@ def _elevation(context: Context) -> Floats:
     return np.arcsin(velocity[:, 2] / np.maximum(length(velocity), 1e-9))
 
 
-def _is(kind: int, context: Context) -> Floats:
+def _is_kind(kind: int, context: Context) -> Floats:
     return (context.kind == kind).astype(np.float64)
 
 
@@ -51,9 +51,9 @@ FEATURES: Final = (
     Feature("release_speed", "m/s", 0.60, 0.20, "of the nominal plan", lambda c: length(c.plans.velocity)),
     Feature("elevation", "rad", 0.15, 0.15, "of the nominal plan; 0 for a drop", _elevation),
     Feature("flight_time", "s", 0.22, 0.04, "of the nominal plan, without drag", lambda c: c.plans.flight_time),
-    Feature("is_first", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is(0, c)),
-    Feature("is_second", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is(1, c)),
-    Feature("is_third", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is(2, c)),
+    Feature("is_first", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is_kind(0, c)),
+    Feature("is_second", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is_kind(1, c)),
+    Feature("is_third", "-", 0.5, 0.5, "kind of object, one-hot", lambda c: _is_kind(2, c)),
 )
 TABLE: Final = FeatureTable(FEATURES)
 HIDDEN: Final = (
@@ -78,11 +78,11 @@ def feature_table(config: GripperConfig) -> FeatureTable:
     Raises:
         ConfigError: the level names a feature that does not exist.
     """
-    own, known = config.observation, [feature.name for feature in FEATURES]
-    for name in own:
-        if name not in known:
-            raise ConfigError(f"observation: {name!r} is no feature; the features are {', '.join(known)}")
-    spans = [own.get(feature.name, (feature.centre, feature.scale)) for feature in FEATURES]
+    custom_spans, names = config.observation, [feature.name for feature in FEATURES]
+    for name in custom_spans:
+        if name not in names:
+            raise ConfigError(f"observation: {name!r} is no feature; the features are {', '.join(names)}")
+    spans = [custom_spans.get(feature.name, (feature.centre, feature.scale)) for feature in FEATURES]
     return FeatureTable([replace(f, centre=c, scale=s) for f, (c, s) in zip(FEATURES, spans, strict=True)])
 
 

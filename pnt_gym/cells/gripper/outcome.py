@@ -24,7 +24,7 @@ LIFT: Final = 0.5
 
 @final
 @dataclass(frozen=True)
-class Flown:
+class RecordedThrows:
     """N recorded throws, M steps each, before judging. A step's values are those of its start."""
 
     flight: ObjectFlight
@@ -58,10 +58,10 @@ class Flown:
         position, hand = sensordata[..., SENSORS["object_position"]], sensordata[..., SENSORS["hand_position"]]
         pads = sensordata[..., SENSORS["pad_contact"]]
         touch = touching(pads[..., 0:2]) | touching(pads[..., 2:4])
-        gripped = np.minimum(np.ceil(plans.grip_time / step).astype(np.int64), last_step)
-        told = np.clip(np.floor(plans.open_time / step).astype(np.int64), gripped, last_step)
-        release = _freed(touch, gripped, last_step, round(BRUSHING / step))
-        held, clear = position - hand, _cleared(position[..., 2], gripped, told)
+        grip_step = np.minimum(np.ceil(plans.grip_time / step).astype(np.int64), last_step)
+        open_step = np.clip(np.floor(plans.open_time / step).astype(np.int64), grip_step, last_step)
+        release = _free_step(touch, grip_step, last_step, round(BRUSHING / step))
+        relative_position, off_table_step = position - hand, _off_table_step(position[..., 2], grip_step, open_step)
         return cls(
             flight=ObjectFlight(
                 position=position,
@@ -73,8 +73,8 @@ class Flown:
             ),
             hand=hand,
             release_time=np.asarray(release * step, dtype=np.float64),
-            lifted=position[rows, told, 2] - position[rows, 0, 2],
-            slip=np.hypot(*(held[rows, told] - held[rows, clear])[:, [0, 2]].T),
+            lifted=position[rows, open_step, 2] - position[rows, 0, 2],
+            slip=np.hypot(*(relative_position[rows, open_step] - relative_position[rows, off_table_step])[:, [0, 2]].T),
             peak_torque=np.abs(sensordata[..., SENSORS["torque"]]).max(axis=(1, 2)),
             energy=work_of_steps(sensordata[..., SENSORS["torque"]], speed, last_step + 1, step),
         )
@@ -98,42 +98,44 @@ class Outcome(Landed):
     """Positive mechanical work of the motors (N,) [J], without the way back, whose time alone is planned."""
 
 
-def judge(flown: Flown, plans: TossPlans, config: GripperConfig, return_time: Floats) -> Outcome:
+def judge(throws: RecordedThrows, plans: TossPlans, config: GripperConfig, return_time: Floats) -> Outcome:
     """Outcome of N throws.
 
     Args:
-        flown: recorded throws.
+        throws: recorded throws.
         plans: plans of the throws.
         config: level of the cell.
         return_time: time from the end of the throw back above the pick (N,) [s].
     """
-    tray, arrival = config.tray, flown.release_time + plans.flight_time
+    tray, arrival = config.tray, throws.release_time + plans.flight_time
     opening = np.broadcast_to(np.array(tray.opening), (len(arrival), 2))
-    landed = flown.flight.touchdown(plans.target[:, 2]).landed(plans.target, opening, tray.depth, plans.heading)
+    landing = throws.flight.touchdown(plans.target[:, 2]).landing_fields(
+        plans.target, opening, tray.depth, plans.heading
+    )
     return Outcome(
-        **landed,
-        landing_error=np.hypot(landed["landing_along"], landed["landing_across"]),
-        picked=flown.lifted >= LIFT * (plans.release[:, 2] - plans.pick[:, 2]),
-        slip=flown.slip,
-        release_delay=flown.release_time - plans.release_time,
+        **landing,
+        landing_error=np.hypot(landing["landing_along"], landing["landing_across"]),
+        picked=throws.lifted >= LIFT * (plans.release[:, 2] - plans.pick[:, 2]),
+        slip=throws.slip,
+        release_delay=throws.release_time - plans.release_time,
         cycle_time=np.maximum(arrival, plans.stop_time + return_time),
-        peak_torque=flown.peak_torque,
-        energy=flown.energy,
+        peak_torque=throws.peak_torque,
+        energy=throws.energy,
     )
 
 
-def _cleared(height: Floats, gripped: Ints, told: Ints) -> Ints:
+def _off_table_step(height: Floats, grip_step: Ints, open_step: Ints) -> Ints:
     """First step after the grip with the object off the table (N,); the opening's step if it stays on the table."""
     steps = np.arange(height.shape[1], dtype=np.int64)
-    off = (height > height[:, :1] + OFF_TABLE) & (steps >= gripped[:, None]) & (steps < told[:, None])
-    return np.where(off.any(axis=1), off.argmax(axis=1), told)
+    is_off = (height > height[:, :1] + OFF_TABLE) & (steps >= grip_step[:, None]) & (steps < open_step[:, None])
+    return np.where(is_off.any(axis=1), is_off.argmax(axis=1), open_step)
 
 
-def _freed(touch: Bools, gripped: Ints, last_step: Ints, window: int) -> Ints:
+def _free_step(touch: Bools, grip_step: Ints, last_step: Ints, window: int) -> Ints:
     """First step after the grip from which no pad touches the object for `window` steps (N,)."""
     steps = np.arange(touch.shape[1], dtype=np.int64)
     total = np.zeros((len(touch), touch.shape[1] + 1), dtype=np.int64)
     np.cumsum(touch, axis=1, out=total[:, 1:])
     ahead = np.minimum(steps + window, touch.shape[1])
-    free = (total[:, ahead] == total[:, :-1]) & (steps >= gripped[:, None]) & (steps <= last_step[:, None])
+    free = (total[:, ahead] == total[:, :-1]) & (steps >= grip_step[:, None]) & (steps <= last_step[:, None])
     return np.where(free.any(axis=1), free.argmax(axis=1), last_step)

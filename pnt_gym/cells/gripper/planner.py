@@ -16,7 +16,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length
 from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.gripper.motion import TossPlans, eased, eased_share, faded
+from pnt_gym.cells.gripper.motion import TossPlans, ease, ease_share, fading_travel
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import ConfigError
 from pnt_gym.robots.gripper.build import Claws
@@ -27,12 +27,12 @@ from pnt_gym.robots.gripper.kinematics import inverse_kinematics
 from pnt_gym.robots.gripper.motion import travel_time
 
 _MOVE_TIMES: Final = np.linspace(0.0, 1.0, 13)[1:-1]
-_MOVE_SHARES: Final = eased(_MOVE_TIMES)
+_MOVE_SHARES: Final = ease(_MOVE_TIMES)
 _MOVE_RATES: Final = 30.0 * (_MOVE_TIMES * (1.0 - _MOVE_TIMES)) ** 2
 """Shares of the path of an eased motion, and speeds over its mean speed."""
 _BEND: Final = 10.0 / 3.0**0.5
 """Largest acceleration of an eased motion, over path / time^2."""
-_FADED: Final = faded(_MOVE_TIMES)
+_MOVE_TRAVEL: Final = fading_travel(_MOVE_TIMES)
 _ROUNDS: Final = 8
 """Iterations of a move's duration while the platform still follows the belt."""
 _TOLERANCE: Final = 1.02
@@ -64,7 +64,7 @@ class TossPlanner:
         closed, released = contact - np.deg2rad(grip.squeeze_deg), contact + np.deg2rad(grip.release_deg)
         self.theta = np.stack([wide, closed, contact, released], axis=-1)
         self.hang = self._top - np.array([i.height for i in config.item_list()]) / 2.0
-        share = eased_share(grip.squeeze_deg / (grip.squeeze_deg + grip.release_deg))
+        share = ease_share(grip.squeeze_deg / (grip.squeeze_deg + grip.release_deg))
         self.lead = grip.opening * share
         motion = config.motion
         grid = np.meshgrid(motion.release_x, np.deg2rad(motion.elevation_deg), indexing="ij")
@@ -106,9 +106,9 @@ class TossPlanner:
             flight_time=flight,
             feasible=np.ones(count, dtype=np.bool_),
         )
-        ahead = plans.heading
-        left = np.stack([-ahead[:, 1], ahead[:, 0], np.zeros(count)], axis=-1)
-        plans = replace(plans, release=release + shift[:, :1] * ahead + shift[:, 1:2] * left)
+        heading = plans.heading
+        left = np.stack([-heading[:, 1], heading[:, 0], np.zeros(count)], axis=-1)
+        plans = replace(plans, release=release + shift[:, :1] * heading + shift[:, 1:2] * left)
         plans = replace(plans, move_time=self._move_time(plans))
         return replace(plans, feasible=~np.any(list(self._faults(plans).values()), axis=0))
 
@@ -167,27 +167,31 @@ class TossPlanner:
         """Duration of the move to the line at the allowed motor speed (N,) [s]; 1 out of reach."""
         still = replace(plans, belt=np.zeros_like(plans.belt))
         # Without a belt, speeds are proportional to 1 / time, so one iteration is exact.
-        time = self._set_anew(still, np.ones_like(plans.move_time))
+        time = self._next_move_time(still, np.ones_like(plans.move_time))
         for _ in range(_ROUNDS if self._belt.any() else 0):
-            time = self._set_anew(plans, time)
+            time = self._next_move_time(plans, time)
         return time
 
-    def _set_anew(self, plans: TossPlans, time: Floats) -> Floats:
+    def _next_move_time(self, plans: TossPlans, time: Floats) -> Floats:
         """Next iterate of a move's duration, from motor speed and path at the present duration (N,) [s]."""
         motion = self.config.motion
         fastest = self._move_speed(plans, time)
         load = np.where(np.isnan(fastest), 1.0, fastest / (motion.speed_share * self.motor_speed))
         shortest = np.full_like(time, _SHORTEST_MOVE)
         if motion.move_acceleration is not None:
-            way = length(plans.start - plans.pick - replace(plans, move_time=time).followed)
+            way = length(plans.start - plans.pick - replace(plans, move_time=time).belt_travel)
             shortest = np.maximum(shortest, np.sqrt(_BEND * way / motion.move_acceleration))
         return np.maximum(time * load, shortest)
 
     def _move_speed(self, plans: TossPlans, time: Floats) -> Floats:
         """Speed of the fastest motor on a move of given duration (N,) [rad/s]; NaN out of reach."""
-        moved = replace(plans, move_time=time)
-        way, long, belt = moved.start - moved.pick - moved.followed, time[:, None], plans.belt[:, None]
-        points = plans.pick[:, None] + (plans.grip_time[:, None] + long * _FADED)[..., None] * belt
+        plans_at_time = replace(plans, move_time=time)
+        way, long, belt = (
+            plans_at_time.start - plans_at_time.pick - plans_at_time.belt_travel,
+            time[:, None],
+            plans.belt[:, None],
+        )
+        points = plans.pick[:, None] + (plans.grip_time[:, None] + long * _MOVE_TRAVEL)[..., None] * belt
         points = points + _MOVE_SHARES[:, None] * way[:, None]
         theta = np.broadcast_to(plans.theta[:, None, 1:2], (*points.shape[:-1], 1))
         rate = way[:, None] * _MOVE_RATES[:, None] / long[..., None] + (1.0 - _MOVE_SHARES)[:, None] * belt
@@ -195,18 +199,18 @@ class TossPlanner:
 
     def _faults(self, plans: TossPlans) -> dict[str, Bools]:
         """Possible faults of plans, and whether each plan has them (N,)."""
-        motion, most = self.config.motion, self.motor_speed
+        motion, motor_limit = self.config.motion, self.motor_speed
         move, line = self._move_speed(plans, plans.move_time), self._line_speed(plans)
         first, last = self._follow_speeds(plans)
         return {
             "the robot does not reach the grip": np.isnan(first),
             "the belt carries the object out of the robot's reach before it is gripped": np.isnan(last),
-            "the motors are too slow to follow the belt": np.maximum(first, last) > motion.speed_share * most,
+            "the motors are too slow to follow the belt": np.maximum(first, last) > motion.speed_share * motor_limit,
             "the way from the grip to the throw leaves the robot's reach": np.isnan(move),
-            "the motors are too slow to leave the belt": move > _TOLERANCE * motion.speed_share * most,
+            "the motors are too slow to leave the belt": move > _TOLERANCE * motion.speed_share * motor_limit,
             "no throw leads there": ~np.isfinite(plans.flight_time),
             "the throw leaves the robot's reach": np.isnan(line),
-            "the motors are too slow for the throw": line > motion.line_speed_share * most,
+            "the motors are too slow for the throw": line > motion.line_speed_share * motor_limit,
         }
 
     def _follow_speeds(self, plans: TossPlans) -> tuple[Floats, Floats]:
@@ -271,17 +275,17 @@ def _check_widths(config: GripperConfig, claws: Claws, dimensions: Dimensions) -
     """
     grip = config.grip
     tightest = float(np.rad2deg(dimensions.theta[0]))
-    opened, closed = claws.gap(np.deg2rad(grip.open_deg)), claws.gap(np.deg2rad(tightest + grip.squeeze_deg))
+    open_gap, closed_gap = claws.gap(np.deg2rad(grip.open_deg)), claws.gap(np.deg2rad(tightest + grip.squeeze_deg))
     for item in config.item_list():
         width = item.size[1]
-        if width >= opened:
+        if width >= open_gap:
             raise ConfigError(
-                f"cell {config.name!r}: the {item.name} is {width:.4g} m wide; the claws open to {opened:.4g} m"
+                f"cell {config.name!r}: the {item.name} is {width:.4g} m wide; the claws open to {open_gap:.4g} m"
             )
-        if width < closed:
+        if width < closed_gap:
             raise ConfigError(
                 f"cell {config.name!r}: the {item.name} is {width:.4g} m wide; claws that squeeze by "
-                f"{grip.squeeze_deg:g} deg hold no less than {closed:.4g} m"
+                f"{grip.squeeze_deg:g} deg hold no less than {closed_gap:.4g} m"
             )
 
 

@@ -14,13 +14,13 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.alone import write_object
 from pnt_gym.cells.base.fluid import lying_size
-from pnt_gym.cells.base.plant import Plant, staged_rollout, step_counts
+from pnt_gym.cells.base.plant import Plant, roll_out, step_counts
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.cells.gripper.hidden import Hidden
 from pnt_gym.cells.gripper.motion import TossPlans
-from pnt_gym.cells.gripper.outcome import Flown
+from pnt_gym.cells.gripper.outcome import RecordedThrows
 from pnt_gym.cells.gripper.scene import Scene, build_scene
 from pnt_gym.robots.gripper.geometry import N_ARMS
 from pnt_gym.robots.gripper.references import closed_pose, motor_references
@@ -34,7 +34,7 @@ _INSTANT = 1e-6
 
 
 @final
-class GripperPlant(Plant[Context, TossPlans, Flown]):
+class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
     """N copies of the physics of the gripper robot's cell."""
 
     def __init__(self, config: GripperConfig, count: int, threads: int = 1) -> None:
@@ -48,34 +48,36 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
         self._upright = np.array([item.upright for item in config.item_list()])
         self._mass = np.array([item.mass for item in config.item_list()])
 
-    def fly(self, thrown: Context, plans: TossPlans) -> Flown:
+    def fly(self, context: Context, plans: TossPlans) -> RecordedThrows:
         """Simulate one throw in every simulation: the N objects, and the N throws."""
-        step, hidden = self.config.timestep, thrown.hidden
+        step, hidden = self.config.timestep, context.hidden
         landing = plans.release_time + np.maximum(plans.shift, 0.0) + LATEST_FLIGHT * plans.flight_time
         end = np.maximum(plans.stop_time, landing + hidden.delay + self.config.tray.settle)
         steps = step_counts(end, step)
-        self.write(thrown, plans)
-        control = self._controls(plans, thrown.kind, hidden, int(steps.max()))
+        self.write(context, plans)
+        control = self._controls(plans, context.kind, hidden, int(steps.max()))
         if (row := self.record_row) is not None:
             start = plans.release[row] - np.array([0.0, 0.0, plans.hang[row]])
             plan = start, plans.velocity[row], plans.flight_time[row]
-            self.keep(self.scene.object_body, control[row, : steps[row]], plan, plans.target[row])
-        record = staged_rollout(self.batch, control, steps, ("sensordata", "qvel"))
-        return Flown.from_sensors(record["sensordata"], record["qvel"][..., self.motors], plans, steps - 1, step)
+            self.record_throw(self.scene.object_body, control[row, : steps[row]], plan, plans.target[row])
+        record = roll_out(self.batch, control, steps, ("sensordata", "qvel"))
+        return RecordedThrows.from_sensors(
+            record["sensordata"], record["qvel"][..., self.motors], plans, steps - 1, step
+        )
 
-    def write(self, thrown: Context, plans: TossPlans) -> None:
+    def write(self, context: Context, plans: TossPlans) -> None:
         """Set up the simulations: robot above its object, object on the table."""
-        batch, scene, hidden = self.batch, self.scene, thrown.hidden
-        upright = self._upright[thrown.kind]
+        batch, scene, hidden = self.batch, self.scene, context.hidden
+        upright = self._upright[context.kind]
         full = lying_size(hidden.shape, hidden.size)
         self._write_models(hidden, full)
-        batch.expand("geom_rgba")[:, scene.object_geom] = ITEM_RGBA.take(thrown.kind, axis=0, mode="wrap")
+        batch.expand("geom_rgba")[:, scene.object_geom] = ITEM_RGBA.take(context.kind, axis=0, mode="wrap")
         batch.state[:] = 0.0
         qpos = batch.bind("qpos")
         first = scene.object_qpos
         start = np.column_stack([plans.pick, plans.theta[:, 0]])
         qpos[:, :first] = closed_pose(start, self._dimensions)
-        qpos[:, first : first + 2] = thrown.place + hidden.offset
+        qpos[:, first : first + 2] = context.place + hidden.offset
         height = np.where(upright, full[:, 0], full[:, 2])
         qpos[:, first + 2] = self.config.table.height + height / 2.0 + _GAP
         qpos[:, first + 3 : first + 7] = _attitude(hidden.yaw, upright)
@@ -88,10 +90,10 @@ class GripperPlant(Plant[Context, TossPlans, Flown]):
         batch, scene, travel = self.batch, self.scene, self.config.table.travel
         batch.expand("geom_surfacevel")[:, scene.table, :3] = speed[:, None] * travel
         rate = np.column_stack([velocity, np.zeros(len(speed))])
-        ahead, behind = (closed_pose(start + part * rate, self._dimensions) for part in (_INSTANT, -_INSTANT))
+        pose_after, pose_before = (closed_pose(start + sign * rate, self._dimensions) for sign in (_INSTANT, -_INSTANT))
         qvel = batch.bind("qvel")
-        first = ahead.shape[1]
-        qvel[:, :first] = (ahead - behind) / (2.0 * _INSTANT)
+        first = pose_after.shape[1]
+        qvel[:, :first] = (pose_after - pose_before) / (2.0 * _INSTANT)
         qvel[:, first : first + 3] = speed[:, None] * travel
 
     def _write_models(self, hidden: Hidden, full: Floats) -> None:

@@ -46,25 +46,25 @@ class Robot(Section):
         Raises:
             ConfigError: a name belongs to no part, or the values describe no possible robot.
         """
-        lengths = asdict(PROTOTYPE.scaled(self.scale)) | dict(self.dimensions)
-        servo = replace(PROTOTYPE_BUILD.servo, **_known("servo", self.servo, _names(MotorServo)))
-        build = PROTOTYPE_BUILD.scaled(self.scale, servo)
-        claws = replace(build.claws, **_known("claws", self.claws, _names(Claws)))
-        masses = _known("masses", self.masses, _MASSES)
+        lengths = asdict(PROTOTYPE.with_scale(self.scale)) | dict(self.dimensions)
+        servo = replace(PROTOTYPE_BUILD.servo, **_check_values("servo", self.servo, _field_names(MotorServo)))
+        build = PROTOTYPE_BUILD.with_scale(self.scale, servo)
+        claws = replace(build.claws, **_check_values("claws", self.claws, _field_names(Claws)))
+        masses = _check_values("masses", self.masses, _MASSES)
         return Dimensions.from_mapping(lengths), replace(build, **masses, claws=claws)
 
 
-def _names(part: type[MotorServo] | type[Claws]) -> tuple[str, ...]:
+def _field_names(part: type[MotorServo] | type[Claws]) -> tuple[str, ...]:
     return tuple(field.name for field in fields(part))
 
 
-def _known(part: str, values: _Part, names: tuple[str, ...]) -> dict[str, Any]:
+def _check_values(part: str, values: _Part, names: tuple[str, ...]) -> dict[str, Any]:
     """The values, if all of them have a known name and are numbers."""
     for name, value in values.items():
         if name not in names:
             raise ConfigError(f"robot.{part}: {name!r} is none of {', '.join(names)}")
-        several = name == "pad" and isinstance(value, list | tuple)
-        numbers: list[object] = [*cast("list[object]", value)] if several else [value]
+        is_sequence = name == "pad" and isinstance(value, list | tuple)
+        numbers: list[object] = [*cast("list[object]", value)] if is_sequence else [value]
         count, form = (3, "three lengths in m") if name == "pad" else (1, "a number")
         if len(numbers) != count or any(isinstance(v, bool) or not isinstance(v, int | float) for v in numbers):
             raise ConfigError(f"robot.{part}.{name} is {value!r}; it must be {form}")

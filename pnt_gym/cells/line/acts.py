@@ -15,20 +15,20 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.plant import Recording
-from pnt_gym.cells.base.rotations import upright
+from pnt_gym.cells.base.rotations import yaw_attitude
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Mover, ThrowMotion
-from pnt_gym.cells.conveyor.movers.tracking import brought_to_rest
+from pnt_gym.cells.conveyor.movers.tracking import stop_motion
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.ballistics import flight_state
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 
-LOOK: Final = 0.004
+SAMPLE_TIME: Final = 0.004
 """Time between two recorded poses of hands and objects; poses in between are interpolated [s]."""
 
 
-MOST_SEEN: Final = 400
+MAX_CYCLES: Final = 400
 """Cycles that are kept at most, the latest ones; older objects disappear from pictures of a long shift."""
 
 
@@ -48,7 +48,7 @@ class Track(NamedTuple):
         share = min(max((time - float(self.time[before])) / span, 0.0), 1.0)
         return self.pose[before] + share * (self.pose[after] - self.pose[before])
 
-    def onward(self, time: float) -> Self:
+    def from_time(self, time: float) -> Self:
         """Track from the last moment before a time [s] on."""
         first = min(max(int(np.searchsorted(self.time, time, "right")) - 1, 0), len(self.time) - 1)
         return type(self)(self.time[first:], self.pose[first:])
@@ -56,7 +56,7 @@ class Track(NamedTuple):
 
 @final
 @dataclass(frozen=True)
-class Act:
+class RobotCycle:
     """One cycle of a robot; x counts from the robot's base."""
 
     robot: int
@@ -70,24 +70,28 @@ class Act:
     """Time at which the robot is free again [s]."""
     hand: Track
     """Position of the cup's tip (K, 3) [m]."""
-    taken: float
+    off_belt: float
     """Time from which the belt no longer carries the object; infinity where the cup does not seal [s]."""
-    thing: Track | None
+    object_track: Track | None
     """Middle of the object's extents and the object's attitude from the lift on (K, 7); None where the cup does not
     seal."""
-    lies: bool
+    stays_visible: bool
     """Whether the object stays in the picture after its track ends; False where its place is unknown."""
 
-    def seen(self, time: float) -> Floats | None:
+    def object_pose(self, time: float) -> Floats | None:
         """Pose of the object (7,); None before its lift, without an object, and after the object has disappeared."""
-        if self.thing is None or time < self.lift or (not self.lies and time > self.thing.time[-1]):
+        if (
+            self.object_track is None
+            or time < self.lift
+            or (not self.stays_visible and time > self.object_track.time[-1])
+        ):
             return None
-        return self.thing.at(time)
+        return self.object_track.at(time)
 
-    def onward(self, time: float) -> Act:
+    def from_time(self, time: float) -> RobotCycle:
         """The cycle with its tracks from a time [s] on."""
-        thing = None if self.thing is None else self.thing.onward(time)
-        return replace(self, hand=self.hand.onward(time), thing=thing)
+        object_track = None if self.object_track is None else self.object_track.from_time(time)
+        return replace(self, hand=self.hand.from_time(time), object_track=object_track)
 
 
 class Decision(NamedTuple):
@@ -104,11 +108,13 @@ class Decision(NamedTuple):
     end: float
     context: Context
     picked: bool
-    lies: bool
+    in_bin: bool
     """Whether the object lies in a bin."""
 
 
-def act(decision: Decision, tip: Floats, cell: ConveyorConfig, mover: Mover, recording: Recording | None) -> Act:
+def record_cycle(
+    decision: Decision, tip: Floats, cell: ConveyorConfig, mover: Mover, recording: Recording | None
+) -> RobotCycle:
     """Tracks of hand and object for an executed decision.
 
     Args:
@@ -119,121 +125,123 @@ def act(decision: Decision, tip: Floats, cell: ConveyorConfig, mover: Mover, rec
         recording: recording of the simulated throw; None where the throw was not simulated.
     """
     context = decision.context
-    chase = _chase(decision, tip, mover)
+    approach = _approach_track(decision, tip, mover)
     if not decision.picked:
         motion = ThrowMotion.resting(context.pick)
         if cell.belt.tracking:
-            motion = brought_to_rest(context.pick, context.limits, cell.belt.speed)
-        hand, thing = _planned_hand(decision, motion), None
+            motion = stop_motion(context.pick, context.limits, cell.belt.speed)
+        hand, object_track = _hand_track(decision, motion), None
     elif recording is None:
         motion = mover.throw(context.pick, context.plan, context.throw_limits, context.ceiling)
-        hand = _planned_hand(decision, motion)
-        thing = _planned_thing(decision, motion)
+        hand = _hand_track(decision, motion)
+        object_track = _object_track(decision, motion)
     else:
-        hand, thing = _simulated(decision, recording)
-    time = np.concatenate([chase.time, hand.time])
-    own = Track(time, np.concatenate([chase.pose, hand.pose]))
-    held = decision.lift if cell.belt.tracking else decision.lift - cell.motion.dwell
-    return Act(
+        hand, object_track = _replay_tracks(decision, recording)
+    time = np.concatenate([approach.time, hand.time])
+    tip_track = Track(time, np.concatenate([approach.pose, hand.pose]))
+    off_belt = decision.lift if cell.belt.tracking else decision.lift - cell.motion.dwell
+    return RobotCycle(
         robot=decision.robot,
         number=decision.number,
         start=decision.start,
         lift=decision.lift,
         end=decision.end,
-        hand=own,
-        taken=held if decision.picked else np.inf,
-        thing=thing,
-        lies=decision.lies or recording is not None,
+        hand=tip_track,
+        off_belt=off_belt if decision.picked else np.inf,
+        object_track=object_track,
+        stays_visible=decision.in_bin or recording is not None,
     )
 
 
-def _moments(begin: float, end: float) -> Floats:
+def _sample_times(begin: float, end: float) -> Floats:
     """Times from `begin` to `end` [s], both included."""
-    return np.linspace(begin, end, max(int(np.ceil((end - begin) / LOOK)), 1) + 1)
+    return np.linspace(begin, end, max(int(np.ceil((end - begin) / SAMPLE_TIME)), 1) + 1)
 
 
-def _chase(decision: Decision, tip: Floats, mover: Mover) -> Track:
+def _approach_track(decision: Decision, tip: Floats, mover: Mover) -> Track:
     """Track of the hand to its object, and along with the object until the lift."""
     resting = ThrowMotion.resting(decision.hand)
     meeting = mover.meet(resting, decision.place, decision.context.limits)
     path = JerkTrajectory.concatenate(decision.hand, [meeting.back], rides=True)
-    time = _moments(0.0, decision.lift - decision.start)
-    share = np.minimum(time / max(path.duration[0], LOOK), 1.0)[:, None]
+    time = _sample_times(0.0, decision.lift - decision.start)
+    share = np.minimum(time / max(path.duration[0], SAMPLE_TIME), 1.0)[:, None]
     offset = tip + share * (decision.context.cup_offset[0] - tip)
     return Track(decision.start + time, path.sample(time).position[0] + offset)
 
 
-def _planned_hand(decision: Decision, motion: ThrowMotion) -> Track:
+def _hand_track(decision: Decision, motion: ThrowMotion) -> Track:
     """Track of the hand after the lift, as planned."""
     path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
-    time = _moments(0.0, decision.end - decision.lift)
+    time = _sample_times(0.0, decision.end - decision.lift)
     return Track(decision.lift + time, path.sample(time).position[0] + decision.context.cup_offset[0])
 
 
-def _planned_thing(decision: Decision, motion: ThrowMotion) -> Track:
+def _object_track(decision: Decision, motion: ThrowMotion) -> Track:
     """Track of the object: held until the planned release, flight without air, fall to the bottom of the bin."""
     context, plan = decision.context, decision.context.plan
     path = JerkTrajectory.concatenate(motion.pick, [motion.segments], motion.pick_velocity)
-    held = _moments(0.0, float(motion.release_time[0]))
-    flying = _moments(0.0, float(plan.flight_time[0]))
-    points = flight_state(plan.position, plan.velocity, flying)[0]
-    high = lying_size(context.objects.shape, context.objects.size)[0, 2]
-    hangs = context.cup_offset[0] + [*context.grasp[0], -LIP_GAP - high / 2]
-    way = np.concatenate([path.sample(held).position[0], points]) + hangs
-    time = np.concatenate([held, held[-1] + flying])
-    if decision.lies:
+    hold_times = _sample_times(0.0, float(motion.release_time[0]))
+    flight_times = _sample_times(0.0, float(plan.flight_time[0]))
+    points = flight_state(plan.position, plan.velocity, flight_times)[0]
+    height = lying_size(context.objects.shape, context.objects.size)[0, 2]
+    hang_offset = context.cup_offset[0] + [*context.grasp[0], -LIP_GAP - height / 2]
+    path_points = np.concatenate([path.sample(hold_times).position[0], points]) + hang_offset
+    time = np.concatenate([hold_times, hold_times[-1] + flight_times])
+    if decision.in_bin:
         # Free fall from the opening to the bottom of the bin: t = sqrt(2 h / g).
-        sinks = max(way[-1, 2] - float(context.target[0, 2] - context.bin_depth[0]) - high / 2, 0.0)
-        falling = _moments(0.0, np.sqrt(2.0 * sinks / GRAVITY))
-        down = way[-1] - np.array([0.0, 0.0, 0.5 * GRAVITY]) * falling[:, None] ** 2
-        way, time = np.concatenate([way, down]), np.concatenate([time, time[-1] + falling])
-    attitude = np.tile(upright(context.objects.yaw), (len(way), 1))
-    return Track(decision.lift + time, np.concatenate([way, attitude], axis=1))
+        drop = max(path_points[-1, 2] - float(context.target[0, 2] - context.bin_depth[0]) - height / 2, 0.0)
+        fall_times = _sample_times(0.0, np.sqrt(2.0 * drop / GRAVITY))
+        fall_points = path_points[-1] - np.array([0.0, 0.0, 0.5 * GRAVITY]) * fall_times[:, None] ** 2
+        path_points, time = np.concatenate([path_points, fall_points]), np.concatenate([time, time[-1] + fall_times])
+    attitude = np.tile(yaw_attitude(context.objects.yaw), (len(path_points), 1))
+    return Track(decision.lift + time, np.concatenate([path_points, attitude], axis=1))
 
 
-def _simulated(decision: Decision, recording: Recording) -> tuple[Track, Track]:
+def _replay_tracks(decision: Decision, recording: Recording) -> tuple[Track, Track]:
     """Tracks of hand and object, from stepping the recorded throw again."""
     model = recording.model
-    tip, geom, first = model.site("tcp").id, model.geom("object").id, int(model.joint("object").qposadr[0])
-    time, hand, thing = list[float](), list[Floats](), list[Floats]()
-    for data, _ in recording.play(LOOK):
+    tip, geom, joint_address = model.site("tcp").id, model.geom("object").id, int(model.joint("object").qposadr[0])
+    time, hand, poses = list[float](), list[Floats](), list[Floats]()
+    for data, _ in recording.play(SAMPLE_TIME):
         time.append(decision.lift + float(data.time))
         hand.append(data.site_xpos[tip].copy())
-        thing.append(np.concatenate([data.geom_xpos[geom], data.qpos[first + 3 : first + 7]]))
+        poses.append(np.concatenate([data.geom_xpos[geom], data.qpos[joint_address + 3 : joint_address + 7]]))
     times = np.array(time)
     count = int(np.searchsorted(times, decision.end, "right"))
-    return Track(times[:count], np.stack(hand)[:count]), Track(times, np.stack(thing))
+    return Track(times[:count], np.stack(hand)[:count]), Track(times, np.stack(poses))
 
 
 @final
 @dataclass(frozen=True)
-class Acts:
+class CycleHistory:
     """Recorded cycles of the robots of one line in a shift, as far as pictures still show their hands and objects."""
 
-    rest: Floats
+    initial_tips: Floats
     """Cup tips of robots that have not moved yet (R, 3) [m]."""
     since: float = 0.0
     """Time of the decision before the coming one, since the begin of the shift [s]."""
-    made: tuple[Act, ...] = ()
+    cycles: tuple[RobotCycle, ...] = ()
     """Cycles in the order of their decisions."""
 
-    def then(self, since: float, more: Act | None) -> Acts:
+    def advance(self, since: float, new_cycle: RobotCycle | None) -> CycleHistory:
         """History at the next decision; the tracks of earlier cycles before `since` are dropped."""
-        kept = tuple(one.onward(since) for one in _latest(self.made))
-        return replace(self, since=since, made=kept if more is None else (*kept, more))
+        cycles = tuple(cycle.from_time(since) for cycle in _latest_cycles(self.cycles))
+        return replace(self, since=since, cycles=cycles if new_cycle is None else (*cycles, new_cycle))
 
     def tips(self, time: float) -> Floats:
         """Tips of the robots' cups at a time, each from its robot's base (R, 3) [m]."""
-        found = self.rest.copy()
-        for one in self.made:
-            if one.start <= time:
-                found[one.robot] = one.hand.at(time)
-        return found
+        tips = self.initial_tips.copy()
+        for cycle in self.cycles:
+            if cycle.start <= time:
+                tips[cycle.robot] = cycle.hand.at(time)
+        return tips
 
 
-def _latest(acts: tuple[Act, ...]) -> tuple[Act, ...]:
+def _latest_cycles(cycles: tuple[RobotCycle, ...]) -> tuple[RobotCycle, ...]:
     """The latest cycles, and the last cycle of every robot, which holds the position of its hand."""
-    if len(acts) <= MOST_SEEN:
-        return acts
-    last = {one.robot: number for number, one in enumerate(acts)}.values()
-    return tuple(one for number, one in enumerate(acts) if number >= len(acts) - MOST_SEEN or number in last)
+    if len(cycles) <= MAX_CYCLES:
+        return cycles
+    last = {robot_cycle.robot: number for number, robot_cycle in enumerate(cycles)}.values()
+    return tuple(
+        robot_cycle for number, robot_cycle in enumerate(cycles) if number >= len(cycles) - MAX_CYCLES or number in last
+    )

@@ -29,8 +29,8 @@ class Accounts(NamedTuple):
     @classmethod
     def fresh(cls, count: int, objects: int) -> Self:
         """Entries of objects that no robot has touched (N, M)."""
-        never, nobody = np.zeros((count, objects), dtype=np.int64), np.full((count, objects), NOBODY)
-        return cls(np.zeros((count, objects)), never, never.copy(), nobody, nobody.copy())
+        zeros, no_robot = np.zeros((count, objects), dtype=np.int64), np.full((count, objects), NOBODY)
+        return cls(np.zeros((count, objects)), zeros, zeros.copy(), no_robot, no_robot.copy())
 
 
 @final
@@ -82,13 +82,13 @@ class Books:
 
     def _read(self) -> Accounts:
         """All entries (N, M): the arrays of the latest books, or a copy with every later write undone."""
-        book, later = self, list[tuple[Any, Accounts]]()
-        while book._entries is None:
-            assert book._next is not None  # earlier books always refer to the books that hold their entries
-            book, index, before = book._next
-            later.append((index, before))
-        columns = book._entries if book is self else _copy(book._entries)
-        for index, before in reversed(later):
+        current, changes = self, list[tuple[Any, Accounts]]()
+        while current._entries is None:
+            assert current._next is not None  # earlier books always refer to the books that hold their entries
+            current, index, before = current._next
+            changes.append((index, before))
+        columns = current._entries if current is self else _copy(current._entries)
+        for index, before in reversed(changes):
             _put(columns, index, before)
         return columns
 

@@ -8,22 +8,22 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
-from pnt_gym.cells.base.cell import MOST_CELLS, Generators, whole_number
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
+from pnt_gym.cells.base.cell import MOST_CELLS, Generators, check_whole_number
 from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers.tracking import brought_to_rest
+from pnt_gym.cells.conveyor.movers.tracking import stop_motion
 from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.cells.line.acts import Act, Acts, Decision, act
+from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle, record_cycle
 from pnt_gym.cells.line.books import Accounts
-from pnt_gym.cells.line.chances import Chances, needed
-from pnt_gym.cells.line.choosing import IDLE, Chooser
+from pnt_gym.cells.line.chances import Chances, required_table
+from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
-from pnt_gym.cells.line.state import Fate, Shift
-from pnt_gym.cells.line.stream import Arriving, turned
-from pnt_gym.cells.line.throws import Made, TableThrows, Thrower, ThrownThrows
+from pnt_gym.cells.line.state import Fate, LineState
+from pnt_gym.cells.line.stream import StreamSampler, redraw
+from pnt_gym.cells.line.throws import SimulatedThrows, TableThrows, ThrowExecutor, ThrowResults
 from pnt_gym.cells.line.turns import Turns
 from pnt_gym.errors import ConfigError, OrderError
 
@@ -35,7 +35,7 @@ MOST_OBJECTS: Final = 5_000_000
 
 @final
 @dataclass(frozen=True)
-class Taken:
+class Decisions:
     """Decisions of N robots that were carried out, with their results."""
 
     robot: Ints
@@ -46,7 +46,7 @@ class Taken:
     """Index of the object in the stream (N,)."""
     context: Context
     """Picks and throws; arbitrary rows where `valid` is False (N,)."""
-    made: Made
+    results: ThrowResults
     """Results of the throws."""
     start: Floats
     """Time of the decision, since the begin of the shift (N,) [s]."""
@@ -80,48 +80,48 @@ class LineCell:
         self.config, self.count = config, count
         self.item_names = config.cell.items
         cells = [config.cell_of(index) for index in range(len(config.robots))]
-        self.chances: Chances = needed(config)
+        self.chances: Chances = required_table(config)
         self.chooser = Chooser(config, cells, self.chances)
         self.turns = Turns(config, self.chooser)
-        self.arriving = Arriving(config, self.chooser.planner)
+        self.arriving = StreamSampler(config, self.chooser.planner)
         _check_room(config, count, self.arriving.length)
-        self.throws: Thrower = _throws(config, cells, self.chances, count, threads)
+        self.throws: ThrowExecutor = _throw_executor(config, cells, self.chances, count, threads)
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
-        self.watched: Acts | None = None
+        self.watched: CycleHistory | None = None
         """Recorded cycles of the first line's robots, for pictures; None records nothing."""
-        self.stream = self.arriving.nothing(count)
+        self.stream = self.arriving.empty_streams(count)
         """Objects that come along the belts in this shift."""
-        self.state = self._begun(count)
+        self.state = self._initial_state(count)
         """States of the lines."""
         self.reset(np.arange(count), self.generators)
 
-    def _begun(self, count: int) -> Shift:
-        hand, choices = self.chooser.begin(), self.chooser.nothing(count)
-        return Shift.begin(count, len(self.config.robots), self.arriving.length, hand, choices)
+    def _initial_state(self, count: int) -> LineState:
+        hand, choices = self.chooser.initial_hand(), self.chooser.empty_choices(count)
+        return LineState.begin(count, len(self.config.robots), self.arriving.length, hand, choices)
 
     def reset(self, rows: Ints, generators: Generators) -> None:
         """Begin shifts in some lines, each with its own generator."""
         for row, generator in zip(rows, generators, strict=True):
             self.generators[int(row)] = generator
-        self.stream = self.arriving.drawn(self.stream, rows, generators)
-        begun, before = self._begun(len(rows)), self.state
-        books = before.books.write(rows, begun.books.whole())
-        self.state = self.turns.following(self.stream, replace(replaced(before, rows, begun), books=books), rows)
+        self.stream = self.arriving.draw(self.stream, rows, generators)
+        initial, before = self._initial_state(len(rows)), self.state
+        books = before.books.write(rows, initial.books.whole())
+        self.state = self.turns.advance(self.stream, replace(replace_rows(before, rows, initial), books=books), rows)
         if self.watched is not None and (rows == 0).any():
-            self.watched = Acts(self._begun(1).hand[0])
+            self.watched = CycleHistory(self._initial_state(1).hand[0])
 
     def watch(self) -> None:
         """Record the cycles of the first line's robots from now on, for pictures."""
         self.throws.watched = True
         if self.watched is None:
-            self.watched = Acts(self.state.hand[0].copy(), float(self.state.clock[0]))
+            self.watched = CycleHistory(self.state.hand[0].copy(), float(self.state.clock[0]))
 
     def unwatch(self) -> None:
         """Stop recording cycles."""
         self.throws.watched, self.watched = False, None
 
     @property
-    def acts(self) -> Acts:
+    def acts(self) -> CycleHistory:
         """Recorded cycles of the first line's robots.
 
         Raises:
@@ -132,12 +132,12 @@ class LineCell:
         return self.watched
 
     @property
-    def context(self) -> Shift:
+    def context(self) -> LineState:
         """The states of the lines, under the name that every cell uses for its coming steps."""
         return self.state
 
     @context.setter
-    def context(self, state: Shift) -> None:
+    def context(self, state: LineState) -> None:
         self.state = state
 
     @property
@@ -155,141 +155,147 @@ class LineCell:
     def truth(self) -> Truth:
         """True objects of the coming choices, and the results of their throws where a table decides."""
         state, stream, choices = self.state, self.stream, self.state.choices
-        at = np.arange(self.count)[:, None], choices.index
-        objects, worth = replace(take(stream.objects, at), percent=choices.percent), stream.worth[at]
-        attempts = state.books.at(at).attempts
-        drawn, luck = tried_again(objects, attempts), turned(stream.luck[at], attempts)
+        index = np.arange(self.count)[:, None], choices.index
+        objects, worth = replace(take(stream.objects, index), percent=choices.percent), stream.worth[index]
+        attempts = state.books.at(index).attempts
+        attempted, luck = redraw_picks(objects, attempts), redraw(stream.luck[index], attempts)
         distance = np.sqrt(choices.away[..., 0] ** 2 + choices.away[..., 1] ** 2)
-        made = self.throws.foretold(state.robot[:, None], choices.bin, drawn, distance, luck)
-        if made is None:
+        results = self.throws.predict(state.robot[:, None], choices.bin, attempted, distance, luck)
+        if results is None:
             return Truth(choices.real, objects, worth, None, np.full_like(worth, np.nan))
         in_time = state.clock[:, None] + choices.cycle <= self.config.duration
-        return Truth(choices.real, objects, worth, made, np.where(made.sorted & in_time, worth, 0.0))
+        return Truth(choices.real, objects, worth, results, np.where(results.sorted & in_time, worth, 0.0))
 
     @property
     def over(self) -> Bools:
         """Whether each line's shift is over (N,)."""
         return self.state.clock >= self.config.duration
 
-    def take(self, choice: Ints) -> Taken:
+    def take(self, choice: Ints) -> Decisions:
         """Carry out the choice of each line's robot, and advance to the next decisions.
 
         Args:
             choice: index of the choice (N,), from 0 to `CHOICES` - 1.
         """
         before = self.state
-        taken = self._taken(choice)
+        decisions = self._carry_out(choice)
         if self.watched is not None:
-            more = self._act(before, taken, int(choice[0])) if taken.valid[0] else None
-            self.watched = self.watched.then(float(before.clock[0]), more)
-        return taken
+            cycle = self._record_cycle(before, decisions, int(choice[0])) if decisions.valid[0] else None
+            self.watched = self.watched.advance(float(before.clock[0]), cycle)
+        return decisions
 
-    def _taken(self, choice: Ints) -> Taken:
+    def _carry_out(self, choice: Ints) -> Decisions:
         """Carry out N decisions."""
         state, rows = self.state, np.arange(self.count)
         choices, robot = state.choices, state.robot
         valid = choices.real[rows, choice]
-        one = take(choices, (rows, choice))
-        context = self.chooser.planned(robot, self.stream, one)
-        made = self._made(np.flatnonzero(valid), context, one.index)
-        rest, back = self._resting(context)
-        cycle = np.where(made.picked, one.cycle, one.lift + rest)
-        cycle, expected = np.where(valid, cycle, IDLE), np.where(valid, one.cycle, IDLE)
+        chosen = take(choices, (rows, choice))
+        context = self.chooser.plan_choices(robot, self.stream, chosen)
+        results = self._execute_throws(np.flatnonzero(valid), context, chosen.index)
+        stop_time, stop_place = self._stop_of_empty_hands(context)
+        cycle = np.where(results.picked, chosen.cycle, chosen.lift + stop_time)
+        cycle, expected = np.where(valid, cycle, IDLE_TIME), np.where(valid, chosen.cycle, IDLE_TIME)
         end = state.clock + cycle
         in_time = valid & (end <= self.config.duration)
-        value = np.where(in_time & made.sorted, self.stream.worth[rows, one.index], 0.0)
+        value = np.where(in_time & results.sorted, self.stream.worth[rows, chosen.index], 0.0)
         free, hand, busy = state.free.copy(), state.hand.copy(), state.busy.copy()
         free[rows, robot] = end
-        busy[rows, robot] += np.where(valid, cycle - one.wait, 0.0)
-        going = state.expected.copy()
-        going[rows, robot] = state.clock + expected
-        stop = np.where(made.picked[:, None], one.stop, back)
+        busy[rows, robot] += np.where(valid, cycle - chosen.wait, 0.0)
+        expected_free = state.expected.copy()
+        expected_free[rows, robot] = state.clock + expected
+        stop = np.where(results.picked[:, None], chosen.stop, stop_place)
         hand[rows, robot] = np.where(valid[:, None], stop, hand[rows, robot])
         after = replace(
-            _recorded(state, valid, one.index, made, state.clock + one.lift, in_time),
+            _update_books(state, valid, chosen.index, results, state.clock + chosen.lift, in_time),
             free=free,
-            expected=going,
+            expected=expected_free,
             hand=hand,
             busy=busy,
         )
-        self.state = self.turns.following(self.stream, after, np.flatnonzero(~self.over))
+        self.state = self.turns.advance(self.stream, after, np.flatnonzero(~self.over))
         elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - state.clock, 0.0)
-        return Taken(
+        return Decisions(
             robot=robot,
             valid=valid,
-            index=one.index,
+            index=chosen.index,
             context=context,
-            made=made,
+            results=results,
             start=state.clock,
             end=end,
-            wait=one.wait,
+            wait=chosen.wait,
             value=value,
             elapsed=elapsed,
         )
 
-    def _act(self, before: Shift, taken: Taken, choice: int) -> Act:
+    def _record_cycle(self, before: LineState, decisions: Decisions, choice: int) -> RobotCycle:
         """Tracks of the first line's decision, for pictures."""
-        robot, start, one = int(taken.robot[0]), float(taken.start[0]), take(taken.context, np.zeros(1, dtype=np.int64))
-        planner, index = self.chooser.robots_of(robot).planner, int(taken.index[0])
-        x = self.stream.x[0, index] + self.config.cell.belt.speed * start - self.config.places()[robot]
-        done = Decision(
+        robot, start, context = (
+            int(decisions.robot[0]),
+            float(decisions.start[0]),
+            take(decisions.context, np.zeros(1, dtype=np.int64)),
+        )
+        planner, index = self.chooser.robot_kind(robot).planner, int(decisions.index[0])
+        x = self.stream.x[0, index] + self.config.cell.belt.speed * start - self.config.robot_x()[robot]
+        decision = Decision(
             robot=robot,
             number=index,
             hand=before.hand[:1, robot],
-            place=planner.pick_point(one.objects, np.array([x])),
+            place=planner.pick_point(context.objects, np.array([x])),
             start=start,
             lift=start + float(before.choices.lift[0, choice]),
-            end=float(taken.end[0]),
-            context=one,
-            picked=bool(taken.made.picked[0]),
-            lies=bool(taken.made.ended_in[0] >= 0),
+            end=float(decisions.end[0]),
+            context=context,
+            picked=bool(decisions.results.picked[0]),
+            in_bin=bool(decisions.results.ended_in[0] >= 0),
         )
         tip = self.acts.tips(start)[robot] - before.hand[0, robot]
-        return act(done, tip, planner.config, planner.mover, self.throws.recording)
+        return record_cycle(decision, tip, planner.config, planner.mover, self.throws.recording)
 
-    def _made(self, rows: Ints, context: Context, index: Ints) -> Made:
+    def _execute_throws(self, rows: Ints, context: Context, index: Ints) -> ThrowResults:
         """Results of the throws of some lines, of N; no attempt in the other lines."""
-        made = Made.nothing(self.count)
+        results = ThrowResults.nothing(self.count)
         if rows.size == 0:
-            return made
-        at = rows, index[rows]
-        luck, attempt = self.stream.luck[at], self.state.books.at(at).attempts
-        thrown, luck = take(context, rows), turned(luck, attempt)
-        thrown = replace(thrown, objects=tried_again(thrown.objects, attempt))
-        return replaced(made, rows, self.throws.made(rows, self.state.robot[rows], thrown, luck))
+            return results
+        objects = rows, index[rows]
+        luck, attempt = self.stream.luck[objects], self.state.books.at(objects).attempts
+        throws, luck = take(context, rows), redraw(luck, attempt)
+        throws = replace(throws, objects=redraw_picks(throws.objects, attempt))
+        return replace_rows(results, rows, self.throws.execute(rows, self.state.robot[rows], throws, luck))
 
-    def _resting(self, context: Context) -> tuple[Floats, Floats]:
+    def _stop_of_empty_hands(self, context: Context) -> tuple[Floats, Floats]:
         """Time until empty hands stand still (N,) [s], and the place where they stop (N, 3) [m]."""
         belt = self.config.cell.belt
         if not belt.tracking:
             return np.zeros(self.count), context.pick
-        motion = brought_to_rest(context.pick, context.limits, belt.speed)
+        motion = stop_motion(context.pick, context.limits, belt.speed)
         return motion.stop_time, motion.stop
 
 
-def tried_again(objects: Objects, attempt: Ints) -> Objects:
+def redraw_picks(objects: Objects, attempt: Ints) -> Objects:
     """Objects with new draws of whether the cup seals, by the number of earlier attempts, S."""
-    return replace(objects, pick_draw=turned(objects.pick_draw, attempt))
+    return replace(objects, pick_draw=redraw(objects.pick_draw, attempt))
 
 
-def _recorded(state: Shift, valid: Bools, index: Ints, made: Made, lift: Floats, in_time: Bools) -> Shift:
+def _update_books(
+    state: LineState, valid: Bools, index: Ints, results: ThrowResults, lift: Floats, in_time: Bools
+) -> LineState:
     """State with the books after one attempt in each line."""
     rows = np.flatnonzero(valid)
-    at, picked, counts = (rows, index[rows]), made.picked[rows], (made.picked & in_time)[rows]
-    before = state.books.at(at)
-    ended = np.where(made.sorted, Fate.SORTED, np.where(made.ended_in >= 0, Fate.MISPLACED, Fate.FLOOR))
+    objects, picked, counts = (rows, index[rows]), results.picked[rows], (results.picked & in_time)[rows]
+    before = state.books.at(objects)
+    ended = np.where(results.sorted, Fate.SORTED, np.where(results.ended_in >= 0, Fate.MISPLACED, Fate.FLOOR))
     after = Accounts(
         since=np.where(picked, np.inf, lift[rows]),
         attempts=before.attempts + 1,
         fate=np.where(picked, np.where(in_time[rows], ended[rows], Fate.HELD), before.fate),
         taker=np.where(picked, state.robot[rows], before.taker),
-        ended_in=np.where(counts, made.ended_in[rows], before.ended_in),
+        ended_in=np.where(counts, results.ended_in[rows], before.ended_in),
     )
-    return replace(state, books=state.books.write(at, after))
+    return replace(state, books=state.books.write(objects, after))
 
 
 def _check_room(config: LineConfig, count: int, objects: int) -> None:
-    whole_number("num_envs", count, MOST_CELLS)
+    check_whole_number("num_envs", count, MOST_CELLS)
     if count * objects > MOST_OBJECTS:
         raise ConfigError(
             f"num_envs is {count}; a shift of level {config.name!r} takes {objects} objects, and there is room for "
@@ -297,7 +303,9 @@ def _check_room(config: LineConfig, count: int, objects: int) -> None:
         )
 
 
-def _throws(config: LineConfig, cells: list[ConveyorConfig], chances: Chances, count: int, threads: int) -> Thrower:
+def _throw_executor(
+    config: LineConfig, cells: list[ConveyorConfig], chances: Chances, count: int, threads: int
+) -> ThrowExecutor:
     if config.throws == "table":
         return TableThrows(cells, chances)
-    return ThrownThrows(cells, count, threads)
+    return SimulatedThrows(cells, count, threads)

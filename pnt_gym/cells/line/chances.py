@@ -49,8 +49,8 @@ class Chances:
         return cls(np.zeros(1), np.zeros(0), np.ones(items), np.ones((items, 1, 1)))
 
     @classmethod
-    def counted(
-        cls, config: ConveyorConfig, kind: Ints, percent: Floats, distance: Floats, won: Bools, picked: Bools
+    def from_throws(
+        cls, config: ConveyorConfig, kind: Ints, percent: Floats, distance: Floats, hits: Bools, picked: Bools
     ) -> Self:
         """Table from N simulated throws.
 
@@ -59,19 +59,19 @@ class Chances:
             kind: index of the item (N,).
             percent: speed setting (N,) [%].
             distance: horizontal distance of the throw (N,) [m].
-            won: whether the object crossed the opening and lies in its bin (N,).
+            hits: whether the object crossed the opening and lies in its bin (N,).
             picked: whether the cup sealed (N,).
         """
         settings, items = np.unique(percent), len(config.items)
         edges = np.quantile(distance[picked], np.arange(1, DISTANCES) / DISTANCES)
-        at = np.searchsorted(settings, percent), np.searchsorted(edges, distance)
-        throws, hits = np.zeros((2, items, len(settings), DISTANCES))
-        np.add.at(throws, (kind[picked], at[0][picked], at[1][picked]), 1.0)
-        np.add.at(hits, (kind[won], at[0][won], at[1][won]), 1.0)
+        classes = np.searchsorted(settings, percent), np.searchsorted(edges, distance)
+        throws, counts = np.zeros((2, items, len(settings), DISTANCES))
+        np.add.at(throws, (kind[picked], classes[0][picked], classes[1][picked]), 1.0)
+        np.add.at(counts, (kind[hits], classes[0][hits], classes[1][hits]), 1.0)
         # Each class's share is shrunk towards its item's mean by PRIOR throws; Laplace's rule (h + 1) / (n + 2) keeps
         # the mean off 0 and 1.
-        mean = (hits.sum(axis=(1, 2)) + 1.0) / (throws.sum(axis=(1, 2)) + 2.0)
-        landed = (hits + PRIOR * mean[:, None, None]) / (throws + PRIOR)
+        mean = (counts.sum(axis=(1, 2)) + 1.0) / (throws.sum(axis=(1, 2)) + 2.0)
+        landed = (counts + PRIOR * mean[:, None, None]) / (throws + PRIOR)
         tries = np.bincount(kind, minlength=items)
         sealed = (np.bincount(kind[picked], minlength=items) + 1.0) / (tries + 2.0)
         return cls(settings, edges, np.where(config.pick.fails, sealed, 1.0), landed)
@@ -82,21 +82,21 @@ class Chances:
         Raises:
             ValueError: the shapes do not fit each other, or a number is not a share.
         """
-        wanted = items, len(self.percent), len(self.edges) + 1
+        shape = items, len(self.percent), len(self.edges) + 1
         shares = np.concatenate([self.picked.ravel(), self.landed.ravel()])
-        if self.picked.shape != (items,) or self.landed.shape != wanted or not ((shares >= 0) & (shares <= 1)).all():
+        if self.picked.shape != (items,) or self.landed.shape != shape or not ((shares >= 0) & (shares <= 1)).all():
             raise ValueError("no shares")
         if not (np.isfinite(self.percent).all() and np.isfinite(self.edges).all()):
             raise ValueError("no settings or distances")
 
-    def land(self, kind: Ints, percent: Floats, distance: Floats) -> Floats:
+    def landing_chance(self, kind: Ints, percent: Floats, distance: Floats) -> Floats:
         """Chance that a held object ends in its bin, S; at the nearest speed setting of the table."""
         setting = np.abs(percent[..., None] - self.percent).argmin(axis=-1)
         return self.landed[kind, setting, np.searchsorted(self.edges, distance)]
 
-    def success(self, kind: Ints, percent: Floats, distance: Floats) -> Floats:
+    def success_chance(self, kind: Ints, percent: Floats, distance: Floats) -> Floats:
         """Chance that an attempt ends in the bin, S."""
-        return self.picked[kind] * self.land(kind, percent, distance)
+        return self.picked[kind] * self.landing_chance(kind, percent, distance)
 
 
 def digest(config: LineConfig) -> str:
@@ -106,42 +106,42 @@ def digest(config: LineConfig) -> str:
     return hashlib.sha256("\n".join(different).encode()).hexdigest()[:16]
 
 
-def place_of(config: LineConfig) -> Path:
+def table_path(config: LineConfig) -> Path:
     """File of a line's table."""
     return LineConfig.file_of("nominal").parent / "chances" / f"{digest(config)}.json"
 
 
-def read(config: LineConfig) -> Chances | None:
+def read_table(config: LineConfig) -> Chances | None:
     """The table of a line; None where the table has not been made.
 
     Raises:
         ConfigError: the level's file is not a table, or is the table of another line.
     """
-    place = place_of(config) if config.chances is None else Path(config.chances)
-    if config.chances is None and not place.is_file():
+    path = table_path(config) if config.chances is None else Path(config.chances)
+    if config.chances is None and not path.is_file():
         return None
     try:
-        told: dict[str, Any] = json_of(place)
-        made = Chances(**{name: np.array(told[name], dtype=np.float64) for name in Chances.__dataclass_fields__})
-        made.check(len(config.cell.items))
+        entries: dict[str, Any] = json_of(path)
+        table = Chances(**{name: np.array(entries[name], dtype=np.float64) for name in Chances.__dataclass_fields__})
+        table.check(len(config.cell.items))
     except AccessError as error:
-        raise ConfigError(f"chances: cannot read {str(place)!r}: {error}") from None
+        raise ConfigError(f"chances: cannot read {str(path)!r}: {error}") from None
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError):
-        raise ConfigError(f"chances: {str(place)!r} is no table as `pnt-gym line calibrate` writes it") from None
-    if told.get("digest") != digest(config):
-        raise ConfigError(f"chances: {str(place)!r} is the table of other cells than those of level {config.name!r}")
-    return made
+        raise ConfigError(f"chances: {str(path)!r} is no table as `pnt-gym line calibrate` writes it") from None
+    if entries.get("digest") != digest(config):
+        raise ConfigError(f"chances: {str(path)!r} is the table of other cells than those of level {config.name!r}")
+    return table
 
 
-def needed(config: LineConfig) -> Chances:
+def required_table(config: LineConfig) -> Chances:
     """The table of a line; shares of 1 where throws are simulated and no table exists.
 
     Raises:
         ConfigError: the line's throws need a table that is missing or belongs to another line.
     """
-    found = read(config)
-    if found is not None:
-        return found
+    table = read_table(config)
+    if table is not None:
+        return table
     if config.throws == "table":
         raise ConfigError(
             f"level {config.name!r} has no table of throws; make it with `pnt-gym line calibrate`, or set `throws` to "
@@ -150,8 +150,8 @@ def needed(config: LineConfig) -> Chances:
     return Chances.certain(config.cell)
 
 
-def written(chances: Chances, **told: Any) -> str:
+def format_table(chances: Chances, **figures: Any) -> str:
     """Text of a table's file, with further entries."""
     columns: dict[str, Floats] = asdict(chances)
     rows = {name: np.round(value, 5).tolist() for name, value in columns.items()}
-    return json.dumps({**told, **rows}, indent=1) + "\n"
+    return json.dumps({**figures, **rows}, indent=1) + "\n"

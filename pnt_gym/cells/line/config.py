@@ -83,7 +83,7 @@ class Down(Section):
     end: Positive = Field(description="End of the standstill, since the begin of the work shift [s].")
 
 
-def _random(level: object) -> str:
+def _random_bins_error(level: object) -> str:
     """Error sentence for a line with random bins."""
     return (
         f"level {level!r} of a line has cell.bins.random, which draws a bin for every throw; its robots have bins that "
@@ -135,15 +135,15 @@ class LineConfig(LevelConfig):
 
     @field_validator("cell", mode="before")
     @classmethod
-    def _a_conveyor(cls, given: object, info: ValidationInfo) -> object:
+    def _load_cell(cls, value: object, info: ValidationInfo) -> object:
         """The conveyor level that the differences in `cell` describe."""
-        if not isinstance(given, dict):
-            return given
-        bins: object = cast("dict[str, Any]", given).get("bins")
+        if not isinstance(value, dict):
+            return value
+        bins: object = cast("dict[str, Any]", value).get("bins")
         if isinstance(bins, dict) and cast("dict[str, Any]", bins).get("random") is not None:
-            raise ValueError(_random(info.data.get("name")))
+            raise ValueError(_random_bins_error(info.data.get("name")))
         try:
-            return ConveyorConfig.load(cast("dict[str, Any]", given))
+            return ConveyorConfig.load(cast("dict[str, Any]", value))
         except ConfigError as error:
             raise ValueError(f"cell: {str(error).removeprefix('config: ')}") from None
 
@@ -154,7 +154,7 @@ class LineConfig(LevelConfig):
         self._check_objects()
         self._check_skills()
         for name in self.value.of:
-            self._known(name, "value.of")
+            self._check_item(name, "value.of")
         for down in self.down:
             if down.robot not in [robot.name for robot in self.robots]:
                 raise ValueError(f"down tells of robot {down.robot!r}, which is not in the line")
@@ -165,7 +165,7 @@ class LineConfig(LevelConfig):
     def _check_cell(self) -> None:
         cell = self.cell
         if cell.bins.random is not None:
-            raise ValueError(_random(self.name))
+            raise ValueError(_random_bins_error(self.name))
         if cell.belt.neighbours != "ghosts":
             raise ValueError(
                 "cell.belt.neighbours is 'solid'; on a line carried objects pass over others: use 'ghosts'"
@@ -215,20 +215,20 @@ class LineConfig(LevelConfig):
     def _check_skills(self) -> None:
         for robot in self.robots:
             for name in robot.skills:
-                self._known(name, f"skills of robot {robot.name!r}")
+                self._check_item(name, f"skills of robot {robot.name!r}")
             for bin_ in robot.bins:
                 for name in bin_.accepts:
-                    self._known(name, f"bin {bin_.name!r} of robot {robot.name!r}")
-        able = self.able()
-        for index in np.flatnonzero(~able.any(axis=0)):
+                    self._check_item(name, f"bin {bin_.name!r} of robot {robot.name!r}")
+        can_take = self.can_take()
+        for index in np.flatnonzero(~can_take.any(axis=0)):
             if self.cell.shares()[index] > 0.0:
                 raise ValueError(
                     f"no robot takes item {self.cell.items[index]!r}; give one of them the skill and a bin"
                 )
-        for index in np.flatnonzero(~able.any(axis=1)):
+        for index in np.flatnonzero(~can_take.any(axis=1)):
             raise ValueError(f"robot {self.robots[index].name!r} takes nothing; give it skills that its bins accept")
 
-    def _known(self, name: str, where: str) -> None:
+    def _check_item(self, name: str, where: str) -> None:
         if name not in self.cell.items:
             raise ValueError(f"{where} tells of {name!r}, which is not among the cell's items {self.cell.items}")
 
@@ -245,21 +245,21 @@ class LineConfig(LevelConfig):
         if not robot.bins:
             return ConveyorConfig.model_validate({**dict(cell), **changes})
         # A robot's own bins need not take every item. Their places are validated with bins that take all items.
-        anything = [bin_.model_copy(update={"accepts": ()}) for bin_ in robot.bins]
-        changes["bins"] = cell.bins.model_copy(update={"fixed": tuple(anything)})
-        found = ConveyorConfig.model_validate({**dict(cell), **changes})
-        own = found.model_copy(update={"bins": cell.bins.model_copy(update={"fixed": robot.bins})})
-        taken: Ints = np.flatnonzero(own.acceptance().sum(axis=1))
-        return own.model_copy(update={"mix": {cell.items[k]: float(cell.shares()[k] or 1.0) for k in taken}})
+        open_bins = [bin_.model_copy(update={"accepts": ()}) for bin_ in robot.bins]
+        changes["bins"] = cell.bins.model_copy(update={"fixed": tuple(open_bins)})
+        checked = ConveyorConfig.model_validate({**dict(cell), **changes})
+        cell_config = checked.model_copy(update={"bins": cell.bins.model_copy(update={"fixed": robot.bins})})
+        items: Ints = np.flatnonzero(cell_config.acceptance().sum(axis=1))
+        return cell_config.model_copy(update={"mix": {cell.items[k]: float(cell.shares()[k] or 1.0) for k in items}})
 
-    def able(self) -> Bools:
+    def can_take(self) -> Bools:
         """Whether each robot (rows) takes an object classified as each item (columns)."""
         cells = [self.cell_of(index) for index in range(len(self.robots))]
-        taken = np.stack([cell.acceptance().any(axis=1) for cell in cells])
+        accepted = np.stack([cell.acceptance().any(axis=1) for cell in cells])
         skilled = [[not r.skills or name in r.skills for name in self.cell.items] for r in self.robots]
-        return taken & np.array(skilled, dtype=np.bool_)
+        return accepted & np.array(skilled, dtype=np.bool_)
 
-    def places(self) -> Floats:
+    def robot_x(self) -> Floats:
         """Positions of the robots along the belt (R,) [m]."""
         return np.array([robot.x for robot in self.robots])
 
@@ -289,11 +289,11 @@ class LineConfig(LevelConfig):
         return robots, np.array([d.start for d in self.down]), np.array([d.end for d in self.down])
 
 
-def alike(cells: Sequence[ConveyorConfig]) -> tuple[list[ConveyorConfig], Ints]:
+def distinct_cells(cells: Sequence[ConveyorConfig]) -> tuple[list[ConveyorConfig], Ints]:
     """The distinct cells among some cells, in order, and the index of each cell's distinct cell (R,)."""
     texts = [cell.model_dump_json() for cell in cells]
-    different = list(dict.fromkeys(texts))
-    return [cells[texts.index(text)] for text in different], np.array([different.index(text) for text in texts])
+    distinct = list(dict.fromkeys(texts))
+    return [cells[texts.index(text)] for text in distinct], np.array([distinct.index(text) for text in texts])
 
 
 def _footprint(cell: ConveyorConfig) -> float:

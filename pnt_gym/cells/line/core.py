@@ -12,16 +12,16 @@ from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.cell import MOST_CELLS, MOST_THREADS, Generators, whole_number
-from pnt_gym.cells.base.core import Step, restoring
+from pnt_gym.cells.base.cell import MOST_CELLS, MOST_THREADS, Generators, check_whole_number
+from pnt_gym.cells.base.core import Step, restore_rows
 from pnt_gym.cells.base.features import CLIP
-from pnt_gym.cells.base.request import ANYTHING, Request
-from pnt_gym.cells.line.cell import LineCell, Taken
+from pnt_gym.cells.base.request import NO_REQUEST, Request
+from pnt_gym.cells.line.cell import Decisions, LineCell
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
-from pnt_gym.cells.line.observation import ENTRIES, Glance, encoded
-from pnt_gym.cells.line.outcome import told
-from pnt_gym.cells.line.state import CHOICES, Shift
-from pnt_gym.cells.line.throws import Release, ThrownThrows
+from pnt_gym.cells.line.observation import ENTRIES, LineSummary, encode_observation
+from pnt_gym.cells.line.outcome import shift_figures
+from pnt_gym.cells.line.state import CHOICES, LineState
+from pnt_gym.cells.line.throws import Release, SimulatedThrows
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
 
@@ -46,8 +46,8 @@ class LineCore:
     terminates = False
 
     def __init__(self, config: LineConfig, count: int, threads: int = 1) -> None:
-        whole_number("num_envs", count, MOST_CELLS)
-        whole_number("threads", threads, MOST_THREADS)
+        check_whole_number("num_envs", count, MOST_CELLS)
+        check_whole_number("threads", threads, MOST_THREADS)
         self.cell = LineCell(config, count, threads)
         self.config, self.count, self.item_names = config, count, config.cell.items
         self.action_mode, self.dwell = MODE, config.cell.motion.dwell
@@ -60,14 +60,14 @@ class LineCore:
         Raises:
             ConfigError: the line's throws are not simulated.
         """
-        if not isinstance(self.cell.throws, ThrownThrows):
+        if not isinstance(self.cell.throws, SimulatedThrows):
             raise ConfigError(
                 f"level {self.config.name!r} goes by a table of throws, which no release corrects; set `throws` to "
                 "'flight' or 'full'"
             )
         self.cell.throws.release = release
 
-    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = ANYTHING) -> None:
+    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> None:
         """Begin shifts in some lines.
 
         Args:
@@ -85,14 +85,14 @@ class LineCore:
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming decisions (N, D)."""
-        return encoded(self._glance(self.cell.state), self.cell.state.choices)
+        return encode_observation(self._line_summary(self.cell.state), self.cell.state.choices)
 
     def observe_as(self, robot: int) -> NDArray[np.float32]:
         """Observations of one robot (N, D), without choices where another robot decides."""
         state = self.cell.state
-        own = state.robot == robot
-        choices = replace(state.choices, real=state.choices.real & own[:, None])
-        return encoded(self._glance(replace(state, robot=np.full_like(state.robot, robot))), choices)
+        is_turn = state.robot == robot
+        choices = replace(state.choices, real=state.choices.real & is_turn[:, None])
+        return encode_observation(self._line_summary(replace(state, robot=np.full_like(state.robot, robot))), choices)
 
     def kinds(self) -> dict[str, NDArray[Any]]:
         """`action_mask`, the real choices (N, CHOICES), and `robot`, the deciding robot (N,)."""
@@ -102,7 +102,7 @@ class LineCore:
     def hidden(self) -> dict[str, Floats]:
         """Hidden quantities of the coming decisions by the names of the cell's `hidden`, (N,) each."""
         truth = self.cell.truth()
-        return {one.name: np.array(one.value(truth), dtype=np.float64) for one in self.cell.hidden}
+        return {quantity.name: np.array(quantity.value(truth), dtype=np.float64) for quantity in self.cell.hidden}
 
     def masks(self) -> Bools:
         """Mask of the real choices (N, CHOICES)."""
@@ -119,13 +119,13 @@ class LineCore:
         Raises:
             ActionError: the actions are not whole numbers from 0 to `CHOICES` - 1.
         """
-        with nullcontext() if waiting is None else restoring(self.cell, waiting):
-            taken = self.cell.take(_choices(actions, self.count))
-            reward = taken.value - self.config.price_of_time * taken.elapsed
+        with nullcontext() if waiting is None else restore_rows(self.cell, waiting):
+            decisions = self.cell.take(_check_choices(actions, self.count))
+            reward = decisions.value - self.config.price_of_time * decisions.elapsed
             ended = self.cell.over
-            shifts = self._shifts(ended)
-            info = {**_told(taken), **self._measured(taken), **shifts, **self.kinds()}
-            return Step(self.observe(), reward, ended, info, dict.fromkeys(shifts, ended))
+            shift_info = self._shift_info(ended)
+            info = {**_decision_info(decisions), **self._simulation_info(decisions), **shift_info, **self.kinds()}
+            return Step(self.observe(), reward, ended, info, dict.fromkeys(shift_info, ended))
 
     def view(self) -> LineView:
         """View of the line, which records the robots' cycles from now on.
@@ -135,29 +135,29 @@ class LineCore:
         """
         return LineView(self.cell)
 
-    def _measured(self, taken: Taken) -> dict[str, NDArray[Any]]:
+    def _simulation_info(self, decisions: Decisions) -> dict[str, NDArray[Any]]:
         """Infos that only simulated throws have."""
-        if not isinstance(self.cell.throws, ThrownThrows):
+        if not isinstance(self.cell.throws, SimulatedThrows):
             return {}
-        return {"landing_error": taken.made.landing_error, "energy": taken.made.energy}
+        return {"landing_error": decisions.results.landing_error, "energy": decisions.results.energy}
 
-    def _shifts(self, ended: Bools) -> Mapping[str, NDArray[Any]]:
+    def _shift_info(self, ended: Bools) -> Mapping[str, NDArray[Any]]:
         """Figures of the shifts that are over, NaN for the other lines; empty while no shift is over."""
         rows = np.flatnonzero(ended)
         if rows.size == 0:
             return {}
-        found: dict[str, NDArray[Any]] = {}
-        for name, values in told(self.config, self.cell.state, self.cell.stream, rows).items():
-            found[name] = np.full((self.count, *values.shape[1:]), np.nan)
-            found[name][rows] = values
-        return found
+        figures: dict[str, NDArray[Any]] = {}
+        for name, values in shift_figures(self.config, self.cell.state, self.cell.stream, rows).items():
+            figures[name] = np.full((self.count, *values.shape[1:]), np.nan)
+            figures[name][rows] = values
+        return figures
 
-    def _glance(self, state: Shift) -> Glance:
+    def _line_summary(self, state: LineState) -> LineSummary:
         cell = self.cell
         rows = np.arange(self.count)
         busy = np.zeros((self.count, MOST_ROBOTS))
         busy[:, : state.free.shape[1]] = np.maximum(state.expected - state.clock[:, None], 0.0)
-        return Glance(
+        return LineSummary(
             gone=np.minimum(state.clock / self.config.duration, 1.0),
             robot=state.robot,
             hand=state.hand[rows, state.robot],
@@ -167,39 +167,39 @@ class LineCore:
         )
 
 
-def _told(taken: Taken) -> dict[str, NDArray[Any]]:
+def _decision_info(decisions: Decisions) -> dict[str, NDArray[Any]]:
     """Infos of decisions, (N,) each."""
-    made, context = taken.made, taken.context
+    results, context = decisions.results, decisions.context
     return {
-        "dt": taken.elapsed,
-        "by": taken.robot,
-        "invalid_action": ~taken.valid,
-        "object": np.where(taken.valid, taken.index, -1),
+        "dt": decisions.elapsed,
+        "by": decisions.robot,
+        "invalid_action": ~decisions.valid,
+        "object": np.where(decisions.valid, decisions.index, -1),
         "item": context.objects.measured.kind.copy(),
         "true_kind": context.objects.kind.copy(),
         "bin": context.bin.copy(),
         "percent": context.objects.percent.copy(),
-        "value": taken.value,
-        "picked": made.picked,
-        "is_success": made.is_success,
-        "sorted": made.sorted,
-        "ended_in": made.ended_in,
-        "start": taken.start,
-        "cycle_time": taken.end - taken.start,
-        "wait_time": np.where(taken.valid, taken.wait, 0.0),
+        "value": decisions.value,
+        "picked": results.picked,
+        "is_success": results.is_success,
+        "sorted": results.sorted,
+        "ended_in": results.ended_in,
+        "start": decisions.start,
+        "cycle_time": decisions.end - decisions.start,
+        "wait_time": np.where(decisions.valid, decisions.wait, 0.0),
     }
 
 
-def _choices(actions: object, count: int) -> Ints:
+def _check_choices(actions: object, count: int) -> Ints:
     """Actions as whole numbers (N,)."""
     try:
-        given: NDArray[Any] = np.asarray(actions)
+        choices: NDArray[Any] = np.asarray(actions)
     except ValueError:  # rows of different lengths
-        said = one_sentence(repr(actions), 80)
-        raise ActionError(f"action is {said}; it must be whole numbers of shape ({count},)") from None
-    if given.shape != (count,):
-        raise ActionError(f"action has shape {given.shape}; this environment needs ({count},)")
-    if given.dtype.kind not in "iu" or np.ma.isMA(actions) or ((given < 0) | (given >= CHOICES)).any():
-        said = one_sentence(repr(actions), 80)
-        raise ActionError(f"action is {said}; it must be a whole number from 0 to {CHOICES - 1}")
-    return given.astype(np.int64)
+        text = one_sentence(repr(actions), 80)
+        raise ActionError(f"action is {text}; it must be whole numbers of shape ({count},)") from None
+    if choices.shape != (count,):
+        raise ActionError(f"action has shape {choices.shape}; this environment needs ({count},)")
+    if choices.dtype.kind not in "iu" or np.ma.isMA(actions) or ((choices < 0) | (choices >= CHOICES)).any():
+        text = one_sentence(repr(actions), 80)
+        raise ActionError(f"action is {text}; it must be a whole number from 0 to {CHOICES - 1}")
+    return choices.astype(np.int64)

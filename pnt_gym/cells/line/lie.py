@@ -10,7 +10,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.compiled import compiled
+from pnt_gym.compiled import compile_for
 from pnt_gym.errors import ConfigError
 
 PIECE: Final = 256
@@ -32,7 +32,7 @@ class Jam(ConfigError):
         self.room = room
 
 
-def apart(x: Floats, y: Floats, along: Floats, across: Floats, gap: float) -> Floats:
+def separate(x: Floats, y: Floats, along: Floats, across: Floats, gap: float) -> Floats:
     """Places of objects that come in at x, most downstream first; each object gives way to earlier ones.
 
     No two objects lie closer than the gap, apart from rounding: 1e-12 of the distance of their middles, or half a unit
@@ -48,22 +48,22 @@ def apart(x: Floats, y: Floats, along: Floats, across: Floats, gap: float) -> Fl
     Raises:
         Jam: an object has more than `MOST_IN_THE_WAY` objects in its way.
     """
-    lies, first, farthest = np.array(x, dtype=np.float64), 0, 2.0 * float(np.max(along, initial=0.0)) + gap
-    y, along, across = (np.ascontiguousarray(one) for one in (y, along, across))
-    for begin in range(0, len(lies), PIECE):
-        end = min(begin + PIECE, len(lies))
-        first, reached = _settle(lies, y, along, across, gap, farthest, first, begin, end, MOST_IN_THE_WAY)
+    places, first, farthest = np.array(x, dtype=np.float64), 0, 2.0 * float(np.max(along, initial=0.0)) + gap
+    y, along, across = (np.ascontiguousarray(extent) for extent in (y, along, across))
+    for begin in range(0, len(places), PIECE):
+        end = min(begin + PIECE, len(places))
+        first, reached = _settle(places, y, along, across, gap, farthest, first, begin, end, MOST_IN_THE_WAY)
         if reached < end:
-            raise Jam((reached - first) / max(float(np.ptp(lies[first:reached])), farthest))
-    return lies
+            raise Jam((reached - first) / max(float(np.ptp(places[first:reached])), farthest))
+    return places
 
 
-@compiled(
+@compile_for(
     "UniTuple(int64, 2)(float64[::1], float64[::1], float64[::1], float64[::1], float64, float64, int64, int64, int64,"
     "int64)"
 )
 def _settle(
-    lies: Floats,
+    places: Floats,
     y: Floats,
     along: Floats,
     across: Floats,
@@ -72,12 +72,12 @@ def _settle(
     first: int,
     begin: int,
     end: int,
-    most: int,
+    limit: int,
 ) -> tuple[int, int]:
     """Move the objects from `begin` to `end` to their places, in place.
 
     Args:
-        lies: places of all objects before `begin`, and arrivals of the later ones (M,) [m].
+        places: places of all objects before `begin`, and arrivals of the later ones (M,) [m].
         y: see `separate`.
         along: see `separate`.
         across: see `separate`.
@@ -86,18 +86,18 @@ def _settle(
         first: the first object that may be in the way of the objects from `begin` on.
         begin: the first object that moves.
         end: the index after the last object that moves.
-        most: number of objects that may be in the way of one object.
+        limit: number of objects that may be in the way of one object.
 
     Returns:
         The first object that may be in the way of the objects from `end` on, and `end`; or the object that has too many
         objects in its way.
     """
     for i in range(begin, end):
-        come = lies[i]
+        arrival = places[i]
         # Objects far downstream of object i are far downstream of all later objects too.
-        while first < i and lies[first] > come + farthest:
+        while first < i and places[first] > arrival + farthest:
             first += 1
-        if i - first > most:
+        if i - first > limit:
             return first, i
         # An object that gives way to one object may come to lie on another, so all are checked again until none is in
         # the way. Moves within rounding are skipped. Every other move goes upstream to one of i - first places, so the
@@ -106,16 +106,18 @@ def _settle(
         while moved:
             moved = False
             for j in range(first, i):
-                free = along[i] + along[j] + gap
-                if abs(y[i] - y[j]) < across[i] + across[j] + gap and abs(lies[j] - lies[i]) < free * (1.0 - 1e-12):
-                    place = lies[j] - free
-                    if place < lies[i]:
-                        lies[i] = place
+                spacing = along[i] + along[j] + gap
+                if abs(y[i] - y[j]) < across[i] + across[j] + gap and abs(places[j] - places[i]) < spacing * (
+                    1.0 - 1e-12
+                ):
+                    place = places[j] - spacing
+                    if place < places[i]:
+                        places[i] = place
                         moved = True
     return first, end
 
 
-@compiled("void(float64[:, :], int64[::1], float64[::1], float64, float64, int64[:, ::1])")
+@compile_for("void(float64[:, :], int64[::1], float64[::1], float64, float64, int64[:, ::1])")
 def in_sight(x: Floats, lines: Ints, ride: Floats, low: float, high: float, ends: Ints) -> None:
     """Ranges of the objects that lie between two places of some belts, by binary search.
 
@@ -128,13 +130,13 @@ def in_sight(x: Floats, lines: Ints, ride: Floats, low: float, high: float, ends
         ends: filled with the first object, and the index after the last one (K, 2).
     """
     for k in range(len(lines)):
-        for side in range(2):
+        for edge in range(2):
             begin, end = 0, x.shape[1]
             while begin < end:
                 middle = (begin + end) // 2
                 place = x[lines[k], middle] + ride[k]
-                if place > high or (side == 1 and place >= low):
+                if place > high or (edge == 1 and place >= low):
                     begin = middle + 1
                 else:
                     end = middle
-            ends[k, side] = begin
+            ends[k, edge] = begin

@@ -17,13 +17,13 @@ from pnt_gym.cells.base.features import Feature, FeatureTable
 from pnt_gym.cells.line.config import MOST_ROBOTS
 from pnt_gym.cells.line.state import CHOICES, Choices
 
-LEAST: Final = 1e-6
+MIN_RATE: Final = 1e-6
 """Value per second below which choices count as equal."""
 
 
 @final
 @dataclass(frozen=True)
-class Glance:
+class LineSummary:
     """What N deciding robots know of their lines."""
 
     gone: Floats
@@ -43,18 +43,18 @@ class Glance:
 def log_rate(choices: Choices) -> Floats:
     """Logarithm of the expected value per second of a choice, S."""
     rate: Floats = choices.value * choices.chance / choices.cycle
-    return np.log(np.maximum(rate, LEAST))
+    return np.log(np.maximum(rate, MIN_RATE))
 
 
 def _one_hot(index: int) -> Feature:
-    def turn(glance: Glance) -> Floats:
+    def is_turn(glance: LineSummary) -> Floats:
         return (glance.robot == index).astype(np.float64)
 
-    return Feature(f"turn_{index}", "-", 0.5, 0.5, f"whether it is the turn of robot {index}, upstream first", turn)
+    return Feature(f"turn_{index}", "-", 0.5, 0.5, f"whether it is the turn of robot {index}, upstream first", is_turn)
 
 
 def _until_free(index: int) -> Feature:
-    def until(glance: Glance) -> Floats:
+    def until(glance: LineSummary) -> Floats:
         return glance.busy[:, index]
 
     return Feature(f"busy_{index}", "s", 0.5, 0.5, f"until robot {index} is expected to be free", until)
@@ -115,24 +115,26 @@ class LineTables:
 
     def markdown(self) -> str:
         """Markdown of the line's entries and of each choice's entries."""
-        head, each = len(LINE_TABLE), len(CHOICE_TABLE)
-        then = f"Choice k, from 0 to {CHOICES - 1}, has the {each} entries from {head} + {each} k on:"
-        return f"{LINE_TABLE.markdown()}\n\n{then}\n\n{CHOICE_TABLE.markdown()}"
+        head, choice_entries = len(LINE_TABLE), len(CHOICE_TABLE)
+        sentence = (
+            f"Choice k, from 0 to {CHOICES - 1}, has the {choice_entries} entries from {head} + {choice_entries} k on:"
+        )
+        return f"{LINE_TABLE.markdown()}\n\n{sentence}\n\n{CHOICE_TABLE.markdown()}"
 
 
 ENTRIES: Final = len(LINE_TABLE) + CHOICES * len(CHOICE_TABLE)
 
 
-def encoded(glance: Glance, choices: Choices) -> NDArray[np.float32]:
+def encode_observation(glance: LineSummary, choices: Choices) -> NDArray[np.float32]:
     """Observations (N, ENTRIES) of deciding robots."""
-    each = CHOICE_TABLE.encode(choices)
-    each[~choices.real] = 0.0
-    return np.concatenate([LINE_TABLE.encode(glance), each.reshape(len(each), -1)], axis=1)
+    choice_features = CHOICE_TABLE.encode(choices)
+    choice_features[~choices.real] = 0.0
+    return np.concatenate([LINE_TABLE.encode(glance), choice_features.reshape(len(choice_features), -1)], axis=1)
 
 
 @final
 @dataclass(frozen=True)
-class Seen:
+class DecodedObservation:
     """Observations in physical values."""
 
     line: dict[str, Floats]
@@ -141,8 +143,8 @@ class Seen:
     """Features by the names of `CHOICE_TABLE`, S + (CHOICES,) each."""
 
 
-def decoded(observation: NDArray[np.floating]) -> Seen:
+def decoded(observation: NDArray[np.floating]) -> DecodedObservation:
     """Physical values of observations S + (ENTRIES,); clipped entries stay clipped."""
     head = len(LINE_TABLE)
-    each = observation[..., head:].reshape(*observation.shape[:-1], CHOICES, len(CHOICE_TABLE))
-    return Seen(LINE_TABLE.decode(observation[..., :head]), CHOICE_TABLE.decode(each))
+    choice_features = observation[..., head:].reshape(*observation.shape[:-1], CHOICES, len(CHOICE_TABLE))
+    return DecodedObservation(LINE_TABLE.decode(observation[..., :head]), CHOICE_TABLE.decode(choice_features))

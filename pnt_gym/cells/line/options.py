@@ -10,7 +10,7 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, joined, take
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.conveyor.objects.records import Objects
@@ -18,7 +18,7 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.state import PicksAndThrows
 from pnt_gym.planning.motion.limits import LimitRows
 
-AWAY: Final = 1e6
+UNAVAILABLE_X: Final = 1e6
 """Position along the belt of objects that the robot cannot take [m]."""
 
 
@@ -38,11 +38,11 @@ class Sight(NamedTuple):
 
     line: Ints
     """Indices of the lines (K,)."""
-    which: Ints
+    object_index: Ints
     """Indices of the objects in their streams (K, W)."""
     x: Floats
     """Position along the belt (K, W) [m]; `UNAVAILABLE_X` where the object may not be taken."""
-    seen: Ints
+    kind: Ints
     """Item as which the camera classifies the object (K, W)."""
 
 
@@ -56,7 +56,7 @@ class Turn(NamedTuple):
 
 
 @final
-class Robots:
+class RobotKind:
     """Robots with the same bins and speed settings.
 
     Args:
@@ -70,7 +70,7 @@ class Robots:
         self._accepts = config.acceptance()
         self._percent = np.array(config.limits.percent)
 
-    def begin(self) -> Floats:
+    def initial_hand(self) -> Floats:
         """Position of hands when a shift begins: above the middle of the belt (3,) [m]."""
         belt = self._config.belt
         return np.array([0.0, (belt.lane_y[0] + belt.lane_y[1]) / 2, belt.height + 0.3])
@@ -84,35 +84,37 @@ class Robots:
         """
         sight = turn.sight
         row, place = np.nonzero(self.near(sight.x))
-        which, bins = np.nonzero(self._accepts[sight.seen[row, place]])
+        candidates, bins = np.nonzero(self._accepts[sight.kind[row, place]])
         settings = len(self._percent)
-        row, place = np.repeat(row[which], settings), np.repeat(place[which], settings)
-        percent = np.tile(self._percent, len(which))
-        return self._planned(turn, (row, place), objects, np.repeat(bins, settings), percent)
+        row, place = np.repeat(row[candidates], settings), np.repeat(place[candidates], settings)
+        percent = np.tile(self._percent, len(candidates))
+        return self._plan_candidates(turn, (row, place), objects, np.repeat(bins, settings), percent)
 
     def near(self, x: Floats) -> Bools:
         """Whether an object at a place along the belt, from the robot's base [m], reaches the window in time."""
         (low, high), speed = self._config.belt.pick_x, self._config.belt.speed
         return (x <= high) & (x >= low - speed * self._horizon)
 
-    def _planned(self, turn: Turn, at: tuple[Ints, Ints], objects: Objects, bins: Ints, percent: Floats) -> Options:
+    def _plan_candidates(
+        self, turn: Turn, candidate: tuple[Ints, Ints], objects: Objects, bins: Ints, percent: Floats
+    ) -> Options:
         """Options among candidates (C,): objects that can be met in time and thrown."""
         belt, mover, sight = self._config.belt, self.planner.mover, turn.sight
-        which = sight.line[at[0]], sight.which[at]
-        height = self.planner.height(objects.size[which], objects.known_depth[which])
-        place = np.stack([sight.x[at], objects.draws.lane_y[which], height], axis=-1)
-        meeting = mover.reach(ThrowMotion.resting(turn.hand[at[0]]), place, LimitRows.t3kr(percent))
+        objects_index = sight.line[candidate[0]], sight.object_index[candidate]
+        height = self.planner.height(objects.size[objects_index], objects.known_depth[objects_index])
+        place = np.stack([sight.x[candidate], objects.draws.lane_y[objects_index], height], axis=-1)
+        meeting = mover.reach(ThrowMotion.resting(turn.hand[candidate[0]]), place, LimitRows.t3kr(percent))
         met = np.flatnonzero(meeting.feasible & (meeting.time <= self._horizon))
-        thrown = replace(take(objects, (which[0][met], which[1][met])), percent=percent[met])
-        context, good = self.planner.plan_into(thrown, meeting.position[met], bins[met])
-        rows, pick, target = met[good], context.pick[good], context.target[good]
+        throws = replace(take(objects, (objects_index[0][met], objects_index[1][met])), percent=percent[met])
+        context, feasible = self.planner.plan_into(throws, meeting.position[met], bins[met])
+        rows, pick, target = met[feasible], context.pick[feasible], context.target[feasible]
         motion = mover.throw(
-            pick, take(context.plan, good), take(context.throw_limits, good), take(context.ceiling, good)
+            pick, take(context.plan, feasible), take(context.throw_limits, feasible), take(context.ceiling, feasible)
         )
         lift = meeting.time[rows] + self._config.motion.dwell
         return Options(
-            row=at[0][rows],
-            place=at[1][rows],
+            row=candidate[0][rows],
+            place=candidate[1][rows],
             bin=bins[rows],
             percent=percent[rows],
             pick=pick,
@@ -125,7 +127,7 @@ class Robots:
         )
 
 
-def of_all(parts: list[Options]) -> Options:
+def merge_options(parts: list[Options]) -> Options:
     """Options of several lines, merged in the order of the lines."""
-    found = joined(parts)
-    return take(found, np.argsort(found.row, kind="stable"))
+    options = concatenate_records(parts)
+    return take(options, np.argsort(options.row, kind="stable"))

@@ -59,7 +59,7 @@ class LineScene:
 
 def build_scene(config: LineConfig) -> LineScene:
     """Compile the model of the line."""
-    spec, belt = mujoco.MjSpec(), extent(config)
+    spec, belt = mujoco.MjSpec(), belt_extent(config)
     _add_surroundings(spec, config, belt)
     handles = [_add_robot(spec, config, index) for index in range(len(config.robots))]
     model = spec.compile()
@@ -67,7 +67,7 @@ def build_scene(config: LineConfig) -> LineScene:
     return LineScene(model, mujoco.MjData(model), columns, belt)
 
 
-def extent(config: LineConfig) -> tuple[float, float]:
+def belt_extent(config: LineConfig) -> tuple[float, float]:
     """Ends of the visible belt along x [m]."""
     low, high = config.reach
     return min(low, config.robots[0].x + config.cell.belt.pick_x[0] - MARGIN), high + MARGIN
@@ -81,22 +81,24 @@ def _add_surroundings(spec: MjSpec, config: LineConfig, belt: tuple[float, float
     sun = {"diffuse": np.full(3, 0.42), "specular": np.full(3, 0.2)}
     light = spec.worldbody.add_light(pos=[sum(belt) / 2, 1.2, 3.0], dir=[0.20, -0.35, -1.0], **sun)
     light.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-    own = config.cell.belt
-    add_ground(spec, config.cell.model_copy(update={"belt": own.model_copy(update={"x": belt})}), GROUND)
-    _add_frame(Brush(spec.worldbody.add_body(name="frame"), FIXED_GROUP), own, belt, float(spec.geom("floor").pos[2]))
+    belt_config = config.cell.belt
+    add_ground(spec, config.cell.model_copy(update={"belt": belt_config.model_copy(update={"x": belt})}), GROUND)
+    _add_frame(
+        Brush(spec.worldbody.add_body(name="frame"), FIXED_GROUP), belt_config, belt, float(spec.geom("floor").pos[2])
+    )
 
 
-def _add_frame(brush: Brush, own: Belt, belt: tuple[float, float], floor: float) -> None:
+def _add_frame(brush: Brush, belt_config: Belt, belt: tuple[float, float], floor: float) -> None:
     """Add the belt's frame down to the floor, and hoods over both ends."""
-    middle, width = sum(own.y) / 2, (own.y[1] - own.y[0]) / 2
-    length, top = (belt[1] - belt[0]) / 2, own.height - BELT_THICKNESS
+    middle, width = sum(belt_config.y) / 2, (belt_config.y[1] - belt_config.y[0]) / 2
+    length, top = (belt[1] - belt[0]) / 2, belt_config.height - BELT_THICKNESS
     brush.box((sum(belt) / 2, middle, (top + floor) / 2), (length - 0.02, width - 0.05, (top - floor) / 2), MOTOR)
-    for y in own.y:
+    for y in belt_config.y:
         brush.box((sum(belt) / 2, y, top + BELT_THICKNESS / 2), (length, 0.012, BELT_THICKNESS / 2 + 0.004), STEEL)
     half, height = HOOD
     for x in (belt[0] + half, belt[1] - half):
-        brush.box((x, middle, own.height + height / 2), (half, width + 0.03, height / 2), PAINT)
-        brush.box((x, middle, own.height + height), (half + 0.01, width + 0.04, 0.008), STEEL)
+        brush.box((x, middle, belt_config.height + height / 2), (half, width + 0.03, height / 2), PAINT)
+        brush.box((x, middle, belt_config.height + height), (half + 0.01, width + 0.04, 0.008), STEEL)
 
 
 def _add_stand(spec: MjSpec, robot: T3krHandles, belt: Belt, floor: float) -> None:
@@ -109,22 +111,22 @@ def _add_stand(spec: MjSpec, robot: T3krHandles, belt: Belt, floor: float) -> No
 
 def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> T3krHandles:
     """Add one robot with its cup and its bins at its place."""
-    cell, own = config.cell_of(index), mujoco.MjSpec()
-    robot = add_t3kr(own)
-    add_cup(own, cell.lip_length)
-    add_bins(own, cell)
-    _add_stand(own, robot, cell.belt, float(spec.geom("floor").pos[2]))
+    cell, robot_spec = config.cell_of(index), mujoco.MjSpec()
+    robot = add_t3kr(robot_spec)
+    add_cup(robot_spec, cell.lip_length)
+    add_bins(robot_spec, cell)
+    _add_stand(robot_spec, robot, cell.belt, float(spec.geom("floor").pos[2]))
     for number, colour in enumerate(bin_colours(config, index)):
-        for geom in own.body(f"bin_{number}").geoms:
+        for geom in robot_spec.body(f"bin_{number}").geoms:
             geom.rgba = colour
     prefix = f"{index}_"
-    spec.attach(own, prefix=prefix, frame=spec.worldbody.add_frame(pos=[config.robots[index].x, 0.0, 0.0]))
-    return robot.prefixed(prefix)
+    spec.attach(robot_spec, prefix=prefix, frame=spec.worldbody.add_frame(pos=[config.robots[index].x, 0.0, 0.0]))
+    return robot.with_prefix(prefix)
 
 
 def bin_colours(config: LineConfig, index: int) -> Floats:
     """Colour of each bin of one robot (B, 4): the colour of the first item that the robot throws there."""
     cell: ConveyorConfig = config.cell_of(index)
-    brought = cell.acceptance() & config.able()[index][:, None]
-    own = ITEM_RGBA[brought.argmax(axis=0)] * np.array([0.9, 0.9, 0.9, CLEAR])
-    return np.where(brought.any(axis=0)[:, None], own, np.array(UNUSED_RGBA))
+    assigned = cell.acceptance() & config.can_take()[index][:, None]
+    item_colours = ITEM_RGBA[assigned.argmax(axis=0)] * np.array([0.9, 0.9, 0.9, CLEAR])
+    return np.where(assigned.any(axis=0)[:, None], item_colours, np.array(UNUSED_RGBA))

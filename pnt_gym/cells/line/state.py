@@ -90,7 +90,7 @@ class Choices(PicksAndThrows):
 
 @final
 @dataclass(frozen=True)
-class Shift:
+class LineState:
     """State of N lines in the middle of their shifts, with R robots and M objects each."""
 
     clock: Floats
@@ -111,7 +111,7 @@ class Shift:
     """Books of every object (N, M)."""
 
     @classmethod
-    def begin(cls, count: int, robots: int, objects: int, hand: Floats, choices: Choices) -> Shift:
+    def begin(cls, count: int, robots: int, objects: int, hand: Floats, choices: Choices) -> LineState:
         """State at the begin of shifts, with no choices computed yet."""
         clear = np.zeros((count, robots))
         return cls(

@@ -7,8 +7,8 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, replaced, take
-from pnt_gym.cells.base.aside import Purpose, aside
+from pnt_gym.arrays import Floats, Ints, replace_rows, take
+from pnt_gym.cells.base.aside import Purpose, side_generator
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.objects.outline import half_extent
 from pnt_gym.cells.conveyor.objects.records import Objects
@@ -34,16 +34,16 @@ class Stream:
     """Uniform draws that decide the results of throws by the table."""
 
 
-def turned(draws: Floats, attempt: Ints) -> Floats:
+def redraw(draws: Floats, attempt: Ints) -> Floats:
     """Uniform draws for later attempts; draws of 1, which stand for attempts that never fail, stay 1."""
-    found = draws
-    for done in range(int(attempt.max(initial=0))):
-        found = np.where((attempt > done) & (draws < 1.0), found * STRETCH % 1.0, found)
-    return found
+    redrawn = draws
+    for number in range(int(attempt.max(initial=0))):
+        redrawn = np.where((attempt > number) & (draws < 1.0), redrawn * STRETCH % 1.0, redrawn)
+    return redrawn
 
 
 @final
-class Arriving:
+class StreamSampler:
     """Draws streams of objects.
 
     Args:
@@ -55,32 +55,37 @@ class Arriving:
     """
 
     def __init__(self, config: LineConfig, planner: PickPlanner) -> None:
-        from pnt_gym.cells.line.lie import Jam, apart  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.cells.line.lie import Jam, separate  # noqa: PLC0415 - numba takes a while
 
-        self._config, self._planner, self._apart, self._jam = config, planner, apart, Jam
+        self._config, self._planner, self._separate, self._jam = config, planner, separate, Jam
         self.length = int(config.objects)
 
-    def nothing(self, count: int) -> Stream:
+    def empty_streams(self, count: int) -> Stream:
         """Arrays for N streams, filled with an arbitrary stream."""
-        return take(self._drawn([np.random.default_rng(0)]), np.zeros(count, dtype=np.int64))
+        return take(self._draw_streams([np.random.default_rng(0)]), np.zeros(count, dtype=np.int64))
 
-    def drawn(self, streams: Stream, rows: Ints, generators: Generators) -> Stream:
+    def draw(self, streams: Stream, rows: Ints, generators: Generators) -> Stream:
         """The streams with newly drawn ones in some rows."""
-        fresh = self._drawn(generators)
+        fresh = self._draw_streams(generators)
         # Where all rows are new, a copy of the old streams would waste memory.
-        return fresh if np.array_equal(rows, np.arange(len(streams.x))) else replaced(streams, rows, fresh)
+        return fresh if np.array_equal(rows, np.arange(len(streams.x))) else replace_rows(streams, rows, fresh)
 
-    def _drawn(self, generators: Generators) -> Stream:
+    def _draw_streams(self, generators: Generators) -> Stream:
         """New streams, one from each of K generators (K, M)."""
         config, count = self._config, len(generators)
         gaps, worth, luck = np.empty((3, count, self.length))
         for place, generator in enumerate(generators):
-            beside = aside(generator, Purpose.ARRIVAL)
-            gaps[place] = beside.gamma(config.arrivals.regularity, size=self.length) / config.arrivals.regularity
-            worth[place], luck[place] = beside.standard_normal(self.length), beside.random(self.length)
+            arrival_generator = side_generator(generator, Purpose.ARRIVAL)
+            gaps[place] = (
+                arrival_generator.gamma(config.arrivals.regularity, size=self.length) / config.arrivals.regularity
+            )
+            worth[place], luck[place] = (
+                arrival_generator.standard_normal(self.length),
+                arrival_generator.random(self.length),
+            )
         objects = self._planner.draw(generators, np.arange(count), self.length)
-        way = config.cell.belt.speed / config.arrivals.rate * np.cumsum(gaps, axis=1)
-        x = self._lying(config.reach[1] - way, objects)
+        distance = config.cell.belt.speed / config.arrivals.rate * np.cumsum(gaps, axis=1)
+        x = self._settle(config.reach[1] - distance, objects)
         # An object that gave way may lie upstream of a later object.
         order = np.arange(count)[:, None], np.argsort(-x, axis=1, kind="stable")
         spread = config.value.spread
@@ -93,7 +98,7 @@ class Arriving:
             luck=luck[order],
         )
 
-    def _lying(self, come: Floats, objects: Objects) -> Floats:
+    def _settle(self, arrival_x: Floats, objects: Objects) -> Floats:
         """Positions of objects along the belt after giving way, from their arrivals, both (K, M) [m].
 
         Raises:
@@ -101,9 +106,9 @@ class Arriving:
         """
         arrivals, speed = self._config.arrivals, self._config.cell.belt.speed
         sides = objects.draws.lane_y, half_extent(objects), half_extent(objects, np.pi / 2)
-        belts = zip(come, *sides, strict=True)
+        belts = zip(arrival_x, *sides, strict=True)
         try:
-            return np.stack([self._apart(*belt, arrivals.gap) for belt in belts])
+            return np.stack([self._separate(*belt, arrivals.gap) for belt in belts])
         except self._jam as jam:
             raise ConfigError(
                 f"level {self._config.name!r}: arrivals.rate is {arrivals.rate:g} objects a second; with arrivals.gap "

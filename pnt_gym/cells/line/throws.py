@@ -10,7 +10,7 @@ from typing import Any, Self, TypeAlias, cast, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.base.plant import Recording
 from pnt_gym.cells.conveyor.cell import ConveyorCell
@@ -18,7 +18,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.line.chances import Chances
-from pnt_gym.cells.line.config import alike
+from pnt_gym.cells.line.config import distinct_cells
 
 Release: TypeAlias = Callable[[NDArray[np.float32], Ints], NDArray[np.floating]]
 """Corrects throws: maps observations (N, D) of `PnTRelease-v0` and classified items (N,) to actions (N, A)."""
@@ -26,7 +26,7 @@ Release: TypeAlias = Callable[[NDArray[np.float32], Ints], NDArray[np.floating]]
 
 @final
 @dataclass(frozen=True)
-class Made:
+class ThrowResults:
     """Results of N attempts to throw."""
 
     picked: Bools
@@ -49,7 +49,7 @@ class Made:
         return cls(never, never.copy(), never.copy(), np.full(count, -1), nan, nan.copy())
 
 
-class Thrower(ABC):
+class ThrowExecutor(ABC):
     """Abstract: computes the results of throws."""
 
     watched: bool = False
@@ -58,17 +58,19 @@ class Thrower(ABC):
     """Recording of the first line's last throw; None where the throw was not simulated or not recorded."""
 
     @abstractmethod
-    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
+    def execute(self, rows: Ints, robots: Ints, throws: Context, luck: Floats) -> ThrowResults:
         """Results of throws in some lines, (K,) each.
 
         Args:
             rows: indices of the lines.
             robots: index of the throwing robot.
-            thrown: the picks and their plans.
+            throws: the picks and their plans.
             luck: uniform draws that decide the results where nothing is simulated.
         """
 
-    def foretold(self, robots: Ints, bins: Ints, objects: Objects, distance: Floats, luck: Floats) -> Made | None:
+    def predict(
+        self, robots: Ints, bins: Ints, objects: Objects, distance: Floats, luck: Floats
+    ) -> ThrowResults | None:
         """Predicted results of throws, S; None where only a simulation can tell.
 
         Args:
@@ -82,7 +84,7 @@ class Thrower(ABC):
 
 
 @final
-class TableThrows(Thrower):
+class TableThrows(ThrowExecutor):
     """Results by a table of chances.
 
     Args:
@@ -93,26 +95,28 @@ class TableThrows(Thrower):
     def __init__(self, configs: list[ConveyorConfig], chances: Chances) -> None:
         self._chances = chances
         accepts = [config.acceptance() for config in configs]
-        self._accepts = np.zeros((len(configs), len(accepts[0]), max(one.shape[1] for one in accepts)), dtype=np.bool_)
+        self._accepts = np.zeros(
+            (len(configs), len(accepts[0]), max(acceptance.shape[1] for acceptance in accepts)), dtype=np.bool_
+        )
         """Whether bin B of robot R takes item K: (R, K, B)."""
-        for index, one in enumerate(accepts):
-            self._accepts[index, :, : one.shape[1]] = one
+        for index, acceptance in enumerate(accepts):
+            self._accepts[index, :, : acceptance.shape[1]] = acceptance
 
-    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
+    def execute(self, rows: Ints, robots: Ints, throws: Context, luck: Floats) -> ThrowResults:
         """Results by the objects' own draws: the same object with the same chance gives the same result."""
-        return self.foretold(robots, thrown.bin, thrown.objects, thrown.distance, luck)
+        return self.predict(robots, throws.bin, throws.objects, throws.distance, luck)
 
-    def foretold(self, robots: Ints, bins: Ints, objects: Objects, distance: Floats, luck: Floats) -> Made:
+    def predict(self, robots: Ints, bins: Ints, objects: Objects, distance: Floats, luck: Floats) -> ThrowResults:
         """Results of throws by the table, S."""
         picked = objects.pick_draw >= 1.0 - self._chances.picked[objects.kind]
-        success = picked & (luck < self._chances.land(objects.kind, objects.percent, distance))
-        takes = self._accepts[robots, objects.kind, bins]
+        success = picked & (luck < self._chances.landing_chance(objects.kind, objects.percent, distance))
+        accepted = self._accepts[robots, objects.kind, bins]
         nan = np.full(luck.shape, np.nan)
-        return Made(picked, success, success & takes, np.where(success, bins, -1), nan, nan.copy())
+        return ThrowResults(picked, success, success & accepted, np.where(success, bins, -1), nan, nan.copy())
 
 
 @final
-class ThrownThrows(Thrower):
+class SimulatedThrows(ThrowExecutor):
     """Simulates each throw in a conveyor cell configured like the robot.
 
     Args:
@@ -125,30 +129,30 @@ class ThrownThrows(Thrower):
     """Policy that corrects the throws; None for the planner's throws."""
 
     def __init__(self, configs: list[ConveyorConfig], count: int, threads: int) -> None:
-        different, self._same = alike(configs)
-        self.cores = [Core(ConveyorCell(config, count, "independent", threads)) for config in different]
+        distinct, self._core_index = distinct_cells(configs)
+        self.cores = [Core(ConveyorCell(config, count, "independent", threads)) for config in distinct]
 
-    def made(self, rows: Ints, robots: Ints, thrown: Context, luck: Floats) -> Made:
+    def execute(self, rows: Ints, robots: Ints, throws: Context, luck: Floats) -> ThrowResults:
         """Results by the conveyor's physics, with the hand returning to the place of its pick."""
-        result, self.recording = Made.nothing(len(rows)), None
+        result, self.recording = ThrowResults.nothing(len(rows)), None
         for index, core in enumerate(self.cores):
-            own = np.flatnonzero(self._same[robots] == index)
-            if own.size > 0:
-                result = replaced(result, own, self._by(core, rows[own], take(thrown, own)))
+            core_rows = np.flatnonzero(self._core_index[robots] == index)
+            if core_rows.size > 0:
+                result = replace_rows(result, core_rows, self._simulate(core, rows[core_rows], take(throws, core_rows)))
         return result
 
-    def _by(self, core: Core, rows: Ints, thrown: Context) -> Made:
+    def _simulate(self, core: Core, rows: Ints, throws: Context) -> ThrowResults:
         """Results of the throws in some rows of a cell; the cell's other rows are ignored."""
         cell = cast("ConveyorCell", core.cell)
         cell.plant.record_row = 0 if self.watched and rows[0] == 0 else None
-        cell.context = replaced(cell.context, rows, _of_own_bins(thrown, len(cell.config.bins.fixed)))
+        cell.context = replace_rows(cell.context, rows, _cut_bins(throws, len(cell.config.bins.fixed)))
         action: Any = np.zeros((core.count, *core.action_space.shape))
         if self.release is not None:
             action = self.release(core.observe(), cell.context.kind)
         outcome = core.preview(action, jitter=True)
         if cell.plant.record_row is not None:
             self.recording = cell.plant.recording
-        return Made(
+        return ThrowResults(
             picked=outcome.picked[rows],
             is_success=outcome.is_success[rows],
             sorted=outcome.sorted[rows],
@@ -158,7 +162,7 @@ class ThrownThrows(Thrower):
         )
 
 
-def _of_own_bins(thrown: Context, count: int) -> Context:
+def _cut_bins(throws: Context, count: int) -> Context:
     """Throws with arrays cut to the robot's number of bins; other robots of the line may have more."""
-    draws = replace(thrown.objects.draws, fill=thrown.objects.draws.fill[:, :count])
-    return replace(thrown, objects=replace(thrown.objects, draws=draws), depth=thrown.depth[:, :count])
+    draws = replace(throws.objects.draws, fill=throws.objects.draws.fill[:, :count])
+    return replace(throws, objects=replace(throws.objects, draws=draws), depth=throws.depth[:, :count])

@@ -7,10 +7,10 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, replaced, take
+from pnt_gym.arrays import Floats, Ints, replace_rows, take
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.state import Shift
+from pnt_gym.cells.line.state import LineState
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
 
@@ -30,54 +30,56 @@ class Turns:
     def __init__(self, config: LineConfig, chooser: Chooser) -> None:
         self._config, self._chooser = config, chooser
 
-    def following(self, stream: Stream, state: Shift, rows: Ints) -> Shift:
+    def advance(self, stream: Stream, state: LineState, rows: Ints) -> LineState:
         """State with some lines at their next decisions, or at the end of their shifts."""
-        pending, tempted = rows, rows[:0]
+        pending, candidates = rows, rows[:0]
         for _ in range(MOST_LOOKS):
             if pending.size > 0:
-                state, found, pending = self._turned(stream, state, pending)
-                tempted = np.concatenate([tempted, found])
-            elif tempted.size > 0:  # planning for all of them at once takes hardly longer than for one
-                state, pending, tempted = *self._looked(stream, state, np.sort(tempted)), rows[:0]
+                state, near_rows, pending = self._next_turns(stream, state, pending)
+                candidates = np.concatenate([candidates, near_rows])
+            elif candidates.size > 0:  # planning for all of them at once takes hardly longer than for one
+                state, pending, candidates = *self._find_choices(stream, state, np.sort(candidates)), rows[:0]
             else:
-                return _closed(replace(state, expected=np.maximum(state.expected, state.free)), self._config.duration)
+                return _close_shifts(
+                    replace(state, expected=np.maximum(state.expected, state.free)), self._config.duration
+                )
         raise ConfigError(f"level {self._config.name!r}: its robots find nothing that they can take")
 
-    def _turned(self, stream: Stream, state: Shift, rows: Ints) -> tuple[Shift, Ints, Ints]:
+    def _next_turns(self, stream: Stream, state: LineState, rows: Ints) -> tuple[LineState, Ints, Ints]:
         """Some lines at the next robot's turn: the state, lines with objects near the robot, and lines without."""
         robot = state.free[rows].argmin(axis=1)
         clock, robots, free = state.clock.copy(), state.robot.copy(), state.free.copy()
         clock[rows], robots[rows] = state.free[rows, robot], robot
         state = replace(state, clock=clock, robot=robots, free=free)
         rows = rows[clock[rows] < self._config.duration]
-        until = self._standing(clock[rows], robots[rows])
+        until = self._standstill_ends(clock[rows], robots[rows])
         down = until > clock[rows]
         free[rows[down], robots[rows[down]]] = until[down]
         looking = rows[~down]
         sight = self._chooser.sight(state, stream, looking)
-        tempted = self._chooser.tempted(sight, robots[looking])
-        idle = looking[~tempted]
-        free[idle, robots[idle]] += self._chooser.pause(robots[idle], take(sight, ~tempted))
-        return state, looking[tempted], np.concatenate([rows[down], idle])
+        has_candidates = self._chooser.has_candidates(sight, robots[looking])
+        idle = looking[~has_candidates]
+        free[idle, robots[idle]] += self._chooser.pause(robots[idle], take(sight, ~has_candidates))
+        return state, looking[has_candidates], np.concatenate([rows[down], idle])
 
-    def _standing(self, clock: Floats, robot: Ints) -> Floats:
+    def _standstill_ends(self, clock: Floats, robot: Ints) -> Floats:
         """Ends of the standstills of robots (K,) [s]; the present time for robots that do not stand still."""
         until = clock.copy()
-        for who, start, end in zip(*self._config.standstills(), strict=True):
-            until = np.where((robot == who) & (until >= start) & (until < end), end, until)
+        for down_robot, start, end in zip(*self._config.standstills(), strict=True):
+            until = np.where((robot == down_robot) & (until >= start) & (until < end), end, until)
         return until
 
-    def _looked(self, stream: Stream, state: Shift, rows: Ints) -> tuple[Shift, Ints]:
+    def _find_choices(self, stream: Stream, state: LineState, rows: Ints) -> tuple[LineState, Ints]:
         """State with the choices of the deciding robots in some lines, and the lines without a choice."""
         sight = self._chooser.sight(state, stream, rows)
-        found = self._chooser.found(state, stream, sight)
-        nothing = ~found.real.any(axis=1)
-        idle, free = rows[nothing], state.free.copy()
-        free[idle, state.robot[idle]] += self._chooser.pause(state.robot[idle], take(sight, nothing))
-        return replace(state, choices=replaced(state.choices, rows, found), free=free), idle
+        choices = self._chooser.find_choices(state, stream, sight)
+        is_empty = ~choices.real.any(axis=1)
+        idle, free = rows[is_empty], state.free.copy()
+        free[idle, state.robot[idle]] += self._chooser.pause(state.robot[idle], take(sight, is_empty))
+        return replace(state, choices=replace_rows(state.choices, rows, choices), free=free), idle
 
 
-def _closed(state: Shift, duration: float) -> Shift:
+def _close_shifts(state: LineState, duration: float) -> LineState:
     """State without choices in lines whose shift is over."""
     over = state.clock >= duration
     if not over.any():

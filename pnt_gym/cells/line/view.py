@@ -10,12 +10,12 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Picture
 from pnt_gym.cells.base.fluid import lying_size
-from pnt_gym.cells.base.rotations import upright
-from pnt_gym.cells.base.view import FLOWN, Scene
-from pnt_gym.cells.conveyor.view import drawn
+from pnt_gym.cells.base.rotations import yaw_attitude
+from pnt_gym.cells.base.view import FLIGHT_RGBA, Scene
+from pnt_gym.cells.conveyor.view import object_markers
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.scene import build_scene, extent
+from pnt_gym.cells.line.scene import belt_extent, build_scene
 from pnt_gym.engine import mujoco
 from pnt_gym.errors import ConfigError
 
@@ -30,14 +30,14 @@ _SLAT: Final = np.array([0.29, 0.31, 0.34, 1.0])
 
 def camera(config: LineConfig) -> Any:
     """The standard view: the whole line from the side of the bins, far enough away for all of the belt."""
-    low, high = extent(config)
+    low, high = belt_extent(config)
     view = mujoco.MjvCamera()
     view.lookat[:] = [(low + high) / 2, 0.05, -0.18]
     view.distance, view.azimuth, view.elevation = max(CLOSEST, 0.76 * (high - low)), 279.0, -36.0
     return view
 
 
-def _at_the_origin(config: LineConfig) -> LineConfig:
+def _move_to_origin(config: LineConfig) -> LineConfig:
     """The line with its first robot at x 0, where the renderer's single precision is sharp."""
     origin = config.robots[0].x
     robots = tuple(robot.model_copy(update={"x": robot.x - origin}) for robot in config.robots)
@@ -61,7 +61,7 @@ class LineView:
             raise ConfigError(f"pictures are of one line, and there are {cell.count}; set num_envs to 1")
         cell.watch()
         self._cell, self._origin = cell, cell.config.robots[0].x
-        near = _at_the_origin(cell.config)
+        near = _move_to_origin(cell.config)
         self._scene = build_scene(near)
         self._canvas = Canvas(camera(near), size)
 
@@ -115,49 +115,51 @@ class LineView:
         """Scene at a time between the previous decision and the coming one [s]."""
         acts = self._cell.acts
         self._scene.pose(acts.tips(time))
-        seen = [*self._slats(time), *self._riding(time), *self._thrown(time), *self._trails(time)]
-        return self._scene.model, self._scene.data, seen
+        markers = [*self._slats(time), *self._belt_markers(time), *self._object_markers(time), *self._trails(time)]
+        return self._scene.model, self._scene.data, markers
 
-    def _riding(self, time: float) -> list[Marker]:
+    def _belt_markers(self, time: float) -> list[Marker]:
         """Markers of objects on the belt."""
         cell, (low, high) = self._cell, self._scene.belt
         stream, belt = cell.stream, cell.config.cell.belt
-        until = np.where(np.isinf(cell.state.books.since(np.s_[0])), -np.inf, time)
-        for one in cell.acts.made:
-            if one.thing is not None:
-                until[one.number] = min(time, one.taken) if time < one.lift else -np.inf
-        way = belt.speed * np.where(np.isinf(until), 0.0, until) - self._origin
-        x = stream.x[0] + way + stream.objects.grasp[0, :, 0]
-        which = np.flatnonzero(np.isfinite(until) & (x >= low) & (x <= high))
-        objects = take(stream.objects, (0, which))
+        ride_times = np.where(np.isinf(cell.state.books.since(np.s_[0])), -np.inf, time)
+        for cycle in cell.acts.cycles:
+            if cycle.object_track is not None:
+                ride_times[cycle.number] = min(time, cycle.off_belt) if time < cycle.lift else -np.inf
+        ride = belt.speed * np.where(np.isinf(ride_times), 0.0, ride_times) - self._origin
+        x = stream.x[0] + ride + stream.objects.grasp[0, :, 0]
+        objects_index = np.flatnonzero(np.isfinite(ride_times) & (x >= low) & (x <= high))
+        objects = take(stream.objects, (0, objects_index))
         y, high = objects.draws.lane_y + objects.grasp[:, 1], lying_size(objects.shape, objects.size)[:, 2]
-        return drawn(objects, np.stack([x[which], y, belt.height + high / 2], axis=1), upright(objects.yaw))
+        return object_markers(
+            objects, np.stack([x[objects_index], y, belt.height + high / 2], axis=1), yaw_attitude(objects.yaw)
+        )
 
-    def _thrown(self, time: float) -> list[Marker]:
+    def _object_markers(self, time: float) -> list[Marker]:
         """Markers of objects in hands, in the air and at rest."""
-        shown = [(one, pose) for one in self._cell.acts.made if (pose := one.seen(time)) is not None]
-        if not shown:
+        cycles = [(cycle, pose) for cycle in self._cell.acts.cycles if (pose := cycle.object_pose(time)) is not None]
+        if not cycles:
             return []
-        which: Ints = np.array([one.number for one, _ in shown])
-        poses: Floats = np.stack([pose for _, pose in shown])
-        places = self._places()[[one.robot for one, _ in shown]]
+        objects_index: Ints = np.array([cycle.number for cycle, _ in cycles])
+        poses: Floats = np.stack([pose for _, pose in cycles])
+        places = self._places()[[cycle.robot for cycle, _ in cycles]]
         poses[:, 0] += places
-        return drawn(take(self._cell.stream.objects, (0, which)), poses[:, :3], poses[:, 3:])
+        return object_markers(take(self._cell.stream.objects, (0, objects_index)), poses[:, :3], poses[:, 3:])
 
     def _trails(self, time: float) -> list[Marker]:
         """Dots along the past path of objects that are in hands or in the air."""
         places, dots = self._places(), list[Marker]()
-        for one in self._cell.acts.made:
-            if one.thing is None or not one.lift <= time < one.thing.time[-1]:
+        for cycle in self._cell.acts.cycles:
+            if cycle.object_track is None or not cycle.lift <= time < cycle.object_track.time[-1]:
                 continue
-            for moment in np.arange(one.lift, time, TRAIL):
-                middle = one.thing.at(moment)[:3] + np.array([places[one.robot], 0.0, 0.0])
-                dots.append(Marker.dot(middle, FLOWN, 0.011))
+            for moment in np.arange(cycle.lift, time, TRAIL):
+                middle = cycle.object_track.at(moment)[:3] + np.array([places[cycle.robot], 0.0, 0.0])
+                dots.append(Marker.dot(middle, FLIGHT_RGBA, 0.011))
         return dots
 
     def _places(self) -> Floats:
         """Where the robots stand along the belt in the picture (R,) [m]."""
-        return self._cell.config.places() - self._origin
+        return self._cell.config.robot_x() - self._origin
 
     def _slats(self, time: float) -> list[Marker]:
         """Marks that move with the belt."""

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.action import ActionMode, Correction, by_name, padded, quarters
+from pnt_gym.cells.base.action import ActionMode, Correction, by_name, pad_residual, quarter_names
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.observation import decode
@@ -31,13 +31,13 @@ EXPLORATION: Final = 0.05
 """Standard deviation of the noise that a learner adds in practice, as a share of an action of 1."""
 
 
-def _replanned(planner: ThrowPlanner, context: Context, residual: Floats) -> ThrowPlans:
+def _plan_goal(planner: ThrowPlanner, context: Context, residual: Floats) -> ThrowPlans:
     return planner.plan(context.goal + residual, context.part)
 
 
-def _released(planner: ThrowPlanner, context: Context, residual: Floats) -> ThrowPlans:
+def _plan_release(planner: ThrowPlanner, context: Context, residual: Floats) -> ThrowPlans:
     # The planned flight time does not change the arm's motion; it stays in `u` as the expected time of arrival.
-    return planner.plan_releases(context.plans.u + padded(residual, 4), context.part)
+    return planner.plan_releases(context.plans.u + pad_residual(residual, 4), context.part)
 
 
 MODES: Final = by_name(
@@ -45,14 +45,14 @@ MODES: Final = by_name(
         "virtual_goal",
         ("goal along x", "goal up", "angle of the goal", "vertical speed of the goal"),
         lambda config: config.action.goal_scale(),
-        _replanned,
+        _plan_goal,
         ERRORS,
     ),
     ActionMode(
         "release_state",
         ("angle of the arm at the release", "its speed there", "radius of the object on the arm"),
         lambda config: config.action.release_scale(),
-        _released,
+        _plan_release,
     ),
 )
 
@@ -68,17 +68,26 @@ def correction(config: OneJointConfig, job: Job, mode: str) -> Correction | None
         exploration=EXPLORATION * scale,
         tolerance=np.array([near.position, near.position, np.deg2rad(near.angle_deg), near.speed]),
         buckets=partial(_buckets, job),
-        possible=partial(_have_plans, ThrowPlanner(config, job), scale, [target.part for target in job.targets]),
+        possible=partial(
+            _offsets_have_plans, ThrowPlanner(config, job), scale, [target.part for target in job.targets]
+        ),
     )
 
 
-def _have_plans(
-    planner: ThrowPlanner, scale: Floats, parts: Sequence[int], features: NDArray[np.float32], kind: int, shift: Floats
+def _offsets_have_plans(
+    planner: ThrowPlanner, scale: Floats, parts: Sequence[int], features: NDArray[np.float32], kind: int, offset: Floats
 ) -> Bools:
     """Whether offsets (M, 4) of a throw's goal have a feasible plan, for the observed goal."""
-    seen = decode(features)
-    goal = np.array([seen["goal_x"], seen["goal_y"], seen["goal_phi"], seen["goal_dy"]])
-    return planner.plan(goal + shift * scale, np.full(len(shift), parts[kind])).feasible
+    features_by_name = decode(features)
+    goal = np.array(
+        [
+            features_by_name["goal_x"],
+            features_by_name["goal_y"],
+            features_by_name["goal_phi"],
+            features_by_name["goal_dy"],
+        ]
+    )
+    return planner.plan(goal + offset * scale, np.full(len(offset), parts[kind])).feasible
 
 
 def _buckets(job: Job, features: NDArray[np.float32], kind: Ints) -> list[tuple[str, str]]:
@@ -86,7 +95,7 @@ def _buckets(job: Job, features: NDArray[np.float32], kind: Ints) -> list[tuple[
     names = [job.names[int(k)] for k in kind]
     if job.region is None:
         return [(name, "here") for name in names]
-    seen = decode(features)
+    features_by_name = decode(features)
     middle = float(np.mean(job.region.x)), float(np.mean(job.region.y))
-    places = quarters(seen["goal_x"], seen["goal_y"], middle, ("high", "low"))
+    places = quarter_names(features_by_name["goal_x"], features_by_name["goal_y"], middle, ("high", "low"))
     return list(zip(names, places, strict=True))

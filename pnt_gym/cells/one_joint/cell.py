@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, made_anew, replaced
+from pnt_gym.arrays import Bools, Floats, Ints, recompute_rows, replace_rows
 from pnt_gym.cells.base.action import Correction, require_feasible
 from pnt_gym.cells.base.cell import Cell
 from pnt_gym.cells.base.view import ThrowView
@@ -18,7 +18,7 @@ from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.hidden import draw_hidden, expected_hidden
 from pnt_gym.cells.one_joint.observation import HIDDEN, TABLE
 from pnt_gym.cells.one_joint.outcome import Outcome, judge
-from pnt_gym.cells.one_joint.pallets import SWEEP, stacked
+from pnt_gym.cells.one_joint.pallets import SWEEP, stack_pose
 from pnt_gym.cells.one_joint.planner import ThrowPlanner
 from pnt_gym.cells.one_joint.plant import OneJointPlant
 from pnt_gym.cells.one_joint.tasks import job_of
@@ -89,9 +89,9 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
             "success": weights.success * outcome.is_success.astype(np.float64),
         }
 
-    def info(self, outcome: Outcome, thrown: Context) -> dict[str, NDArray[Any]]:
+    def info(self, outcome: Outcome, throws: Context) -> dict[str, NDArray[Any]]:
         """Infos of throws that only the one-joint cell has, (N,) each."""
-        told = {
+        info = {
             "error_x": outcome.error_x,
             "error_y": outcome.error_y,
             "error_phi": outcome.error_phi,
@@ -103,12 +103,12 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
             "target_y": outcome.goal[:, 1].copy(),
         }
         if self.job.pallets:
-            told |= {"in_pallet": outcome.in_pallet, "touched_other": outcome.touched_other}
+            info |= {"in_pallet": outcome.in_pallet, "touched_other": outcome.touched_other}
         if self.job.in_order:
-            told |= {"is_complete": outcome.is_success & (thrown.kind == len(self.job.targets) - 1)}
-        return told
+            info |= {"is_complete": outcome.is_success & (throws.kind == len(self.job.targets) - 1)}
+        return info
 
-    def ended(self, outcome: Outcome, thrown: Context) -> Bools:
+    def ends_early(self, outcome: Outcome, throws: Context) -> Bools:
         """Whether the sequence is over (N,): without a first part in place no second part can be thrown onto it."""
         return ~outcome.is_success
 
@@ -126,7 +126,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         u, height = context.plans.u, np.array([part.half_height for part in self.job.parts])[context.part]
         radius = np.sqrt(u[:, 2] ** 2 - height**2) + context.hidden.radius
         self.plant.write(context.plans.motion.start_angle, context.part, radius, context.lying)
-        return self.plant.stand(row)
+        return self.plant.current_state(row)
 
     def target(self, row: int) -> Floats:
         """Goal of the coming throw (3,) [m]."""
@@ -148,7 +148,7 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
     def first(self, rows: Ints) -> Context:
         """First throws of some rows, with empty pallets."""
         lying = np.full((len(rows), len(self.job.parts), 3), np.nan)
-        return self._drawn(rows, np.zeros(len(rows), dtype=np.int64), lying)
+        return self._draw_context(rows, np.zeros(len(rows), dtype=np.int64), lying)
 
     def following(self, outcome: Outcome) -> Context:
         """New throws; in an assembly, the second part where the first one lies in place."""
@@ -158,40 +158,40 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
             goes_on = outcome.is_success & (self.context.kind + 1 < len(self.job.targets))
             kind = np.where(goes_on, self.context.kind + 1, 0)
             lying[goes_on, 0] = outcome.final[goes_on, 0]
-        return self._drawn(rows, kind, lying)
+        return self._draw_context(rows, kind, lying)
 
-    def _drawn(self, rows: Ints, kind: Ints, lying: Floats) -> Context:
+    def _draw_context(self, rows: Ints, kind: Ints, lying: Floats) -> Context:
         """Coming throws of some rows; kinds (N,) count only in an assembly."""
         if self.job.region is not None:
             goal, plans = self._in_region(rows, self.job.region)
         else:
             if not self.job.in_order:
-                most = len(self.job.targets)
-                kind = np.array([self.generators[int(r)].integers(most) for r in rows], dtype=np.int64)
-            goal, plans = self._aimed(kind, lying)
+                target_count = len(self.job.targets)
+                kind = np.array([self.generators[int(r)].integers(target_count) for r in rows], dtype=np.int64)
+            goal, plans = self._aim(kind, lying)
         hidden = draw_hidden([self.generators[int(r)] for r in rows], self.config)
         return Context(kind, self._parts[kind], goal, self._goals[kind], plans, lying, hidden)
 
-    def _aimed(self, kind: Ints, lying: Floats) -> tuple[Floats, ThrowPlans]:
+    def _aim(self, kind: Ints, lying: Floats) -> tuple[Floats, ThrowPlans]:
         """Goals of the kinds and their plans; a second part is aimed at the first part as that part lies."""
         part, goal = self._parts[kind], self._goals[kind]
         follows = ~np.isnan(lying[:, 0, 0])
-        aimed = goal.copy()
-        aimed[follows, :3] = stacked(_unwrapped(lying[follows, 0], self.job.targets[0].state[2]))
-        plans = self.planner.plan(aimed, part)
+        goals = goal.copy()
+        goals[follows, :3] = stack_pose(_unwrap(lying[follows, 0], self.job.targets[0].state[2]))
+        plans = self.planner.plan(goals, part)
         # Where the first part has tilted its seat out of reach, the throw is planned for an exact seat.
-        aimed[~plans.feasible] = goal[~plans.feasible]
-        return aimed, made_anew(plans, ~plans.feasible, self.planner.plan, goal, part)
+        goals[~plans.feasible] = goal[~plans.feasible]
+        return goals, recompute_rows(plans, ~plans.feasible, self.planner.plan, goal, part)
 
     def _in_region(self, rows: Ints, region: GoalRegion) -> tuple[Floats, ThrowPlans]:
         """Goal of each row and its plan, drawn from the row's generator until the goal is well in reach."""
-        goal, plans, good = self._attempt(rows, region)
+        goal, plans, suitable = self._attempt(rows, region)
         for _ in range(MOST_DRAWS):
-            pending = np.flatnonzero(~good)
+            pending = np.flatnonzero(~suitable)
             if pending.size == 0:
                 return goal, plans
-            goal[pending], found, good[pending] = self._attempt(rows[pending], region)
-            plans = replaced(plans, pending, found)
+            goal[pending], new_plans, suitable[pending] = self._attempt(rows[pending], region)
+            plans = replace_rows(plans, pending, new_plans)
         raise ConfigError(f"cell {self.config.name!r}: no goal of goals.region is in the arm's reach")
 
     def _attempt(self, rows: Ints, region: GoalRegion) -> tuple[Floats, ThrowPlans, Bools]:
@@ -200,16 +200,16 @@ class OneJointCell(Cell[OneJointConfig, Context, ThrowPlans, Outcome]):
         share = np.stack([self.generators[int(row)].random((CANDIDATES, 4)) for row in rows])
         goals: Floats = low + (high - low) * share
         # Nearer to the pivot the arm would be in the way of the arriving part.
-        good = np.hypot(goals[..., 0], goals[..., 1]) >= SWEEP + self.job.parts[0].reach
-        good[good] = self.planner.has_reserve(goals[good], region.reserve)
-        every, first = np.arange(len(rows)), good.argmax(axis=1)
+        suitable = np.hypot(goals[..., 0], goals[..., 1]) >= SWEEP + self.job.parts[0].reach
+        suitable[suitable] = self.planner.has_reserve(goals[suitable], region.reserve)
+        every, first = np.arange(len(rows)), suitable.argmax(axis=1)
         goal = goals[every, first]
         plans = self.planner.plan(goal, np.zeros(len(rows), dtype=np.int64))
-        return goal, plans, plans.feasible & good[every, first]
+        return goal, plans, plans.feasible & suitable[every, first]
 
 
-def _unwrapped(pose: Floats, phi: float) -> Floats:
+def _unwrap(pose: Floats, phi: float) -> Floats:
     """Poses (N, 3) with the whole turns that bring their angle nearest to phi [rad]."""
-    turned = pose.copy()
-    turned[:, 2] += 2.0 * np.pi * np.round((phi - pose[:, 2]) / (2.0 * np.pi))
-    return turned
+    unwrapped = pose.copy()
+    unwrapped[:, 2] += 2.0 * np.pi * np.round((phi - pose[:, 2]) / (2.0 * np.pi))
+    return unwrapped

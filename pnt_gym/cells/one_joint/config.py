@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.config import Finite, LevelConfig, NonNegative, Positive, Range, Section, ordered
+from pnt_gym.cells.base.config import Finite, LevelConfig, NonNegative, Positive, Range, Section, check_ranges
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 
 Task = Literal["throw", "sort", "assembly"]
@@ -107,11 +107,11 @@ class Camera(Section):
     )
 
 
-def _possible(what: str, y: float, phi: float) -> None:
+def _check_goal(label: str, y: float, phi: float) -> None:
     if y < LOWEST_GOAL:
-        raise ValueError(f"{what}: y is {y} m; it lies below the pallets, y must be at least {LOWEST_GOAL} m")
+        raise ValueError(f"{label}: y is {y} m; it lies below the pallets, y must be at least {LOWEST_GOAL} m")
     if abs(phi) > MOST_TURN:
-        raise ValueError(f"{what}: phi_deg is {phi}; the planner reaches -{MOST_TURN:g} to {MOST_TURN:g} deg")
+        raise ValueError(f"{label}: phi_deg is {phi}; the planner reaches -{MOST_TURN:g} to {MOST_TURN:g} deg")
 
 
 class Goal(Section):
@@ -125,7 +125,7 @@ class Goal(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        _possible(f"goal {self.name!r}", self.y, self.phi_deg)
+        _check_goal(f"goal {self.name!r}", self.y, self.phi_deg)
         return self
 
     def state(self) -> Floats:
@@ -147,9 +147,9 @@ class GoalRegion(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        ordered(self, "goals.region", "x", "y", "phi_deg", "dy")
+        check_ranges(self, "goals.region", "x", "y", "phi_deg", "dy")
         for y, phi in zip(self.y, self.phi_deg, strict=True):
-            _possible("goals.region", y, phi)
+            _check_goal("goals.region", y, phi)
         return self
 
     def bounds(self) -> tuple[Floats, Floats]:

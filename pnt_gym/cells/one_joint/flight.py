@@ -12,7 +12,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.constants import GRAVITY
 from pnt_gym.robots.one_joint.references import Clock
 
-CARRIED_ON: Final = 0.1
+EXTRAPOLATION_TIME: Final = 0.1
 """Time for which an ended flight is extrapolated, to find its nearest point to a goal [s]."""
 
 
@@ -88,7 +88,7 @@ class Flight:
         """Largest motor torque (N,) [N m]."""
         return np.abs(self.torque).max(axis=1)
 
-    def touched(self) -> Bools:
+    def touches(self) -> Bools:
         """Whether the part touched each pallet and other part after the release (N, Q + P - 1)."""
         return np.asarray((self.touch & self.after_release[..., None]).any(axis=1))
 
@@ -102,7 +102,7 @@ class Flight:
             goal: goals (N, 4).
             weights: T of the Appendix (4,).
         """
-        state, end = self._carried_on()
+        state, end = self._extrapolate()
         distance = (((state - goal[:, None]) * weights) ** 2).sum(axis=2)
         samples = np.arange(state.shape[1], dtype=np.int64)
         counts = (samples >= self.clock.release_step[:, None]) & (samples <= end[:, None])
@@ -112,23 +112,23 @@ class Flight:
         rows = np.arange(len(goal))
         left, middle, right = (distance[rows, best + i] for i in (-1, 0, 1))
         # Vertex of the parabola through three samples of the squared distance, and the state interpolated there.
-        bend = left - 2.0 * middle + right
-        shift = np.clip(0.5 * (left - right) / np.where(bend > 0.0, bend, np.inf), -1.0, 1.0)[:, None]
+        curvature = left - 2.0 * middle + right
+        vertex = np.clip(0.5 * (left - right) / np.where(curvature > 0.0, curvature, np.inf), -1.0, 1.0)[:, None]
         a, b, c = (state[rows, best + i] for i in (-1, 0, 1))
-        return b + 0.5 * shift * (c - a) + 0.5 * shift**2 * (a - 2.0 * b + c)
+        return b + 0.5 * vertex * (c - a) + 0.5 * vertex**2 * (a - 2.0 * b + c)
 
-    def _carried_on(self) -> tuple[Floats, Ints]:
+    def _extrapolate(self) -> tuple[Floats, Ints]:
         """State x, y, phi, dy (N, M + K, 4) of the free flight with its extrapolation, and its last sample (N,)."""
-        more, rows = round(CARRIED_ON / self.step), np.arange(len(self.pose))
+        extra_steps, rows = round(EXTRAPOLATION_TIME / self.step), np.arange(len(self.pose))
         # Velocities belong to the middle of a step; gravity adds half a step until its end.
         fall = np.array([0.0, -GRAVITY, 0.0])
         rate = self.velocity + 0.5 * self.step * fall
         state = np.concatenate([self.pose, rate[..., 1:2]], axis=2)
-        state = np.concatenate([state, np.zeros((len(rows), more, 4))], axis=1)
+        state = np.concatenate([state, np.zeros((len(rows), extra_steps, 4))], axis=1)
         last = self.clock.release_step + np.maximum(self.free.sum(axis=1) - 1, 0)
-        later = np.arange(state.shape[1], dtype=np.int64) - last[:, None]
-        t: Floats = (self.step * later)[..., None]
+        steps_after = np.arange(state.shape[1], dtype=np.int64) - last[:, None]
+        t: Floats = (self.step * steps_after)[..., None]
         start, speed = self.pose[rows, last][:, None], rate[rows, last][:, None]
         pose: Floats = start + speed * t + 0.5 * fall * t * t
-        onward = np.concatenate([pose, speed[..., 1:2] - GRAVITY * t], axis=2)
-        return np.where((later > 0)[..., None], onward, state), self.last_step + more
+        extrapolated = np.concatenate([pose, speed[..., 1:2] - GRAVITY * t], axis=2)
+        return np.where((steps_after > 0)[..., None], extrapolated, state), self.last_step + extra_steps

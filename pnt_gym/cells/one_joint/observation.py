@@ -19,7 +19,7 @@ MOST_KINDS: Final = 3
 """Kinds of throw that observations can distinguish."""
 
 
-def _is(kind: int, context: Context) -> Floats:
+def _is_kind(kind: int, context: Context) -> Floats:
     return (context.kind == kind).astype(np.float64)
 
 
@@ -44,9 +44,9 @@ FEATURES: Final = (
         "braking", "rad/s2", -200.0, 60.0, "acceleration of the arm after the release, of the nominal plan",
         lambda c: c.plans.motion.braking,
     ),
-    Feature("is_first", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is(0, c)),
-    Feature("is_second", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is(1, c)),
-    Feature("is_third", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is(2, c)),
+    Feature("is_first", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is_kind(0, c)),
+    Feature("is_second", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is_kind(1, c)),
+    Feature("is_third", "-", 0.5, 0.5, "kind of throw, one-hot", lambda c: _is_kind(2, c)),
     Feature(
         "tilt", "rad", 0.0, 0.10, "of the goal against the kind's nominal goal: how the part below lies", _tilt,
     ),

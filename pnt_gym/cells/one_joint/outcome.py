@@ -12,7 +12,7 @@ from pnt_gym.cells.one_joint.config import OneJointConfig, Tolerance
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.flight import Flight
 from pnt_gym.cells.one_joint.measure import estimated_state
-from pnt_gym.cells.one_joint.pallets import Pallet, stacked
+from pnt_gym.cells.one_joint.pallets import Pallet, stack_pose
 from pnt_gym.cells.one_joint.tasks import Job
 from pnt_gym.planning.one_joint import ThrowPlans
 
@@ -113,8 +113,8 @@ def is_within(true_error: Floats, tolerance: Tolerance) -> Bools:
         tolerance: largest errors of a success.
     """
     near = np.hypot(true_error[:, 0], true_error[:, 1]) <= tolerance.position
-    turned = np.abs(true_error[:, 2]) <= np.deg2rad(tolerance.angle_deg)
-    return near & turned & (np.abs(true_error[:, 3]) <= tolerance.speed)
+    angle_ok = np.abs(true_error[:, 2]) <= np.deg2rad(tolerance.angle_deg)
+    return near & angle_ok & (np.abs(true_error[:, 3]) <= tolerance.speed)
 
 
 def judge(
@@ -132,7 +132,7 @@ def judge(
     """
     goal, flight_time = context.goal, plans.u[:, 3]
     true = flight.nearest(goal, config.scale.weights())
-    in_pallet, touched_other = _rest(job, context.kind, flight)
+    in_pallet, touched_other = _judge_rest(job, context.kind, flight)
     good = in_pallet & ~touched_other if job.pallets else is_within(true - goal, config.tolerance)
     return Outcome(
         goal=goal.copy(),
@@ -169,7 +169,7 @@ def lies_in_pocket(pose: Floats, velocity: Floats, pallet: Pallet, tolerance: Se
     return lies_at(pose, velocity, pallet.pose, tolerance)
 
 
-def are_joined(lower: Floats, upper: Floats, velocity: Floats, tolerance: SeatTolerance = ON_STEM) -> Bools:
+def is_joined(lower: Floats, upper: Floats, velocity: Floats, tolerance: SeatTolerance = ON_STEM) -> Bools:
     """Whether Ts rest with their stem in the upper slot of Hs (N,).
 
     Args:
@@ -178,28 +178,28 @@ def are_joined(lower: Floats, upper: Floats, velocity: Floats, tolerance: SeatTo
         velocity: velocities of the Ts (N, 3) [m/s, rad/s].
         tolerance: tolerance of the T's seat on the H as the H lies.
     """
-    return lies_at(upper, velocity, stacked(lower), tolerance)
+    return lies_at(upper, velocity, stack_pose(lower), tolerance)
 
 
-def _rest(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
+def _judge_rest(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
     """Whether throws of kinds (N,) rest in their place, and whether they touched a wrong pallet."""
     if not job.pallets:
         nowhere = np.zeros(len(kind), dtype=np.bool_)
         return nowhere, nowhere
-    return _assembled(job, kind, flight) if job.in_order else _sorted(job, kind, flight)
+    return _judge_assembly(job, kind, flight) if job.in_order else _judge_sorting(job, kind, flight)
 
 
-def _sorted(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
+def _judge_sorting(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
     pose, velocity = flight.final_pose[:, 0], flight.final_velocity[:, 0]
     inside = np.stack([lies_in_pocket(pose, velocity, pallet) for pallet in job.pallets], axis=1)
-    aimed = np.arange(len(job.pallets)) == kind[:, None]
-    return (inside & aimed).any(axis=1), (flight.touched() & ~aimed).any(axis=1)
+    is_target = np.arange(len(job.pallets)) == kind[:, None]
+    return (inside & is_target).any(axis=1), (flight.touches() & ~is_target).any(axis=1)
 
 
-def _assembled(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
+def _judge_assembly(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
     """The first part on its stand; for the second kind, the second part on the first one too."""
     pose, velocity = flight.final_pose, flight.final_velocity
     first = lies_in_pocket(pose[:, 0], velocity[:, 0], job.pallets[0])
-    second = first & are_joined(pose[:, 0], pose[:, 1], velocity[:, 1])
+    second = first & is_joined(pose[:, 0], pose[:, 1], velocity[:, 1])
     # The stand is the first part's target; the second part must not touch it.
-    return np.where(kind == 0, first, second), (kind == 1) & flight.touched()[:, 0]
+    return np.where(kind == 0, first, second), (kind == 1) & flight.touches()[:, 0]

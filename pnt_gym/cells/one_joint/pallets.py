@@ -19,7 +19,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.one_joint.parts import AITCH, BAR, BLOCK, TEE, Boxes, Part, Rgba, add_boxes, block, turned
+from pnt_gym.cells.one_joint.parts import AITCH, BAR, BLOCK, TEE, Boxes, Part, Rgba, add_boxes, block, turn_quaternion
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import MjSpec, mujoco
 from pnt_gym.errors import ConfigError
@@ -87,7 +87,7 @@ class Pallet:
     @cached_property
     def walls(self) -> Floats:
         """The boxes in the world (K, 5): centre x, y, half sizes [m], angle [rad]."""
-        return placed(np.array(self.boxes), self.pose)
+        return place_boxes(np.array(self.boxes), self.pose)
 
 
 def pocket(part: Part, lip: float = LIP, back: float = BACK) -> Boxes:
@@ -113,7 +113,7 @@ def stand() -> Boxes:
     return tuple((-u, AITCH.half_height + face - v, a, b, turn) for u, v, a, b, turn in TEE.boxes)
 
 
-def stacked(pose: Floats) -> Floats:
+def stack_pose(pose: Floats) -> Floats:
     """Poses (..., 3) of a T whose stem is in the upper slot of an H at poses (..., 3), both upside down (Fig. 16b)."""
     rise = AITCH.half_height + BAR - TEE.half_height
     x, y, phi = (pose[..., k] for k in range(3))
@@ -139,7 +139,7 @@ The part must not turn much while the stem enters the slot, so the goal is low, 
 and 3 deg. The goal lies to the right of the arm's sweep, where the falling part is 15 cm away from the rising one. The
 slots stand 9 deg off the vertical, the direction in which a throw arrives there at -2.20 m/s.
 """
-TEE_GOAL: Final = (*(float(value) for value in stacked(STAND.pose)), -2.12)
+TEE_GOAL: Final = (*(float(value) for value in stack_pose(STAND.pose)), -2.12)
 """Goal of the T when the H lies exactly in its place."""
 ASSEMBLY: Final = ((AITCH, STAND.goal), (TEE, TEE_GOAL))
 """The two throws of an assembly in their order: part and goal."""
@@ -149,7 +149,7 @@ def add_pallets(spec: MjSpec, pallets: Sequence[Pallet]) -> None:
     """Add a static body with the pallet's name to a mujoco.MjSpec for each pallet, and a bracket for pictures."""
     for pallet in pallets:
         x, y, phi = pallet.goal[:3]
-        body = spec.worldbody.add_body(name=pallet.name, pos=[x, 0, y], quat=turned(phi))
+        body = spec.worldbody.add_body(name=pallet.name, pos=[x, 0, y], quat=turn_quaternion(phi))
         add_boxes(body, pallet.boxes, pallet.depth, pallet.rgba)
         u, v, _, half_v, _ = pallet.boxes[0]
         body.add_geom(
@@ -165,7 +165,7 @@ def add_pallets(spec: MjSpec, pallets: Sequence[Pallet]) -> None:
         )
 
 
-def placed(boxes: Floats, pose: Floats) -> Floats:
+def place_boxes(boxes: Floats, pose: Floats) -> Floats:
     """Boxes (K, 5) of a frame that stands at poses (..., 3), in the world (..., K, 5)."""
     x, y, phi = (pose[..., k, None] for k in range(3))
     cos, sin = np.cos(phi), np.sin(phi)
@@ -204,7 +204,7 @@ def clearance(u: Floats, part: Part, pallets: Sequence[Pallet]) -> Floats:
         part: the thrown part.
         pallets: pallets along the way, without the target.
     """
-    swept = placed(np.array(part.boxes), flight_poses(u, part.half_height))
+    swept = place_boxes(np.array(part.boxes), flight_poses(u, part.half_height))
     nearest = np.full(len(u), np.inf)
     for walls in (pallet.walls for pallet in pallets):
         nearest = np.minimum(nearest, gaps(swept[..., None, :], walls).min(axis=(1, 2, 3)))
@@ -228,8 +228,8 @@ def clear_vertical_speeds(
     goals[:, 3] = speeds
     release = release_states_batch(goals, arm=arm, block=block(part))
     clear = np.zeros(len(speeds), dtype=np.bool_)
-    others = [p for p in pallets if p.name != goal.name]
-    clear[release.feasible] = clearance(release.u[release.feasible], part, others) > margin
+    obstacles = [p for p in pallets if p.name != goal.name]
+    clear[release.feasible] = clearance(release.u[release.feasible], part, obstacles) > margin
     return clear
 
 
@@ -238,16 +238,16 @@ def gaps(a: Floats, b: Floats) -> Floats:
     turn = b[..., 4] - a[..., 4]
     cos, sin = np.abs(np.cos(turn)), np.abs(np.sin(turn))
 
-    def apart(offset: tuple[Floats, Floats], own: Floats, other: Floats) -> Floats:
-        u = np.abs(offset[0]) - own[..., 2] - other[..., 2] * cos - other[..., 3] * sin
-        v = np.abs(offset[1]) - own[..., 3] - other[..., 2] * sin - other[..., 3] * cos
+    def separation(offset: tuple[Floats, Floats], frame_box: Floats, second_box: Floats) -> Floats:
+        u = np.abs(offset[0]) - frame_box[..., 2] - second_box[..., 2] * cos - second_box[..., 3] * sin
+        v = np.abs(offset[1]) - frame_box[..., 3] - second_box[..., 2] * sin - second_box[..., 3] * cos
         return np.maximum(u, v)
 
-    return np.maximum(apart(_offset(a, b), a, b), apart(_offset(b, a), b, a))
+    return np.maximum(separation(_offset(a, b), a, b), separation(_offset(b, a), b, a))
 
 
-def _offset(frame: Floats, other: Floats) -> tuple[Floats, Floats]:
+def _offset(frame: Floats, box: Floats) -> tuple[Floats, Floats]:
     """Centre of a box (..., 5) in the axes of another box (..., 5), along and across [m]."""
-    dx, dy = other[..., 0] - frame[..., 0], other[..., 1] - frame[..., 1]
+    dx, dy = box[..., 0] - frame[..., 0], box[..., 1] - frame[..., 1]
     cos, sin = np.cos(frame[..., 4]), np.sin(frame[..., 4])
     return dx * cos + dy * sin, dy * cos - dx * sin

@@ -97,7 +97,7 @@ class Part:
     @cached_property
     def area(self) -> float:
         """Area of the cross-section [m2]."""
-        return float(_crossed(np.array(self.outline)).sum() / 2.0)
+        return float(_cross_products(np.array(self.outline)).sum() / 2.0)
 
     @cached_property
     def inertia(self) -> float:
@@ -143,11 +143,11 @@ def block(part: Part) -> Block:
     return Block(mass=part.mass, half_length=part.half_length, half_height=part.half_height, depth=part.depth)
 
 
-def centred(outline: Outline, boxes: Boxes) -> tuple[Outline, Boxes]:
+def centre_part(outline: Outline, boxes: Boxes) -> tuple[Outline, Boxes]:
     """Outline and boxes, moved to the centre of mass from any frame parallel to the part's."""
     u, v = (float(value) for value in _moments(np.array(outline))[0])
-    moved = tuple((a - u, b - v) for a, b in outline)
-    return moved, tuple((a - u, b - v, half_u, half_v, angle) for a, b, half_u, half_v, angle in boxes)
+    centred_outline = tuple((a - u, b - v) for a, b in outline)
+    return centred_outline, tuple((a - u, b - v, half_u, half_v, angle) for a, b, half_u, half_v, angle in boxes)
 
 
 def add_part(body: MjsBody, part: Part, affinity: int = PART_BIT) -> None:
@@ -171,7 +171,7 @@ def add_boxes(body: MjsBody, boxes: Boxes, depth: float, rgba: Rgba, affinity: i
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=[half_u, depth / 2, half_v],
             pos=[u, 0, v],
-            quat=turned(angle),
+            quat=turn_quaternion(angle),
             rgba=rgba,
             mass=0,
             contype=PART_BIT,
@@ -183,12 +183,12 @@ def add_boxes(body: MjsBody, boxes: Boxes, depth: float, rgba: Rgba, affinity: i
         )
 
 
-def turned(angle: float) -> Floats:
+def turn_quaternion(angle: float) -> Floats:
     """Quaternion (4,) of an anticlockwise turn, seen with x to the right and z up [rad]."""
     return np.array([np.cos(angle / 2), 0.0, -np.sin(angle / 2), 0.0])
 
 
-def _crossed(outline: Floats) -> Floats:
+def _cross_products(outline: Floats) -> Floats:
     """Twice the areas of the triangles between the origin and each side of a polygon (V, 2), (V,) [m2]."""
     a, b = outline, np.roll(outline, -1, axis=0)
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
@@ -196,7 +196,7 @@ def _crossed(outline: Floats) -> Floats:
 
 def _moments(outline: Floats) -> tuple[Floats, Floats]:
     """Centroid (2,) and second moments of area (2,), of u^2 and of v^2, of a polygon (V, 2) by Green's theorem."""
-    a, b, cross = outline, np.roll(outline, -1, axis=0), _crossed(outline)[:, None]
+    a, b, cross = outline, np.roll(outline, -1, axis=0), _cross_products(outline)[:, None]
     area = cross.sum() / 2.0
     centroid = ((a + b) * cross).sum(axis=0) / (6.0 * area)
     second = ((a * a + a * b + b * b) * cross).sum(axis=0) / 12.0
@@ -225,7 +225,7 @@ def _tee() -> Part:
     right: Sequence[tuple[float, float]] = ((h, 0.0), (h, BAR), (s, BAR), (s, shoulder))
     left = tuple((-u, v) for u, v in reversed(right))
     boxes = (_box((-h, h), (0.0, BAR)), _box((-s, s), (BAR, shoulder)), _nose(shoulder))
-    outline, boxes = centred((*right, (0.0, BAR + STEM_LENGTH), *left), boxes)
+    outline, boxes = centre_part((*right, (0.0, BAR + STEM_LENGTH), *left), boxes)
     return Part(name="tee", outline=outline, boxes=boxes, rgba=(0.90, 0.55, 0.25, 1.0))
 
 

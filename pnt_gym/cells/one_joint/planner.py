@@ -8,13 +8,13 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, made_anew
+from pnt_gym.arrays import Bools, Floats, Ints, recompute_rows
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.parts import block
 from pnt_gym.cells.one_joint.tasks import Job
 from pnt_gym.planning.one_joint import ThrowPlans, ThrowReason, plan_releases, plan_throws, release_states_batch
 from pnt_gym.planning.one_joint.feasibility import first_reason
-from pnt_gym.planning.one_joint.grasp import braking
+from pnt_gym.planning.one_joint.grasp import braking_acceleration
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 
 
@@ -46,10 +46,10 @@ class ThrowPlanner:
         and back by the lost angle, when braking began. The motion to the release is not planned for this.
         """
         arm, part = self.arm, self.blocks[0]
-        found = release_states_batch(goal, arm=arm, block=part)
-        rows = np.flatnonzero(found.feasible)
-        u = found.u[rows].copy()
-        brake = braking(u[:, 1], arm)
+        releases = release_states_batch(goal, arm=arm, block=part)
+        rows = np.flatnonzero(releases.feasible)
+        u = releases.u[rows].copy()
+        brake = braking_acceleration(u[:, 1], arm)
         u[:, 0] -= delay * (u[:, 1] - 0.5 * delay * brake)
         u[:, 1] -= delay * brake
         reserve = np.zeros(len(goal), dtype=np.bool_)
@@ -68,9 +68,9 @@ class ThrowPlanner:
         # + v / a.
         return np.where(way < ramp, 2.0 * np.sqrt(way / rate), way / self.arm.speed + self.arm.speed / rate)
 
-    def _per_part(self, plan: Callable[..., ThrowPlans], wanted: Floats, part: Ints) -> ThrowPlans:
+    def _per_part(self, plan: Callable[..., ThrowPlans], goal: Floats, part: Ints) -> ThrowPlans:
         """Plans of all rows, computed part by part; their common `half_height` is the first part's."""
-        plans = plan(wanted, block=self.blocks[0])
+        plans = plan(goal, block=self.blocks[0])
         for k, b in enumerate(self.blocks[1:], start=1):
-            plans = made_anew(plans, part == k, partial(plan, block=b), wanted)
+            plans = recompute_rows(plans, part == k, partial(plan, block=b), goal)
         return plans

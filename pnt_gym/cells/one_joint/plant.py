@@ -15,7 +15,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.plant import TOUCH, Plant, staged_rollout, step_counts
+from pnt_gym.cells.base.plant import TOUCH_DISTANCE, Plant, roll_out, step_counts
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.flight import Flight
@@ -34,7 +34,7 @@ MARGIN: Final = 0.010
 """Time added to the longest flight [s]."""
 SETTLE: Final = 0.45
 """Time simulated after the planned arrival at pallets, so that the part comes to rest [s]."""
-PARKED: Final = 4.0
+PARKING_DISTANCE: Final = 4.0
 """Distance at which waiting parts float [m]."""
 
 
@@ -50,23 +50,23 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         super().__init__(config, self.scene.model, count, threads)
         self._loads = _loads(job.parts)
 
-    def fly(self, thrown: Context, plans: ThrowPlans) -> Flight:
+    def fly(self, context: Context, plans: ThrowPlans) -> Flight:
         """Simulate one throw in every simulation, with the parts that already lie in the pallets."""
-        part, hidden = thrown.part, thrown.hidden
+        part, hidden = context.part, context.hidden
         step, load = self.config.timestep, self._load(part, plans.u[:, 2])
         motion, flight_time = plans.motion, plans.u[:, 3]
         delay = hidden.delay if self.scene.stoppers is None else np.zeros_like(hidden.delay)
         release = motion.duration + delay
         clock = Clock.releasing_at(release, step)
         settle = SETTLE if self.scene.pallets else 0.0
-        flown = np.maximum(LATEST_FLIGHT * flight_time, least_flight(self.config))
-        end = release + flown + MARGIN + settle
+        flight_limit = np.maximum(LATEST_FLIGHT * flight_time, least_flight(self.config))
+        end = release + flight_limit + MARGIN + settle
         steps = step_counts(end - clock.start, step)
-        self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, load.radius + hidden.radius, thrown.lying)
+        self.write(motion.sample(clock.start[:, None]).angle[:, 0], part, load.radius + hidden.radius, context.lying)
         control = self._controls(motion, load, clock, part, int(steps.max()))
         if (row := self.record_row) is not None:
-            self._keep(control[row, : steps[row]], plans.u[row], int(part[row]), thrown.goal[row])
-        record = staged_rollout(self.batch, control, steps, ("qpos", "qvel", "sensordata"))
+            self._keep(control[row, : steps[row]], plans.u[row], int(part[row]), context.goal[row])
+        record = roll_out(self.batch, control, steps, ("qpos", "qvel", "sensordata"))
         return self._flight(record, clock, steps, part)
 
     def write(self, angle: Floats, part: Ints, radius: Floats, lying: Floats) -> None:
@@ -75,7 +75,7 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         height = self._loads.height[part]
         weight = ~np.isnan(lying[..., 0])
         poses = np.where(weight[..., None], lying, 0.0)
-        poses[..., 0] += np.where(weight, 0.0, PARKED + np.arange(len(scene.parts)))
+        poses[..., 0] += np.where(weight, 0.0, PARKING_DISTANCE + np.arange(len(scene.parts)))
         cos, sin = np.cos(angle), np.sin(angle)
         poses[rows, part] = np.stack([radius * cos - height * sin, radius * sin + height * cos, angle], axis=-1)
         weight[rows, part] = True
@@ -97,11 +97,11 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
     def _place_stoppers(self, part: Ints, radius: Floats) -> None:
         if self.scene.stoppers is None:
             return
-        out = np.array([p.support for p in self.scene.parts])[part] + STOPPER_GAP + STOPPER_WIDTH / 2
+        distance = np.array([p.support for p in self.scene.parts])[part] + STOPPER_GAP + STOPPER_WIDTH / 2
         place = self.batch.expand("body_pos")
         inner, outer = self.scene.stoppers
-        place[:, inner, 0] = radius - out[:, 1]
-        place[:, outer, 0] = radius + out[:, 0]
+        place[:, inner, 0] = radius - distance[:, 1]
+        place[:, outer, 0] = radius + distance[:, 0]
 
     def _controls(self, motion: ArmMotion, load: Load, clock: Clock, part: Ints, steps: int) -> Floats:
         """References of the motor and activations of the grips (N, steps, nu + neq)."""
@@ -109,9 +109,9 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         control = np.zeros((count, steps, int(model.nu) + int(model.neq)))
         control[..., :3] = motor_references(motion, load, clock, self.arm, self.config.timestep, steps)
         if self.scene.stoppers is None:
-            held = np.arange(steps) <= clock.release_step[:, None]
+            is_held = np.arange(steps) <= clock.release_step[:, None]
             for column in np.moveaxis(int(model.nu) + self.scene.grips[part], -1, 0):
-                control[np.arange(count), :, column] = held
+                control[np.arange(count), :, column] = is_held
         return control
 
     def _flight(self, record: dict[str, Floats], clock: Clock, steps: Ints, part: Ints) -> Flight:
@@ -142,12 +142,12 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
             Arrays (N, M, Q + P - 1) and (N, M).
         """
         columns = [contact_columns(self.scene, p) for p in range(len(self.scene.parts))]
-        found = np.take_along_axis(sensordata, np.array([c[0] for c in columns])[part][:, None, :], axis=2) > 0.0
+        in_contact = np.take_along_axis(sensordata, np.array([c[0] for c in columns])[part][:, None, :], axis=2) > 0.0
         distance = np.take_along_axis(sensordata, np.array([c[1] for c in columns])[part][:, None, :], axis=2)
-        touch = np.zeros_like(found)
+        touch = np.zeros_like(in_contact)
         # A sensor measures at the beginning of its step, the recorded pose is from the end.
-        touch[:, :-1] = found[:, 1:] & (distance[:, 1:] < TOUCH)
-        return touch, np.asarray(found.any(axis=2))
+        touch[:, :-1] = in_contact[:, 1:] & (distance[:, 1:] < TOUCH_DISTANCE)
+        return touch, np.asarray(in_contact.any(axis=2))
 
     def _keep(self, control: Floats, u: Floats, part: int, goal: Floats) -> None:
         angle, speed, reach, time = u
@@ -155,7 +155,7 @@ class OneJointPlant(Plant[Context, ThrowPlans, Flight]):
         start = reach * np.array([np.cos(angle), 0.0, np.sin(angle)])
         velocity = speed * reach * np.array([-np.sin(angle), 0.0, np.cos(angle)])
         target = np.array([goal[0], 0.0, goal[1]])
-        self.keep(int(self.scene.bodies[part]), control, (start, velocity, time), target)
+        self.record_throw(int(self.scene.bodies[part]), control, (start, velocity, time), target)
 
 
 def _loads(parts: tuple[Part, ...]) -> Load:

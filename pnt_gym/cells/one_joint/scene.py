@@ -78,7 +78,7 @@ def build_scene(config: OneJointConfig, parts: Sequence[Part], pallets: Sequence
     _add_stage(spec)
     arm = add_one_joint(spec, config.arm.arm(), _drive(config), touches)
     add_pallets(spec, pallets)
-    grips = [_add_thrown(spec, arm, part, config, touches) for part in parts]
+    grips = [_add_part(spec, arm, part, config, touches) for part in parts]
     _add_sensors(spec, parts, pallets)
     model = spec.compile()
     # In potential flow an ellipsoid's added mass turns it (Munk's moment); behind a block the flow separates.
@@ -102,10 +102,10 @@ def contact_columns(scene: Scene, part: int) -> tuple[Ints, Ints]:
     Returns:
         The columns of the number found (Q + P - 1,) and of the smallest distance (Q + P - 1,).
     """
-    others = len(scene.pallets) + len(scene.parts) - 1
-    first = TORQUE + 1 + 2 * others * part
-    found = first + 2 * np.arange(others, dtype=np.int64)
-    return found, found + 1
+    partners = len(scene.pallets) + len(scene.parts) - 1
+    first = TORQUE + 1 + 2 * partners * part
+    columns = first + 2 * np.arange(partners, dtype=np.int64)
+    return columns, columns + 1
 
 
 def _ids(values: Iterable[int]) -> Ints:
@@ -124,7 +124,7 @@ def _drive(config: OneJointConfig) -> Drive:
     )
 
 
-def _add_thrown(
+def _add_part(
     spec: MjSpec, arm: MjsBody, part: Part, config: OneJointConfig, touches: bool
 ) -> tuple[str, tuple[str, str]]:
     """Add a part, free in the plane, and its grip; returns names of its seat and of the grip's equalities."""
@@ -182,5 +182,5 @@ def _add_sensors(spec: MjSpec, parts: Sequence[Part], pallets: Sequence[Pallet])
     """Add sensors of the motor's torque, then of each part's nearest contact with each pallet and other part."""
     add_torque_sensors(spec, ("motor",))
     for part in parts:
-        for other in (*pallets, *(p for p in parts if p is not part)):
-            add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_BODY, part.name, other.name)
+        for partner in (*pallets, *(p for p in parts if p is not part)):
+            add_contact_sensor(spec, mujoco.mjtObj.mjOBJ_BODY, part.name, partner.name)

@@ -93,10 +93,10 @@ def job_of(config: OneJointConfig) -> Job:
         parts = tuple(part for part, _ in ASSEMBLY)
         targets = tuple(Target(part.name, np.array(goal), k) for k, (part, goal) in enumerate(ASSEMBLY))
         return Job(parts, (STAND,), targets, in_order=True)
-    return _throwing(config)
+    return _throw_job(config)
 
 
-def _throwing(config: OneJointConfig) -> Job:
+def _throw_job(config: OneJointConfig) -> Job:
     part = block_part(config.block)
     fixed = config.goals.fixed
     if config.release == "contact" and config.goals == Goals():

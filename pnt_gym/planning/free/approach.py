@@ -43,34 +43,34 @@ def approach_entry(limits: Limits, count: int, height: float) -> Entry:
 
     Where the entry would be too fast for the speed limit, the hand enters near that limit and brakes as late as it can.
     """
-    velocity, acceleration, jerk = own = limits.arrays(count)
-    begun = ENTRY * acceleration / jerk
-    stop = _speed_of(own, begun, height)
-    braking = (np.sqrt(jerk * stop) >= jerk * begun) & (stop <= SPEEDING * velocity)
-    begun = np.where(braking, begun, 0.0)
-    stop = np.where(braking, stop, np.minimum(_speed_of(own, begun, height), SPEEDING * velocity))
+    velocity, acceleration, jerk = rows = limits.arrays(count)
+    elapsed = ENTRY * acceleration / jerk
+    stop = _initial_speed(rows, elapsed, height)
+    braking = (np.sqrt(jerk * stop) >= jerk * elapsed) & (stop <= SPEEDING * velocity)
+    elapsed = np.where(braking, elapsed, 0.0)
+    stop = np.where(braking, stop, np.minimum(_initial_speed(rows, elapsed, height), SPEEDING * velocity))
     peak = np.minimum(np.sqrt(jerk * stop), acceleration)
-    speed = stop - 0.5 * jerk * begun**2
-    coasting = np.where(braking, 0.0, np.maximum(height - brake_distance(stop, own), 0.0) / speed)
-    durations = np.stack([coasting, peak / jerk - begun, stop / peak - peak / jerk, peak / jerk], axis=1)
+    speed = stop - 0.5 * jerk * elapsed**2
+    coasting = np.where(braking, 0.0, np.maximum(height - brake_distance(stop, rows), 0.0) / speed)
+    durations = np.stack([coasting, peak / jerk - elapsed, stop / peak - peak / jerk, peak / jerk], axis=1)
     jerks = np.zeros((count, 4, 3))
     jerks[:, :, 2] = jerk[:, None] * np.array([0.0, 1.0, 0.0, -1.0])
     zero = np.zeros(count)
     return Entry(
         velocity=np.stack([zero, zero, -speed], axis=1),
-        acceleration=np.stack([zero, zero, jerk * begun], axis=1),
+        acceleration=np.stack([zero, zero, jerk * elapsed], axis=1),
         down=Segments(np.maximum(durations, 0.0), jerks),
     )
 
 
-def _speed_of(limits: LimitRows, begun: Floats, height: float) -> Floats:
-    """Initial speed (N,) [m/s] of stops that still need ``height`` [m] after their first ``begun`` (N,) [s]."""
+def _initial_speed(limits: LimitRows, elapsed: Floats, height: float) -> Floats:
+    """Initial speed (N,) [m/s] of stops that still need ``height`` [m] after their first ``elapsed`` (N,) [s]."""
     _, acceleration, jerk = limits
-    low = 0.5 * jerk * begun**2
+    low = 0.5 * jerk * elapsed**2
     high = low + np.sqrt(2.0 * acceleration * height) + 2.0 * acceleration**2 / jerk
 
     def too_slow(speed: Floats) -> Bools:
-        left = brake_distance(speed, limits) - (speed * begun - jerk * begun**3 / 6.0)
+        left = brake_distance(speed, limits) - (speed * elapsed - jerk * elapsed**3 / 6.0)
         return left < height
 
     return bisect(too_slow, low, high, _HALVINGS)[0]

@@ -44,14 +44,14 @@ def keeps_rules(
     height = _extremes(*_cubic(path, 2), path.durations)
     after = path.knot_times[:, :-1] >= release_time[:, None] - 1e-12
     low = np.where(after, floor[1][:, None], floor[0][:, None]) - SINK
-    good = _within_limits(path, limits) & (height[1].max(axis=1) <= roof + TOLERANCE)
-    good &= (height[0] >= low).all(axis=1) & _above_object(path, release_time, rules, after)
+    good = _keeps_limits(path, limits) & (height[1].max(axis=1) <= roof + TOLERANCE)
+    good &= (height[0] >= low).all(axis=1) & _stays_above_object(path, release_time, rules, after)
     if rules.workspace is not None:
-        good &= rules.workspace.contains(_places(path)).all(axis=(1, 2))
+        good &= rules.workspace.contains(_positions(path)).all(axis=(1, 2))
     return good
 
 
-def _within_limits(path: JerkTrajectory, limits: Limits) -> Bools:
+def _keeps_limits(path: JerkTrajectory, limits: Limits) -> Bools:
     velocity, acceleration, jerk = limits.arrays(len(path.start))
     knots = path.knots
     middle = knots.velocity[:, :-1] + 0.5 * path.durations[..., None] * knots.acceleration[:, :-1]
@@ -62,10 +62,10 @@ def _within_limits(path: JerkTrajectory, limits: Limits) -> Bools:
     return np.asarray(worst <= 1.0 + TOLERANCE)
 
 
-def _above_object(path: JerkTrajectory, release_time: Floats, rules: HandRules, after: Bools) -> Bools:
+def _stays_above_object(path: JerkTrajectory, release_time: Floats, rules: HandRules, after: Bools) -> Bools:
     """Whether each hand stays above its object by the margin until the hand is clear of the object sideways (N,)."""
-    at = path.sample(release_time[:, None])
-    start, velocity = at.position[:, 0], at.velocity[:, 0]
+    release = path.sample(release_time[:, None])
+    start, velocity = release.position[:, 0], release.velocity[:, 0]
     since = path.knot_times[:, :-1] - release_time[:, None]
     fall = (1.0 - rules.margin) * GRAVITY
     c0, c1, c2, c3 = _cubic(path, 2)
@@ -77,10 +77,10 @@ def _above_object(path: JerkTrajectory, release_time: Floats, rules: HandRules, 
     )
     # A piece is checked unless the hand was clear at a sample of an earlier piece.
     times = since[..., None] + path.durations[..., None] * np.linspace(0.0, 1.0, POINTS)
-    away = _places(path)[..., :2] - start[:, None, None, :2] - times[..., None] * velocity[:, None, None, :2]
+    away = _positions(path)[..., :2] - start[:, None, None, :2] - times[..., None] * velocity[:, None, None, :2]
     clear = (away[..., 0] ** 2 + away[..., 1] ** 2 >= rules.clear_distance**2) & after[..., None]
-    left = np.logical_or.accumulate(clear.any(axis=2), axis=1)
-    near = after & ~np.concatenate([np.zeros_like(left[:, :1]), left[:, :-1]], axis=1)
+    was_clear = np.logical_or.accumulate(clear.any(axis=2), axis=1)
+    near = after & ~np.concatenate([np.zeros_like(was_clear[:, :1]), was_clear[:, :-1]], axis=1)
     # The piece in which the hand comes clear is checked up to that sample.
     first = np.where(clear.any(axis=2), clear.argmax(axis=2), POINTS - 1) / (POINTS - 1.0)
     least = _extremes(*gap, path.durations * first)[0]
@@ -110,7 +110,7 @@ def _extremes(c0: Floats, c1: Floats, c2: Floats, c3: Floats, duration: Floats) 
     return values.min(axis=0), values.max(axis=0)
 
 
-def _places(path: JerkTrajectory) -> Floats:
+def _positions(path: JerkTrajectory) -> Floats:
     """Positions (N, K, M, 3) [m] at M points of every piece, both ends included."""
     t = (path.durations[:, :, None] * np.linspace(0.0, 1.0, POINTS))[..., None]
     position, velocity, acceleration = (part[:, :-1, None] for part in path.knots)

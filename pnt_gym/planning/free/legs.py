@@ -38,12 +38,12 @@ def throw_leg(picks: Floats, position: Floats, velocity: Floats, limits: Limits,
         roof: greatest height of the hand (N,) [m].
     """
     zero = np.zeros(len(picks))
-    known: Bools = np.asarray(np.isfinite(position).all(axis=1))
-    way = np.where(known[:, None], position - picks, 0.0)
+    valid: Bools = np.asarray(np.isfinite(position).all(axis=1))
+    way = np.where(valid[:, None], position - picks, 0.0)
     band = Band.level(zero, np.maximum(roof - ROOM - picks[:, 2], 0.0))
-    after = np.where(known[:, None], velocity, 0.0)
+    after = np.where(valid[:, None], velocity, 0.0)
     moves = fast_transfer(way, np.zeros_like(way), after, limits, band=band)
-    return _only(moves, known)
+    return _select_rows(moves, valid)
 
 
 def return_leg(
@@ -72,14 +72,14 @@ def return_leg(
         hover: whether the hand stops above the pick; if not, the hand enters the approach in motion.
     """
     count = len(next_picks)
-    known: Bools = np.asarray(np.isfinite(start).all(axis=1))
+    valid: Bools = np.asarray(np.isfinite(start).all(axis=1))
     entry = stop_above(limits, count, rules.approach) if hover else approach_entry(limits, count, rules.approach)
     down = entry.down
     way = next_picks + np.array([0.0, 0.0, rules.approach]) - start
     if drift is not None:
         way = way + drift * down.durations.sum(axis=1)[:, None]
-    way = np.where(known[:, None], way, 0.0)
-    top = np.where(known, roof - ROOM - start[:, 2], 0.0)
+    way = np.where(valid[:, None], way, 0.0)
+    top = np.where(valid, roof - ROOM - start[:, 2], 0.0)
     margin = (1.0 - min(rules.margin + EXTRA_MARGIN, 1.0)) * GRAVITY
     # The band's object falls from the end of the window on, the true object from the release on: the band is cautious.
     band = Band(
@@ -89,41 +89,41 @@ def return_leg(
         clear=np.full(count, rules.clear_distance * CLEARER),
         by=SLOWER * clearing_time(limits, count, rules.clear_distance),
     )
-    before = np.where(known[:, None], velocity, 0.0)
-    turn = _Turn.of(before)
+    before = np.where(valid[:, None], velocity, 0.0)
+    turn = _Rotation.from_velocity(before)
     moves = fast_transfer(
-        turn.into(way),
-        turn.into(before),
+        turn.rotate(way),
+        turn.rotate(before),
         entry.velocity,
         limits,
         braking=entry.acceleration,
-        drift=None if drift is None else turn.into(drift),
+        drift=None if drift is None else turn.rotate(drift),
         band=band,
         shortest=shortest,
     )
-    moves = replace(moves, jerks=turn.out_of(moves.jerks))
-    return _only(moves, known), down
+    moves = replace(moves, jerks=turn.rotate_back(moves.jerks))
+    return _select_rows(moves, valid), down
 
 
-class _Turn(NamedTuple):
+class _Rotation(NamedTuple):
     """Rotations about z that turn horizontal velocities into the direction of x."""
 
     cosine: Floats
     sine: Floats
 
     @classmethod
-    def of(cls, velocity: Floats) -> _Turn:
+    def from_velocity(cls, velocity: Floats) -> _Rotation:
         speed = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
         moving = speed > 0.0
         divisor = np.where(moving, speed, 1.0)
         return cls(np.where(moving, velocity[:, 0] / divisor, 1.0), velocity[:, 1] / divisor)
 
-    def into(self, vectors: Floats) -> Floats:
+    def rotate(self, vectors: Floats) -> Floats:
         """Vectors (N, 3) in the rotated axes."""
         x, y = vectors[:, 0], vectors[:, 1]
         return np.stack([self.cosine * x + self.sine * y, self.cosine * y - self.sine * x, vectors[:, 2]], axis=-1)
 
-    def out_of(self, vectors: Floats) -> Floats:
+    def rotate_back(self, vectors: Floats) -> Floats:
         """Vectors (N, K, 3) from the rotated axes back in the original axes."""
         x, y = vectors[..., 0], vectors[..., 1]
         cosine, sine = self.cosine[:, None], self.sine[:, None]
@@ -136,7 +136,7 @@ def stop_above(limits: Limits, count: int, height: float) -> Entry:
     return Entry(still, still, rest_to_rest(np.tile([0.0, 0.0, -height], (count, 1)), limits))
 
 
-def _only(moves: Transfers, rows: Bools) -> Transfers:
+def _select_rows(moves: Transfers, rows: Bools) -> Transfers:
     good = moves.feasible & rows
     duration = np.where(good, moves.duration, np.nan)
     return replace(moves, duration=duration, jerks=moves.jerks * good[:, None, None], feasible=good)

@@ -86,43 +86,45 @@ def free_releases(
     Raises:
         ValueError: an input is NaN or infinite, or shapes disagree.
     """
-    frame = Frame.of(picks, targets)
+    frame = Frame.from_picks(picks, targets)
     count = len(frame.picks)
     rows = limits.arrays(count)
     roof = finite_rows(ceiling, count, "ceiling")
     chosen, cost = np.zeros((3, count)), np.full(count, np.inf)
     for begin in range(0, count, CHUNK):
         part = np.arange(begin, min(begin + CHUNK, count))
-        chosen[:, part], cost[part] = _refined(take(frame, part), take(rows, part), roof[part], rules)
+        chosen[:, part], cost[part] = _refine(take(frame, part), take(rows, part), roof[part], rules)
     position, velocity, flight = _release(frame, rows.velocity, chosen, roof)
     feasible = np.isfinite(cost) & (frame.reach > MIN_REACH) & (frame.picks[:, 2] <= roof)
     gap = np.where(feasible, 0.0, np.nan)
     return FreeReleases(position + gap[:, None], velocity + gap[:, None], flight + gap, feasible)
 
 
-def _refined(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules) -> tuple[Floats, Floats]:
+def _refine(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules) -> tuple[Floats, Floats]:
     """Quickest choice of each row (3, N) and its estimated time (N,) [s]."""
     around: list[Floats] = []
     for coarse in COARSE:
-        first, _ = _best(frame, limits, roof, rules, np.repeat(coarse[:, None], len(frame.picks), axis=1))
+        first, _ = _best_choice(frame, limits, roof, rules, np.repeat(coarse[:, None], len(frame.picks), axis=1))
         around.append(first[:, :, None] + FINE[:, None])
     fine = np.concatenate(around, axis=2)
     fine[1:] = np.minimum(fine[1:], np.array([SPEEDING, 1.0])[:, None, None])
-    return _best(frame, limits, roof, rules, fine)
+    return _best_choice(frame, limits, roof, rules, fine)
 
 
-def _best(frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules, choices: Floats) -> tuple[Floats, Floats]:
+def _best_choice(
+    frame: Frame, limits: LimitRows, roof: Floats, rules: HandRules, choices: Floats
+) -> tuple[Floats, Floats]:
     """Quickest of each row's choices (3, N, C), and its estimated time (N,) [s]; all choices of all rows at once."""
-    _, count, each = choices.shape
+    _, count, choice_count = choices.shape
     # Row i, choice c is row i C + c.
     index = np.arange(count, dtype=np.int64)
-    rows = np.repeat(index, each)
-    own = take(limits, rows)
-    tried = _release(take(frame, rows), own.velocity, choices.reshape(3, -1), roof[rows])
-    room = top(roof, rules)[rows] - tried[0][:, 2]
-    good = (tried[2] > 0.0) & (CAUTION * _rise(tried[1], own, rules) <= room)
+    rows = np.repeat(index, choice_count)
+    row_limits = take(limits, rows)
+    releases = _release(take(frame, rows), row_limits.velocity, choices.reshape(3, -1), roof[rows])
+    room = greatest_height(roof, rules)[rows] - releases[0][:, 2]
+    good = (releases[2] > 0.0) & (CAUTION * _rise(releases[1], row_limits, rules) <= room)
     falling = approach_entry(limits, count, rules.approach).velocity
-    cost = _cost(frame.picks[rows], tried, falling[rows], own, rules, good).reshape(count, each)
+    cost = _cost(frame.picks[rows], releases, falling[rows], row_limits, rules, good).reshape(count, choice_count)
     best = cost.argmin(axis=1)
     return choices[:, index, best], cost[index, best]
 
@@ -180,20 +182,20 @@ def _cost(
     return np.where(good, cost, np.inf)
 
 
-def top(ceiling: Floats, rules: HandRules) -> Floats:
+def greatest_height(ceiling: Floats, rules: HandRules) -> Floats:
     """Return the greatest height of the hand (N,) [m], the lower of cap and workspace."""
-    most = np.inf if rules.workspace is None else rules.workspace.z_max
-    return np.minimum(ceiling + rules.hand_cap, most)
+    workspace_top = np.inf if rules.workspace is None else rules.workspace.z_max
+    return np.minimum(ceiling + rules.hand_cap, workspace_top)
 
 
 def clearing_time(limits: Limits, count: int, distance: float) -> Floats:
     """Return the estimated least time (N,) [s] in which a braking hand falls ``distance`` [m] behind its object."""
     velocity, acceleration, jerk = limits.arrays(count)
     # Greatest speed between hand and object, a little below twice the limit: both move in opposite directions.
-    apart = 1.8 * velocity
-    growing = np.minimum(np.sqrt(2.0 * distance / acceleration), apart / acceleration)
-    left = distance - 0.5 * acceleration * growing**2
-    return growing + np.maximum(left, 0.0) / apart + 0.5 * acceleration / jerk
+    separation_speed = 1.8 * velocity
+    growing = np.minimum(np.sqrt(2.0 * distance / acceleration), separation_speed / acceleration)
+    remaining_distance = distance - 0.5 * acceleration * growing**2
+    return growing + np.maximum(remaining_distance, 0.0) / separation_speed + 0.5 * acceleration / jerk
 
 
 def _rise(velocity: Floats, limits: LimitRows, rules: HandRules) -> Floats:
@@ -205,7 +207,7 @@ def _rise(velocity: Floats, limits: LimitRows, rules: HandRules) -> Floats:
     clear = clearing_time(limits, len(velocity), rules.clear_distance)
     fall = (1.0 - rules.margin) * GRAVITY
     up = np.maximum(velocity[:, 2], 0.0)
-    still = np.minimum(clear, up / fall)
-    left = up - fall * still
-    rest = left * (0.5 * left / acceleration + 0.25 * acceleration / jerk)
-    return rules.window * up + still * (up - 0.5 * fall * still) + rest
+    rise_time = np.minimum(clear, up / fall)
+    speed = up - fall * rise_time
+    braking_rise = speed * (0.5 * speed / acceleration + 0.25 * acceleration / jerk)
+    return rules.window * up + rise_time * (up - 0.5 * fall * rise_time) + braking_rise

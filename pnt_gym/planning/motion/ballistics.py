@@ -76,10 +76,10 @@ def drag_shift(position: Floats, velocity: Floats, plane_z: ArrayLike, drag_area
         drag_area: Cd A / m of the objects (...,) [m2/kg].
     """
     time = flight_time(position, velocity, plane_z)
-    shift, last = np.zeros_like(velocity), flight_state(position, velocity, time)[1]
+    offset, last = np.zeros_like(velocity), flight_state(position, velocity, time)[1]
     for share, weight in zip(_SHARES, _WEIGHTS / 2.0, strict=True):
         passing = flight_state(position, velocity, share * time)[1]
         factor = AIR_DENSITY / 2.0 * drag_area * np.linalg.norm(passing, axis=-1)
-        shift -= (weight * (1.0 - share) * time**2 * factor)[..., None] * passing
+        offset -= (weight * (1.0 - share) * time**2 * factor)[..., None] * passing
     falling = np.where(last[..., 2] < 0.0, last[..., 2], np.nan)
-    return shift - (shift[..., 2] / falling)[..., None] * last
+    return offset - (offset[..., 2] / falling)[..., None] * last

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.compiled import compiled, part
+from pnt_gym.compiled import compile_for, kernel_part
 
 # Samples of lateness after the object's closest approach, where lateness may begin and end several times.
 SCAN = 96
@@ -23,7 +23,7 @@ HALVINGS = 64
 X, Y, Z, VX, VY, VZ, DESCENT, VELOCITY, ACCELERATION, JERK, FIRST, LAST, END = range(13)
 
 
-@part
+@kernel_part
 def _stroke_time(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
     """Minimum time over a distance, as `scurve.stroke_time`."""
     square = acceleration * acceleration
@@ -41,49 +41,49 @@ def _stroke_time(distance: float, velocity: float, acceleration: float, jerk: fl
     return distance / speed + (speed / peak + peak / jerk)
 
 
-@part
-def _late(chase: Floats, time: float) -> bool:
+@kernel_part
+def _is_late(chase: Floats, time: float) -> bool:
     """Whether the hand would arrive after the given time."""
     x, y, z = chase[X] + time * chase[VX], chase[Y] + time * chase[VY], chase[Z] + time * chase[VZ]
     travel = _stroke_time(math.sqrt(x * x + y * y + z * z), chase[VELOCITY], chase[ACCELERATION], chase[JERK])
     return travel + chase[DESCENT] - time > 0.0
 
 
-@part
-def _border(chase: Floats, late: float, met: float) -> float:
+@kernel_part
+def _border_time(chase: Floats, late: float, met: float) -> float:
     """Border between late and met, by bisection: the end of the final bracket at which the hand is not late."""
     for _ in range(HALVINGS):
         middle = 0.5 * (late + met)
         if middle in (late, met):
             break
-        if _late(chase, middle):
+        if _is_late(chase, middle):
             late = middle
         else:
             met = middle
     return met
 
 
-@part
-def _earliest(chase: Floats) -> float:
+@kernel_part
+def _earliest_meeting(chase: Floats) -> float:
     """The first allowed time at which the hand is not late; NaN where there is none."""
-    if not _late(chase, chase[FIRST]):
+    if not _is_late(chase, chase[FIRST]):
         return chase[FIRST]
     square = chase[VX] * chase[VX] + chase[VY] * chase[VY] + chase[VZ] * chase[VZ]
     along = chase[X] * chase[VX] + chase[Y] * chase[VY] + chase[Z] * chase[VZ]
     nearest = min(max(-along / (square if square > 0.0 else 1.0), chase[FIRST]), chase[LAST])
-    if not _late(chase, nearest):
-        return _border(chase, chase[FIRST], nearest)
+    if not _is_late(chase, nearest):
+        return _border_time(chase, chase[FIRST], nearest)
     end, before = max(nearest, min(chase[LAST], chase[END])), nearest
     for k in range(1, SCAN + 1):
         share = k / SCAN
         time = nearest + (end - nearest) * (share * share)
-        if not _late(chase, time):
-            return _border(chase, before, time)
+        if not _is_late(chase, time):
+            return _border_time(chase, before, time)
         before = time
     return math.nan
 
 
-@compiled("void(float64[:,::1], float64[::1], boolean[::1])")
+@compile_for("void(float64[:,::1], float64[::1], boolean[::1])")
 def earliest(chases: Floats, time: Floats, reached: Bools) -> None:
     """Write the first meetings of N chases to `time` and `reached` (N,).
 
@@ -93,6 +93,6 @@ def earliest(chases: Floats, time: Floats, reached: Bools) -> None:
         reached: whether there is a meeting.
     """
     for row in range(len(chases)):
-        found = _earliest(chases[row])
-        reached[row] = not math.isnan(found)
-        time[row] = found if reached[row] else chases[row, FIRST]
+        meeting = _earliest_meeting(chases[row])
+        reached[row] = not math.isnan(meeting)
+        time[row] = meeting if reached[row] else chases[row, FIRST]

@@ -17,14 +17,14 @@ from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, leng
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.scurve import stroke_time
-from pnt_gym.planning.reasons import SpokenReason
+from pnt_gym.planning.reasons import ReasonCode
 
 HORIZON: Final = 30.0
 """Default of the latest meeting that is searched for [s]."""
 
 
 @final
-class InterceptReason(SpokenReason):
+class InterceptReason(ReasonCode):
     """Why an object cannot be picked."""
 
     FEASIBLE = 0, "the object can be picked"
@@ -153,10 +153,10 @@ def _window_times(place: Floats, speed: Floats, window: tuple[ArrayLike, ArrayLi
         raise PlanningError(f"window must run from least to greatest, got {low[row]}, {high[row]}")
     moving = speed != 0.0
     divisor = np.where(moving, speed, 1.0)
-    one, other = (low - place) / divisor, (high - place) / divisor
+    low_time, high_time = (low - place) / divisor, (high - place) / divisor
     inside = (place >= low) & (place <= high)
-    enter = np.where(moving, np.minimum(one, other), np.where(inside, -np.inf, np.inf))
-    return enter, np.where(moving, np.maximum(one, other), np.inf)
+    enter = np.where(moving, np.minimum(low_time, high_time), np.where(inside, -np.inf, np.inf))
+    return enter, np.where(moving, np.maximum(low_time, high_time), np.inf)
 
 
 def _earliest(chase: _Chase, first: Floats, last: Floats) -> tuple[Floats, Bools]:
@@ -167,14 +167,14 @@ def _earliest(chase: _Chase, first: Floats, last: Floats) -> tuple[Floats, Bools
     """
     from pnt_gym.planning.motion.chase import earliest  # noqa: PLC0415 - numba takes a while
 
-    end = _surely_reached(chase, length(chase.belt))
+    end = _latest_meeting(chase, length(chase.belt))
     columns = [*chase.offset.T, *chase.belt.T, chase.descent, *chase.limits, first, last, end]
     time, reached = np.empty(len(end)), np.empty(len(end), dtype=np.bool_)
     earliest(np.stack(columns, axis=-1), time, reached)
     return time, reached
 
 
-def _surely_reached(chase: _Chase, speed: Floats) -> Floats:
+def _latest_meeting(chase: _Chase, speed: Floats) -> Floats:
     """A time (N,) [s] by which the hand has caught an object that is slower than the hand; infinite otherwise.
 
     T(d) <= d / V + 2 (V / A + A / J) for every d, and the object is never farther away than |offset| + speed t.

@@ -65,7 +65,7 @@ class MotionLimits:
     def __post_init__(self) -> None:
         counts: set[int] = set()
         for name in _UNITS:
-            value = _checked(name, cast(ArrayLike, getattr(self, name)))
+            value = _check_limit(name, cast(ArrayLike, getattr(self, name)))
             object.__setattr__(self, name, value)
             if isinstance(value, np.ndarray):
                 counts.add(value.shape[0])
@@ -118,7 +118,7 @@ class MotionLimits:
             return velocity, acceleration, jerk
         raise PlanningError(f"one plan needs one set of limits, got limits for {self.count} throws; take a row first")
 
-    def scaled(self, factor: float) -> MotionLimits:
+    def with_scale(self, factor: float) -> MotionLimits:
         """Return the limits with all three fields multiplied by ``factor`` > 0."""
         return MotionLimits(self.velocity * factor, self.acceleration * factor, self.jerk * factor)
 
@@ -134,7 +134,7 @@ class MotionLimits:
 Limits: TypeAlias = MotionLimits | LimitRows
 
 
-def _checked(name: str, value: ArrayLike) -> float | Floats:
+def _check_limit(name: str, value: ArrayLike) -> float | Floats:
     array = np.array(value, dtype=np.float64)
     if array.ndim > 1:
         raise PlanningError(f"{name} must be one number or have shape (N,), got shape {array.shape}")

@@ -61,9 +61,9 @@ class Tuning(NamedTuple):
     growth: float = 0.08
     """Relative growth of the duration per unit of relative violation. 0.16: 1 % longer for 0.68 of the work; 0.04:
     no shorter for 1.5 times the work."""
-    least: float = 0.003
+    least_growth: float = 0.003
     """Least growth. 0.0015: 0.4 % shorter for 1.18 of the work; 0.006: 0.6 % longer for 0.81."""
-    most: float = 0.08
+    greatest_growth: float = 0.08
     """Greatest growth, so that the duration does not overshoot from a first guess far too short. 0.04 and 0.16:
     within 0.15 %."""
     impatience: float = 1.076
@@ -166,7 +166,7 @@ def matrices(kind: int) -> Matrices:
     return Matrices(float(SCALES[kind]))
 
 
-class _Scaled(NamedTuple):
+class _Block(NamedTuple):
     """A block at its current durations: ends, row of the motion of least jerk, inverse square radii, bounds."""
 
     ends: Floats
@@ -200,9 +200,9 @@ def search(m: Matrices, problem: Problem, first: Floats) -> tuple[Floats, Floats
         rows = np.flatnonzero(np.isnan(duration) & (times <= TUNING.hopeless * first))
         for begin in range(0, rows.size, size):
             part = rows[begin : begin + size]
-            padded = np.concatenate([part, np.repeat(part[-1:], size - part.size)])
-            own = _State(times[padded], iterates[padded])
-            time, jerk, after = _iterate(m, take(problem, padded), own, stage)
+            block_rows = np.concatenate([part, np.repeat(part[-1:], size - part.size)])
+            state = _State(times[block_rows], iterates[block_rows])
+            time, jerk, after = _iterate(m, take(problem, block_rows), state, stage)
             duration[part], jerks[part] = time[: part.size], jerk[: part.size]
             times[part], iterates[part] = after.time[: part.size], after.iterate[: part.size]
     return duration, jerks
@@ -211,36 +211,36 @@ def search(m: Matrices, problem: Problem, first: Floats) -> tuple[Floats, Floats
 def _iterate(m: Matrices, problem: Problem, state: _State, stage: int) -> tuple[Floats, Floats, _State]:
     """Run one stage for a block: durations (NaN where unsolved) and jerks of its motions, and the iteration's state."""
     time, iterate = state
-    found, jerks = np.full(len(time), np.nan), np.zeros((len(time), m.pieces, 3))
-    block = _scaled(m, problem, time)
+    durations, jerks = np.full(len(time), np.nan), np.zeros((len(time), m.pieces, 3))
+    block = _scale_block(m, problem, time)
     if stage == 0:
         # Begin with the motion of least jerk.
         iterate = block.row.copy()
-    least = TUNING.least * TUNING.impatience**stage
+    least = TUNING.least_growth * TUNING.impatience**stage
     violation = np.ones(len(time))
     for step in range(1, TUNING.stage + 1):
         inner = _product(iterate - block.row, m.back)
         point = block.row + _product(inner, m.reach).astype(np.float32)
         if step % TUNING.look == 0:
             violation = _violation(m, block, point)
-            new = (violation <= 1.0 - TUNING.rounding) & np.isnan(found)
+            new = (violation <= 1.0 - TUNING.rounding) & np.isnan(durations)
             if new.any():
-                found[new] = time[new]
+                durations[new] = time[new]
                 total = _product(block.ends, m.ends) + _product(inner, m.null)
                 jerks[new] = (total / time[:, None, None] ** 3)[new].transpose(0, 2, 1)
-                if not np.isnan(found).any():
+                if not np.isnan(durations).any():
                     break
         reflected = 2.0 * point
         reflected -= iterate
         iterate -= point
-        iterate += _projected(m, block, reflected)
+        iterate += _project(m, block, reflected)
         if step % TUNING.patience == 0:
-            growth = 1.0 + np.clip(TUNING.growth * (violation - 1.0), least, TUNING.most)
+            growth = 1.0 + np.clip(TUNING.growth * (violation - 1.0), least, TUNING.greatest_growth)
             time = time * growth
             iterate *= (growth[:, None] ** (3.0 - np.minimum(m.kind, 3)))[:, None].astype(np.float32)
             if step < TUNING.stage:
-                block = _scaled(m, problem, time)
-    return found, jerks, _State(time, iterate)
+                block = _scale_block(m, problem, time)
+    return durations, jerks, _State(time, iterate)
 
 
 def _product(rows: Floats | Singles, matrix: Floats) -> Floats:
@@ -252,19 +252,19 @@ def _product(rows: Floats | Singles, matrix: Floats) -> Floats:
     return (flat @ matrix.T).reshape(len(rows), 3, -1)
 
 
-def _scaled(m: Matrices, problem: Problem, time: Floats) -> _Scaled:
+def _scale_block(m: Matrices, problem: Problem, time: Floats) -> _Block:
     t = time[:, None]
     way = problem.way + t * problem.drift - t * problem.before
     ends = np.stack([way, t * (problem.after - problem.before), t**2 * problem.braking], axis=-1)
     row = _product(ends, m.least) + (t * problem.before)[..., None] * m.carried
     powers = np.stack([time, time**2, time**3], axis=1)
     radius = (problem.bounds * powers)[:, ::-1][:, np.minimum(m.kind[: m.balls], 2)] * m.weight[: m.balls]
-    parts = (row, 1.0 / radius**2, *_places(m, problem, time))
+    parts = (row, 1.0 / radius**2, *_position_bounds(m, problem, time))
     singles: list[Singles] = [part.astype(np.float32) for part in parts]
-    return _Scaled(ends, *singles)
+    return _Block(ends, *singles)
 
 
-def _places(m: Matrices, problem: Problem, time: Floats) -> tuple[Floats, Floats, Floats]:
+def _position_bounds(m: Matrices, problem: Problem, time: Floats) -> tuple[Floats, Floats, Floats]:
     """Weighted bounds (B, K - 1) at the borders: least and greatest height, greatest x."""
     band, weight = problem.band, m.weight[m.balls :]
     since = time[:, None] * m.share
@@ -272,8 +272,8 @@ def _places(m: Matrices, problem: Problem, time: Floats) -> tuple[Floats, Floats
     falling = problem.before[:, 2:] * since - 0.5 * band.fall[:, None] * since**2
     near = tracked & (since < band.by[:, None])
     low = np.where(near, np.maximum(band.low[:, None], falling), band.low[:, None])
-    behind = problem.before[:, :1] * since - band.clear[:, None]
-    far = np.where(tracked & ~near, behind, np.inf)
+    behind_object = problem.before[:, :1] * since - band.clear[:, None]
+    far = np.where(tracked & ~near, behind_object, np.inf)
     high = np.broadcast_to(band.high[:, None], since.shape)
     return low * weight, high * weight, far * weight
 
@@ -283,7 +283,7 @@ def _squares(rows: Singles) -> Singles:
     return np.asarray(x * x + y * y + z * z, dtype=np.float32)
 
 
-def _violation(m: Matrices, block: _Scaled, point: Singles) -> Floats:
+def _violation(m: Matrices, block: _Block, point: Singles) -> Floats:
     """Largest ratio of jerk, acceleration and velocity to the limits (B,); above 1 also where a bound is broken."""
     ratio = np.sqrt((_squares(point[..., : m.balls]) * block.inverse).max(axis=1))
     ahead, height = point[:, 0, m.balls :], point[:, 2, m.balls :]
@@ -291,7 +291,7 @@ def _violation(m: Matrices, block: _Scaled, point: Singles) -> Floats:
     return np.maximum(ratio, np.where(out > TUNING.rounding, 1.0 + out, 0.0)).astype(np.float64)
 
 
-def _projected(m: Matrices, block: _Scaled, rows: Singles) -> Singles:
+def _project(m: Matrices, block: _Block, rows: Singles) -> Singles:
     """Project `rows` in place onto the balls and bounds."""
     over = np.maximum(_squares(rows[..., : m.balls]) * block.inverse * TUNING.inside**-2, 1.0)
     rows[..., : m.balls] /= np.sqrt(over)[:, None]

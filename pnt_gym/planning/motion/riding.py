@@ -24,7 +24,7 @@ from typing import Final, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, joined
+from pnt_gym.arrays import Bools, Floats, concatenate_records
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.scurve import coast, line_segments, peaks, stroke_time
@@ -50,12 +50,12 @@ class Fading:
     """Duration T of the fading (N,) [s]."""
 
     @classmethod
-    def under(cls, limits: Limits, count: int, speed: float) -> Self:
+    def for_limits(cls, limits: Limits, count: int, speed: float) -> Self:
         """Return fadings of a belt's speed [m/s] that do not reduce the speed limit of ``count`` hands."""
         velocity, acceleration, jerk = limits.arrays(count)
         longest = (velocity + speed) / acceleration + acceleration / jerk
         usual = (USUAL_SPEED + speed) / acceleration + acceleration / jerk
-        return cls(speed, np.minimum(longest, np.maximum(usual, _shortest(speed, acceleration))))
+        return cls(speed, np.minimum(longest, np.maximum(usual, _shortest_time(speed, acceleration))))
 
     @property
     def way(self) -> Floats:
@@ -64,26 +64,26 @@ class Fading:
 
     def is_possible(self, limits: Limits) -> Bools:
         """Whether the fading takes no more than `MOST_SHARE` of the limits (N,)."""
-        return self.time >= _shortest(self.speed, limits.arrays(len(self.time)).acceleration)
+        return self.time >= _shortest_time(self.speed, limits.arrays(len(self.time)).acceleration)
 
-    def left(self, limits: Limits) -> LimitRows:
+    def planning_limits(self, limits: Limits) -> LimitRows:
         """Limits that the fading leaves to the planned motions; placeholders where the fading is not possible."""
         velocity, acceleration, jerk = limits.arrays(len(self.time))
         least = 1.0 - MOST_SHARE
-        own = 2.0 * self.speed / self.time
+        peak = 2.0 * self.speed / self.time
         return LimitRows(
             velocity,
-            np.maximum(acceleration - own, least * acceleration),
-            np.maximum(jerk - 2.0 * own / self.time, least * jerk),
+            np.maximum(acceleration - peak, least * acceleration),
+            np.maximum(jerk - 2.0 * peak / self.time, least * jerk),
         )
 
-    def out(self) -> Segments:
+    def fade_out(self) -> Segments:
         """Segments of the fading from the belt's speed to rest."""
         return self._halves(-1.0)
 
-    def into(self, begin: Floats) -> Segments:
+    def fade_in(self, begin: Floats) -> Segments:
         """Segments of the growth from rest to the belt's speed, beginning at times (N,) [s]."""
-        return joined([coast(begin), self._halves(1.0)], axis=1)
+        return concatenate_records([coast(begin), self._halves(1.0)], axis=1)
 
     def _halves(self, sign: float) -> Segments:
         jerk = 4.0 * sign * self.speed / self.time**2
@@ -105,7 +105,7 @@ def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:
         drop: height of a descent from rest to rest that ends every return [m]; 0 where there may be none.
     """
     velocity, acceleration, jerk = limits
-    usual = Fading.under(limits, len(velocity), speed).time.min()
+    usual = Fading.for_limits(limits, len(velocity), speed).time.min()
     height = np.full(len(velocity), drop)
     slow = np.maximum(peaks(height, *limits)[0], 0.5 * acceleration**2 / jerk) + speed <= velocity
     stopping = stroke_time(height, *limits) + velocity / acceleration + acceleration / jerk
@@ -117,12 +117,12 @@ def fastest_belt(limits: LimitRows) -> float:
     count = len(limits.velocity)
 
     def rides(speed: Floats) -> Bools:
-        time = Fading.under(limits, count, float(speed[0])).time.min()
+        time = Fading.for_limits(limits, count, float(speed[0])).time.min()
         return np.array([Fading(float(speed[0]), np.full(count, time)).is_possible(limits).all()])
 
     return float(bisect(rides, np.zeros(1), limits.velocity.max(keepdims=True), _HALVINGS)[0][0])
 
 
-def _shortest(speed: float, acceleration: Floats) -> Floats:
+def _shortest_time(speed: float, acceleration: Floats) -> Floats:
     """Shortest fading times (N,) [s]: the peak 2 s / T equals `MOST_SHARE` of the acceleration limits (N,) [m/s2]."""
     return 2.0 * speed / (MOST_SHARE * acceleration)

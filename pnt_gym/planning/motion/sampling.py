@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.compiled import compiled, part
+from pnt_gym.compiled import compile_for, kernel_part
 
 # Columns of a table: position, velocity, acceleration and jerk from a border of two segments on, and the border's time.
 # The first row holds before the first border and has the first border's time.
 JERK, TIME, COLUMNS = 9, 12, 13
 
 
-@part
+@kernel_part
 def _holds(table: Floats, time: float, row: int) -> bool:
     """Whether a time lies after the border at which a row of a path's table (R, COLUMNS) begins."""
     return time > table[row, TIME] if row == len(table) - 1 else time >= table[row, TIME]
 
 
-@part
+@kernel_part
 def _row_at(table: Floats, time: float, row: int) -> int:
     """The row that holds at a time, searched for from a given row on."""
     while row < len(table) - 1 and _holds(table, time, row + 1):
@@ -26,7 +26,7 @@ def _row_at(table: Floats, time: float, row: int) -> int:
     return row
 
 
-@compiled("void(float64[:,:,::1], float64[:,::1], int64[:,::1])")
+@compile_for("void(float64[:,:,::1], float64[:,::1], int64[:,::1])")
 def rows_at(table: Floats, times: Floats, rows: Ints) -> None:
     """Write to `rows` (N, M) the rows of tables (N, R, COLUMNS) that hold at times (N, M) [s].
 
@@ -39,7 +39,7 @@ def rows_at(table: Floats, times: Floats, rows: Ints) -> None:
             rows[path, k] = row
 
 
-@compiled("void(float64[:,:,::1], float64[:,::1], float64[:,:,::1], float64[:,:,::1], float64[:,:,::1])")
+@compile_for("void(float64[:,:,::1], float64[:,::1], float64[:,:,::1], float64[:,:,::1], float64[:,:,::1])")
 def sample(table: Floats, times: Floats, position: Floats, velocity: Floats, acceleration: Floats) -> None:
     """Write the motions (N, M, 3) of N paths at times (N, M) [s], computed from the paths' tables (N, R, COLUMNS)."""
     for path in range(len(table)):

@@ -49,7 +49,7 @@ class SCurve(Generic[ValueT]):
         One curve: the results have the shape of ``t``. N curves: ``t`` of shape () gives (N,); (M,) gives (N,
         M) with every curve read at the same times; (N, M) gives (N, M). The curve rests before 0, after T.
         """
-        time, curve = self._aligned(t)
+        time, curve = self._align(t)
         # Mirror the second half onto the first: the curve is symmetric, so both ends come out exact.
         second_half = time > 0.5 * curve.duration
         folded = np.maximum(np.where(second_half, curve.duration - time, time), 0.0)
@@ -57,7 +57,7 @@ class SCurve(Generic[ValueT]):
         position = np.where(second_half, curve.distance - position, position)
         return position, speed, np.where(second_half, -acceleration, acceleration)
 
-    def _aligned(self, t: ArrayLike) -> tuple[Floats, SCurve[Floats]]:
+    def _align(self, t: ArrayLike) -> tuple[Floats, SCurve[Floats]]:
         """Times, and the curve's numbers shaped to broadcast against the times."""
         time = np.asarray(t, dtype=np.float64)
         columns = [self.distance, self.velocity, self.acceleration, self.jerk, self.duration]

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, joined, length
+from pnt_gym.arrays import Floats, concatenate_records, length
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import Limits
 
@@ -27,11 +27,11 @@ class Segments:
     durations: Floats
     jerks: Floats
 
-    def padded(self, columns: int) -> Segments:
+    def pad(self, columns: int) -> Segments:
         """Return the same motions, filled up to ``columns`` segments with segments of no duration."""
-        rows, own = self.durations.shape
+        rows, count = self.durations.shape
         durations, jerks = np.zeros((rows, columns)), np.zeros((rows, columns, 3))
-        durations[:, :own], jerks[:, :own] = self.durations, self.jerks
+        durations[:, :count], jerks[:, :count] = self.durations, self.jerks
         return Segments(durations, jerks)
 
     def greatest_acceleration(self) -> Floats:
@@ -39,20 +39,20 @@ class Segments:
         return length(np.cumsum(self.durations[..., None] * self.jerks, axis=1)).max(axis=1)
 
 
-def superposed(first: Segments, second: Segments) -> Segments:
+def superpose(first: Segments, second: Segments) -> Segments:
     """Return the sums of two motions that begin together; a motion that is over goes on without jerk.
 
     Each sum has the borders of both motions, so ``first`` and ``second`` of K and L segments give K + L segments.
     """
-    own = [np.cumsum(part.durations, axis=1) for part in (first, second)]
-    borders = np.sort(np.concatenate(own, axis=1), axis=1)
+    end_times = [np.cumsum(part.durations, axis=1) for part in (first, second)]
+    borders = np.sort(np.concatenate(end_times, axis=1), axis=1)
     durations = np.diff(borders, axis=1, prepend=0.0)
     middle = borders - 0.5 * durations
     jerks = np.zeros((*borders.shape, 3))
-    for ends, part in zip(own, (first, second), strict=True):
-        padded = part.padded(part.durations.shape[1] + 1)
+    for ends, part in zip(end_times, (first, second), strict=True):
+        segments = part.pad(part.durations.shape[1] + 1)
         index = (middle[:, :, None] > ends[:, None, :]).sum(axis=2)
-        jerks += np.take_along_axis(padded.jerks, index[:, :, None], axis=1)
+        jerks += np.take_along_axis(segments.jerks, index[:, :, None], axis=1)
     return Segments(durations, jerks)
 
 
@@ -141,7 +141,7 @@ class JerkTrajectory:
         rides: bool = False,
     ) -> JerkTrajectory:
         """Return the paths that start at ``start`` (N, 3) and run through ``parts`` in turn."""
-        whole = joined(parts, axis=1)
+        whole = concatenate_records(parts, axis=1)
         return cls(start, whole.durations, whole.jerks, start_velocity, rides=rides)
 
     @property
@@ -219,14 +219,14 @@ def _check_shapes(start: Floats, durations: Floats, jerks: Floats) -> None:
 def _integrate(first: Samples, durations: Floats, jerks: Floats) -> Samples:
     """States at all borders, each (N, K + 1, 3), as sums of the segments' increments."""
     d = durations[:, :, None]
-    acceleration = _running(first.acceleration, d * jerks)
-    velocity = _running(first.velocity, d * (acceleration[:, :-1] + 0.5 * d * jerks))
+    acceleration = _running_sum(first.acceleration, d * jerks)
+    velocity = _running_sum(first.velocity, d * (acceleration[:, :-1] + 0.5 * d * jerks))
     cubic = acceleration[:, :-1] + d * jerks / 3.0
-    position = _running(first.position, d * (velocity[:, :-1] + 0.5 * d * cubic))
+    position = _running_sum(first.position, d * (velocity[:, :-1] + 0.5 * d * cubic))
     return Samples(position, velocity, acceleration)
 
 
-def _running(first: Floats, increments: Floats) -> Floats:
+def _running_sum(first: Floats, increments: Floats) -> Floats:
     return np.cumsum(np.concatenate([first[:, None], increments], axis=1), axis=1)
 
 

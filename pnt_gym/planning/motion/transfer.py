@@ -95,11 +95,11 @@ def fast_transfer(
     duration, steps, jerks = np.full(count, np.nan), np.zeros((count, PIECES)), np.zeros((count, PIECES, 3))
     for kind in np.unique(scale):
         part = np.flatnonzero(scale == kind)
-        own = matrices(int(kind))
-        used = np.arange(PIECES) < own.pieces
-        duration[part], found = search(own, take(problem, part), first[part])
-        steps[part] = used * (duration[part] / own.pieces)[:, None]
-        jerks[np.ix_(part, used)] = found
+        matrix_set = matrices(int(kind))
+        used = np.arange(PIECES) < matrix_set.pieces
+        duration[part], part_jerks = search(matrix_set, take(problem, part), first[part])
+        steps[part] = used * (duration[part] / matrix_set.pieces)[:, None]
+        jerks[np.ix_(part, used)] = part_jerks
     return Transfers(duration, steps, jerks, np.isfinite(duration))
 
 
@@ -112,11 +112,11 @@ def estimate(way: Floats, before: Floats, after: Floats, limits: LimitRows, drif
     velocity, acceleration, jerk = limits
     turn = length(after - before) / acceleration + acceleration / jerk
     ahead = before + after
-    rest = way - 0.5 * ahead * turn[:, None]
+    remainder = way - 0.5 * ahead * turn[:, None]
     if drift is not None:
-        rest = rest + drift * turn[:, None]
-    left = length(rest)
-    along = rest[:, 0] * ahead[:, 0] + rest[:, 1] * ahead[:, 1] + rest[:, 2] * ahead[:, 2]
-    against = 0.5 - 0.5 * along / np.maximum(left * length(ahead), 1e-9)
-    quick = left / velocity
-    return turn + quick + against * np.maximum(BACKWARD * stroke_time(left, *limits) - quick, 0.0)
+        remainder = remainder + drift * turn[:, None]
+    distance = length(remainder)
+    along = remainder[:, 0] * ahead[:, 0] + remainder[:, 1] * ahead[:, 1] + remainder[:, 2] * ahead[:, 2]
+    against = 0.5 - 0.5 * along / np.maximum(distance * length(ahead), 1e-9)
+    quick = distance / velocity
+    return turn + quick + against * np.maximum(BACKWARD * stroke_time(distance, *limits) - quick, 0.0)

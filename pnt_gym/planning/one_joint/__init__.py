@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from pnt_gym.errors import moved
+from pnt_gym.errors import refuse_moved_names
 from pnt_gym.planning.one_joint.batch import ThrowPlans, plan_releases, plan_throws
 from pnt_gym.planning.one_joint.estimate import Arrival, FittedFlight, arrival, fit_flight
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, UnreachableGoal
@@ -31,7 +31,7 @@ __all__ = [
 
 if not TYPE_CHECKING:
     _GOALS = ("GoalBatch", "ReleaseBox", "next_virtual_goal", "pull_back", "random_goals")
-    __getattr__ = moved(
+    __getattr__ = refuse_moved_names(
         __name__,
         {
             **dict.fromkeys(_GOALS, "papers.miyashita.planning.goals"),

@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.errors import PlanningError
-from pnt_gym.planning.one_joint.family import Objective, Task, best_motions, kept
+from pnt_gym.planning.one_joint.family import Objective, Task, best_motions, keeps_limits
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, arm_radius, first_reason
 from pnt_gym.planning.one_joint.flight import land
-from pnt_gym.planning.one_joint.landing import four, release_states_batch
+from pnt_gym.planning.one_joint.landing import four_columns, release_states_batch
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 from pnt_gym.planning.one_joint.weights import WeightName, weights_of
@@ -67,9 +67,9 @@ def plan_throws(
         ValueError: the shape is not (N, 4) or a number is not finite.
     """
     arm, block = arm or Arm(), block or Block()
-    found = release_states_batch(goals, arm=arm, block=block)
-    task = Task(found.u, arm_radius(found.u, block.half_height), arm, block)
-    return _plan(found.goal, found.reason, task)
+    releases = release_states_batch(goals, arm=arm, block=block)
+    task = Task(releases.u, arm_radius(releases.u, block.half_height), arm, block)
+    return _plan(releases.goal, releases.reason, task)
 
 
 def plan_releases(
@@ -95,7 +95,7 @@ def plan_releases(
         ValueError: the shape is not (N, 4), a number is not finite, or the weights are not known.
     """
     arm, block = arm or Arm(), block or Block()
-    releases = four(u, "u")
+    releases = four_columns(u, "u")
     if releases.ndim != 2:
         raise PlanningError(f"u must have shape (N, 4), got {releases.shape}")
     reason, _ = first_reason(releases, arm, block)
@@ -117,14 +117,14 @@ def plan_releases(
 def _plan(goal: Floats, reason: Ints, task: Task) -> ThrowPlans:
     rows = np.nonzero(reason == ThrowReason.FEASIBLE)[0]
     motion, margins = best_motions(take(task, rows))
-    good = kept(margins)
+    good = keeps_limits(margins)
     reason = reason.copy()
     reason[rows[~good]] = int(ThrowReason.NO_MOTION)
 
     def spread(values: Floats) -> Floats:
-        every = np.full((len(goal), *values.shape[1:]), np.nan)
-        every[rows[good]] = values[good]
-        return every
+        array = np.full((len(goal), *values.shape[1:]), np.nan)
+        array[rows[good]] = values[good]
+        return array
 
     return ThrowPlans(
         goal,

@@ -77,7 +77,7 @@ def fit_flight(
             raise PlanningError(f"{name} must be finite where the mask counts it")
     time = np.where(counts, time, 0.0)
     columns[1] = columns[1] + 0.5 * GRAVITY * time * time
-    (x0, vx), (y0, vy), (phi0, spin) = _lines(time, columns, counts)
+    (x0, vx), (y0, vy), (phi0, spin) = _line_fits(time, columns, counts)
     return FittedFlight(x0, y0, phi0, vx, vy, spin)
 
 
@@ -98,7 +98,7 @@ def arrival(
     Raises:
         ValueError: a scale is negative or not finite, the scale of y is 0, or the goals have the wrong shape.
     """
-    weights, target = _squares(scales), np.asarray(goal, dtype=np.float64)
+    weights, target = _square_scales(scales), np.asarray(goal, dtype=np.float64)
     if target.shape != (flight.x.size, 4):
         raise PlanningError(f"goal must have shape ({flight.x.size}, 4), got {target.shape}")
     candidates = _nearest_times(flight, target, weights)
@@ -109,7 +109,7 @@ def arrival(
     return Arrival(flight.state(time), time)
 
 
-def _lines(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple[Floats, Floats]]:
+def _line_fits(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple[Floats, Floats]]:
     """Intercept and slope (N,) of the least-squares straight line of each column over time."""
     number = counts.sum(axis=1)
     middle = time.sum(axis=1) / np.maximum(number, 1)
@@ -119,16 +119,16 @@ def _lines(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple[Flo
     if short.any():
         row = int(np.argmax(short))
         raise PlanningError(f"row {row} has {number[row]} samples at fewer than two distinct times; a line needs two")
-    lines: list[tuple[Floats, Floats]] = []
+    fits: list[tuple[Floats, Floats]] = []
     for column in columns:
         value = np.where(counts, column, 0.0)
         mean = value.sum(axis=1) / number
         slope = (away * (value - mean[:, None])).sum(axis=1) / spread
-        lines.append((mean - slope * middle, slope))
-    return lines
+        fits.append((mean - slope * middle, slope))
+    return fits
 
 
-def _squares(scales: ArrayLike) -> Floats:
+def _square_scales(scales: ArrayLike) -> Floats:
     values = np.asarray(scales, dtype=np.float64)
     if values.shape != (4,) or not np.isfinite(values).all() or (values < 0.0).any():
         raise PlanningError(f"scales must be four finite numbers of at least 0, got {scales!r}")
@@ -162,12 +162,12 @@ def _cubic_roots(p: Floats, q: Floats) -> Floats:
     inside = half * half + third**3
     # A single root: the larger of the two cube roots first, the smaller from their product, without cancellation.
     large = -np.where(half < 0.0, -1.0, 1.0) * np.cbrt(np.abs(half) + np.sqrt(np.maximum(inside, 0.0)))
-    alone = large - third / np.where(large == 0.0, 1.0, large)
+    single = large - third / np.where(large == 0.0, 1.0, large)
     radius = np.sqrt(np.maximum(-third, 0.0))
     cube = np.where(radius > 0.0, radius**3, 1.0)
     angle = np.arccos(np.clip(-half / cube, -1.0, 1.0)) / 3.0
     turns = 2.0 * np.pi / 3.0 * np.arange(3.0)[:, None]
-    roots = np.where(inside > 0.0, alone, 2.0 * radius * np.cos(angle - turns))
+    roots = np.where(inside > 0.0, single, 2.0 * radius * np.cos(angle - turns))
     for _ in range(POLISHES):
         value, slope = (roots * roots + p) * roots + q, 3.0 * roots * roots + p
         better = roots - value / np.where(slope == 0.0, 1.0, slope)

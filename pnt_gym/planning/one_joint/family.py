@@ -6,8 +6,8 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, joined, replaced, take
-from pnt_gym.planning.one_joint.grasp import acceleration_window, braking
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, replace_rows, take
+from pnt_gym.planning.one_joint.grasp import acceleration_window, braking_acceleration
 from pnt_gym.planning.one_joint.margins import STATIC_ROOM, motion_margins, state_margins
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm, Block
@@ -67,36 +67,36 @@ def best_motions(task: Task) -> tuple[ArmMotion, Floats]:
     A row without a motion that keeps every limit gets a motion that breaks some limit, with margins below `SAFE`.
     """
     motion, margins = _best(task, RISES)
-    missing = np.nonzero(~kept(margins))[0]
+    missing = np.nonzero(~keeps_limits(margins))[0]
     if missing.size:
-        other, other_margins = _best(take(task, missing), BACKSWINGS)
-        motion, margins = replaced(motion, missing, other), replaced(margins, missing, other_margins)
+        swings, swing_margins = _best(take(task, missing), BACKSWINGS)
+        motion, margins = replace_rows(motion, missing, swings), replace_rows(margins, missing, swing_margins)
     return motion, margins
 
 
-def kept(margins: Floats) -> Bools:
+def keeps_limits(margins: Floats) -> Bools:
     """Return whether a row's six margins (N, 6) are all kept (N,)."""
     return margins.min(axis=1, initial=np.inf) >= SAFE
 
 
 def _best(task: Task, family: Family) -> tuple[ArmMotion, Floats]:
     chunks = range(0, max(task.radius.size, 1), CHUNK)
-    shape, duration = joined([_choose(take(task, slice(k, k + CHUNK)), family) for k in chunks])
+    shape, duration = concatenate_records([_choose(take(task, slice(k, k + CHUNK)), family) for k in chunks])
     course = _course(task, family, shape, duration)
     accelerations = course.peak[:, None] * family.lift.values[shape]
     if family.base is not None:
         accelerations = accelerations + family.base.values[shape]
-    brake = braking(task.u[:, 1], task.arm)
+    brake = braking_acceleration(task.u[:, 1], task.arm)
     motion = ArmMotion.from_accelerations(course.start, duration / INTERVALS, accelerations, brake)
     return motion, motion_margins(motion, task.radius, task.arm, task.block)
 
 
 def _choose(task: Task, family: Family) -> _Choice:
-    low, high = _durations(task, family)
+    low, high = _duration_range(task, family)
     share = (np.arange(DURATIONS) + 0.5) / DURATIONS
     duration = low[..., None] * (high / low)[..., None] ** share
-    every = np.broadcast_to(np.arange(family.size, dtype=np.int64)[:, None], duration.shape)
-    score = _score(task, family, every, duration)
+    shapes = np.broadcast_to(np.arange(family.size, dtype=np.int64)[:, None], duration.shape)
+    score = _score(task, family, shapes, duration)
     rows: Ints = np.arange(low.shape[0], dtype=np.int64)
     best = score.reshape(rows.size, family.size * DURATIONS).argmax(axis=1)
     shape = (best // DURATIONS).astype(np.int64)
@@ -104,22 +104,22 @@ def _choose(task: Task, family: Family) -> _Choice:
     around = np.linspace(-1.0, 1.0, REFINEMENTS) / DURATIONS
     duration = duration.reshape(rows.size, -1)[rows, best][:, None] if rows.size else np.zeros((0, 1))
     duration = np.clip(duration * (high / low) ** around, low, high)
-    score = _score(task, family.finer(FINE), np.broadcast_to(shape[:, None], duration.shape), duration)
+    score = _score(task, family.with_samples(FINE), np.broadcast_to(shape[:, None], duration.shape), duration)
     return _Choice(shape, duration[rows, score.argmax(axis=1)])
 
 
-def _durations(task: Task, family: Family) -> tuple[Floats, Floats]:
+def _duration_range(task: Task, family: Family) -> tuple[Floats, Floats]:
     """Shortest and longest durations (N, K) worth trying."""
-    most = task.arm.time_step * INTERVALS
+    longest = task.arm.time_step * INTERVALS
     if family.base is not None:
-        high = np.full((task.radius.size, family.size), most)
+        high = np.full((task.radius.size, family.size), longest)
         return QUICKEST_SWING * high, high
     angle, speed = task.u[:, 0, None], task.u[:, 1, None]
     window = acceleration_window(task.u[:, 0], task.u[:, 1], task.radius, task.arm, task.block)
     # At the release the acceleration is speed * last / (gain * duration).
     rate = speed * family.lift.last / family.lift.gain
     low = rate / np.maximum(window.high, 1e-3)[:, None]
-    high = np.minimum(rate / np.maximum(window.low, 1e-3)[:, None], most)
+    high = np.minimum(rate / np.maximum(window.low, 1e-3)[:, None], longest)
     turn = speed * family.lift.way / family.lift.gain
     room = np.maximum(angle - _start_range(task)[0], 0.0)
     high = np.maximum(np.minimum(high, room / turn), 1e-3)
@@ -145,13 +145,13 @@ def _course(task: Task, family: Family, shape: Ints, duration: Floats) -> _Cours
     With duration T, base gain g0 and way w0, lift gain g1 and way w1, the factor is p = (omega_t / T - g0) / g1 and the
     start angle theta_t - T^2 (w0 + p w1).
     """
-    lead = (slice(None),) + (None,) * (duration.ndim - 1)
-    angle, speed = task.u[:, 0][lead], task.u[:, 1][lead]
-    missing, turned = speed / duration, 0.0
+    index = (slice(None),) + (None,) * (duration.ndim - 1)
+    angle, speed = task.u[:, 0][index], task.u[:, 1][index]
+    missing, base_way = speed / duration, 0.0
     if family.base is not None:
-        missing, turned = missing - family.base.gain[shape], family.base.way[shape]
+        missing, base_way = missing - family.base.gain[shape], family.base.way[shape]
     peak = missing / family.lift.gain[shape]
-    return _Course(peak, angle - duration * duration * (turned + peak * family.lift.way[shape]))
+    return _Course(peak, angle - duration * duration * (base_way + peak * family.lift.way[shape]))
 
 
 def _score(task: Task, family: Family, shape: Ints, duration: Floats) -> Floats:

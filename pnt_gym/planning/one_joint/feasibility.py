@@ -8,13 +8,13 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.errors import PntGymError
-from pnt_gym.planning.one_joint.grasp import AccelerationWindow, acceleration_window, braking, reactions
+from pnt_gym.planning.one_joint.grasp import AccelerationWindow, acceleration_window, braking_acceleration, reactions
 from pnt_gym.planning.one_joint.parameters import Arm, Block
-from pnt_gym.planning.reasons import SpokenReason
+from pnt_gym.planning.reasons import ReasonCode
 
 
 @final
-class ThrowReason(SpokenReason):
+class ThrowReason(ReasonCode):
     """Why a goal has no throw; codes rise from farthest from a throw to nearest."""
 
     FEASIBLE = 0, "a throw exists"
@@ -48,7 +48,7 @@ def arm_radius(u: Floats, half_height: float) -> Floats:
 def first_reason(u: Floats, arm: Arm, block: Block) -> tuple[Ints, Floats]:
     """Return the first `ThrowReason` against each release (N, 4), and the width of its acceleration window [rad/s2]."""
     radius = arm_radius(u, block.half_height)
-    window = _window(u, radius, arm, block)
+    window = _acceleration_window(u, radius, arm, block)
     checks = (
         (ThrowReason.SPEED, (u[:, 1] > 0.0) & (u[:, 1] < arm.speed)),
         (ThrowReason.ANGLE, (u[:, 0] > arm.angle[0]) & (u[:, 0] < arm.angle[1])),
@@ -67,41 +67,41 @@ def reasons_of(u: Floats, arm: Arm, block: Block) -> tuple[str, ...]:
     angle, speed, _, _ = (float(v) for v in u)
     radius, longest = float(arm_radius(u, block.half_height)), arm.largest_radius(block)
     low, high = arm.angle
-    said: list[str] = []
+    reasons: list[str] = []
     if speed <= 0.0:
-        said.append(f"speed {speed:.4g} rad/s is not positive; the arm throws anticlockwise")
+        reasons.append(f"speed {speed:.4g} rad/s is not positive; the arm throws anticlockwise")
     if abs(speed) >= arm.speed:
-        said.append(f"speed {speed:.4g} rad/s is not below the limit of {arm.speed:.4g} rad/s")
+        reasons.append(f"speed {speed:.4g} rad/s is not below the limit of {arm.speed:.4g} rad/s")
     if not low < angle < high:
         degrees = np.rad2deg([angle, low, high])
-        said.append(f"angle {degrees[0]:.4g} deg is out of the range {degrees[1]:.4g} to {degrees[2]:.4g} deg")
+        reasons.append(f"angle {degrees[0]:.4g} deg is out of the range {degrees[1]:.4g} to {degrees[2]:.4g} deg")
     if radius <= 0.0:
-        said.append("radius r is 0 m, too short; the block must lie to the right of the pivot")
+        reasons.append("radius r is 0 m, too short; the block must lie to the right of the pivot")
     if radius > longest:
-        said.append(f"radius r = {radius:.4g} m is too long; the block is whole on the arm up to {longest:.4g} m")
-    if said:
-        return tuple(said)
+        reasons.append(f"radius r = {radius:.4g} m is too long; the block is whole on the arm up to {longest:.4g} m")
+    if reasons:
+        return tuple(reasons)
     return _force_reasons(u, np.array(radius), arm, block)
 
 
 def _force_reasons(u: Floats, radius: Floats, arm: Arm, block: Block) -> tuple[str, ...]:
-    window = _window(u, radius, arm, block)
+    window = _acceleration_window(u, radius, arm, block)
     if not window.is_open:
         return (
             f"no acceleration window: the grasp needs more than {float(window.low):.4g} rad/s2 at the release, "
             f"the motor gives less than {float(window.high):.4g} rad/s2",
         )
     if not _lets_go(u, radius, arm, block):
-        brake = float(braking(u[1], arm))
+        brake = float(braking_acceleration(u[1], arm))
         return (f"the motor brakes with at most {-brake:.4g} rad/s2, too little to let the block go",)
     return ()
 
 
-def _window(u: Floats, radius: Floats, arm: Arm, block: Block) -> AccelerationWindow:
+def _acceleration_window(u: Floats, radius: Floats, arm: Arm, block: Block) -> AccelerationWindow:
     # A radius of zero has its own reason, `RADIUS`.
     return acceleration_window(u[..., 0], u[..., 1], np.where(radius > 0.0, radius, 1.0), arm, block)
 
 
 def _lets_go(u: Floats, radius: Floats, arm: Arm, block: Block) -> Bools:
     """Whether the surface falls away from the block once the arm brakes: a normal force N < 0."""
-    return reactions(u[..., 0], u[..., 1], braking(u[..., 1], arm), radius, block).normal < 0.0
+    return reactions(u[..., 0], u[..., 1], braking_acceleration(u[..., 1], arm), radius, block).normal < 0.0

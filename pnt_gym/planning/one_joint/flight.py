@@ -11,8 +11,8 @@ from pnt_gym.constants import GRAVITY
 def land(u: Floats, half_height: float) -> Floats:
     """Return the landing states z (..., 4) of releases ``u`` (..., 4) by Eq. 11, without checks; NaN gives NaN."""
     angle, speed, radius, time = u[..., 0], u[..., 1], u[..., 2], u[..., 3]
-    lifted = angle + np.arcsin(half_height / radius)
-    across, up = radius * np.cos(lifted), radius * np.sin(lifted)
+    polar_angle = angle + np.arcsin(half_height / radius)
+    across, up = radius * np.cos(polar_angle), radius * np.sin(polar_angle)
     rise = across * speed
     return np.stack(
         [
@@ -30,15 +30,15 @@ def landing_jacobian(u: Floats, half_height: float) -> Floats:
     angle, speed, radius, time = u[..., 0], u[..., 1], u[..., 2], u[..., 3]
     offset = np.arcsin(half_height / radius)
     cosine, sine = np.cos(angle + offset), np.sin(angle + offset)
-    across, up, turned = radius * cosine, radius * sine, speed * time
+    across, up, turn = radius * cosine, radius * sine, speed * time
     # d(offset)/dl = -d / (l r)
     bend = -half_height / (radius * np.sqrt(radius * radius - half_height * half_height))
     across_l, up_l = cosine - up * bend, sine + across * bend
-    zero, one = np.zeros_like(angle), np.ones_like(angle)
+    zero, unit = np.zeros_like(angle), np.ones_like(angle)
     rows = [
-        [-up - across * turned, -up * time, across_l - up_l * turned, -up * speed],
-        [across - up * turned, across * time, up_l + across_l * turned, across * speed - GRAVITY * time],
-        [one, time, zero, speed],
+        [-up - across * turn, -up * time, across_l - up_l * turn, -up * speed],
+        [across - up * turn, across * time, up_l + across_l * turn, across * speed - GRAVITY * time],
+        [unit, time, zero, speed],
         [-up * speed, across, across_l * speed, zero - GRAVITY],
     ]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

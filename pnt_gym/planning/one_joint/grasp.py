@@ -51,8 +51,8 @@ def joint_torque(angle: Floats, speed: Floats, acceleration: Floats, radius: Flo
 
     The plate is balanced about the pivot. Coulomb friction acts against the motion, at rest against a motion upward.
     """
-    inertia, rest = _load((np.cos(angle), np.sin(angle)), speed, radius, arm, block)
-    return inertia * acceleration + rest
+    inertia, bias = _load((np.cos(angle), np.sin(angle)), speed, radius, arm, block)
+    return inertia * acceleration + bias
 
 
 def loads(
@@ -60,8 +60,8 @@ def loads(
 ) -> tuple[Reactions, Floats]:
     """Return `reactions` and `joint_torque` together, with shared terms computed once."""
     direction = np.cos(angle), np.sin(angle)
-    inertia, rest = _load(direction, speed, radius, arm, block)
-    return _reactions(direction, speed, acceleration, radius, block), inertia * acceleration + rest
+    inertia, bias = _load(direction, speed, radius, arm, block)
+    return _reactions(direction, speed, acceleration, radius, block), inertia * acceleration + bias
 
 
 def torque_limit(speed: Floats, arm: Arm) -> Floats:
@@ -79,11 +79,11 @@ def acceleration_window(angle: Floats, speed: Floats, radius: Floats, arm: Arm, 
     direction = np.cos(angle), np.sin(angle)
     normal, moment_a, moment_b = _per_mass(*direction, speed, radius, block)
     lever, spin = block.half_length * radius, _spin(block)
-    inertia, rest = _load(direction, speed, radius, arm, block)
+    inertia, bias = _load(direction, speed, radius, arm, block)
     limit = torque_limit(speed, arm)
     low = np.maximum(-normal / radius, -moment_b / (spin + lever))
-    low = np.maximum(low, (-limit - rest) / inertia)
-    high = (limit - rest) / inertia
+    low = np.maximum(low, (-limit - bias) / inertia)
+    high = (limit - bias) / inertia
     # Near the pivot the block's inertia reverses the sign of the moment about A. Where lever = spin, the moment does
     # not depend on the acceleration, and a tiny slope moves the bound far off to one side.
     slope = np.where(lever == spin, 1e-300, lever - spin)
@@ -92,7 +92,7 @@ def acceleration_window(angle: Floats, speed: Floats, radius: Floats, arm: Arm, 
     return AccelerationWindow(low, high)
 
 
-def braking(speed: Floats, arm: Arm) -> Floats:
+def braking_acceleration(speed: Floats, arm: Arm) -> Floats:
     """Return the acceleration of the empty arm that brakes with the largest torque at ``speed`` [rad/s2].
 
     The torque limit only grows as the speed falls, so the motor can keep this acceleration until the arm stands.
@@ -100,7 +100,7 @@ def braking(speed: Floats, arm: Arm) -> Floats:
     return -np.where(speed < 0.0, -1.0, 1.0) * (torque_limit(speed, arm) + arm.friction) / arm.inertia
 
 
-def rests(angle: Floats, block: Block) -> Floats:
+def tipping_margin(angle: Floats, block: Block) -> Floats:
     """Return the margin against tipping of the block on the resting arm; the block rests where the margin is positive.
 
     The unit is weight times half length: 1 on a horizontal arm, 0 where the centre of mass is above a vertex.

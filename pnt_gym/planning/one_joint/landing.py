@@ -12,7 +12,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints, not_finite
+from pnt_gym.arrays import Bools, Floats, Ints, not_finite_error
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, first_reason, reasons_of
 from pnt_gym.planning.one_joint.flight import land
@@ -69,8 +69,8 @@ def landing_state(u: ArrayLike, half_height: float = 0.015) -> Floats:
     Raises:
         ValueError: the shape is not (..., 4), a number is not finite, or l_t is less than half_height.
     """
-    release = four(u, "u")
-    half_height = _checked_height(half_height)
+    release = four_columns(u, "u")
+    half_height = _check_height(half_height)
     radius = release[..., 2]
     if (radius < half_height).any() or (radius <= 0.0).any():
         raise PlanningError(
@@ -94,13 +94,13 @@ def release_states(
     Raises:
         ValueError: z is not four finite numbers, or half_height is negative.
     """
-    goal = four(z, "z")
+    goal = four_columns(z, "z")
     if goal.shape != (4,):
         raise PlanningError(f"z must have shape (4,), got {goal.shape}; release_states_batch takes many")
-    arm, block = arm or Arm(), replace(block or Block(), half_height=_checked_height(half_height))
-    found = find_releases(goal[None], block.half_height, (-np.pi, np.pi), TURNS)
-    order = np.lexsort((found.u[:, 3], found.turns))
-    u, turns = found.u[order], found.turns[order]
+    arm, block = arm or Arm(), replace(block or Block(), half_height=_check_height(half_height))
+    releases = find_releases(goal[None], block.half_height, (-np.pi, np.pi), TURNS)
+    order = np.lexsort((releases.u[:, 3], releases.turns))
+    u, turns = releases.u[order], releases.turns[order]
     reasons = tuple(reasons_of(row, arm, block) for row in u)
     return ReleaseStates(u, turns, np.array([not r for r in reasons], dtype=np.bool_), reasons)
 
@@ -119,25 +119,25 @@ def release_states_batch(z: ArrayLike, *, arm: Arm | None = None, block: Block |
     Raises:
         ValueError: the shape is not (N, 4) or a number is not finite.
     """
-    goal = four(z, "z")
+    goal = four_columns(z, "z")
     if goal.ndim != 2:
         raise PlanningError(f"z must have shape (N, 4), got {goal.shape}")
     arm, block = arm or Arm(), block or Block()
-    found = find_releases(goal, block.half_height, arm.angle, turns=(0,))
-    reason, room = first_reason(found.u, arm, block)
+    releases = find_releases(goal, block.half_height, arm.angle, turns=(0,))
+    reason, room = first_reason(releases.u, arm, block)
     count = goal.shape[0]
     u = np.full((count, 4), np.nan)
     code = np.full(count, int(ThrowReason.NO_RELEASE), dtype=np.int64)
     # Feasible releases come last, by rising width of the window: a later release of a row overwrites the earlier.
     order = np.lexsort((room, np.where(reason == ThrowReason.FEASIBLE, np.inf, reason)))
-    row = found.row[order]
-    u[row], code[row] = found.u[order], reason[order]
+    row = releases.row[order]
+    u[row], code[row] = releases.u[order], reason[order]
     feasible = code == ThrowReason.FEASIBLE
     u[~feasible] = np.nan
     return BestReleases(goal, u, feasible, code)
 
 
-def four(values: ArrayLike, name: str) -> Floats:
+def four_columns(values: ArrayLike, name: str) -> Floats:
     """Return ``values`` as a float64 array of shape (..., 4).
 
     Raises:
@@ -150,11 +150,11 @@ def four(values: ArrayLike, name: str) -> Floats:
     if array.ndim < 1 or array.shape[-1] != 4:
         raise PlanningError(f"{name} must have shape (..., 4), got {array.shape}")
     if not np.isfinite(array).all():
-        raise not_finite(array, name)
+        raise not_finite_error(array, name)
     return array
 
 
-def _checked_height(half_height: float) -> float:
+def _check_height(half_height: float) -> float:
     if not (np.isfinite(half_height) and half_height >= 0.0):
         raise PlanningError(f"half_height is {half_height}; it must be finite and at least 0 m")
     return float(half_height)

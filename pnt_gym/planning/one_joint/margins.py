@@ -36,11 +36,11 @@ def state_margins(
 ) -> tuple[Floats, ...]:
     """Return the six margins at states of the arm in the order of Eq. 27, each in the arguments' common shape."""
     units = margin_units(arm, block)
-    held, torque = loads(angle, speed, acceleration, radius, arm, block)
+    reactions, torque = loads(angle, speed, acceleration, radius, arm, block)
     return (
-        held.normal / units[0],
-        held.moment_a / units[1],
-        held.moment_b / units[2],
+        reactions.normal / units[0],
+        reactions.moment_a / units[1],
+        reactions.moment_b / units[2],
         np.minimum(angle - arm.angle[0], arm.angle[1] - angle) / units[3],
         1.0 - np.abs(speed) / units[4],
         (torque_limit(speed, arm) - np.abs(torque)) / units[5],

@@ -145,13 +145,15 @@ class ArmMotion:
 
     def _brake(self, time: Floats) -> ArmSample:
         """Samples of the constant braking from the release on, then rest."""
-        left = self._braking_time()[:, None]
+        braking_time = self._braking_time()[:, None]
         speed, braking = self.release_speed[:, None], self.braking[:, None]
-        spent = np.clip(time - self.duration[:, None], 0.0, left)
-        moving = spent < left
-        angle = self.release_angle[:, None] + spent * (speed + 0.5 * spent * braking)
+        elapsed = np.clip(time - self.duration[:, None], 0.0, braking_time)
+        moving = elapsed < braking_time
+        angle = self.release_angle[:, None] + elapsed * (speed + 0.5 * elapsed * braking)
         return ArmSample(
-            angle, np.where(moving, speed + spent * braking, 0.0 * left), np.where(moving, braking, 0.0 * left)
+            angle,
+            np.where(moving, speed + elapsed * braking, 0.0 * braking_time),
+            np.where(moving, braking, 0.0 * braking_time),
         )
 
 

@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, joined, take
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, take
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.one_joint.flight import land, landing_jacobian
@@ -39,7 +39,7 @@ TOUCH: Final = 5e-4
 """Samples of h this near zero [m] are always examined for a touch."""
 
 
-class Found(NamedTuple):
+class ReleaseRows(NamedTuple):
     """K releases: the row of their landing state (K,), u (K, 4) and the extra turns (K,)."""
 
     row: Ints
@@ -56,12 +56,12 @@ class _Goals(NamedTuple):
     dy: Floats
     d: float
 
-    def turned(self, turns: Ints | int) -> _Goals:
+    def with_turns(self, turns: Ints | int) -> _Goals:
         """The same goals with a number of extra whole turns."""
         return self._replace(phi=self.phi + 2.0 * np.pi * turns)
 
 
-class _Cells(NamedTuple):
+class _Intervals(NamedTuple):
     """Intervals of a that hold one root each, with their row, turns and branch."""
 
     row: Ints
@@ -71,21 +71,21 @@ class _Cells(NamedTuple):
     high: Floats
 
 
-def find_releases(z: Floats, half_height: float, angles: tuple[float, float], turns: Sequence[int]) -> Found:
+def find_releases(z: Floats, half_height: float, angles: tuple[float, float], turns: Sequence[int]) -> ReleaseRows:
     """Return all releases with t_f > 0 and theta within ``angles`` that reach the landing states ``z`` (N, 4)."""
     x, y, phi, dy = (z[:, k, None, None] for k in range(4))
     goals = _Goals(x, y, phi, dy, half_height)
     borders = _borders(goals)
-    cells = [_cells(goals, borders, turn, angles) for turn in turns]
-    every = joined(cells)
-    goal = take(goals, (every.row, 0, 0)).turned(every.turns)
-    u = _release(goal, _root(goal, every), every.branch)
-    u = _polish(u, z[every.row], every.turns, half_height)
+    cells = [_root_intervals(goals, borders, turn, angles) for turn in turns]
+    intervals = concatenate_records(cells)
+    goal = take(goals, (intervals.row, 0, 0)).with_turns(intervals.turns)
+    u = _release(goal, _root(goal, intervals), intervals.branch)
+    u = _polish(u, z[intervals.row], intervals.turns, half_height)
     good = u[:, 3] > 0.0
-    return Found(every.row[good], u[good], every.turns[good])
+    return ReleaseRows(intervals.row[good], u[good], intervals.turns[good])
 
 
-def _times(goal: _Goals, a: Floats, branch: Floats) -> tuple[Floats, Floats]:
+def _flight_times(goal: _Goals, a: Floats, branch: Floats) -> tuple[Floats, Floats]:
     """Flight time t of the module's quadratic on a branch, and the discriminant.
 
     Where the discriminant is negative, both branches have the time of a zero discriminant.
@@ -97,7 +97,7 @@ def _times(goal: _Goals, a: Floats, branch: Floats) -> tuple[Floats, Floats]:
     return (branch * np.sqrt(np.maximum(inside, 0.0)) - linear) / lead, inside
 
 
-def _place(goal: _Goals, a: Floats, time: Floats) -> tuple[Floats, Floats]:
+def _release_place(goal: _Goals, a: Floats, time: Floats) -> tuple[Floats, Floats]:
     """Return h and r [m]: the centre of mass at the release across the arm, less d, and along the arm."""
     up = goal.y - time * (goal.dy + 0.5 * GRAVITY * time)
     across = goal.x + a * up
@@ -107,25 +107,25 @@ def _place(goal: _Goals, a: Floats, time: Floats) -> tuple[Floats, Floats]:
 
 
 def _miss(goal: _Goals, a: Floats, branch: Floats) -> Floats:
-    return _place(goal, a, _times(goal, a, branch)[0])[0]
+    return _release_place(goal, a, _flight_times(goal, a, branch)[0])[0]
 
 
-def _cells(goals: _Goals, borders: Floats, turn: int, angles: tuple[float, float]) -> _Cells:
+def _root_intervals(goals: _Goals, borders: Floats, turn: int, angles: tuple[float, float]) -> _Intervals:
     """Intervals with a root; the arrays' axes are rows, the two branches and the angle (N, 2, M)."""
-    goals = goals.turned(turn)
+    goals = goals.with_turns(turn)
     grid = _grid(goals, borders, angles)
     branch = np.array([[1.0], [-1.0]])
     value = _miss(goals, grid, branch)
-    time, inside = _times(goals, 0.5 * (grid[..., 1:] + grid[..., :-1]), branch)
+    time, inside = _flight_times(goals, 0.5 * (grid[..., 1:] + grid[..., :-1]), branch)
     valid = (inside >= 0.0) & (time > 0.0)
     change = valid & ((value[..., :-1] < 0.0) != (value[..., 1:] < 0.0))
     row, side, column = np.nonzero(change)
     plain = _collect(row, turn, branch[side, 0], grid[row, 0, column], grid[row, 0, column + 1])
-    return joined([plain, *(find(goals, grid, value, valid, turn) for find in (_touches, _tips))])
+    return concatenate_records([plain, *(find(goals, grid, value, valid, turn) for find in (_touches, _tips))])
 
 
-def _collect(row: Ints, turn: int, branch: Floats, low: Floats, high: Floats) -> _Cells:
-    return _Cells(row, np.full(row.shape, turn, dtype=np.int64), branch, low, high)
+def _collect(row: Ints, turn: int, branch: Floats, low: Floats, high: Floats) -> _Intervals:
+    return _Intervals(row, np.full(row.shape, turn, dtype=np.int64), branch, low, high)
 
 
 def _grid(goals: _Goals, borders: Floats, angles: tuple[float, float]) -> Floats:
@@ -158,14 +158,14 @@ def _borders(goals: _Goals) -> Floats:
     return np.concatenate([borders, *(borders[..., :-1] + share * gaps for share in BETWEEN)], axis=2)
 
 
-def _touches(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -> _Cells:
+def _touches(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -> _Intervals:
     """Pairs of roots between samples of the same sign, on both sides of the extremum between the samples."""
     size, sign = np.abs(value), value < 0.0
-    before, here, after = size[..., :-2], size[..., 1:-1], size[..., 2:]
-    dip = (here <= before) & (here <= after) & valid[..., :-1] & valid[..., 1:]
+    before, middle, after = size[..., :-2], size[..., 1:-1], size[..., 2:]
+    dip = (middle <= before) & (middle <= after) & valid[..., :-1] & valid[..., 1:]
     dip &= (sign[..., :-2] == sign[..., 1:-1]) & (sign[..., 1:-1] == sign[..., 2:])
     # A parabola through the three samples dips at most this far below the middle one.
-    dip &= (here <= np.maximum(before, after) - here) | (here < TOUCH)
+    dip &= (middle <= np.maximum(before, after) - middle) | (middle < TOUCH)
     row, side, column = np.nonzero(dip)
     low, high, branch = grid[row, 0, column], grid[row, 0, column + 2], np.where(side == 0, 1.0, -1.0)
     if not row.size:
@@ -177,36 +177,36 @@ def _touches(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int
     return _halves(row[crossed], turn, branch[crossed], (low[crossed], bottom[crossed], high[crossed]))
 
 
-def _tips(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -> _Cells:
+def _tips(goals: _Goals, grid: Floats, value: Floats, valid: Bools, turn: int) -> _Intervals:
     """Pairs of roots on a branch next to a meeting of the branches.
 
     Near a meeting, h is smooth in the square root s of the distance to the meeting; the sign of s is the branch.
     """
-    either = valid[:, 0] | valid[:, 1]
-    row, column = np.nonzero(either[:, :-1] != either[:, 1:])
-    joint, other = column + 1, column + 2 * either[row, column + 1].astype(np.int64)
-    here, above, below = value[row, 0, joint], value[row, 0, other], value[row, 1, other]
+    has_branch = valid[:, 0] | valid[:, 1]
+    row, column = np.nonzero(has_branch[:, :-1] != has_branch[:, 1:])
+    joint, neighbour = column + 1, column + 2 * has_branch[row, column + 1].astype(np.int64)
+    joint_value, above, below = value[row, 0, joint], value[row, 0, neighbour], value[row, 1, neighbour]
     near, far = np.minimum(np.abs(above), np.abs(below)), np.maximum(np.abs(above), np.abs(below))
-    same = ((here < 0.0) == (above < 0.0)) & ((here < 0.0) == (below < 0.0))
-    size = np.abs(here)
-    dip = same & (size <= near) & ((size <= far - size) | (size < TOUCH))
-    row, sign = row[dip], np.where(here[dip] < 0.0, -1.0, 1.0)
-    tip, way = grid[row, 0, joint[dip]], grid[row, 0, other[dip]] - grid[row, 0, joint[dip]]
+    same_sign = ((joint_value < 0.0) == (above < 0.0)) & ((joint_value < 0.0) == (below < 0.0))
+    size = np.abs(joint_value)
+    dip = same_sign & (size <= near) & ((size <= far - size) | (size < TOUCH))
+    row, sign = row[dip], np.where(joint_value[dip] < 0.0, -1.0, 1.0)
+    tip, way = grid[row, 0, joint[dip]], grid[row, 0, neighbour[dip]] - grid[row, 0, joint[dip]]
     if not row.size:
         return _collect(row, turn, tip, tip, tip)
     goal = take(goals, (row, 0, 0))
 
-    def signed(s: Floats) -> Floats:
+    def miss_with_sign(s: Floats) -> Floats:
         return sign * _miss(goal, tip + way * s * s, np.where(s < 0.0, -1.0, 1.0))
 
-    s = _lowest(signed, np.full(row.shape, -1.0), np.ones(row.shape))
-    crossed = signed(s) < 0.0
+    s = _lowest(miss_with_sign, np.full(row.shape, -1.0), np.ones(row.shape))
+    crossed = miss_with_sign(s) < 0.0
     row, s, tip, way = row[crossed], s[crossed], tip[crossed], way[crossed]
     return _halves(row, turn, np.where(s < 0.0, -1.0, 1.0), (tip, tip + way * s * s, tip + way))
 
 
-def _halves(row: Ints, turn: int, branch: Floats, borders: tuple[Floats, Floats, Floats]) -> _Cells:
-    return joined([_collect(row, turn, branch, borders[k], borders[k + 1]) for k in (0, 1)])
+def _halves(row: Ints, turn: int, branch: Floats, borders: tuple[Floats, Floats, Floats]) -> _Intervals:
+    return concatenate_records([_collect(row, turn, branch, borders[k], borders[k + 1]) for k in (0, 1)])
 
 
 def _lowest(measure: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
@@ -219,7 +219,7 @@ def _lowest(measure: Callable[[Floats], Floats], low: Floats, high: Floats) -> F
     return 0.5 * (low + high)
 
 
-def _root(goal: _Goals, cells: _Cells) -> Floats:
+def _root(goal: _Goals, cells: _Intervals) -> Floats:
     below = _miss(goal, cells.low, cells.branch) < 0.0
 
     def same_side(a: Floats) -> Bools:
@@ -231,8 +231,8 @@ def _root(goal: _Goals, cells: _Cells) -> Floats:
 
 def _release(goal: _Goals, a: Floats, branch: Floats) -> Floats:
     """Releases (K, 4) at the roots; NaN where the block would be on the other side of the pivot."""
-    time, _ = _times(goal, a, branch)
-    radius = _place(goal, a, time)[1]
+    time, _ = _flight_times(goal, a, branch)
+    radius = _release_place(goal, a, time)[1]
     moving = time > 0.0
     speed = a / np.where(moving, time, 1.0)
     length = np.sqrt(radius * radius + goal.d * goal.d)

@@ -37,8 +37,8 @@ class Shapes:
         intervals = self.values.shape[1] - 1
         step = 1.0 / intervals
         before, rise = self.values[:, :-1], np.diff(self.values, axis=1)
-        speed = _running(step * (before + 0.5 * rise))
-        angle = _running(step * (speed[:, :-1] + step * (0.5 * before + rise / 6.0)))
+        speed = _running_sum(step * (before + 0.5 * rise))
+        angle = _running_sum(step * (speed[:, :-1] + step * (0.5 * before + rise / 6.0)))
         share = np.arange(self.per_interval) / self.per_interval
         s, t = share, share * step
         b, r = before[..., None], rise[..., None]
@@ -67,12 +67,12 @@ class Shapes:
         """Angle at the end (K,)."""
         return self.angles[:, -1]
 
-    def finer(self, per_interval: int) -> Shapes:
+    def with_samples(self, per_interval: int) -> Shapes:
         """Return the same shapes with more samples."""
         return Shapes(self.values, per_interval)
 
 
-def _running(increments: Floats) -> Floats:
+def _running_sum(increments: Floats) -> Floats:
     return np.concatenate([np.zeros_like(increments[:, :1]), np.cumsum(increments, axis=1)], axis=1)
 
 
@@ -94,12 +94,12 @@ class Family:
         """The number K."""
         return self.lift.values.shape[0]
 
-    def finer(self, per_interval: int) -> Family:
+    def with_samples(self, per_interval: int) -> Family:
         """Return the same family with more samples."""
-        return Family(self.lift.finer(per_interval), self.base.finer(per_interval) if self.base else None)
+        return Family(self.lift.with_samples(per_interval), self.base.with_samples(per_interval) if self.base else None)
 
 
-def rising(ramps: Sequence[float], tilts: Sequence[float]) -> list[tuple[float, ...]]:
+def rising_shapes(ramps: Sequence[float], tilts: Sequence[float]) -> list[tuple[float, ...]]:
     """Return shapes that rise from zero within ``ramps`` intervals to a straight line that gains ``tilts`` in total."""
     time = np.arange(INTERVALS + 1.0)
     rows: list[tuple[float, ...]] = []
@@ -110,7 +110,7 @@ def rising(ramps: Sequence[float], tilts: Sequence[float]) -> list[tuple[float, 
     return rows
 
 
-def swinging(
+def swing_family(
     swings: Sequence[tuple[float, ...]], strengths: Sequence[float], bursts: Sequence[tuple[float, ...]]
 ) -> Family:
     """Return the family with each swing back at each strength as base, and each burst at the last borders as lift."""
@@ -137,5 +137,5 @@ SWINGS: Final = (
 Rounded from optima of the nonlinear programme for low releases with the paper's arm."""
 STRENGTHS: Final = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5)
 BURSTS: Final = ((1.0, 1.0), (1.0, 0.5), (0.5, 1.0), (0.2, 1.0), (0.0, 1.0), (0.5, 1.0, 0.9), (1.0, 1.0, 1.0, 1.0))
-RISES: Final = Family(Shapes(np.array([*rising((0.0, 1.0, 3.0), (-0.6, 0.0, 0.6, 1.2)), *HELD])))
-BACKSWINGS: Final = swinging(SWINGS, STRENGTHS, BURSTS)
+RISES: Final = Family(Shapes(np.array([*rising_shapes((0.0, 1.0, 3.0), (-0.6, 0.0, 0.6, 1.2)), *HELD])))
+BACKSWINGS: Final = swing_family(SWINGS, STRENGTHS, BURSTS)

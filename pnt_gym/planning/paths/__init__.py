@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from pnt_gym.errors import moved
+from pnt_gym.errors import refuse_moved_names
 from pnt_gym.planning.paths.ellipse import (
     Derivatives,
     EllipseArc,
@@ -24,7 +24,7 @@ __all__ = [
 if not TYPE_CHECKING:
     _CURVES = ("CurvePoints", "LameCorner", "Line", "MeasuredCurve", "PlaneCurve")
     _PLANE = ("Joint", "PlanePath", "SpacePath", "lame_path", "line_ellipse_line", "rectangle")
-    __getattr__ = moved(
+    __getattr__ = refuse_moved_names(
         __name__,
         {
             **dict.fromkeys(_CURVES, "papers.choe.planning.curves"),

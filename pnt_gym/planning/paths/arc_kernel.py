@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.compiled import compiled, part
+from pnt_gym.compiled import compile_for, kernel_part
 
 PHASES = 9
 CRUISE = 4
@@ -44,13 +44,13 @@ GAUSS = ((-0.8611363115940526, 0.34785484513745385), (-0.33998104358485626, 0.65
 """Nodes and weights of the Gauss-Legendre rule of four points on [-1, 1]."""
 
 
-@part
+@kernel_part
 def _pace(width: float, rise: float, chord: float, phi: float) -> float:
     """Arc length per angle, g = |(x', y')| [m/rad]."""
     return math.hypot(width * math.sin(phi), rise * math.sin(phi) + chord * math.cos(phi))
 
 
-@part
+@kernel_part
 def _way(width: float, rise: float, chord: float, low: float, high: float) -> float:
     """Arc length [m] between two neighbouring angles, by Gauss-Legendre quadrature of `_pace`."""
     half, middle, total = 0.5 * (high - low), 0.5 * (high + low), 0.0
@@ -59,8 +59,8 @@ def _way(width: float, rise: float, chord: float, low: float, high: float) -> fl
     return half * total
 
 
-@part
-def _table(width: float, rise: float, chord: float, angles: Floats, ways: Floats) -> None:
+@kernel_part
+def _write_table(width: float, rise: float, chord: float, angles: Floats, ways: Floats) -> None:
     """Write a table of angles, densest at both ends, and of the arc lengths up to the angles."""
     angles[0] = ways[0] = 0.0
     for i in range(1, CELLS + 1):
@@ -68,13 +68,13 @@ def _table(width: float, rise: float, chord: float, angles: Floats, ways: Floats
         ways[i] = ways[i - 1] + _way(width, rise, chord, angles[i - 1], angles[i])
 
 
-@part
-def _after(t: float, s: float, v: float, a: float, jerk: float) -> tuple[float, float, float]:
+@kernel_part
+def _state_after(t: float, s: float, v: float, a: float, jerk: float) -> tuple[float, float, float]:
     """Way, speed and acceleration after a time of constant jerk."""
     return s + t * (v + t * (0.5 * a + t * jerk / 6.0)), v + t * (a + 0.5 * t * jerk), a + t * jerk
 
 
-@part
+@kernel_part
 def _run_up(speed: float, law: tuple[float, float, float, float]) -> tuple[float, float, float, float, float]:
     """Durations of the four phases from rest to a speed, and the way that the phases take.
 
@@ -92,15 +92,17 @@ def _run_up(speed: float, law: tuple[float, float, float, float]) -> tuple[float
     first, second, last = knee / outer, (plateau - knee) / inner, plateau / inner
     gained = 0.5 * knee * first + 0.5 * (knee + plateau) * second + 0.5 * plateau * last
     flat = max((speed - gained) / plateau, 0.0)
-    s, v, a = _after(first, 0.0, 0.0, 0.0, outer)
-    s, v, a = _after(second, s, v, a, inner)
-    s, v, a = _after(flat, s, v, a, 0.0)
-    s, v, a = _after(last, s, v, a, -inner)
+    s, v, a = _state_after(first, 0.0, 0.0, 0.0, outer)
+    s, v, a = _state_after(second, s, v, a, inner)
+    s, v, a = _state_after(flat, s, v, a, 0.0)
+    s, v, a = _state_after(last, s, v, a, -inner)
     return first, second, flat, last, s
 
 
-@part
-def _law(length: float, limits: tuple[float, float, float], shares: tuple[float, float, float], phases: Floats) -> None:
+@kernel_part
+def _write_law(
+    length: float, limits: tuple[float, float, float], shares: tuple[float, float, float], phases: Floats
+) -> None:
     """Write start time, way, speed, acceleration and jerk of each phase; the last row holds the total time."""
     law = (shares[0] * limits[1], shares[1] * limits[1], shares[2] * limits[2], INNER * limits[2])
     speed = limits[0]
@@ -117,23 +119,23 @@ def _law(length: float, limits: tuple[float, float, float], shares: tuple[float,
     durations = (first, second, flat, last, cruise, last, flat, second, first)
     outer, inner = law[2], law[3]
     jerks = (outer, inner, 0.0, -inner, 0.0, -inner, 0.0, inner, outer)
-    begun, s, v, a = 0.0, 0.0, 0.0, 0.0
+    start, s, v, a = 0.0, 0.0, 0.0, 0.0
     for k in range(PHASES):
-        phases[k, 0], phases[k, 1], phases[k, 2], phases[k, 3], phases[k, 4] = begun, s, v, a, jerks[k]
-        begun += durations[k]
-        s, v, a = _after(durations[k], s, v, a, jerks[k])
-    phases[PHASES, 0] = begun
+        phases[k, 0], phases[k, 1], phases[k, 2], phases[k, 3], phases[k, 4] = start, s, v, a, jerks[k]
+        start += durations[k]
+        s, v, a = _state_after(durations[k], s, v, a, jerks[k])
+    phases[PHASES, 0] = start
 
 
-@part
+@kernel_part
 def _moment(phases: Floats, k: int, share: float) -> tuple[float, float, float, float]:
     """Way, speed, acceleration and jerk along the path at a share of a phase."""
     t = share * (phases[k + 1, 0] - phases[k, 0])
-    s, v, a = _after(t, phases[k, 1], phases[k, 2], phases[k, 3], phases[k, 4])
+    s, v, a = _state_after(t, phases[k, 1], phases[k, 2], phases[k, 3], phases[k, 4])
     return s, v, a, phases[k, 4]
 
 
-@part
+@kernel_part
 def _cell(ways: Floats, s: float, first: int) -> int:
     """Cell of the table that contains a way, searched for from a first cell on."""
     while first < CELLS - 1 and ways[first + 1] < s:
@@ -141,14 +143,14 @@ def _cell(ways: Floats, s: float, first: int) -> int:
     return first
 
 
-@part
+@kernel_part
 def _angle(angles: Floats, ways: Floats, cell: int, s: float) -> float:
     """Approximate angle at a way, by linear interpolation within a cell."""
     return angles[cell] + (s - ways[cell]) / (ways[cell + 1] - ways[cell]) * (angles[cell + 1] - angles[cell])
 
 
-@part
-def _slower(limits: tuple[float, float, float], peaks: tuple[float, float, float]) -> float:
+@kernel_part
+def _slowdown(limits: tuple[float, float, float], peaks: tuple[float, float, float]) -> float:
     """Factor by which a motion with given peaks must be slowed to keep its limits.
 
     A motion that takes k times as long has peaks of speed, acceleration and jerk divided by k, k^2 and k^3.
@@ -156,8 +158,8 @@ def _slower(limits: tuple[float, float, float], peaks: tuple[float, float, float
     return max(peaks[0] / limits[0], math.sqrt(peaks[1] / limits[1]), (peaks[2] / limits[2]) ** (1.0 / 3.0))
 
 
-@part
-def _excess(
+@kernel_part
+def _law_slowdown(
     shape: tuple[float, float, float], limits: tuple[float, float, float], phases: Floats, angles: Floats, ways: Floats
 ) -> float:
     """Factor by which a law must be slowed to keep its limits, from samples of all phases.
@@ -185,17 +187,17 @@ def _excess(
         speed = max(speed, v)
         acceleration = max(acceleration, math.hypot(a, bend * v * v))
         jerk = max(jerk, math.hypot(third - bend * bend * v * v * v, 3.0 * bend * v * a + slope * v * v * v))
-    return _slower(limits, (speed, acceleration, jerk))
+    return _slowdown(limits, (speed, acceleration, jerk))
 
 
-@part
-def _quickest(
+@kernel_part
+def _write_quickest_law(
     shape: tuple[float, float, float], limits: tuple[float, float, float], angles: Floats, ways: Floats, best: Floats
 ) -> None:
     """Write the quickest law of the search, before the law is slowed to keep its limits."""
-    trial, least, found = np.empty((PHASES + 1, 5)), math.inf, (0.0, 0.0, 0.0)
+    trial, least, best_shares = np.empty((PHASES + 1, 5)), math.inf, (0.0, 0.0, 0.0)
     for level in range(len(FINER) + 1):
-        middle = found
+        middle = best_shares
         for i in range(len(FIRST) if level == 0 else 6):
             if level == 0:
                 shares = FIRST[i]
@@ -207,20 +209,20 @@ def _quickest(
                     knee * by if 2 <= i < 4 else knee,
                     min(outer * by, 1.0) if i >= 4 else outer,
                 )
-            _law(ways[CELLS], limits, shares, trial)
-            needed = trial[PHASES, 0] * _excess(shape, limits, trial, angles, ways)
+            _write_law(ways[CELLS], limits, shares, trial)
+            needed = trial[PHASES, 0] * _law_slowdown(shape, limits, trial, angles, ways)
             if needed < least:
-                least, found = needed, shares
+                least, best_shares = needed, shares
                 best[:] = trial
 
 
-@part
-def _points(
+@kernel_part
+def _write_points(
     shape: tuple[float, float, float], phases: Floats, angles: Floats, ways: Floats, points: Floats, steps: Floats
 ) -> int:
     """Write points (2, PIECES + 1) of the motion and the times between the points; return the number of times."""
     width, rise, chord = shape
-    cell, n, told = 0, 0, 0.0
+    cell, n, last_time = 0, 0, 0.0
     points[0, 0] = points[1, 0] = 0.0
     for k in range(PHASES):
         duration = phases[k + 1, 0] - phases[k, 0]
@@ -235,7 +237,7 @@ def _points(
             for _ in range(NEWTON):
                 phi += (s - ways[cell] - _way(width, rise, chord, angles[cell], phi)) / _pace(width, rise, chord, phi)
             time = phases[k, 0] + share * duration
-            steps[n], told = time - told, time
+            steps[n], last_time = time - last_time, time
             n += 1
             points[0, n] = width * (1.0 - math.cos(phi))
             points[1, n] = rise * (1.0 - math.cos(phi)) + chord * math.sin(phi)
@@ -243,8 +245,8 @@ def _points(
     return n
 
 
-@part
-def _bent(x: Floats, steps: Floats, n: int, out: Floats) -> None:
+@kernel_part
+def _write_second_derivatives(x: Floats, steps: Floats, n: int, out: Floats) -> None:
     """Second derivatives of the cubic spline through points with given times between the points, at rest at both ends.
 
     Rest adds two conditions at the ends, so the spline does not pass through the second point and the last but one.
@@ -257,28 +259,34 @@ def _bent(x: Floats, steps: Floats, n: int, out: Floats) -> None:
         before = x[0] if k == 2 else x[k - 1]
         after = x[n] if k == n - 2 else x[k + 1]
         lower, middle, upper = near, 2.0 * (near + far), far
-        given = 6.0 * ((after - x[k]) / far - (x[k] - before) / near)
+        right_side = 6.0 * ((after - x[k]) / far - (x[k] - before) / near)
         if k == 1:
-            middle, given = middle + near * near / far + near, 6.0 * (x[2] - x[0]) / far
+            middle, right_side = middle + near * near / far + near, 6.0 * (x[2] - x[0]) / far
         if k == 2:
             lower -= steps[0] * steps[0] / near
         if k == n - 2:
             upper -= steps[n - 1] * steps[n - 1] / far
         if k == n - 1:
-            middle, given = middle + far * far / near + far, 6.0 * (x[n - 2] - x[n]) / near
+            middle, right_side = middle + far * far / near + far, 6.0 * (x[n - 2] - x[n]) / near
         pivot = middle - lower * above[k - 1]
         above[k] = upper / pivot
-        out[k] = (given - lower * out[k - 1]) / pivot
+        out[k] = (right_side - lower * out[k - 1]) / pivot
     for k in range(n - 2, 0, -1):
         out[k] -= above[k] * out[k + 1]
 
 
-@part
-def _spline_excess(limits: tuple[float, float, float], bent: Floats, steps: Floats, n: int) -> float:
+@kernel_part
+def _spline_slowdown(limits: tuple[float, float, float], accelerations: Floats, steps: Floats, n: int) -> float:
     """Factor by which the spline with second derivatives (2, n + 1) must be slowed to keep its limits."""
     vx, vy, speed, acceleration, jerk, room = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(n):
-        step, ax, ay, bx, by = steps[k], bent[0, k], bent[1, k], bent[0, k + 1], bent[1, k + 1]
+        step, ax, ay, bx, by = (
+            steps[k],
+            accelerations[0, k],
+            accelerations[1, k],
+            accelerations[0, k + 1],
+            accelerations[1, k + 1],
+        )
         third = math.hypot(bx - ax, by - ay) / step
         jerk, acceleration = max(jerk, third), max(acceleration, math.hypot(bx, by))
         # Between two samples |v| exceeds both by at most |j| (dt)^2 / 8.
@@ -288,29 +296,29 @@ def _spline_excess(limits: tuple[float, float, float], bent: Floats, steps: Floa
             fast = math.hypot(vx + t * (ax + share * (bx - ax)), vy + t * (ay + share * (by - ay)))
             speed = max(speed, fast + room)
         vx, vy = vx + 0.5 * step * (ax + bx), vy + 0.5 * step * (ay + by)
-    return _slower(limits, (speed, acceleration, jerk))
+    return _slowdown(limits, (speed, acceleration, jerk))
 
 
-@compiled("void(float64[:,::1], float64[:,::1], float64[:,:,::1])")
-def arc_motions(given: Floats, steps: Floats, bent: Floats) -> None:
+@compile_for("void(float64[:,::1], float64[:,::1], float64[:,:,::1])")
+def arc_motions(arcs: Floats, steps: Floats, accelerations: Floats) -> None:
     """Compute the motions over N arcs.
 
     Args:
-        given: l, h, w [m] and greatest speed, acceleration and jerk of each arc (6, N).
+        arcs: l, h, w [m] and greatest speed, acceleration and jerk of each arc (6, N).
         steps: durations of each arc's pieces (N, PIECES) [s], written; 0 for pieces that are not needed.
-        bent: to the side and up, at the borders of the pieces (N, 2, PIECES + 1) [m/s2], written.
+        accelerations: to the side and up, at the borders of the pieces (N, 2, PIECES + 1) [m/s2], written.
     """
     angles, ways, points = np.empty(CELLS + 1), np.empty(CELLS + 1), np.empty((2, PIECES + 1))
     law = np.empty((PHASES + 1, 5))
     for row in range(steps.shape[0]):
-        shape = (given[0, row], given[1, row], given[2, row])
-        limits = (given[3, row], given[4, row], given[5, row])
-        _table(shape[0], shape[1], shape[2], angles, ways)
-        _quickest(shape, limits, angles, ways, law)
-        steps[row], bent[row] = 0.0, 0.0
-        n = _points(shape, law, angles, ways, points, steps[row])
-        _bent(points[0], steps[row], n, bent[row, 0])
-        _bent(points[1], steps[row], n, bent[row, 1])
-        factor = _spline_excess(limits, bent[row], steps[row], n) * (1.0 + 1e-9)
+        shape = (arcs[0, row], arcs[1, row], arcs[2, row])
+        limits = (arcs[3, row], arcs[4, row], arcs[5, row])
+        _write_table(shape[0], shape[1], shape[2], angles, ways)
+        _write_quickest_law(shape, limits, angles, ways, law)
+        steps[row], accelerations[row] = 0.0, 0.0
+        n = _write_points(shape, law, angles, ways, points, steps[row])
+        _write_second_derivatives(points[0], steps[row], n, accelerations[row, 0])
+        _write_second_derivatives(points[1], steps[row], n, accelerations[row, 1])
+        factor = _spline_slowdown(limits, accelerations[row], steps[row], n) * (1.0 + 1e-9)
         steps[row] *= factor
-        bent[row] /= factor * factor
+        accelerations[row] /= factor * factor

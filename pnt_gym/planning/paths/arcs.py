@@ -42,9 +42,9 @@ def arc_segments(way: Floats, top: Floats, limits: Limits) -> Segments:
             f"an arc needs a width and a top above both its ends, both above 0 m, got {run[row]} and {room[row]} m"
         )
     half_chord = np.sqrt(top * (top - way[:, 2]))
-    given = np.array([run / 2.0, way[:, 2] / 2.0, half_chord, *limits.arrays(len(way))])
-    steps, bent = np.empty((len(way), PIECES)), np.empty((len(way), 2, PIECES + 1))
-    arc_motions(given, steps, bent)
-    jerks = np.diff(bent, axis=2) / np.where(steps > 0.0, steps, 1.0)[:, None]
+    arcs = np.array([run / 2.0, way[:, 2] / 2.0, half_chord, *limits.arrays(len(way))])
+    steps, accelerations = np.empty((len(way), PIECES)), np.empty((len(way), 2, PIECES + 1))
+    arc_motions(arcs, steps, accelerations)
+    jerks = np.diff(accelerations, axis=2) / np.where(steps > 0.0, steps, 1.0)[:, None]
     heading = way[:, None, :2] / run[:, None, None]
     return Segments(steps, np.concatenate([jerks[:, 0, :, None] * heading, jerks[:, 1, :, None]], axis=2))

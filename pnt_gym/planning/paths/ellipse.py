@@ -62,9 +62,9 @@ class EllipseArc:
         rate = self.last - self.first
         t = self.first + rate * u[:, None]
         p, q = np.array(self.p), np.array(self.q)
-        here = p * np.cos(t) + q * np.sin(t)
-        ahead = q * np.cos(t) - p * np.sin(t)
-        return Derivatives(np.array(self.centre) + here, rate * ahead, -(rate**2) * here, -(rate**3) * ahead)
+        offset = p * np.cos(t) + q * np.sin(t)
+        tangent = q * np.cos(t) - p * np.sin(t)
+        return Derivatives(np.array(self.centre) + offset, rate * tangent, -(rate**2) * offset, -(rate**3) * tangent)
 
 
 @final
@@ -105,9 +105,9 @@ class EllipsePath:
     top_height: float
 
     def __post_init__(self) -> None:
-        _within(self.half_width, SIZES, "half_width")
-        _finite(self.half_rise, "half_rise")
-        _within(self.top_height, SIZES, "top")
+        _check_within(self.half_width, SIZES, "half_width")
+        _check_finite(self.half_rise, "half_rise")
+        _check_within(self.top_height, SIZES, "top")
         if not abs(self.half_rise) < self.top_height:
             raise PlanningError(
                 f"top must lie above both ends, more than |half_rise| = {abs(self.half_rise)} m above the centre, "
@@ -133,11 +133,11 @@ class EllipsePath:
             ValueError: if half_width or |half_rise| is not from 1e-30 to 1e30 m (with a rise of 0 every angle but 0
                 and 90 degrees gives the same circle), or the angle does not lie between arctan(h / l) and 90 degrees.
         """
-        _within(half_width, SIZES, "half_width")
-        _finite(half_rise, "half_rise")
+        _check_within(half_width, SIZES, "half_width")
+        _check_finite(half_rise, "half_rise")
         if half_rise == 0.0:
             raise PlanningError("half_rise must not be 0: the angle does not choose a level ellipse; use with_top")
-        _within(abs(half_rise), SIZES, "|half_rise|")
+        _check_within(abs(half_rise), SIZES, "|half_rise|")
         critical = math.atan(half_rise / half_width)
         if not abs(critical) < angle * math.copysign(1.0, half_rise) < 0.5 * math.pi:
             low, high = sorted((math.degrees(critical), math.copysign(90.0, half_rise)))
@@ -159,7 +159,7 @@ class EllipsePath:
             ValueError: if half_width is not from 1e-30 to 1e30 m, half_rise not positive and finite, or arctan(h / l)
                 a whole degree or above 89 degrees.
         """
-        _within(half_width, SIZES, "half_width")
+        _check_within(half_width, SIZES, "half_width")
         if not (math.isfinite(half_rise) and half_rise > 0.0):
             raise PlanningError(f"the paper's rule needs a half_rise above 0 [m], got {half_rise}; use with_top")
         critical = math.degrees(math.atan(half_rise / half_width))
@@ -186,8 +186,8 @@ class EllipsePath:
     def semi_major(self) -> float:
         """Length a of the semi-major axis [m]."""
         square = (self.half_width - self.top_height) * (self.half_width + self.top_height)
-        apart = math.hypot(square, 2.0 * self.half_width * self.half_rise)
-        return math.sqrt(0.5 * (self.half_width**2 + self.top_height**2 + apart))
+        difference = math.hypot(square, 2.0 * self.half_width * self.half_rise)
+        return math.sqrt(0.5 * (self.half_width**2 + self.top_height**2 + difference))
 
     @property
     def semi_minor(self) -> float:
@@ -251,7 +251,7 @@ class EllipsePath:
         Raises:
             ValueError: if the rate is not positive and finite, or so small that more than 100 000 nodes result.
         """
-        _positive(rate, "rate")
+        _check_positive(rate, "rate")
         # No radius of curvature is smaller than b^2 / a, so each step turns by at least pi / MOST_NODES.
         slowest = math.pi / MOST_NODES * self.semi_major / self.semi_minor**2
         if rate < slowest:
@@ -277,17 +277,17 @@ def half_circumference(semi_major: float, semi_minor: float) -> float:
     Raises:
         ValueError: if an axis is not from 1e-100 to 1e100 m.
     """
-    _within(semi_major, AXES, "semi_major")
-    _within(semi_minor, AXES, "semi_minor")
+    _check_within(semi_major, AXES, "semi_major")
+    _check_within(semi_minor, AXES, "semi_minor")
     a, b, weight = semi_major, semi_minor, 1.0
-    rest = 0.5 * (a * a + b * b)
+    mean_square = 0.5 * (a * a + b * b)
     # Each step more than halves the gap and doubles the number of correct digits; a and b may differ by a rounding.
     while abs(a - b) > 4.0 * math.ulp(a):
         gap = 0.5 * (a - b)
         a, b = 0.5 * (a + b), math.sqrt(a * b)
-        rest -= weight * gap * gap
+        mean_square -= weight * gap * gap
         weight *= 2.0
-    return math.pi * rest / a
+    return math.pi * mean_square / a
 
 
 def approximate_half_circumference(semi_major: ArrayLike, semi_minor: ArrayLike) -> Floats:
@@ -296,17 +296,17 @@ def approximate_half_circumference(semi_major: ArrayLike, semi_minor: ArrayLike)
     return 0.25 * np.pi * (a + b) + 0.25 * np.pi * np.sqrt(2.0 * (a * a + b * b))
 
 
-def _positive(value: float, name: str) -> None:
+def _check_positive(value: float, name: str) -> None:
     if not (math.isfinite(value) and value > 0.0):
         raise PlanningError(f"{name} must be positive and finite, got {value}")
 
 
-def _within(value: float, bounds: tuple[float, float], name: str) -> None:
-    _positive(value, name)
+def _check_within(value: float, bounds: tuple[float, float], name: str) -> None:
+    _check_positive(value, name)
     if not bounds[0] <= value <= bounds[1]:
         raise PlanningError(f"{name} must be from {bounds[0]:g} to {bounds[1]:g} m, got {value}")
 
 
-def _finite(value: float, name: str) -> None:
+def _check_finite(value: float, name: str) -> None:
     if not math.isfinite(value):
         raise PlanningError(f"{name} must be finite [m], got {value}")

@@ -36,7 +36,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.compiled import compiled, part
+from pnt_gym.compiled import compile_for, kernel_part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, Reason
 
@@ -81,18 +81,18 @@ class Box(NamedTuple):
     high: float
 
 
-@part
-def _laid_out(given: Floats, row: int) -> tuple[PlaneThrow, float, float]:
+@kernel_part
+def _lay_out(throws: Floats, row: int) -> tuple[PlaneThrow, float, float]:
     """Throw of a row, and cosine and sine of its azimuth; reach is shortened by the tolerance and may be negative."""
-    x, y = given[TO_X, row] - given[X, row], given[TO_Y, row] - given[Y, row]
+    x, y = throws[TO_X, row] - throws[X, row], throws[TO_Y, row] - throws[Y, row]
     full = math.sqrt(x * x + y * y)
     cosine, sine = (x / full, y / full) if full > 0.0 else (1.0, 0.0)
-    reach = full - given[TOLERANCE, row] / max(abs(cosine), abs(sine))
-    rise = given[TO_Z, row] - given[Z, row]
-    return PlaneThrow(reach, rise, given[VELOCITY, row], given[ACCELERATION, row], given[JERK, row]), cosine, sine
+    reach = full - throws[TOLERANCE, row] / max(abs(cosine), abs(sine))
+    rise = throws[TO_Z, row] - throws[Z, row]
+    return PlaneThrow(reach, rise, throws[VELOCITY, row], throws[ACCELERATION, row], throws[JERK, row]), cosine, sine
 
 
-@part
+@kernel_part
 def _ramp_distance(speed: float, acceleration: float, jerk: float) -> float:
     """P_S(V) [m], the shortest way from rest to ``speed`` with no acceleration at its end: the inverse of V_S."""
     if jerk * speed <= acceleration * acceleration:
@@ -100,13 +100,13 @@ def _ramp_distance(speed: float, acceleration: float, jerk: float) -> float:
     return 0.5 * speed * (speed / acceleration + acceleration / jerk)
 
 
-@part
+@kernel_part
 def _flight_time(throw: PlaneThrow, slope: float) -> float:
     """Time of flight c [s] at the tangent ``slope`` of the elevation."""
     return math.sqrt(2.0 * max(throw.reach * slope - throw.rise, 0.0) / GRAVITY)
 
 
-@part
+@kernel_part
 def _crossing(throw: PlaneThrow, slope: float) -> tuple[float, float]:
     """Release distance P [m] and speed V [m/s] at the tangent ``slope`` of the elevation."""
     velocity, acceleration, jerk = throw.velocity, throw.acceleration, throw.jerk
@@ -123,7 +123,7 @@ def _crossing(throw: PlaneThrow, slope: float) -> tuple[float, float]:
     return _ramp_distance(speed, acceleration, jerk), speed
 
 
-@part
+@kernel_part
 def _plateau_speed(length: float, flight: float, acceleration: float, jerk: float) -> float:
     """Root of J V^2 + (A^2 + 2 J A c) V = 2 J A L: segment 2 of V_S, free of cancellation."""
     linear = acceleration * (acceleration + 2.0 * jerk * flight)
@@ -131,7 +131,7 @@ def _plateau_speed(length: float, flight: float, acceleration: float, jerk: floa
     return 4.0 * jerk * acceleration * length / (linear + root)
 
 
-@part
+@kernel_part
 def _jerk_speed(length: float, flight: float, jerk: float) -> float:
     """Square of the root of w^3 / sqrt(J) + c w^2 = L: segment 1 of V_S, V = w^2."""
     scale = 1.0 / math.sqrt(jerk)
@@ -142,14 +142,14 @@ def _jerk_speed(length: float, flight: float, jerk: float) -> float:
     return w * w
 
 
-@part
+@kernel_part
 def _best_slope(throw: PlaneThrow) -> float:
     """Tangent of the elevation of the quickest throw without bounds, by Newton's method inside a shrinking bracket."""
     cap = _saturation_slope(throw)
     if _optimality(throw, cap)[0] <= 0.0:
         return cap
     low = max(throw.rise / throw.reach, 0.0)
-    u = high = min(cap, _steepest(throw))
+    u = high = min(cap, _steepest_slope(throw))
     for _ in range(NEWTON_STEPS):
         value, slope = _optimality(throw, u)
         low, high = (u, high) if value < 0.0 else (low, u)
@@ -162,7 +162,7 @@ def _best_slope(throw: PlaneThrow) -> float:
     return u
 
 
-@part
+@kernel_part
 def _saturation_slope(throw: PlaneThrow) -> float:
     """Tangent of the elevation at which the optimal speed reaches Vmax: root of u^3 - b u^2 - d = 0.
 
@@ -178,15 +178,15 @@ def _saturation_slope(throw: PlaneThrow) -> float:
     return u
 
 
-@part
-def _steepest(throw: PlaneThrow) -> float:
+@kernel_part
+def _steepest_slope(throw: PlaneThrow) -> float:
     """Tangent of the elevation of least speed, (Z + sqrt(X^2 + Z^2)) / X, without cancellation for Z < 0."""
     reach, rise = throw.reach, throw.rise
     slant = math.sqrt(reach * reach + rise * rise)
     return reach / (slant - rise) if rise < 0.0 else (rise + slant) / reach
 
 
-@part
+@kernel_part
 def _optimality(throw: PlaneThrow, u: float) -> tuple[float, float]:
     """H(u) of the module's docstring and its derivative by u."""
     reach, rise, acceleration, jerk = throw.reach, throw.rise, throw.acceleration, throw.jerk
@@ -208,7 +208,7 @@ def _optimality(throw: PlaneThrow, u: float) -> tuple[float, float]:
     return value, secant * way_slope * speed_slope + way * u / secant + 2.0 * (reach * u - rise)
 
 
-@part
+@kernel_part
 def _slack(throw: PlaneThrow, box: Box, slope: float) -> float:
     """Slack of the bounds [m], continuous in ``slope`` and negative exactly where a bound is broken."""
     secant = math.sqrt(1.0 + slope * slope)
@@ -226,7 +226,7 @@ def _slack(throw: PlaneThrow, box: Box, slope: float) -> float:
     return margin if shortest <= 0.0 else min(margin, -_room(throw, length, flight, shortest))
 
 
-@part
+@kernel_part
 def _room(throw: PlaneThrow, length: float, flight: float, distance: float) -> float:
     """Slack [m] of the condition P <= ``distance``: negative exactly where the crossing lies beyond ``distance``."""
     speed = max((length - distance) / max(flight, TINY), 0.0)
@@ -234,8 +234,8 @@ def _room(throw: PlaneThrow, length: float, flight: float, distance: float) -> f
     return min(distance - way, flight * throw.velocity - (length - distance))
 
 
-@part
-def _bounded_slope(throw: PlaneThrow, box: Box, best: float, upward: bool) -> float:
+@kernel_part
+def _slope_in_bounds(throw: PlaneThrow, box: Box, best: float, upward: bool) -> float:
     """Tangent of the elevation of the quickest throw within bounds; NaN where there is no throw.
 
     If ``upward``, elevations above the free optimum are searched too, which bounds other than a ceiling need.
@@ -248,7 +248,7 @@ def _bounded_slope(throw: PlaneThrow, box: Box, best: float, upward: bool) -> fl
         foot = max(foot, 0.0)
     answer, way = math.nan, math.inf
     for above in range(1 + upward):
-        slope = _nearest(throw, box, best, foot, above)
+        slope = _nearest_slope(throw, box, best, foot, above)
         if _flight_time(throw, slope) > 0.0:
             distance, _ = _crossing(throw, slope)
             if distance < way:
@@ -256,7 +256,7 @@ def _bounded_slope(throw: PlaneThrow, box: Box, best: float, upward: bool) -> fl
     return answer
 
 
-@part
+@kernel_part
 def _grid_point(best: float, foot: float, above: int, k: int) -> float:
     """Slope k of the grid from the free optimum up, or from the free optimum down to the foot.
 
@@ -269,8 +269,8 @@ def _grid_point(best: float, foot: float, above: int, k: int) -> float:
     return best * share + foot * (1.0 - share)
 
 
-@part
-def _nearest(throw: PlaneThrow, box: Box, best: float, foot: float, above: int) -> float:
+@kernel_part
+def _nearest_slope(throw: PlaneThrow, box: Box, best: float, foot: float, above: int) -> float:
     """Slope without negative slack that is nearest to the free optimum, whose slack is negative; NaN if none exists."""
     older, old, last = -math.inf, _slack(throw, box, best), best
     before = best
@@ -279,17 +279,17 @@ def _nearest(throw: PlaneThrow, box: Box, best: float, foot: float, above: int) 
         value = _slack(throw, box, slope)
         # A concave peak rises at most one climb above its grid point; two leave room for kinks.
         if older < old < 0.0 and value <= old and old + 2.0 * max(old - older, old - value) >= 0.0:
-            peak, height = _golden(throw, box, before, slope)
+            peak, height = _greatest_slack(throw, box, before, slope)
             if height >= 0.0:
-                return _border(throw, box, peak, height, before, older if k > 1 else old)
+                return _border_slope(throw, box, peak, height, before, older if k > 1 else old)
         if value >= 0.0:
-            return _border(throw, box, slope, value, last, old)
+            return _border_slope(throw, box, slope, value, last, old)
         older, old, before, last = old, value, last, slope
     return math.nan
 
 
-@part
-def _golden(throw: PlaneThrow, box: Box, low: float, high: float) -> tuple[float, float]:
+@kernel_part
+def _greatest_slack(throw: PlaneThrow, box: Box, low: float, high: float) -> tuple[float, float]:
     """Slope of the greatest slack between two slopes, and the slack at this slope, by golden section."""
     left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
     at_left, at_right = _slack(throw, box, left), _slack(throw, box, right)
@@ -305,8 +305,8 @@ def _golden(throw: PlaneThrow, box: Box, low: float, high: float) -> tuple[float
     return (left, at_left) if at_left >= at_right else (right, at_right)
 
 
-@part
-def _border(throw: PlaneThrow, box: Box, a: float, at_a: float, b: float, at_b: float) -> float:
+@kernel_part
+def _border_slope(throw: PlaneThrow, box: Box, a: float, at_a: float, b: float, at_b: float) -> float:
     """Zero of the slack between a slope ``a`` that keeps the bounds and a slope ``b`` that does not, on the safe side.
 
     Chandrupatla's method halves the bracket wherever the slack is not close to a straight line, so a kink or an
@@ -329,7 +329,7 @@ def _border(throw: PlaneThrow, box: Box, a: float, at_a: float, b: float, at_b: 
     return a if at_a >= 0.0 else b
 
 
-@part
+@kernel_part
 def _share(a: float, at_a: float, b: float, at_b: float, c: float, at_c: float) -> float:
     """Next probe as a share of the way from ``a`` to ``b``: by inverse quadratic interpolation, or a half."""
     place, level = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
@@ -339,34 +339,34 @@ def _share(a: float, at_a: float, b: float, at_b: float, c: float, at_c: float) 
     return 0.5
 
 
-@compiled("void(f8[:, ::1], b1, f8[::1], b1[::1], i8[::1])")
-def choose_slopes(given: Floats, walled: bool, slopes: Floats, moved: Bools, reasons: Ints) -> None:
-    """Find the quickest lines of N throws ``given`` (15, N), within a workspace if ``walled``.
+@compile_for("void(f8[:, ::1], b1, f8[::1], b1[::1], i8[::1])")
+def choose_slopes(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bools, reasons: Ints) -> None:
+    """Find the quickest lines of N throws ``throws`` (15, N), within a workspace if ``has_workspace``.
 
     Written are ``slopes`` (N,), the tangents of the lines' elevations, NaN where there is no throw; ``moved`` (N,),
     whether a bound moved the line; and ``reasons`` (N,), the `Reason` where there is no throw.
     """
-    for row in range(given.shape[1]):
-        throw, _, _ = _laid_out(given, row)
+    for row in range(throws.shape[1]):
+        throw, _, _ = _lay_out(throws, row)
         slopes[row], moved[row], reasons[row] = math.nan, False, NO_REACH
         if throw.reach <= MIN_REACH:
             continue
         best = _best_slope(throw)
-        roof = given[CEILING, row] - given[Z, row]
-        box = Box(given[NEAR, row], given[FAR, row], given[LOW, row], min(given[HIGH, row], roof))
-        slope = _bounded_slope(throw, box, best, walled)
+        roof = throws[CEILING, row] - throws[Z, row]
+        box = Box(throws[NEAR, row], throws[FAR, row], throws[LOW, row], min(throws[HIGH, row], roof))
+        slope = _slope_in_bounds(throw, box, best, has_workspace)
         slopes[row], moved[row], reasons[row] = slope, slope != best, 0
         if math.isnan(slope):
             # The reason is the ceiling where the ceiling alone rules the throw out.
-            if walled:
-                slope = _bounded_slope(throw, Box(0.0, math.inf, -math.inf, roof), best, not walled)
+            if has_workspace:
+                slope = _slope_in_bounds(throw, Box(0.0, math.inf, -math.inf, roof), best, not has_workspace)
             moved[row], reasons[row] = False, TOO_HIGH if math.isnan(slope) else OUTSIDE
 
 
-@compiled("void(f8[:, ::1], b1, f8[::1], b1[::1], i8[::1], f8[:, :, ::1], f8[:, ::1], b1[:, ::1])")
+@compile_for("void(f8[:, ::1], b1, f8[::1], b1[::1], i8[::1], f8[:, :, ::1], f8[:, ::1], b1[:, ::1])")
 def release_rows(
-    given: Floats,
-    walled: bool,
+    throws: Floats,
+    has_workspace: bool,
     slopes: Floats,
     moved: Bools,
     reasons: Ints,
@@ -380,8 +380,8 @@ def release_rows(
     and direction; ``numbers`` (7, N), speed, acceleration, angle, azimuth, distance, time and time of flight; and
     ``active`` (2, N), whether the ceiling and whether the workspace moved the release.
     """
-    for row in range(given.shape[1]):
-        throw, cosine, sine = _laid_out(given, row)
+    for row in range(throws.shape[1]):
+        throw, cosine, sine = _lay_out(throws, row)
         slope, flight = slopes[row], _flight_time(throw, slopes[row])
         vectors[:, row], numbers[:, row], active[:, row] = math.nan, math.nan, False
         if math.isnan(slope):
@@ -393,14 +393,14 @@ def release_rows(
         peak = min(math.sqrt(throw.jerk * speed), throw.acceleration)
         # Half of Eq. 4 over the stroke 2 P_r, which is Eq. 12.
         time = distance / speed + 0.5 * (speed / peak + peak / throw.jerk)
-        found = (speed, peak, math.atan(slope), math.atan2(sine, cosine), distance, time, flight)
+        values = (speed, peak, math.atan(slope), math.atan2(sine, cosine), distance, time, flight)
         for k in range(7):
-            numbers[k, row] = found[k]
+            numbers[k, row] = values[k]
         level = 1.0 / math.sqrt(1.0 + slope * slope)
         direction = (level * cosine, level * sine, level * slope)
         for k in range(3):
-            vectors[0, row, k] = given[X + k, row] + distance * direction[k]
+            vectors[0, row, k] = throws[X + k, row] + distance * direction[k]
             vectors[1, row, k] = speed * direction[k]
             vectors[2, row, k] = direction[k]
-        roofed = moved[row] and (not walled or vectors[0, row, 2] >= given[CEILING, row] - CONTACT)
+        roofed = moved[row] and (not has_workspace or vectors[0, row, 2] >= throws[CEILING, row] - CONTACT)
         active[0, row], active[1, row] = roofed, moved[row] and not roofed

@@ -9,7 +9,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length
 from pnt_gym.errors import PntGymError
-from pnt_gym.planning.reasons import SpokenReason
+from pnt_gym.planning.reasons import ReasonCode
 
 MIN_REACH = 1e-9
 """Horizontal distances up to this [m] count as zero, so that the throw has no direction."""
@@ -19,7 +19,7 @@ CONTACT = 1e-9
 
 
 @final
-class Reason(SpokenReason):
+class Reason(ReasonCode):
     """Why a row of a batch holds no plan."""
 
     FEASIBLE = 0, "a throw exists"
@@ -103,7 +103,7 @@ class ReleaseBatch:
     straight: Bools
 
     @classmethod
-    def alone(
+    def from_velocities(
         cls,
         pick: Floats,
         position: Floats,

@@ -46,23 +46,23 @@ class Frame(NamedTuple):
     rise: Floats
 
     @classmethod
-    def of(cls, picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike = 0.0) -> Frame:
+    def from_picks(cls, picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike = 0.0) -> Frame:
         """Check picks, targets and tolerances, and return the throws in their vertical planes.
 
         Raises:
             ValueError: if an input is not finite, a tolerance is negative, or shapes disagree.
         """
-        start, end, box = checked(picks, targets, tolerance)
+        start, end, box = check_throws(picks, targets, tolerance)
         x, y = end[:, 0] - start[:, 0], end[:, 1] - start[:, 1]
         full = np.sqrt(x * x + y * y)
-        known = full > 0.0
-        divisor = np.where(known, full, 1.0)
-        cosine, sine = np.where(known, x / divisor, 1.0), y / divisor
+        has_direction = full > 0.0
+        divisor = np.where(has_direction, full, 1.0)
+        cosine, sine = np.where(has_direction, x / divisor, 1.0), y / divisor
         reach = full - box / np.maximum(np.abs(cosine), np.abs(sine))
         return cls(start, cosine, sine, reach, end[:, 2] - start[:, 2])
 
 
-def checked(picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike) -> tuple[Floats, Floats, Floats]:
+def check_throws(picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike) -> tuple[Floats, Floats, Floats]:
     """Check picks (N, 3), targets (N, 3) and tolerances (N,), and return the three as arrays.
 
     Raises:
@@ -76,7 +76,7 @@ def checked(picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike) -> tuple
     return start, end, box
 
 
-class _Found(NamedTuple):
+class _KernelResults(NamedTuple):
     """Results of the kernel: fields of `Release` in order, (3, N, 3), (7, N) and (2, N), and `Reason` codes (N,)."""
 
     vectors: Floats
@@ -115,16 +115,16 @@ def plan_release(
         ValueError: if an input is NaN or infinite, or the tolerance is negative.
     """
     start, end = point_of(pick, "pick"), point_of(target, "target")
-    _check(ceiling, tolerance)
+    _check_bounds(ceiling, tolerance)
     roof = math.inf if ceiling is None else ceiling
     bounds = _OPEN if workspace is None else [b.item() for b in _line_bounds([start], [end], workspace)]
-    given = np.array([*start, *end, *limits.numbers(), tolerance, roof, *bounds])
-    found = _thrown(given[:, None], walled=workspace is not None)
-    reason = Reason(found.reason.item())
+    throws = np.array([*start, *end, *limits.numbers(), tolerance, roof, *bounds])
+    results = _plan_throws(throws[:, None], has_workspace=workspace is not None)
+    reason = Reason(results.reason.item())
     if reason != Reason.FEASIBLE:
-        told = {Reason.NO_REACH: f" (pick {start}, target {end})", Reason.CEILING: f" z = {ceiling} m"}
-        raise InfeasibleThrow(reason, told.get(reason, f" {workspace}"))
-    return Release(*found.vectors[:, 0], *found.numbers[:, 0].tolist(), *found.active[:, 0].tolist())
+        details = {Reason.NO_REACH: f" (pick {start}, target {end})", Reason.CEILING: f" z = {ceiling} m"}
+        raise InfeasibleThrow(reason, details.get(reason, f" {workspace}"))
+    return Release(*results.vectors[:, 0], *results.numbers[:, 0].tolist(), *results.active[:, 0].tolist())
 
 
 def plan_release_batch(
@@ -144,12 +144,12 @@ def plan_release_batch(
     Raises:
         ValueError: if an input is NaN or infinite, a tolerance is negative, or shapes disagree.
     """
-    start, end, box = checked(picks, targets, tolerance)
+    start, end, box = check_throws(picks, targets, tolerance)
     rows, never = limits.arrays(len(start)), np.full(len(start), np.inf)
     roof = never if ceiling is None else finite_rows(ceiling, len(start), "ceiling")
     bounds = LineBounds.below(never) if workspace is None else _line_bounds(start, end, workspace)
-    given = np.array([*start.T, *end.T, *rows, box, roof, *bounds])
-    return _batch(_thrown(given, walled=workspace is not None))
+    throws = np.array([*start.T, *end.T, *rows, box, roof, *bounds])
+    return _to_batch(_plan_throws(throws, has_workspace=workspace is not None))
 
 
 def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, elevation: ArrayLike) -> ReleaseBatch:
@@ -167,13 +167,13 @@ def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, e
     Raises:
         ValueError: if an input is NaN or infinite, an elevation is out of range, or shapes disagree.
     """
-    start, end, none = checked(picks, targets, 0.0)
+    start, end, zero = check_throws(picks, targets, 0.0)
     angle = finite_rows(elevation, len(start), "elevation")
     if (np.abs(angle) >= 0.5 * np.pi).any():
         raise PlanningError(f"elevation must lie in (-pi/2, pi/2) rad, got {angle[np.argmax(np.abs(angle))]}")
     never = np.full(len(start), np.inf)
-    given = np.array([*start.T, *end.T, *limits.arrays(len(start)), none, never, *LineBounds.below(never)])
-    plans = _batch(_thrown(given, slope=np.tan(angle)))
+    throws = np.array([*start.T, *end.T, *limits.arrays(len(start)), zero, never, *LineBounds.below(never)])
+    plans = _to_batch(_plan_throws(throws, slope=np.tan(angle)))
     return replace(plans, angle=np.where(plans.feasible, angle, np.nan))
 
 
@@ -200,16 +200,16 @@ def release_at_point(
     end = finite_points(points, "points", count)
     way = end - start
     distance = length(way)
-    apart = distance > MIN_REACH
-    direction = way / np.where(apart, distance, 1.0)[:, None]
+    distinct = distance > MIN_REACH
+    direction = way / np.where(distinct, distance, 1.0)[:, None]
     rows = limits.arrays(count)
     speed = scurves(2.0 * distance, rows).velocity
-    reason = np.where(apart, int(Reason.FEASIBLE), int(Reason.SAME_POINT))
+    reason = np.where(distinct, int(Reason.FEASIBLE), int(Reason.SAME_POINT))
     flight = np.full(count, np.nan)
     if plane_z is not None:
         plane = finite_rows(plane_z, count, "plane_z")
         flight = flight_time(end, speed[:, None] * direction, plane)
-        reason = np.where(apart & np.isnan(flight), int(Reason.PLANE), reason)
+        reason = np.where(distinct & np.isnan(flight), int(Reason.PLANE), reason)
     # `gap` is added to every result: NaN in rows without a plan.
     gap = np.where(reason == Reason.FEASIBLE, 0.0, np.nan)
     distance, speed, direction = distance + gap, speed + gap, direction + gap[:, None]
@@ -220,7 +220,7 @@ def release_at_point(
     time = distance / speed + 0.5 * (speed / peak + peak / rows.jerk)
     vectors = np.array([start + distance[:, None] * direction, speed[:, None] * direction, direction])
     numbers = np.array([speed, peak, angle, azimuth, distance, time, flight + gap])
-    return _batch(_Found(vectors, numbers, np.zeros((2, count), dtype=np.bool_), reason))
+    return _to_batch(_KernelResults(vectors, numbers, np.zeros((2, count), dtype=np.bool_), reason))
 
 
 def point_of(values: Point, name: str) -> tuple[float, float, float]:
@@ -237,7 +237,7 @@ def point_of(values: Point, name: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _check(ceiling: float | None, tolerance: float) -> None:
+def _check_bounds(ceiling: float | None, tolerance: float) -> None:
     if ceiling is not None and not math.isfinite(ceiling):
         raise PlanningError(f"ceiling must be finite, or None for no bound, got {ceiling}")
     if not (math.isfinite(tolerance) and tolerance >= 0.0):
@@ -245,38 +245,40 @@ def _check(ceiling: float | None, tolerance: float) -> None:
 
 
 def _line_bounds(picks: ArrayLike, targets: ArrayLike, workspace: EllipticWorkspace) -> LineBounds:
-    frame = Frame.of(picks, targets)
+    frame = Frame.from_picks(picks, targets)
     return workspace.line_bounds(frame.picks, frame.cosine, frame.sine)
 
 
-def _thrown(given: Floats, *, walled: bool = False, slope: Floats | None = None) -> _Found:
+def _plan_throws(throws: Floats, *, has_workspace: bool = False, slope: Floats | None = None) -> _KernelResults:
     """Plan the throws along lines of given slopes (N,), or along the quickest lines.
 
     Args:
-        given: array (15, N) with a throw per column, by the kernel's rows.
-        walled: whether there is a workspace.
+        throws: array (15, N) with a throw per column, by the kernel's rows.
+        has_workspace: whether there is a workspace.
         slope: tangents of the elevations (N,); None for the quickest lines.
     """
     from pnt_gym.planning.straight.kernel import choose_slopes, release_rows  # noqa: PLC0415 - numba takes a while
 
-    count = given.shape[1]
+    count = throws.shape[1]
     moved, reason = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64)
     slopes = np.empty(count) if slope is None else slope
     for begin in range(0, count if slope is None else 0, PIECE):
-        own = slice(begin, begin + PIECE)
-        choose_slopes(np.ascontiguousarray(given[:, own]), walled, slopes[own], moved[own], reason[own])
-    found = _Found(np.empty((3, count, 3)), np.empty((7, count)), np.empty((2, count), dtype=np.bool_), reason)
-    release_rows(given, walled, slopes, moved, reason, *found[:3])
-    return found
+        rows = slice(begin, begin + PIECE)
+        choose_slopes(np.ascontiguousarray(throws[:, rows]), has_workspace, slopes[rows], moved[rows], reason[rows])
+    results = _KernelResults(
+        np.empty((3, count, 3)), np.empty((7, count)), np.empty((2, count), dtype=np.bool_), reason
+    )
+    release_rows(throws, has_workspace, slopes, moved, reason, *results[:3])
+    return results
 
 
-def _batch(found: _Found) -> ReleaseBatch:
-    feasible = found.reason == Reason.FEASIBLE
+def _to_batch(results: _KernelResults) -> ReleaseBatch:
+    feasible = results.reason == Reason.FEASIBLE
     return ReleaseBatch(
-        *found.vectors,
-        *found.numbers,
-        *found.active,
+        *results.vectors,
+        *results.numbers,
+        *results.active,
         feasible=feasible,
-        reason=found.reason,
-        straight=np.ones(len(found.reason), dtype=np.bool_),
+        reason=results.reason,
+        straight=np.ones(len(results.reason), dtype=np.bool_),
     )

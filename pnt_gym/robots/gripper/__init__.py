@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from pnt_gym.errors import moved
+from pnt_gym.errors import refuse_moved_names
 from pnt_gym.robots.gripper.check import check_pose
 from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
 from pnt_gym.robots.gripper.indices import (
@@ -52,7 +52,7 @@ if not TYPE_CHECKING:
         "joint_move", "line",
     )  # fmt: skip
     _SCAN = ("TauHull", "Workspace", "scan_workspace", "tau_hull")
-    __getattr__ = moved(
+    __getattr__ = refuse_moved_names(
         __name__,
         {**dict.fromkeys(_MOTION, "papers.leveziel.motion"), **dict.fromkeys(_SCAN, "papers.leveziel.scan")},
     )

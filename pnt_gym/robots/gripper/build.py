@@ -141,7 +141,7 @@ class Build:
         """Mass that moves with the platform: its three parts, the fingers, the lower halves of the forearms [kg]."""
         return self.platform_mass + 2.0 * (self.half_mass + self.finger_mass) + 2.0 * self.rod_mass
 
-    def scaled(self, factor: float, servo: MotorServo) -> Self:
+    def with_scale(self, factor: float, servo: MotorServo) -> Self:
         """The build of a robot of the same form with all lengths multiplied by ``factor``, with other motors.
 
         Masses grow with the square of the lengths, as for tubes and sheets of the same thickness. The stiffness of the

@@ -40,8 +40,8 @@ def check_pose(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, theta_lim
         if bad.any():
             first = int(bad.argmax())
             where = f" (row {piece.start + first})" if shape else ""
-            one = rows[piece.start + first]
-            raise PoseError(f"pose {_text(one)}{where}: {_reason(one, dimensions)}")
+            row = rows[piece.start + first]
+            raise PoseError(f"pose {_text(row)}{where}: {_reason(row, dimensions)}")
 
 
 def _reason(pose: Floats, dims: Dimensions) -> str:
@@ -57,15 +57,15 @@ def _reason(pose: Floats, dims: Dimensions) -> str:
 
 
 def _reach(components: Floats, arms: Arms, dims: Dimensions) -> str:
-    lost = np.isnan(arms.sin[:, 0])
-    if not lost.any():
+    unreachable = np.isnan(arms.sin[:, 0])
+    if not unreachable.any():
         return ""
-    arm = int(lost.argmax())
-    at = joints(components, dims)
-    span, aside = float(np.hypot(at.out[arm, 0], at.up[arm, 0])), abs(float(at.along[arm, 0]))
-    if aside > dims.l:
-        return f"arm {arm + 1} is out of reach, {aside:.4g} m beside its plane; its forearm has {dims.l:.4g} m"
-    forearm = float(np.sqrt(dims.l**2 - aside**2))
+    arm = int(unreachable.argmax())
+    points = joints(components, dims)
+    span, sideways = float(np.hypot(points.out[arm, 0], points.up[arm, 0])), abs(float(points.along[arm, 0]))
+    if sideways > dims.l:
+        return f"arm {arm + 1} is out of reach, {sideways:.4g} m beside its plane; its forearm has {dims.l:.4g} m"
+    forearm = float(np.sqrt(dims.l**2 - sideways**2))
     low, high = abs(forearm - dims.r), forearm + dims.r
     return (
         f"arm {arm + 1} is out of reach, {span:.4g} m from motor axis to platform joint in the arm's plane; "

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper.geometry import N_ARMS, Dimensions
-from pnt_gym.robots.gripper.pose import in_pieces, pose_rows
+from pnt_gym.robots.gripper.pose import map_pieces, pose_rows
 
 
 @final
@@ -83,19 +83,23 @@ class Closure:
         first, second, third, fourth = load
         cofactors = self.cofactors()
         t_x, t_y, t_z = self.blend()
-        mixed = self.fold_4 * second - self.fold_2 * fourth
+        blend_load = self.fold_4 * second - self.fold_2 * fourth
         y = self.y
         scale = 1.0 / (self.fold_2 * cofactors[1] + self.fold_4 * cofactors[3])
         # Cramer's rule on forearm 1, forearm 3 and the blend, whose determinant is -det J_x.
-        one, three, blend = -first * scale, -third * scale, -mixed * scale
+        weight_1, weight_3, blend = -first * scale, -third * scale, -blend_load * scale
         theta = (cofactors[0] * first + cofactors[1] * second + cofactors[2] * third + cofactors[3] * fourth) * scale
         return np.stack(
             [
-                one * (y * t_z - self.d * t_y) + three * (t_y * self.b - t_z * y) + blend * (y * (self.d - self.b)),
-                one * (self.d * t_x - self.c * t_z)
-                + three * (t_z * self.a - t_x * self.b)
+                weight_1 * (y * t_z - self.d * t_y)
+                + weight_3 * (t_y * self.b - t_z * y)
+                + blend * (y * (self.d - self.b)),
+                weight_1 * (self.d * t_x - self.c * t_z)
+                + weight_3 * (t_z * self.a - t_x * self.b)
                 + blend * (self.b * self.c - self.a * self.d),
-                one * (self.c * t_y - y * t_x) + three * (t_x * y - t_y * self.a) + blend * (y * (self.a - self.c)),
+                weight_1 * (self.c * t_y - y * t_x)
+                + weight_3 * (t_x * y - t_y * self.a)
+                + blend * (y * (self.a - self.c)),
                 theta,
             ]
         )
@@ -143,35 +147,35 @@ def joints(pose: Floats, dims: Dimensions) -> Joints:
     return Joints(out, along, up, cos, sin)
 
 
-def solve_joints(at: Joints, dims: Dimensions, branch: Floats | float) -> tuple[Floats, Floats, Floats]:
+def solve_joints(points: Joints, dims: Dimensions, branch: Floats | float) -> tuple[Floats, Floats, Floats]:
     """Return cosine, sine and "root" of the arm angles (4, M) (Eqs. 5 and 6, divided by 2 r).
 
     The closure equation is out cos q + up sin q = reach; ``root`` is minus the branch times the forearm's share
     along the elbow's travel [m], so that J_q = -branch r root. NaN where an arm is out of reach (Eq. 7).
     """
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        planar = at.out * at.out
-        planar += at.up * at.up
-        reach = at.along * at.along
+        planar = points.out * points.out
+        planar += points.up * points.up
+        reach = points.along * points.along
         reach += planar
         reach += dims.r**2 - dims.l**2
         reach *= 0.5 / dims.r
         root = np.sqrt(planar - reach * reach)
         signed = root * branch
         np.divide(1.0, planar, out=planar)
-        cos = at.out * reach
-        cos -= at.up * signed
+        cos = points.out * reach
+        cos -= points.up * signed
         cos *= planar
-        sin = at.up * reach
-        sin += at.out * signed
+        sin = points.up * reach
+        sin += points.out * signed
         sin *= planar
     return cos, sin, root
 
 
-def forearms(pose: Floats, at: Joints, cos: Floats, sin: Floats, dims: Dimensions) -> Closure:
+def forearms(pose: Floats, points: Joints, cos: Floats, sin: Floats, dims: Dimensions) -> Closure:
     """The forearms from the elbows at the arms' angles to the platform joints; a forearm need not have the length l."""
-    out, up = at.out - dims.r * cos, at.up - dims.r * sin
-    fold = dims.w * (up[1::2] * at.cos_theta - out[1::2] * at.sin_theta)
+    out, up = points.out - dims.r * cos, points.up - dims.r * sin
+    fold = dims.w * (up[1::2] * points.cos_theta - out[1::2] * points.sin_theta)
     return Closure(
         *(pose[0], pose[1]),
         *(out[0], up[0], -out[2], up[2], out[1], up[1], -out[3], up[3]),
@@ -181,24 +185,26 @@ def forearms(pose: Floats, at: Joints, cos: Floats, sin: Floats, dims: Dimension
 
 def solve_arms(pose: Floats, dims: Dimensions, branch: Floats | float = 1.0) -> Arms:
     """Arm angles, forearms and J_q of the (4, M) pose components, by default in the working branch."""
-    at = joints(pose, dims)
-    cos, sin, root = solve_joints(at, dims, branch)
-    return Arms(cos, sin, root * (-dims.r * branch), forearms(pose, at, cos, sin, dims))
+    points = joints(pose, dims)
+    cos, sin, root = solve_joints(points, dims, branch)
+    return Arms(cos, sin, root * (-dims.r * branch), forearms(pose, points, cos, sin, dims))
 
 
-def arms_at(pose: ArrayLike, dims: Dimensions, of: Callable[[Arms], Floats], branch: Floats | float = 1.0) -> Floats:
-    """Return values (..., ...) of the arms of poses (..., 4); ``of`` computes the values (M, ...) from the arms.
+def arms_at(
+    pose: ArrayLike, dims: Dimensions, function: Callable[[Arms], Floats], branch: Floats | float = 1.0
+) -> Floats:
+    """Return values (..., ...) of the arms of poses (..., 4); ``function`` computes the values (M, ...) from the arms.
 
     Raises:
         PoseError: (a ValueError) the shape is not (..., 4), or a number is not finite.
     """
     shape, rows = pose_rows(pose)
-    made = in_pieces(lambda components: of(solve_arms(components, dims, branch)), rows)
-    return made.reshape((*shape, *made.shape[1:]))
+    values = map_pieces(lambda components: function(solve_arms(components, dims, branch)), rows)
+    return values.reshape((*shape, *values.shape[1:]))
 
 
-def excess(closure: Closure, at: Joints, dims: Dimensions) -> Floats:
+def excess(closure: Closure, points: Joints, dims: Dimensions) -> Floats:
     """Closure error (|A_i - B_i|^2 - l^2) / 2 of each forearm (4, M) [m2]; its derivative by the pose is J_x."""
     out = np.stack([closure.a, closure.e, closure.c, closure.g])
     up = np.stack([closure.b, closure.f, closure.d, closure.h])
-    return 0.5 * (out * out + up * up + at.along * at.along - dims.l**2)
+    return 0.5 * (out * out + up * up + points.along * points.along - dims.l**2)

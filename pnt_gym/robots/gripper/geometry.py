@@ -72,13 +72,13 @@ class Dimensions:
         Raises:
             ConfigError: a name is no field, or a value is invalid.
         """
-        known = [field.name for field in fields(cls)]
+        names = [field.name for field in fields(cls)]
         for name in values:
-            if name not in known:
-                raise ConfigError(f"gripper robot: {name!r} is no dimension; the dimensions are {', '.join(known)}")
+            if name not in names:
+                raise ConfigError(f"gripper robot: {name!r} is no dimension; the dimensions are {', '.join(names)}")
         return cls(**values)
 
-    def scaled(self, factor: float) -> Self:
+    def with_scale(self, factor: float) -> Self:
         """Return the robot with every length multiplied by ``factor`` and the same angles.
 
         With 4.1 the robot reaches 0.65 m to the side, like the industrial robot whose proportions the paper takes.

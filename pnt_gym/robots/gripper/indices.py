@@ -17,7 +17,7 @@ from pnt_gym.arrays import Bools, Floats
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.robots.gripper.closure import Arms, arms_at, solve_arms
 from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
-from pnt_gym.robots.gripper.pose import in_pieces, pose_rows
+from pnt_gym.robots.gripper.pose import map_pieces, pose_rows
 
 PUBLISHED_TAU_SCALE: Final = 2.65
 """Factor from Eq. 10 to the published figures (tau over 0.1, 1/tau up to 10.3); likely w in cm left out of J_x."""
@@ -55,8 +55,8 @@ def conditioning(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> tuple[F
     Raises:
         PoseError: (a ValueError) the shape is not (..., 4), or a number is not finite.
     """
-    both = arms_at(pose, dimensions, lambda arms: np.stack([arms_kappa(arms, dimensions), arms_tau(arms)], axis=1))
-    return both[..., 0].copy(), both[..., 1].copy()
+    values = arms_at(pose, dimensions, lambda arms: np.stack([arms_kappa(arms, dimensions), arms_tau(arms)], axis=1))
+    return values[..., 0].copy(), values[..., 1].copy()
 
 
 def kappa(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:
@@ -103,7 +103,7 @@ def singular_angle(position: ArrayLike = (0.0, 0.0, -0.2), dimensions: Dimension
         PoseError: (a ValueError) the shape is not (..., 3), or a number is not finite.
     """
     shape, rows = pose_rows(position, "position", 3)
-    return in_pieces(lambda components: _first_root(components, dimensions), rows).reshape(shape)
+    return map_pieces(lambda components: _first_root(components, dimensions), rows).reshape(shape)
 
 
 def arms_kappa(arms: Arms, dims: Dimensions) -> Floats:
@@ -115,12 +115,12 @@ def arms_kappa(arms: Arms, dims: Dimensions) -> Floats:
     closure, drive = arms.closure, arms.drive / (dims.r * dims.l)
     fold = 1.0 / (dims.w * dims.l)
     spread = np.hypot(fold * closure.fold_2 * drive[3], fold * closure.fold_4 * drive[1])
-    one, three = drive[2] * spread / dims.l, drive[0] * spread / dims.l
-    both = drive[0] * drive[2] * (fold / dims.l)
+    weight_1, weight_3 = drive[2] * spread / dims.l, drive[0] * spread / dims.l
+    blend_weight = drive[0] * drive[2] * (fold / dims.l)
     rows = (
-        (closure.a * one, closure.y * one, closure.b * one),
-        (closure.c * three, closure.y * three, closure.d * three),
-        tuple(part * both for part in closure.blend()),
+        (closure.a * weight_1, closure.y * weight_1, closure.b * weight_1),
+        (closure.c * weight_3, closure.y * weight_3, closure.d * weight_3),
+        tuple(part * blend_weight for part in closure.blend()),
     )
     return _singular_ratio(np.array(rows))
 
@@ -155,11 +155,11 @@ def _singular_ratio(matrix: Floats) -> Floats:
     pq, ps, qs = p_x * q_x + p_y * q_y + p_z * q_z, p_x * s_x + p_y * s_y + p_z * s_z, q_x * s_x + q_y * s_y + q_z * s_z
     mean = (pp + qq + ss) / 3.0
     pp, qq, ss = pp - mean, qq - mean, ss - mean
-    apart = np.sqrt((pp * pp + qq * qq + ss * ss + 2.0 * (pq * pq + ps * ps + qs * qs)) / 6.0)
+    spread = np.sqrt((pp * pp + qq * qq + ss * ss + 2.0 * (pq * pq + ps * ps + qs * qs)) / 6.0)
     skew = pp * (qq * ss - qs * qs) - pq * (pq * ss - qs * ps) + ps * (pq * qs - qq * ps)
     with np.errstate(invalid="ignore", divide="ignore"):
-        cosine = np.where(apart > 0.0, skew / (2.0 * apart * apart * apart), 1.0)
-        largest = mean + 2.0 * apart * np.cos(np.arccos(np.clip(cosine, -1.0, 1.0)) / 3.0)
+        cosine = np.where(spread > 0.0, skew / (2.0 * spread * spread * spread), 1.0)
+        largest = mean + 2.0 * spread * np.cos(np.arccos(np.clip(cosine, -1.0, 1.0)) / 3.0)
         product = det * det / largest
         total = (minors - product) / largest
         middle = 0.5 * (total + np.sqrt(np.maximum(total * total - 4.0 * product, 0.0)))

@@ -57,8 +57,8 @@ def inverse_jacobian(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, bra
     return _matrices(pose, dimensions, branch, _inverse)
 
 
-def _matrices(pose: ArrayLike, dims: Dimensions, branch: ArrayLike, of: Callable[[Arms], Floats]) -> Floats:
-    matrices = arms_at(pose, dims, of, branch_signs(branch))
+def _matrices(pose: ArrayLike, dims: Dimensions, branch: ArrayLike, function: Callable[[Arms], Floats]) -> Floats:
+    matrices = arms_at(pose, dims, function, branch_signs(branch))
     matrices[np.isnan(matrices).any(axis=(-2, -1))] = np.nan
     return matrices
 

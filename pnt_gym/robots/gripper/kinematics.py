@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.robots.gripper.closure import excess, forearms, joints, solve_joints
 from pnt_gym.robots.gripper.geometry import N_ARMS, PROTOTYPE, Dimensions
-from pnt_gym.robots.gripper.pose import PoseError, any_rows, columns, in_pieces, pose_rows
+from pnt_gym.robots.gripper.pose import PoseError, any_rows, columns, map_pieces, pose_rows
 
 ITERATIONS: Final = 60
 """Most Newton steps; poses within the strokes take 5 to 10, halved steps next to a singularity take more."""
@@ -48,13 +48,13 @@ def inverse_kinematics(
         cos, sin, _ = solve_joints(joints(components, dimensions), dimensions, sign)
         q = np.arctan2(sin, cos, out=sin)
         # A NaN anywhere makes the sum NaN.
-        lost = np.isnan(q[0] + q[1] + q[2] + q[3])
+        unreachable = np.isnan(q[0] + q[1] + q[2] + q[3])
         if strokes:
-            lost |= ~within_strokes(q, dimensions)
-        q[:, lost] = np.nan
+            unreachable |= ~within_strokes(q, dimensions)
+        q[:, unreachable] = np.nan
         return q.T
 
-    return in_pieces(angles, rows).reshape(*shape, N_ARMS)
+    return map_pieces(angles, rows).reshape(*shape, N_ARMS)
 
 
 def forward_kinematics(q: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, start: ArrayLike | None = None) -> Floats:
@@ -80,8 +80,8 @@ def forward_kinematics(q: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, star
     start_shape, start_rows = pose_rows(dimensions.home if start is None else start, "start")
     if start_shape not in ((), shape):
         raise PoseError(f"start must have shape (4,) or {(*shape, 4)} as q has, got {(*start_shape, 4)}")
-    both = np.concatenate([angles, np.broadcast_to(start_rows, angles.shape)], axis=1)
-    return in_pieces(lambda part: _newton(part[:4], part[4:], dimensions).T, both).reshape(*shape, 4)
+    inputs = np.concatenate([angles, np.broadcast_to(start_rows, angles.shape)], axis=1)
+    return map_pieces(lambda part: _newton(part[:4], part[4:], dimensions).T, inputs).reshape(*shape, 4)
 
 
 def closure_excess(pose: ArrayLike, q: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:
@@ -97,8 +97,8 @@ def closure_excess(pose: ArrayLike, q: ArrayLike, dimensions: Dimensions = PROTO
     if shape != angle_shape:
         raise PoseError(f"pose has shape {(*shape, 4)} but q has {(*angle_shape, 4)}; give one row each")
     components, angles = columns(rows), columns(angle_rows)
-    at = joints(components, dimensions)
-    lengths = excess(forearms(components, at, np.cos(angles), np.sin(angles), dimensions), at, dimensions)
+    points = joints(components, dimensions)
+    lengths = excess(forearms(components, points, np.cos(angles), np.sin(angles), dimensions), points, dimensions)
     return np.ascontiguousarray(lengths.T).reshape(*shape, N_ARMS)
 
 
@@ -134,21 +134,21 @@ def _newton(q: Floats, start: Floats, dims: Dimensions) -> Floats:
             break
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             trial = base + share * step
-            at = joints(trial, dims)
-            closure = forearms(trial, at, cos, sin, dims)
-            load, det = excess(closure, at, dims), closure.determinant()
+            points = joints(trial, dims)
+            closure = forearms(trial, points, cos, sin, dims)
+            load, det = excess(closure, points, dims), closure.determinant()
             size = np.max(np.abs(load), axis=0)
             # A step may not cross the singularity det J_x = 0 from the positive side.
             good = (size < merit) & (det > np.minimum(best_det, 0.0))
             newton = closure.solve(-load)
             # A step is at most a quarter of a forearm and a quarter of a radian.
             reach = np.maximum(np.max(np.abs(newton[:3]), axis=0) / dims.l, np.abs(newton[3]))
-        done = good & (reach < CONVERGED) & (det > 0.0)
-        result[:, rows[done]] = trial[:, done] + newton[:, done]
+        converged = good & (reach < CONVERGED) & (det > 0.0)
+        result[:, rows[converged]] = trial[:, converged] + newton[:, converged]
         base, step = np.where(good, trial, base), np.where(good, newton, step)
         share = np.where(good, np.minimum(1.0, 0.25 / np.maximum(reach, 1e-300)), 0.5 * share)
         merit, best_det = np.where(good, size, merit), np.where(good, det, best_det)
-        keep = ~done & np.isfinite(step).all(axis=0) & (share > 1e-9)
+        keep = ~converged & np.isfinite(step).all(axis=0) & (share > 1e-9)
         rows, cos, sin = rows[keep], cos[:, keep], sin[:, keep]
         base, step, share, merit, best_det = base[:, keep], step[:, keep], share[keep], merit[keep], best_det[keep]
     return result

@@ -45,9 +45,9 @@ def pieces(count: int, size: int = CHUNK) -> Iterator[slice]:
         yield slice(start, min(start + size, count))
 
 
-def in_pieces(of: Callable[[Floats], Floats], rows: Floats) -> Floats:
-    """Return values (M, ...) of rows (M, K), piece by piece; ``of`` computes values from components (K, M)."""
-    return np.concatenate([np.ascontiguousarray(of(columns(rows[piece]))) for piece in pieces(len(rows))])
+def map_pieces(function: Callable[[Floats], Floats], rows: Floats) -> Floats:
+    """Return values (M, ...) of rows (M, K), piece by piece; ``function`` computes values from components (K, M)."""
+    return np.concatenate([np.ascontiguousarray(function(columns(rows[piece]))) for piece in pieces(len(rows))])
 
 
 def columns(rows: Floats) -> Floats:
@@ -62,7 +62,7 @@ def pose_pairs(start: ArrayLike, end: ArrayLike) -> tuple[tuple[int, ...], Float
         PoseError: the shapes differ or are wrong, or a number is not finite.
     """
     shape, first = pose_rows(start, "start")
-    other, last = pose_rows(end, "end")
-    if shape != other:
-        raise PoseError(f"start has shape {(*shape, 4)} but end has {(*other, 4)}; give one row each")
+    end_shape, last = pose_rows(end, "end")
+    if shape != end_shape:
+        raise PoseError(f"start has shape {(*shape, 4)} but end has {(*end_shape, 4)}; give one row each")
     return shape, first, last

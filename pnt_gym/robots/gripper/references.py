@@ -53,11 +53,11 @@ def closed_pose(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE) -> Floats:
     q = inverse_kinematics(rows, dimensions).T
     if np.isnan(q).any():
         raise PoseError("the robot cannot be set up in a pose that is out of reach")
-    at = joints(columns(rows), dimensions)
+    points = joints(columns(rows), dimensions)
     cos, sin = np.cos(q), np.sin(q)
-    out, up = at.out - dimensions.r * cos, at.up - dimensions.r * sin
+    out, up = points.out - dimensions.r * cos, points.up - dimensions.r * sin
     # Coordinate along each arm's own y axis, which turns with the arm's azimuth.
-    side = at.along * np.array([1.0, -1.0, -1.0, 1.0])[:, None]
+    side = points.along * np.array([1.0, -1.0, -1.0, 1.0])[:, None]
     forward, above = out * cos + up * sin, up * cos - out * sin
     swing, tilt = np.arctan2(forward, -above), np.arcsin(np.clip(side / dimensions.l, -1.0, 1.0))
     arms = np.stack([q, swing, tilt], axis=1).reshape(3 * N_ARMS, -1).T
@@ -99,12 +99,12 @@ def motor_references(
     speed = _rate(q, step)
     acceleration = _rate(speed, step)
     hand = _rate(_rate(poses[..., :3], step), step)
-    torque = _own_torque(q, speed, acceleration, dimensions, build)
+    torque = _arm_torque(q, speed, acceleration, dimensions, build)
     torque += _platform_torque(poses, hand, build.moving_mass + np.asarray(payload, dtype=np.float64), dimensions)
     return MotorReferences(q, speed, torque * np.asarray(share, dtype=np.float64))
 
 
-def _own_torque(q: Floats, speed: Floats, acceleration: Floats, dims: Dimensions, build: Build) -> Floats:
+def _arm_torque(q: Floats, speed: Floats, acceleration: Floats, dims: Dimensions, build: Build) -> Floats:
     """Torque that moves motor, arm and the upper half of the forearm [N m]."""
     inertia = build.servo.armature + (build.arm_mass / 3.0 + build.rod_mass / 2.0) * dims.r**2
     weight = (build.arm_mass + build.rod_mass) * GRAVITY * dims.r / 2.0

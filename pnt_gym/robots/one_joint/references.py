@@ -77,5 +77,5 @@ def _torque(angle: Floats, speed: Floats, acceleration: Floats, carried: Bools, 
     m, r, d = load.mass[:, None], load.radius[:, None], load.height[:, None]
     inertia = load.inertia[:, None] + m * (r * r + d * d)
     weight = m * GRAVITY * (r * np.cos(angle) - d * np.sin(angle))
-    own = arm.inertia * acceleration + arm.friction * np.sign(speed)
-    return own + np.where(carried, inertia * acceleration + weight, 0.0)
+    arm_torque = arm.inertia * acceleration + arm.friction * np.sign(speed)
+    return arm_torque + np.where(carried, inertia * acceleration + weight, 0.0)

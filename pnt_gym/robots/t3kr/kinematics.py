@@ -125,8 +125,8 @@ def _trilaterate(a: Floats, b: Floats, c: Floats, radius: float) -> Floats:
     ab, ac = b - a, c - a
     normal = np.cross(ab, ac, axis=0)
     area = _dot(normal, normal)
-    aside, ahead = np.cross(normal, ab, axis=0), np.cross(ac, normal, axis=0)
-    centre = (_dot(ac, ac) * aside + _dot(ab, ab) * ahead) / (2.0 * area)
+    normal_ab, normal_ac = np.cross(normal, ab, axis=0), np.cross(ac, normal, axis=0)
+    centre = (_dot(ac, ac) * normal_ab + _dot(ab, ab) * normal_ac) / (2.0 * area)
     height = np.sqrt((radius * radius - _dot(centre, centre)) / area)
     return a + centre - np.copysign(height, normal[2]) * normal
 

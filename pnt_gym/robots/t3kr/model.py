@@ -63,9 +63,9 @@ class T3krHandles:
         """Rods per arm, 1 or 2."""
         return len(self.equalities) // N_ARMS
 
-    def prefixed(self, prefix: str) -> Self:
+    def with_prefix(self, prefix: str) -> Self:
         """The names of the robot's elements after its specification is attached to another one with a prefix."""
-        lists = {name: tuple(prefix + one for one in getattr(self, name)) for name in _LISTS}
+        lists = {name: tuple(prefix + entry for entry in getattr(self, name)) for name in _LISTS}
         return replace(self, platform=prefix + self.platform, tcp=prefix + self.tcp, **lists)
 
 
@@ -145,14 +145,14 @@ def qvel_columns(model: MjModel, handles: T3krHandles) -> Ints:
     return _columns(model, handles, "dofadr", 3)
 
 
-def _columns(model: MjModel, handles: T3krHandles, address: str, of_ball: int) -> Ints:
-    """(n,) columns of all joints; a ball joint has `of_ball` columns, any other joint has one."""
+def _columns(model: MjModel, handles: T3krHandles, address: str, ball_width: int) -> Ints:
+    """(n,) columns of all joints; a ball joint has `ball_width` columns, any other joint has one."""
     ball = int(mujoco.mjtJoint.mjJNT_BALL.value)
     columns: list[int] = []
     for name in handles.joints:
         joint = model.joint(name)
         start = int(getattr(joint, address)[0])
-        columns += range(start, start + (of_ball if int(joint.type[0]) == ball else 1))
+        columns += range(start, start + (ball_width if int(joint.type[0]) == ball else 1))
     return np.array(columns, dtype=np.int64)
 
 

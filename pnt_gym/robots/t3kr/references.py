@@ -10,7 +10,7 @@ from operator import methodcaller
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, joined, take
+from pnt_gym.arrays import Floats, concatenate_records, take
 from pnt_gym.errors import PntGymError
 from pnt_gym.robots.t3kr.dynamics import HandMotion, JointMotion, joint_motion
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
@@ -62,7 +62,7 @@ def joint_knots(
     for start in range(0, rows * knots, _BLOCK):
         block = slice(start, start + _BLOCK)
         blocks.append(joint_motion(take(hand, (..., block)), geometry))
-    whole = vars(joined(blocks, axis=1)).values()
+    whole = vars(concatenate_records(blocks, axis=1)).values()
     return JointMotion(*map(methodcaller("reshape", N_ARMS, rows, knots), whole))
 
 

@@ -16,12 +16,12 @@ import yaml
 from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Plan, needs, pieces, read_plan
 from agents.benchmark.run import run_piece
-from agents.dispatchers.registry import line_controller, the_line
+from agents.dispatchers.registry import line_controller, line_core
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector, stream_seed
 from agents.ground.places import SHIPPED
 from agents.judging.evaluation import evaluate
-from agents.judging.work_shifts.data import LISTS, MEANS, worked
+from agents.judging.work_shifts.data import LISTS, MEANS, run_shifts
 from agents.judging.work_shifts.results import summarise
 from agents.learning.runs import RunFolder
 from agents.report.__main__ import benchmark_chapter
@@ -130,8 +130,8 @@ def test_what_is_searched_is_what_the_command_finds(done: dict[str, Any], work: 
     assert call_here("agents.line tune", *given, folder=work).returncode == 0
     settings = yaml.safe_load((work / "rules.yaml").read_text())["one"]["index"]
     with closing(make_vector("PnTLine-v0", str(work / "one.yaml"), 2, 1)) as env:
-        index = line_controller("index", the_line(env), **settings)
-        found = worked(index, env, PLAN["shifts"], stream_seed("evaluate", 0))
+        index = line_controller("index", line_core(env), **settings)
+        found = run_shifts(index, env, PLAN["shifts"], stream_seed("evaluate", 0))
     row = rows_by(done)["found", 1, "one.yaml"]
     assert row["seeds"] == [1]
     assert row["by_shift"]["value_per_min"] == pytest.approx(found.value, abs=1e-4)
@@ -227,7 +227,8 @@ def test_keys_change_with_what_figures_depend_on(monkeypatch: pytest.MonkeyPatch
     }  # fmt: skip
     everybody = {"fifo", "atc", "patient", "beam", "scorer", "guided", "ppo", "found"}
     assert (
-        changed(lambda p: p.setattr("agents.judging.work_shifts.trial.written", lambda chances: "other")) == everybody
+        changed(lambda p: p.setattr("agents.judging.work_shifts.trial.format_table", lambda chances: "other"))
+        == everybody
     )
     Path("own.npz").write_bytes(Path("own.npz").read_bytes() + b" ")
     assert changed(lambda p: None) == {"scorer", "guided"}

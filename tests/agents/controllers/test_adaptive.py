@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 
 from agents.controllers import Learner, adaptive, load_state, make_controller, save_state
-from agents.controllers.adaptive import STATIC, begins, is_told, told, without_feedback
-from agents.controllers.filters import seen_by
+from agents.controllers.adaptive import STATIC, begins_shift, has_feedback, ideal_offsets, without_feedback
+from agents.controllers.filters import landing_noise
 from agents.controllers.mlp import Mlp
 from agents.controllers.protocol import Observation, Outcome
-from agents.controllers.trackers import effects
+from agents.controllers.trackers import drift_effects
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.evaluation import evaluate
-from agents.judging.loop import held_out, observed, practise
+from agents.judging.loop import observed, practise, throw_held_out
 from agents.judging.throws.data import summary
 from agents.judging.trials import trial_of
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
@@ -69,19 +69,19 @@ def thrown(controller: Any, env: Any, steps: int, seed: int) -> list[tuple[Obser
 def test_what_is_told_is_what_would_have_been_right(env: Any) -> None:
     features, info = env.reset(seed=0)
     first = observed(features, info["kind"])
-    assert begins(first).all()
-    assert not told(first)[1].any()
+    assert begins_shift(first).all()
+    assert not ideal_offsets(first)[1].any()
     action = np.random.default_rng(0).uniform(-0.3, 0.3, (ROWS, 2)).astype(np.float32)
     features, _, _, _, info = env.step(action)
     second = observed(features, info["kind"])
-    right, known = told(second)
+    right, known = ideal_offsets(second)
     asked = action * env.unwrapped.core.correction.scale
     error = np.stack([info["seen_along"], info["seen_across"]], axis=1)
     rows = known & ~info["residual_clipped"]
     assert rows.any()
     np.testing.assert_allclose(right[rows], (asked - error)[rows], atol=1e-6)
     np.testing.assert_array_equal(known, np.isfinite(error).all(axis=1))
-    assert not begins(second).any()
+    assert not begins_shift(second).any()
     np.testing.assert_array_equal(without_feedback(second).features, features[:, :26])
 
 
@@ -146,7 +146,7 @@ def test_a_shift_that_begins_forgets_the_one_before(name: str, env: Any, knowled
     used, fresh = controller_of(name, env, knowledge), controller_of(name, env, knowledge)
     found = thrown(used, env, 9, 4)  # across the end of the shift, by itself
     again = [fresh.act(seen) for seen, *_ in found[6:]]
-    assert begins(found[6][0]).all()
+    assert begins_shift(found[6][0]).all()
     for (_, action, _), other in zip(found[6:], again, strict=True):
         np.testing.assert_allclose(action, other, atol=1e-7)
     features, info = env.reset(seed=5)
@@ -200,7 +200,7 @@ def test_the_oracle_takes_back_what_the_drift_does(env: Any, knowledge: dict[str
         features, info = env.reset(seed=seed)
         seen, drift = observed(features, info["kind"]), core.context.drift
         state = np.concatenate([drift.delay[:, None], drift.camera, drift.encoder[:, None]], axis=1)
-        effect = np.einsum("nij,nj->ni", effects(features[:, :26], core.config.belt.camera_x), state)
+        effect = np.einsum("nij,nj->ni", drift_effects(features[:, :26], core.config.belt.camera_x), state)
         taken = (static.act(seen) - oracle.act(seen)) * core.correction.scale
         inside = np.abs(oracle.act(seen)) < 1.0
         assert inside.mean() > 0.7
@@ -296,25 +296,25 @@ def test_kalman_knows_the_noise_of_the_camera_over_the_bins_from_the_level() -> 
     level = {"base": "day", "feedback": {"noise": 0.02}}
     with closing(make_vector("PnTAdapt-v0", level, 2, threads=1)) as env:
         controller = make_controller("kalman", env)
-    np.testing.assert_array_equal(controller._tracker._filters._noise, seen_by(0.02))
+    np.testing.assert_array_equal(controller._tracker._filters._noise, landing_noise(0.02))
 
 
 @pytest.mark.nightly
 def test_practice_forgets_what_was_shipped_and_pays(env: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(adaptive, "STEPS", 300)
-    planner = summary(held_out(make_controller("analytic", env), env, 96, 0))["landing_error_mean_m"]
+    planner = summary(throw_held_out(make_controller("analytic", env), env, 96, 0))["landing_error_mean_m"]
     controller = make_controller("static", env)
     practise(controller, env, 160, 0)
-    assert summary(held_out(controller, env, 96, 0))["landing_error_mean_m"] < 0.8 * planner
+    assert summary(throw_held_out(controller, env, 96, 0))["landing_error_mean_m"] < 0.8 * planner
 
 
 @pytest.mark.parametrize("mode", ["release_point", "release_xyz", "virtual_goal"])
 def test_whole_shifts_are_counted_whatever_an_action_means(mode: str) -> None:
     with closing(make_vector("PnTAdapt-v0", LEVEL, 2, 1, mode)) as env:
-        assert is_told(core_of(env))
+        assert has_feedback(core_of(env))
         assert trial_of(env).count() == 12
     with closing(make_vector("PnTConveyor-v0", "waste", 2, 1, mode)) as env:
-        assert not is_told(core_of(env))
+        assert not has_feedback(core_of(env))
         assert trial_of(env).count() == 200
 
 

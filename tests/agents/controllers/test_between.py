@@ -20,13 +20,13 @@ from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
 from agents.controllers import NAMES, Learner, Observation, make_controller
-from agents.controllers.between import MOST, OVER, Remembering, as_seen, between
+from agents.controllers.between import BASES, MAX_STACK, MemoryPolicy, make_wrapper, wrap_env
 from agents.controllers.own import run_policy
 from agents.data.episodes import episodes
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.evaluation import evaluate
-from agents.judging.loop import held_out, thrown
+from agents.judging.loop import throw_batches, throw_held_out
 from agents.judging.trials import trial_of
 from agents.learning.runs import LATER, RunFolder
 from agents.learning.sb3 import build, load_policy
@@ -81,7 +81,7 @@ def an_actor(seen: int, memories: int = 0) -> Actor:
 def test_a_stack_is_what_gymnasiums_own_wrapper_shows() -> None:
     single = FrameStackObservation(gym.make("PnTAdapt-v0", level=LEVEL), 3, padding_type="zero")
     actions = np.random.default_rng(1).uniform(-0.2, 0.2, (5, 1, 2)).astype(np.float32)
-    with closing(as_seen(cells(1), asked(stack=3))) as env:
+    with closing(wrap_env(cells(1), asked(stack=3))) as env:
         assert env.single_observation_space.shape == (3 * FEATURES,)
         assert env.observation_space.contains(env.reset(seed=9)[0])
         seen, _ = env.reset(seed=9)
@@ -98,10 +98,10 @@ def test_a_stack_is_what_gymnasiums_own_wrapper_shows() -> None:
 
 
 def test_zero_over_a_controller_is_that_controller() -> None:
-    with closing(cells()) as plain, closing(as_seen(cells(), asked(over="kalman"))) as env:
+    with closing(cells()) as plain, closing(wrap_env(cells(), asked(over="kalman"))) as env:
         kalman = make_controller("kalman", plain)
         kalman.reset(0)
-        own = [part.told["landing_along"] for part in thrown(kalman, plain, 40, 3)]
+        own = [part.info["landing_along"] for part in throw_batches(kalman, plain, 40, 3)]
         env.reset(seed=3)
         zero = np.zeros((4, 2), dtype=np.float32)
         steps = [env.step(zero)[4] for _ in range(10)]
@@ -110,7 +110,7 @@ def test_zero_over_a_controller_is_that_controller() -> None:
         known = np.isfinite(own)
         np.testing.assert_array_equal(np.array(own)[known], np.array(final)[known])
         analytic = make_controller("analytic", plain)
-        other = [part.told["landing_along"] for part in thrown(analytic, plain, 40, 3)]
+        other = [part.info["landing_along"] for part in throw_batches(analytic, plain, 40, 3)]
         assert np.nanmax(np.abs(np.array(own) - other)) > 0.01
 
 
@@ -118,17 +118,17 @@ def test_zero_over_a_controller_is_that_controller() -> None:
 def test_a_policy_is_evaluated_as_it_was_trained(stack: int, over: str, memories: int) -> None:
     """The same actions for the same objects, over two shifts and a bit."""
     actor, algo = an_actor(stack * FEATURES, memories), "recurrent_ppo" if memories else "sac"
-    with closing(cells()) as plain, closing(as_seen(cells(), asked(stack, over, algo))) as env:
+    with closing(cells()) as plain, closing(wrap_env(cells(), asked(stack, over, algo))) as env:
         policy = run_policy(actor, asked(stack, over, algo), plain, "it")
         given: list[Any] = []
         act = policy.act
         policy.act = lambda observation: given.append(act(observation)) or given[-1]  # type: ignore[method-assign]
-        rewards = np.concatenate([part.reward for part in thrown(policy, plain, 48, 7)])
+        rewards = np.concatenate([part.reward for part in throw_batches(policy, plain, 48, 7)])
         seen, _ = env.reset(seed=7)
-        memory, trained = actor.blank(4), []
+        memory, trained = actor.initial_memory(4), []
         for step in range(12):
-            memory = actor.blank(4) if step % 5 == 0 else memory
-            action, memory = actor.after(seen, memory)
+            memory = actor.initial_memory(4) if step % 5 == 0 else memory
+            action, memory = actor.act_with_memory(seen, memory)
             seen, reward, *_ = env.step(action)
             trained.append(reward)
     np.testing.assert_array_equal(rewards, np.concatenate(trained))
@@ -155,11 +155,11 @@ def test_what_has_been_seen_is_forgotten_with_the_shift_and_on_reset() -> None:
     with closing(cells()) as env:
         policy = run_policy(an_actor(3 * FEATURES, 5), asked(3, "ema", "recurrent_ppo"), env, "it")
         policy.reset(0)
-        first = held_out(policy, env, 40, 1).told["landing_along"]
-        np.testing.assert_array_equal(held_out(policy, env, 40, 1).told["landing_along"], first)
-        held_out(policy, env, 12, 2)  # ends within a shift
+        first = throw_held_out(policy, env, 40, 1).info["landing_along"]
+        np.testing.assert_array_equal(throw_held_out(policy, env, 40, 1).info["landing_along"], first)
+        throw_held_out(policy, env, 12, 2)  # ends within a shift
         policy.reset(0)
-        np.testing.assert_array_equal(held_out(policy, env, 40, 1).told["landing_along"], first)
+        np.testing.assert_array_equal(throw_held_out(policy, env, 40, 1).info["landing_along"], first)
 
 
 def test_controllers_under_a_policy_are_those_that_need_no_practice() -> None:
@@ -170,7 +170,7 @@ def test_controllers_under_a_policy_are_those_that_need_no_practice() -> None:
             for name in NAMES
             if isinstance(made := make_controller(name, env), Learner) and not trial_of(env).practice(made)
         }
-    assert set(OVER) == able - {"random", "oracle", "oracle_drift"}
+    assert set(BASES) == able - {"random", "oracle", "oracle_drift"}
 
 
 @pytest.mark.parametrize(
@@ -179,20 +179,20 @@ def test_controllers_under_a_policy_are_those_that_need_no_practice() -> None:
         (1, "mlp", "over is 'mlp'; it must be a controller that needs no practice: analytic, "),
         (1, "oracle", "over is 'oracle'; it must be"),
         (1, "runs/my", "over is 'runs/my'; it must be"),
-        (0, "static", f"stack is 0; a policy sees from 1 to {MOST} observations at once"),
-        (MOST + 1, "static", f"stack is {MOST + 1}; a policy sees from 1 to {MOST}"),
+        (0, "static", f"stack is 0; a policy sees from 1 to {MAX_STACK} observations at once"),
+        (MAX_STACK + 1, "static", f"stack is {MAX_STACK + 1}; a policy sees from 1 to {MAX_STACK}"),
     ],
 )
 def test_what_cannot_stand_between_is_refused(stack: int, over: str, said: str) -> None:
     with closing(cells(1)) as env, pytest.raises(UsageError, match=said):
-        between(env, stack, over)
+        make_wrapper(env, stack, over)
 
 
 @pytest.mark.parametrize(("stack", "algo"), [(2, "sac"), (1, "recurrent_ppo")])
 @pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTRelease-v0", "OneJointThrow-v0"])
 def test_where_nothing_tells_that_a_shift_begins_there_is_no_memory(env_id: str, stack: int, algo: str) -> None:
     with closing(make_vector(env_id, None, 1, 1)) as env, pytest.raises(UsageError, match=r"begins.*use PnTAdapt-v0"):
-        as_seen(env, asked(stack, algo=algo))
+        wrap_env(env, asked(stack, algo=algo))
 
 
 def test_a_policy_with_a_memory_does_not_act_elsewhere() -> None:
@@ -208,8 +208,10 @@ def test_a_correction_of_a_controller_goes_without_feedback_too() -> None:
     with closing(make_vector("PnTConveyor-v0", {"base": "waste", "fidelity": "flight"}, 4, 1)) as env:
         zero = replace(an_actor(26), layers=(Dense(np.zeros((2, 26), np.float32), np.zeros(2, np.float32)),))
         policy = run_policy(zero, asked(over="mean_lead"), env, "it")
-        own = held_out(make_controller("mean_lead", env), env, 40, 0)
-        np.testing.assert_array_equal(held_out(policy, env, 40, 0).told["landing_along"], own.told["landing_along"])
+        own = throw_held_out(make_controller("mean_lead", env), env, 40, 0)
+        np.testing.assert_array_equal(
+            throw_held_out(policy, env, 40, 0).info["landing_along"], own.info["landing_along"]
+        )
 
 
 def test_gymnasiums_frame_stack_goes_with_stable_baselines3() -> None:
@@ -246,7 +248,7 @@ def test_a_recurrent_model_of_others_remembers_too(tmp_path: Path) -> None:
     with closing(cells()) as env:
         for policy in (model, str(tmp_path / "model.zip")):
             figures = evaluate(policy, env, 20, trust=True)
-            expected = held_out(Remembering(actor_of(model), "it", between(env, 1, "analytic")), env, 20, 0)
+            expected = throw_held_out(MemoryPolicy(actor_of(model), "it", make_wrapper(env, 1, "analytic")), env, 20, 0)
             errors = [throw["landing_error_m"] for throw in figures["throws"]]
             np.testing.assert_array_equal(np.array(errors, dtype=float), expected.landing_error)
 
@@ -328,8 +330,8 @@ def test_who_ships_knowing_does_not_practise_before_it_is_watched() -> None:
     with closing(Stage("ema", "PnTAdapt-v0", None, 0)) as stage, closing(make_vector("PnTAdapt-v0", None, 1, 1)) as env:
         ema = make_controller("ema", env)
         ema.reset(0)
-        own = held_out(ema, env, 4, 0).told["landing_along"]
-        np.testing.assert_array_equal([next(stage.steps).told["landing_along"][0] for _ in range(4)], own)
+        own = throw_held_out(ema, env, 4, 0).info["landing_along"]
+        np.testing.assert_array_equal([next(stage.steps).info["landing_along"][0] for _ in range(4)], own)
 
 
 @pytest.mark.nightly
@@ -360,10 +362,10 @@ def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_p
     ]  # fmt: skip
     with closing(cells()) as env:
         run = tmp_path / f"{work['recurrent'].name}-{work['recurrent'].key}-run"
-        again = held_out(make_controller(str(run), env), env, 20, 0)
+        again = throw_held_out(make_controller(str(run), env), env, 20, 0)
     told = next(one for one in found["recurrent"] if (one["throws"], one["level"]) == (40, level))
     errors = [np.nan if value is None else value for value in told["columns"]["along_m"]]
-    np.testing.assert_allclose(errors, again.told["landing_along"], atol=6e-6)
+    np.testing.assert_allclose(errors, again.info["landing_along"], atol=6e-6)
     assert run_piece(work["recurrent"], tmp_path)["results"][3]["columns"] == found["recurrent"][3]["columns"]
 
 

@@ -13,9 +13,9 @@ from agents.controllers import NAMES, Learner, load_state, make_controller, save
 from agents.controllers.ballistic import AnalyticHeight, MeanLead, landing_change, mean_delay
 from agents.controllers.bucket_table import mean_shift, virtual_goal
 from agents.controllers.ridge import Ridge
-from agents.controllers.shift import ideal_shift, to_action
+from agents.controllers.shift import ideal_offset, to_action
 from agents.ground.cli import UsageError
-from agents.judging.loop import held_out, practise
+from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import summary
 from pnt_gym.cells.conveyor.action import correction
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -189,7 +189,7 @@ def test_shifts_and_actions_agree_inside_the_range(along: float, across: float) 
     action = to_action(np.array([[along, across]]), ON_WASTE)
     assert (np.abs(action) <= 1.0).all()
     seen = observation_of(encode())
-    back = ideal_shift(outcome_of(seen, action, np.zeros((1, 2))), ON_WASTE)
+    back = ideal_offset(outcome_of(seen, action, np.zeros((1, 2))), ON_WASTE)
     inside = np.clip([along, across], [-0.2, -0.06], [0.2, 0.06])
     assert back[0] == pytest.approx(inside, abs=1e-6)
 
@@ -217,10 +217,10 @@ def test_ridge_without_signal_predicts_the_mean() -> None:
 @pytest.mark.parametrize("name", LEARNERS)
 def test_learners_beat_no_correction(name: str) -> None:
     env = ToyVectorEnv(8)
-    base = summary(held_out(make_controller("analytic", env), env, 400, 0))["landing_error_mean_m"]
+    base = summary(throw_held_out(make_controller("analytic", env), env, 400, 0))["landing_error_mean_m"]
     controller = make_controller(name, env)
     practise(controller, env, 160, 0)
-    assert summary(held_out(controller, env, 400, 0))["landing_error_mean_m"] < 0.95 * base
+    assert summary(throw_held_out(controller, env, 400, 0))["landing_error_mean_m"] < 0.95 * base
 
 
 def test_ridge_learns_from_few_throws_what_a_mean_cannot() -> None:
@@ -229,7 +229,7 @@ def test_ridge_learns_from_few_throws_what_a_mean_cannot() -> None:
     for name in ("ridge", "mean_shift"):
         controller = make_controller(name, env)
         practise(controller, env, 160, 0)
-        error[name] = summary(held_out(controller, env, 400, 0))["landing_error_mean_m"]
+        error[name] = summary(throw_held_out(controller, env, 400, 0))["landing_error_mean_m"]
     assert error["ridge"] < 0.5 * error["mean_shift"]
 
 
@@ -314,11 +314,11 @@ def test_controllers_of_shifts_say_that_xyz_is_not_theirs(name: str) -> None:
 @pytest.mark.parametrize("name", [*LEARNERS, "oracle"])
 def test_four_numbers_are_learned_as_two_are(name: str) -> None:
     env = PoseVectorEnv()
-    base = held_out(make_controller("analytic", env), env, 80, 0)
+    base = throw_held_out(make_controller("analytic", env), env, 80, 0)
     np.testing.assert_allclose(base.error.mean(axis=0), POSE_BIAS, atol=0.02 * POSE.tolerance.max())
     controller = make_controller(name, env)
     practise(controller, env, 160, 0)
-    left = held_out(controller, env, 160, 0)
+    left = throw_held_out(controller, env, 160, 0)
     assert left.error.shape == (160, 4)
     # What is left of the bias is small against the tolerance, in every coordinate.
     assert (np.abs(left.error.mean(axis=0)) < 0.2 * POSE.tolerance).all()

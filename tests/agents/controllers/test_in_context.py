@@ -9,9 +9,9 @@ import pytest
 import torch
 
 from agents.controllers import in_context
-from agents.controllers.in_context import BLURRED, LEVELS, PICKS, SHIFTS, STRONGEST, UNSEEN, InContext, simulated
-from agents.controllers.recurrent import UNIT, Recurrent, _parts, trained
-from agents.controllers.trackers import effects
+from agents.controllers.in_context import BLURRED, LEVELS, PICKS, SHIFTS, STRONGEST, UNSEEN, InContext, simulate_shifts
+from agents.controllers.recurrent import UNIT, Recurrent, _torch_layers, train
+from agents.controllers.trackers import drift_effects
 from agents.ground.cli import UsageError
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from tests.agents.controllers.test_trackers import CAMERA, everyone, network, throws
@@ -23,7 +23,7 @@ def parts() -> tuple[torch.nn.GRUCell, torch.nn.Linear, torch.nn.Linear]:
     """A unit, a head and an answer that does not begin at nothing."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
-        unit, head, answer = _parts(torch, 26, SIZE)
+        unit, head, answer = _torch_layers(torch, 26, SIZE)
         torch.nn.init.normal_(answer.weight)
         torch.nn.init.normal_(answer.bias)
     return unit, head, answer
@@ -43,16 +43,16 @@ def test_numpy_carries_out_what_torch_has_trained() -> None:
             theirs = unit(torch.cat([seen, lesson], dim=1), theirs)
             hidden = torch.nn.functional.silu(head(torch.cat([theirs, seen], dim=1)))
             expected = UNIT * answer(hidden).numpy()
-        memory = ours.remembered(memory, thrown, z)
+        memory = ours.update_memory(memory, thrown, z)
         np.testing.assert_allclose(memory, theirs.numpy(), atol=2e-6)
-        np.testing.assert_allclose(ours.foreseen(memory, thrown), expected, atol=2e-7)
+        np.testing.assert_allclose(ours.predict(memory, thrown), expected, atol=2e-7)
     assert np.abs(expected).max() > 1e-3
     assert ours.size == SIZE
 
 
 def test_a_network_survives_its_state() -> None:
     state = network()
-    again = Recurrent.of(Recurrent.of(state).state()).state()
+    again = Recurrent.from_state(Recurrent.from_state(state).state()).state()
     assert again.keys() == state.keys()
     for name, values in state.items():
         np.testing.assert_array_equal(again[name], values)
@@ -74,16 +74,16 @@ def test_a_state_that_holds_no_network_is_refused() -> None:
 
 def test_batches_are_shifts_of_the_throws_that_were_made() -> None:
     made, z = throws(40), np.random.default_rng(1).normal(0.0, 0.01, (40, 2))
-    batches = list(simulated(made, z, CAMERA, 3, seed=0))
+    batches = list(simulate_shifts(made, z, CAMERA, 3, seed=0))
     assert len(batches) == 3
     rows = {row.tobytes() for row in made}
     for lessons in batches:
         assert lessons.features.shape == (SHIFTS, PICKS, 26)
         assert {row.tobytes() for row in lessons.features.reshape(-1, 26)} == rows
-        assert not lessons.z[~lessons.known].any()
+        assert not lessons.z[~lessons.has_landing].any()
         assert np.isfinite(lessons.true).all()
-    again = list(simulated(made, z, CAMERA, 3, seed=0))
-    other = list(simulated(made, z, CAMERA, 1, seed=1))
+    again = list(simulate_shifts(made, z, CAMERA, 3, seed=0))
+    other = list(simulate_shifts(made, z, CAMERA, 1, seed=1))
     assert all(np.array_equal(a.z, b.z) for a, b in zip(batches, again, strict=True))
     assert not np.array_equal(batches[0].z, other[0].z)
 
@@ -91,14 +91,14 @@ def test_batches_are_shifts_of_the_throws_that_were_made() -> None:
 def test_the_drifts_are_those_of_the_levels_and_half_as_strong_again() -> None:
     """Of one throw that is foreseen exactly, all that is off is the drift: constant, in steps, or wandering."""
     made = throws(1)
-    lessons = list(simulated(made, np.zeros((1, 2)), CAMERA, 12, seed=2))
+    lessons = list(simulate_shifts(made, np.zeros((1, 2)), CAMERA, 12, seed=2))
     off = np.concatenate([one.true for one in lessons])
     values = np.array([len(np.unique(shift[:, 1].round(12))) for shift in off])
     kinds = {"day": values == 1, "steps": values == 2, "drift_mix": values > 2}
     assert set(kinds) == set(LEVELS)
     for name, rows in kinds.items():
         assert rows.mean() == pytest.approx(1 / 3, abs=0.07), name
-    effect = np.abs(effects(made, CAMERA)[0])
+    effect = np.abs(drift_effects(made, CAMERA)[0])
     for name, rows in kinds.items():
         drift = ConveyorConfig.load(name).drift
         most = effect @ [drift.delay.most, drift.camera.most, drift.camera.most, drift.encoder.most]
@@ -110,8 +110,8 @@ def test_the_drifts_are_those_of_the_levels_and_half_as_strong_again() -> None:
 
 def test_what_is_seen_of_them_is_missing_and_blurred_as_documented() -> None:
     made, z = throws(40), np.zeros((40, 2))
-    lessons = list(simulated(made, z, CAMERA, 8, seed=3))
-    known, off = (np.concatenate([getattr(one, name) for one in lessons]) for name in ("known", "true"))
+    lessons = list(simulate_shifts(made, z, CAMERA, 8, seed=3))
+    known, off = (np.concatenate([getattr(one, name) for one in lessons]) for name in ("has_landing", "true"))
     blur = np.concatenate([one.z for one in lessons]) - off
     missing = 1.0 - known.mean(axis=1)
     assert missing.mean() == pytest.approx(UNSEEN / 2, abs=0.02)
@@ -124,7 +124,7 @@ def test_what_is_seen_of_them_is_missing_and_blurred_as_documented() -> None:
 
 def test_what_the_static_policy_leaves_of_a_throw_stays_with_it() -> None:
     made, z = throws(30), np.random.default_rng(1).normal(0.0, 0.01, (30, 2))
-    plain, left = (next(simulated(made, one, CAMERA, 1, seed=4)) for one in (np.zeros((30, 2)), z))
+    plain, left = (next(simulate_shifts(made, one, CAMERA, 1, seed=4)) for one in (np.zeros((30, 2)), z))
     place = {row.tobytes(): k for k, row in enumerate(made)}
     drawn = np.array([place[row.tobytes()] for row in left.features.reshape(-1, 26)]).reshape(SHIFTS, PICKS)
     np.testing.assert_allclose(left.true - plain.true, z[drawn], atol=1e-15)
@@ -133,13 +133,13 @@ def test_what_the_static_policy_leaves_of_a_throw_stays_with_it() -> None:
 # What comes of it.
 
 
-def missed(tracker: InContext, lessons: in_context.Lessons) -> float:
+def missed(tracker: InContext, lessons: in_context.TrainingShifts) -> float:
     """Mean error [m] of what a tracker foresees through shifts, after their first throws."""
     tracker.begin(everyone(len(lessons.z)))
     errors = []
     for pick in range(lessons.z.shape[1]):
         errors.append(np.abs(tracker.effect(lessons.features[:, pick]) - lessons.true[:, pick]).mean())
-        tracker.learn(lessons.features[:, pick], lessons.z[:, pick], lessons.known[:, pick])
+        tracker.learn(lessons.features[:, pick], lessons.z[:, pick], lessons.has_landing[:, pick])
     return float(np.mean(errors[10:]))
 
 
@@ -147,7 +147,7 @@ def test_a_little_study_lowers_the_loss(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(in_context, "SHIFTS", 16)
     monkeypatch.setattr(in_context, "PICKS", 20)
     made, z = throws(200), np.random.default_rng(1).normal(0.0, 0.004, (200, 2))
-    (fresh,) = simulated(made, z, CAMERA, 1, seed=99)
+    (fresh,) = simulate_shifts(made, z, CAMERA, 1, seed=99)
     tracker = InContext(CAMERA, size=16, batches=80)
     before = missed(tracker, fresh)
     tracker.study(made, z, seed=0)
@@ -162,8 +162,8 @@ def test_a_little_study_lowers_the_loss(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_a_seed_names_the_network() -> None:
     def one(seed: int) -> dict[str, np.ndarray]:
-        lessons = islice(simulated(throws(20), np.zeros((20, 2)), CAMERA, 2, seed=0), 2)
-        return dict(trained(lessons, 2, 26, seed, 4).state())
+        lessons = islice(simulate_shifts(throws(20), np.zeros((20, 2)), CAMERA, 2, seed=0), 2)
+        return dict(train(lessons, 2, 26, seed, 4).state())
 
     before = torch.get_rng_state()
     first, again, other = one(0), one(0), one(1)

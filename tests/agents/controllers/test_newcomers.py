@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.controllers.filters import NOISE, Filters, corrected
-from agents.controllers.newcomers import Newcomers
-from agents.controllers.trackers import effects, lateness
+from agents.controllers.filters import NOISE, Filters, kalman_update
+from agents.controllers.newcomers import UnseenKinds
+from agents.controllers.trackers import delay_effect, drift_effects
 from pnt_gym.cells.conveyor.observation import TABLE
 from tests.agents.controllers.test_trackers import CAMERA, everyone, noise, throws
 
@@ -16,12 +16,12 @@ KNOWN = np.array([True, False, False])
 
 
 def late(thrown: np.ndarray, seconds: float) -> np.ndarray:
-    return np.stack([seconds * lateness(TABLE.decode(thrown)), np.zeros(len(thrown))], axis=1)
+    return np.stack([seconds * delay_effect(TABLE.decode(thrown)), np.zeros(len(thrown))], axis=1)
 
 
-def after(count: int, seconds: float) -> Newcomers:
+def after(count: int, seconds: float) -> UnseenKinds:
     """Somebody who has seen so many throws of kind 1, which lets go late, in every row."""
-    newcomers, kind = Newcomers(KNOWN), np.full(ROWS, 1)
+    newcomers, kind = UnseenKinds(KNOWN), np.full(ROWS, 1)
     for pick in range(count):
         thrown = throws(ROWS, pick)
         newcomers.learn(kind, thrown, late(thrown, seconds) + noise(ROWS, pick), everyone(ROWS))
@@ -29,7 +29,7 @@ def after(count: int, seconds: float) -> Newcomers:
 
 
 def test_lateness_is_the_effect_of_a_valve_that_lets_go_late() -> None:
-    np.testing.assert_array_equal(lateness(TABLE.decode(throws(20))), effects(throws(20), CAMERA)[:, 0, 0])
+    np.testing.assert_array_equal(delay_effect(TABLE.decode(throws(20))), drift_effects(throws(20), CAMERA)[:, 0, 0])
 
 
 def test_a_kind_that_clings_is_understood_after_three_throws() -> None:
@@ -49,7 +49,7 @@ def test_a_kind_that_is_as_the_others_is_left_alone() -> None:
 
 
 def test_other_kinds_other_rows_and_kinds_that_are_known_feel_nothing() -> None:
-    newcomers, thrown, rows = Newcomers(KNOWN), throws(4), np.array([True, True, True, False])
+    newcomers, thrown, rows = UnseenKinds(KNOWN), throws(4), np.array([True, True, True, False])
     newcomers.learn(np.array([0, 1, 1, 1]), thrown, np.full((4, 2), 0.03), rows)
     kinds = np.arange(3)[:, None] * np.ones(4, dtype=np.int64)
     off = np.array([newcomers.effect(kind, thrown) for kind in kinds])
@@ -57,7 +57,7 @@ def test_other_kinds_other_rows_and_kinds_that_are_known_feel_nothing() -> None:
     assert not off[2].any()
     assert (off[1, 1:3, 0] > 0.005).all()
     assert not off[1, [0, 3]].any()
-    assert newcomers.new(np.array([0, 1, 2])).tolist() == [False, True, True]
+    assert newcomers.is_unseen(np.array([0, 1, 2])).tolist() == [False, True, True]
 
 
 def test_another_number_of_rows_is_another_place() -> None:
@@ -71,7 +71,7 @@ def test_an_update_is_that_of_bayes(unknowns: int) -> None:
     random = np.random.default_rng(0)
     effect, z = random.normal(0.0, 1.0, (1, 2, unknowns)), np.array([[0.002, -0.001]])
     spread, covariance = np.diag(random.uniform(0.5, 2.0, unknowns)) * 1e-4, np.diag(np.square(NOISE))
-    state, left, likely = corrected(np.zeros((1, unknowns)), spread[None], effect, z, covariance)
+    state, left, likely = kalman_update(np.zeros((1, unknowns)), spread[None], effect, z, covariance)
     precision = np.linalg.inv(spread) + effect[0].T @ np.linalg.inv(covariance) @ effect[0]
     np.testing.assert_allclose(left[0], np.linalg.inv(precision), rtol=1e-9)
     np.testing.assert_allclose(state[0], left[0] @ effect[0].T @ np.linalg.inv(covariance) @ z[0], rtol=1e-9)

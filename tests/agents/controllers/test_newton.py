@@ -19,7 +19,7 @@ from agents.controllers.newton import NewtonGoal
 from agents.controllers.protocol import Learner as LearnerProtocol
 from agents.controllers.response import Response, gauss_newton, log_chance
 from agents.ground.cli import UsageError
-from agents.judging.loop import held_out, practise
+from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import summary
 from tests.tools.toy_cell import POSE, PoseVectorEnv, ToyVectorEnv, observation_of, outcome_of
 
@@ -250,7 +250,7 @@ def test_two_numbers_are_learned_under_heavy_scatter() -> None:
     for name in ("analytic", "newton_goal"):
         controller = make_controller(name, env)
         practise(controller, env, 160, 0)
-        error[name] = summary(held_out(controller, env, 400, 0))["landing_error_mean_m"]
+        error[name] = summary(throw_held_out(controller, env, 400, 0))["landing_error_mean_m"]
     assert error["newton_goal"] < 0.95 * error["analytic"]
 
 
@@ -258,7 +258,7 @@ def test_four_numbers_are_learned_by_name() -> None:
     env = PoseVectorEnv()
     controller = make_controller("newton_goal", env)
     practise(controller, env, 96, 0)
-    left = held_out(controller, env, 96, 0)
+    left = throw_held_out(controller, env, 96, 0)
     assert left.is_success.mean() > 0.99
 
 

@@ -12,7 +12,7 @@ import pytest
 from agents.controllers import make_controller
 from agents.controllers.oracle import Oracle
 from agents.ground.environments import make_vector
-from agents.judging.loop import held_out
+from agents.judging.loop import throw_held_out
 from agents.judging.throws.data import summary
 from tests.tools.toy_cell import POSE, ToyVectorEnv, observation_of
 
@@ -107,7 +107,7 @@ def test_equal_seeds_look_at_the_same_throws() -> None:
 
 def test_it_leaves_the_noise() -> None:
     env = ToyVectorEnv(8)
-    error = summary(held_out(make_controller("oracle", env), env, 400, 0))["landing_error_mean_m"]
+    error = summary(throw_held_out(make_controller("oracle", env), env, 400, 0))["landing_error_mean_m"]
     assert error < 0.003  # the toy's noise is 2 mm per axis
 
 
@@ -125,4 +125,4 @@ def test_it_leaves_the_noise() -> None:
 )
 def test_it_succeeds_where_errors_do_not_follow(env_id: str, level: str, least: float) -> None:
     with closing(make_vector(env_id, level, 24, threads=2)) as env:
-        assert held_out(make_controller("oracle", env), env, 24, 0).is_success.mean() >= least
+        assert throw_held_out(make_controller("oracle", env), env, 24, 0).is_success.mean() >= least

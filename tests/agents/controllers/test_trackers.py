@@ -7,24 +7,24 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from agents.controllers.filters import BIN_CAMERA, NOISE, SURPRISE, seen_by
+from agents.controllers.filters import BIN_CAMERA, NOISE, SURPRISE, landing_noise
 from agents.controllers.in_context import InContext
 from agents.controllers.recurrent import LAYERS
 from agents.controllers.trackers import (
-    FOLLOWED,
+    RIDGE_FEATURES,
     Kalman,
-    Nothing,
+    NoTracker,
     RecursiveRidge,
     RunningMean,
     Tracker,
-    effects,
+    drift_effects,
 )
 from pnt_gym.cells.conveyor.drift import Feedback
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
 
 CAMERA = -1.2
 PRIOR = np.array([0.004, 0.008, 0.008, 0.008])
-COLUMNS = [[one.name for one in FEATURES].index(name) for name in FOLLOWED]
+COLUMNS = [[one.name for one in FEATURES].index(name) for name in RIDGE_FEATURES]
 
 
 def network(size: int = 8) -> dict[str, np.ndarray]:
@@ -67,13 +67,13 @@ def everyone(count: int) -> np.ndarray:
 
 def off_by(thrown: np.ndarray, state: np.ndarray) -> np.ndarray:
     """What delay, camera x and y, and encoder (N, 4) do to throws (N, 2)."""
-    return np.einsum("nij,nj->ni", effects(thrown, CAMERA), state)
+    return np.einsum("nij,nj->ni", drift_effects(thrown, CAMERA), state)
 
 
 def test_effects_are_those_of_pencil_and_paper() -> None:
     """A camera moves the landing as itself, an encoder as what it has added up to, a delay along the throw only."""
     thrown = throws(50)
-    seen, effect = TABLE.decode(thrown), effects(thrown, CAMERA)
+    seen, effect = TABLE.decode(thrown), drift_effects(thrown, CAMERA)
     heading = np.arctan2(seen["target_y"] - seen["pick_y"], seen["target_x"] - seen["pick_x"])
     along, across = effect[:, 0], effect[:, 1]
     np.testing.assert_allclose(along[:, 1:3], np.stack([np.cos(heading), np.sin(heading)], axis=1), atol=1e-12)
@@ -86,7 +86,7 @@ def test_effects_are_those_of_pencil_and_paper() -> None:
 
 
 def test_nothing_expects_nothing() -> None:
-    tracker = Nothing()
+    tracker = NoTracker()
     tracker.begin(everyone(3))
     tracker.learn(throws(3), np.ones((3, 2)), everyone(3))
     assert not tracker.effect(throws(3)).any()
@@ -166,8 +166,8 @@ def test_kalman_goes_by_how_noisy_the_camera_over_the_bins_is() -> None:
 
 def test_a_camera_of_the_usual_noise_is_part_of_what_is_usual() -> None:
     assert Feedback().noise == BIN_CAMERA
-    np.testing.assert_array_equal(seen_by(BIN_CAMERA), np.diag(np.square(NOISE)))
-    assert np.linalg.eigvalsh(seen_by(0.0)).min() > 0.0
+    np.testing.assert_array_equal(landing_noise(BIN_CAMERA), np.diag(np.square(NOISE)))
+    assert np.linalg.eigvalsh(landing_noise(0.0)).min() > 0.0
 
 
 @pytest.mark.parametrize("walks", [True, False])
@@ -176,10 +176,13 @@ def test_kalman_finds_out_whether_a_drift_walks(walks: bool) -> None:
     rows, walk = 200, np.array([0.0012, 0.0014, 0.0014, 0.0010])
     random, truth = np.random.default_rng(3), PRIOR * np.random.default_rng(5).standard_normal((rows, 4))
     both, sure = Kalman(CAMERA), {"still": Kalman(CAMERA), "wanders": Kalman(CAMERA)}
-    sure["still"]._of.keywords["beliefs"], sure["wanders"]._of.keywords["beliefs"] = (1.0, 0.0), (0.0, 1.0)
+    sure["still"]._make_filters.keywords["beliefs"], sure["wanders"]._make_filters.keywords["beliefs"] = (
+        (1.0, 0.0),
+        (0.0, 1.0),
+    )
     off: dict[str, list[float]] = {name: [] for name in ("both", *sure)}
     for one in sure.values():
-        one._of.keywords["turning"] = 0.0
+        one._make_filters.keywords["turning"] = 0.0
     for one in (both, *sure.values()):
         one.begin(everyone(rows))
     for pick in range(120):
@@ -198,7 +201,7 @@ def test_kalman_finds_out_whether_a_drift_walks(walks: bool) -> None:
 
 def test_recursive_ridge_recovers_what_is_linear_in_the_plan() -> None:
     rows = 6
-    weights = 0.006 * np.random.default_rng(4).standard_normal((rows, len(FOLLOWED) + 1, 2))
+    weights = 0.006 * np.random.default_rng(4).standard_normal((rows, len(RIDGE_FEATURES) + 1, 2))
 
     def linear(thrown: np.ndarray) -> np.ndarray:
         one = np.concatenate([np.ones((rows, 1)), thrown[:, COLUMNS]], axis=1)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.data.collection import Collection, Thrower
+from agents.data.collection import Collection, ControllerRecipe
 from agents.ground.places import SHIPPED
 from agents.jobs.work import Job
 from pnt_gym.cells.line.config import LineConfig
@@ -161,7 +161,7 @@ def test_another_table_of_throws_in_the_same_file_is_another_dataset(levels: Pat
 
 
 def jobs_of(config: LineConfig) -> list[Job]:
-    thrower = Thrower("atc", {}, False, None)
+    thrower = ControllerRecipe("atc", {}, False, None)
     return Collection("PnTLine-v0", config, "choice", 4, 5, thrower, "dataset", 0).jobs("throws", 10)
 
 

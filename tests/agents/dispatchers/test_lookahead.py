@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.dispatchers.decisions import observed_line
-from agents.dispatchers.lookahead import Beam, Guided
-from agents.dispatchers.outlook import TRUTH, outlook
-from agents.dispatchers.registry import line_controller, the_line
-from agents.dispatchers.scored import Scored
+from agents.dispatchers.decisions import line_observation
+from agents.dispatchers.lookahead import Beam, GuidedBeam
+from agents.dispatchers.outlook import TRUTH, observe_outlook
+from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers.scored import ScoreController
 from agents.dispatchers.settings import settings
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
@@ -25,7 +25,7 @@ WHOLE = {"price": 1.0, "depth": 1, "width": 10**6, "horizon": 4.0}
 
 def lines(level=LEVEL, rows=4):
     env = make_vector("PnTLine-v0", level, rows, 1)
-    return env, the_line(env)
+    return env, line_core(env)
 
 
 def test_a_beam_of_one_decision_takes_the_first_choice():
@@ -67,27 +67,27 @@ def test_a_beam_knows_nothing_that_is_hidden():
 def test_an_outlook_holds_what_sensors_report_and_no_truth():
     env, core = lines(THREE)
     env.reset(seed=3)
-    known = outlook(core)
+    known = observe_outlook(core)
     objects, sight = known.objects, known.sight
     assert np.isnan([getattr(objects, name) for name in TRUTH]).all()
     assert np.isnan(objects.spin).all()
     assert (objects.kind == -1).all()
-    true = take(core.cell.stream.objects, (np.arange(4)[:, None], sight.which))
+    true = take(core.cell.stream.objects, (np.arange(4)[:, None], sight.object_index))
     np.testing.assert_array_equal(objects.size, true.measured.size)
     np.testing.assert_array_equal(objects.yaw, true.measured.yaw)
-    np.testing.assert_array_equal(sight.seen, true.measured.kind)
+    np.testing.assert_array_equal(sight.kind, true.measured.kind)
 
 
 def met(env, seed, steps=12):
     """What is seen on the way of the first choice."""
     features, _ = env.reset(seed=seed)
     for _ in range(steps):
-        yield observed_line(features)
+        yield line_observation(features)
         features = env.step(np.zeros(env.num_envs, dtype=np.int64))[0]
 
 
 def indifferent():
-    return Scored("same", lambda seen: np.zeros((len(seen), CHOICES)))
+    return ScoreController("same", lambda seen: np.zeros((len(seen), CHOICES)))
 
 
 @pytest.mark.parametrize("level", [LEVEL, THREE])
@@ -95,14 +95,14 @@ def test_without_trust_or_with_one_choice_the_guide_decides(level):
     env, core = lines(level)
     own = line_controller("index", core, weights={"pick_x": 0.7, "cycle": -0.4})
     for changes in ({"trust": 0.0}, {"few": 1}):
-        guided = Guided("guided_beam", core, own, **changes)
+        guided = GuidedBeam("guided_beam", core, own, **changes)
         for seen in met(env, 2):
             np.testing.assert_array_equal(guided.act(seen), own.act(seen))
 
 
 def test_without_a_guide_of_any_opinion_the_best_plan_decides():
     env, core = lines()
-    beam, guided = Beam("beam", core, **WHOLE), Guided("guided_beam", core, indifferent(), few=CHOICES, **WHOLE)
+    beam, guided = Beam("beam", core, **WHOLE), GuidedBeam("guided_beam", core, indifferent(), few=CHOICES, **WHOLE)
     differs = 0
     for seen in met(env, 3):
         np.testing.assert_array_equal(guided.act(seen), beam.act(seen))
@@ -114,7 +114,7 @@ def test_what_is_added_to_the_scores_is_what_plans_are_worth():
     """Plans of one decision are worth value x chance less the price of their time."""
     env, core = lines(THREE)
     own = line_controller("index", core, weights={"pick_x": 3.0})
-    guided = Guided("guided_beam", core, own, few=3, trust=8.0, price=0.5, depth=0)
+    guided = GuidedBeam("guided_beam", core, own, few=3, trust=8.0, price=0.5, depth=0)
     moved = 0
     for seen in met(env, 5):
         choices, there = core.cell.state.choices, decoded(seen.features).choices["real"] > 0.5

@@ -17,18 +17,18 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from agents.controllers import make_controller
 from agents.controllers.protocol import Observation
-from agents.dispatchers.registry import line_controller, the_line
-from agents.dispatchers.scored import run_scores, there
+from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers.scored import choice_mask, run_scores
 from agents.dispatchers.settings import rate, settings
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
-from agents.judging.work_shifts.data import worked
+from agents.judging.work_shifts.data import run_shifts
 from agents.learning import runs
 from agents.learning.algorithms import MASKED
 from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
-from agents.training.request import settled
+from agents.training.request import resolve_request
 from pnt_gym.envs.line import PnTLineVectorEnv
 from tests.tools.commands import call_here
 from tests.tools.toy_cell import register_toy
@@ -69,7 +69,7 @@ def weights(folder: Path) -> list[np.ndarray]:
 
 def of_rule(level: str) -> tuple[Any, Any]:
     env = make_vector("PnTLine-v0", level, 4, 1)
-    core = the_line(env)
+    core = line_core(env)
     assert core is not None
     return env, line_controller("atc", core)
 
@@ -97,7 +97,7 @@ def test_what_is_kept_acts_as_its_model(asked: Arguments, tmp_path: Path, algo: 
         model, kept = RunFolder(tmp_path / "run").load_model(None, checkpoint), run_scores(tmp_path / "run", checkpoint)
         for _ in range(10):
             seen = Observation(np.array(features, dtype=np.float32), np.zeros(4, dtype=np.int64))
-            theirs, _ = model.predict(seen.features, deterministic=True, action_masks=there(seen.features))
+            theirs, _ = model.predict(seen.features, deterministic=True, action_masks=choice_mask(seen.features))
             np.testing.assert_array_equal(kept.act(seen), theirs)
             features, *_ = env.step(rule.act(seen))
 
@@ -213,7 +213,7 @@ def test_masks_are_those_of_each_row() -> None:
     env = SameStepVecEnv(make_vector("PnTLine-v0", "value", 4, 1))
     env.seed(3)
     env.reset()
-    core = the_line(env.env)
+    core = line_core(env.env)
     assert core is not None
     assert env.has_attr("action_masks")
     np.testing.assert_array_equal(np.stack(env.env_method("action_masks")), core.masks())
@@ -299,29 +299,29 @@ def test_it_learns_what_a_rule_does_not_know(asked: Arguments, tmp_path: Path) -
     main(replace(asked, level="value", steps=10000, num_envs=16, checkpoint_every=10000))
     env = make_vector("PnTLine-v0", "value", 16, 1)
     first, *_, last = RunFolder(tmp_path / "run").checkpoints
-    before, after = (worked(run_scores(tmp_path / "run", place), env, 16, 5).value for place in (first, last))
+    before, after = (run_shifts(run_scores(tmp_path / "run", place), env, 16, 5).value for place in (first, last))
     env.close()
     assert (after - before).mean() > 2.0
 
 
 def test_defaults_of_a_line_are_its_own() -> None:
-    asked, _ = settled(vars(Arguments(env="PnTLine-v0")))
+    asked, _ = resolve_request(vars(Arguments(env="PnTLine-v0")))
     assert (asked["algo"], asked["steps"], asked["num_envs"]) == ("residual_ppo", 500_000, 256)
-    asked, _ = settled(vars(Arguments()))
+    asked, _ = resolve_request(vars(Arguments()))
     assert (asked["algo"], asked["steps"], asked["num_envs"]) == ("sac", 10_000, 16)
 
 
 def test_hyperparameters_say_how_long_and_in_how_many_cells(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     given = Arguments(env="PnTLine-v0", config=Path("configs/rl/residual_ppo_long.yml"))
-    asked, settings = settled(vars(given))
+    asked, settings = resolve_request(vars(given))
     assert (asked["steps"], asked["num_envs"], settings["n_steps"]) == (2_000_000, 128, 128)
-    asked, _ = settled(vars(replace(given, steps=5, num_envs=3)))
+    asked, _ = resolve_request(vars(replace(given, steps=5, num_envs=3)))
     assert (asked["steps"], asked["num_envs"]) == (5, 3)
     Path("own.yml").write_text("default: {n_timesteps: !!float 1e5, gamma: 0.5}\n")
-    asked, settings = settled(vars(replace(given, config=Path("own.yml"))))
+    asked, settings = resolve_request(vars(replace(given, config=Path("own.yml"))))
     assert (asked["steps"], asked["num_envs"], settings["gamma"]) == (100_000, 256, 0.5)
     for value in ("0", "1.5", "many", "true"):
         Path("own.yml").write_text(f"default: {{n_timesteps: {value}}}\n")
         with pytest.raises(UsageError, match=r"hyperparameter n_timesteps is .*; it must be"):
-            settled(vars(replace(given, config=Path("own.yml"))))
+            resolve_request(vars(replace(given, config=Path("own.yml"))))

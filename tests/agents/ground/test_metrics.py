@@ -86,7 +86,7 @@ def test_paired_mean_equals_scipy_bootstrap() -> None:
     random = np.random.default_rng(2)
     base = random.gamma(2.0, 0.01, 400)
     a, b = base + 0.001 * random.standard_normal(400), 1.3 * base
-    ours = metrics.paired_mean(a, b)
+    ours = metrics.mean_difference(a, b)
     theirs = stats.bootstrap(
         (a, b),
         lambda x, y, axis: (x - y).mean(axis=axis),
@@ -106,8 +106,8 @@ def test_pairing_narrows_the_interval() -> None:
     random = np.random.default_rng(4)
     shared = random.standard_normal(500)
     a, b = shared + 0.05, shared + 0.01 * random.standard_normal(500)
-    paired = metrics.paired_mean(a, b)
-    unpaired = metrics.paired_mean(a, random.permutation(b))
+    paired = metrics.mean_difference(a, b)
+    unpaired = metrics.mean_difference(a, random.permutation(b))
     assert paired.excludes_zero
     assert (paired.high - paired.low) < 0.1 * (unpaired.high - unpaired.low)
 
@@ -116,7 +116,7 @@ def test_paired_rate_is_the_difference_of_the_rates() -> None:
     random = np.random.default_rng(5)
     sa, sb = random.random(600) < 0.95, random.random(600) < 0.70
     ta, tb = random.uniform(0.5, 0.7, 600), random.uniform(0.5, 0.7, 600)
-    found = metrics.paired_rate(sa, ta, sb, tb)
+    found = metrics.rate_difference(sa, ta, sb, tb)
     expected = metrics.throughput(sa, ta).sorted - metrics.throughput(sb, tb).sorted
     assert found.value == pytest.approx(expected)
     assert found.low < expected < found.high
@@ -135,6 +135,6 @@ def test_interval_covers_the_truth_as_often_as_it_says() -> None:
 
 def test_shapes_are_checked() -> None:
     with pytest.raises(MetricError, match="one length"):
-        metrics.paired_mean([1.0, 2.0], [1.0])
+        metrics.mean_difference([1.0, 2.0], [1.0])
     with pytest.raises(MetricError, match="at least one throw"):
         metrics.interquartile_mean([])

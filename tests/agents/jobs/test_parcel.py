@@ -13,7 +13,7 @@ import pytest
 from agents.ground.cli import UsageError
 from agents.ground.places import SHIPPED as ROOT
 from agents.jobs import parcel
-from agents.jobs.parcel import PARTS, check_identity, identity, own_code, pack
+from agents.jobs.parcel import PARTS, check_identity, identity, pack, user_code_digest
 
 SAY = "import json; from agents.jobs.parcel import identity; print(json.dumps(identity(['theirs'], True)))"
 
@@ -50,7 +50,7 @@ def test_what_differs_is_told_by_name() -> None:
     for name, said in (
         ("code", "runs other code of pnt_gym than this machine"),
         ("numpy", f"has numpy {found['numpy']}, here it is another; a study needs the same everywhere"),
-        ("module theirs", f"has module theirs {own_code('theirs')[:12]}, here it is another"),
+        ("module theirs", f"has module theirs {user_code_digest('theirs')[:12]}, here it is another"),
         ("arithmetic", "rounds otherwise than this machine"),
     ):
         with pytest.raises(UsageError, match=f"^node '.+' {said}"):

@@ -13,7 +13,7 @@ from agents.controllers import Observation, Outcome, make_controller
 from agents.ground.environments import make_vector, stream_seed
 from agents.ground.files import jsonable
 from agents.ground.tables import console
-from agents.judging.loop import held_out, practise
+from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import Throws, failures, purity_by_bin, scatter, sorting, summary, throw_records
 from agents.judging.throws.tables import summary_table
 from pnt_gym.arrays import take
@@ -59,14 +59,14 @@ class Student(Recorder):
 @pytest.mark.parametrize("picks", [1, 3, 4, 9])
 def test_exactly_the_picks_asked_for(picks: int) -> None:
     told: list[int] = []
-    throws = held_out(Recorder(), ToyVectorEnv(4), picks, 0, progress=told.append)
+    throws = throw_held_out(Recorder(), ToyVectorEnv(4), picks, 0, progress=told.append)
     assert len(throws) == picks == sum(told)
-    assert throws.told["target_x"].shape == (picks,)
+    assert throws.info["target_x"].shape == (picks,)
 
 
 def test_controllers_meet_the_same_objects() -> None:
     one, two = Recorder(0.0), Recorder(0.7)
-    a, b = held_out(one, ToyVectorEnv(4), 40, 3), held_out(two, ToyVectorEnv(4), 40, 3)
+    a, b = throw_held_out(one, ToyVectorEnv(4), 40, 3), throw_held_out(two, ToyVectorEnv(4), 40, 3)
     assert np.array_equal(np.concatenate(one.seen), np.concatenate(two.seen))
     assert np.array_equal(a.item, b.item)
     assert not np.array_equal(a.landing_error, b.landing_error)
@@ -74,8 +74,8 @@ def test_controllers_meet_the_same_objects() -> None:
 
 def test_another_seed_means_other_objects() -> None:
     one, two = Recorder(), Recorder()
-    held_out(one, ToyVectorEnv(4), 8, 0)
-    held_out(two, ToyVectorEnv(4), 8, 1)
+    throw_held_out(one, ToyVectorEnv(4), 8, 0)
+    throw_held_out(two, ToyVectorEnv(4), 8, 1)
     assert not np.isin(np.concatenate(one.seen)[:, 0], np.concatenate(two.seen)[:, 0]).any()
 
 
@@ -85,7 +85,7 @@ def test_practice_and_evaluation_never_share_an_object() -> None:
     practise(student, env, 40, 0)
     practice = np.concatenate(student.seen)[:, 0]
     student.seen.clear()
-    held_out(student, env, 40, 0)
+    throw_held_out(student, env, 40, 0)
     assert not np.isin(np.concatenate(student.seen)[:, 0], practice).any()
 
 
@@ -108,9 +108,9 @@ def test_practice_is_announced_and_learned_from_but_evaluation_is_frozen() -> No
     assert student.announced == 10
     assert student.ended
     assert sum(len(o.error) for o in student.learned) == 10
-    held_out(student, env, 8, 0)
+    throw_held_out(student, env, 8, 0)
     assert sum(len(o.error) for o in student.learned) == 10
-    held_out(student, env, 8, 0, online=True)
+    throw_held_out(student, env, 8, 0, online=True)
     assert sum(len(o.error) for o in student.learned) == 18
 
 
@@ -121,12 +121,12 @@ def test_those_who_do_not_learn_do_not_practise() -> None:
 
 
 def test_summary_agrees_with_the_throws() -> None:
-    throws = held_out(make_controller("random", ToyVectorEnv(4)), ToyVectorEnv(4), 60, 0)
+    throws = throw_held_out(make_controller("random", ToyVectorEnv(4)), ToyVectorEnv(4), 60, 0)
     figures = summary(throws)
     assert figures["success_rate"] == pytest.approx(throws.is_success.mean())
     assert figures["success_low"] < figures["success_rate"] < figures["success_high"]
     assert figures["landing_error_mean_m"] == pytest.approx(
-        np.hypot(throws.told["landing_along"], throws.told["landing_across"]).mean()
+        np.hypot(throws.info["landing_along"], throws.info["landing_across"]).mean()
     )
     assert figures["picks_per_min"] == pytest.approx(100.0)  # the toy needs 0.6 s a pick
     assert figures["sorted_per_min"] == pytest.approx(100.0 * throws.is_success.mean())
@@ -146,12 +146,12 @@ def test_failures_sum_to_what_failed() -> None:
         cycle_time=zeros + 1,
         clipped=zeros.astype(bool),
         reward=zeros,
-        told={"recontact": flags[1], "rim": flags[2]},
+        info={"recontact": flags[1], "rim": flags[2]},
     )
     assert sum(failures(throws).values()) == pytest.approx(0.5)
-    assert failures(replace(throws, told={"rim": flags[2]})) == {"failed_rim": 0.25, "failed_missed": 0.25}
-    assert failures(replace(throws, told={"recontact": flags[1]})) == {"failed_recontact": 0.25}
-    assert failures(replace(throws, told={})) == {}
+    assert failures(replace(throws, info={"rim": flags[2]})) == {"failed_rim": 0.25, "failed_missed": 0.25}
+    assert failures(replace(throws, info={"recontact": flags[1]})) == {"failed_recontact": 0.25}
+    assert failures(replace(throws, info={})) == {}
 
 
 def told_of_five() -> Throws:
@@ -200,8 +200,8 @@ def test_a_shift_without_a_pick_has_no_drop_rate_and_no_purity() -> None:
 
 
 def test_unmeasured_landings_become_null_not_nan() -> None:
-    throws = held_out(Recorder(), ToyVectorEnv(4), 4, 0)
-    throws.landing_error[1] = throws.told["landing_along"][1] = np.nan
+    throws = throw_held_out(Recorder(), ToyVectorEnv(4), 4, 0)
+    throws.landing_error[1] = throws.info["landing_along"][1] = np.nan
     record = throw_records(throws, ToyVectorEnv(4).core.item_names)[1]
     assert record["landing_error_m"] is record["landing_along_m"] is None
     assert summary(throws)["unmeasured"] == 1
@@ -215,14 +215,14 @@ def test_json_has_neither_nan_nor_infinity_wherever_they_stand() -> None:
 
 def test_errors_beyond_the_landing_are_recorded_by_their_names() -> None:
     env = PoseVectorEnv(4)
-    throws = held_out(make_controller("analytic", env), env, 6, 0)
-    throws.told["error_dy"][2] = np.nan
+    throws = throw_held_out(make_controller("analytic", env), env, 6, 0)
+    throws.info["error_dy"][2] = np.nan
     records = throw_records(throws, env.core.item_names)
     assert [r["error_phi"] for r in records] == throws.error[:, 2].tolist()
     assert records[2]["error_dy"] is None
     assert np.isnan(throws.error[2, 3])
     toy = ToyVectorEnv(4)
-    (record,) = throw_records(held_out(Recorder(), toy, 1, 0), toy.core.item_names)
+    (record,) = throw_records(throw_held_out(Recorder(), toy, 1, 0), toy.core.item_names)
     assert set(records[0]) - set(record) == set(env.core.correction.errors)
 
 
@@ -234,7 +234,7 @@ def test_bias_and_spread_are_kept_apart_for_each_error() -> None:
         "unjudged": random.standard_normal(count),
     }
     told["error_phi"][7] = np.nan
-    found = scatter(replace(held_out(Recorder(), ToyVectorEnv(4), 4, 0), told=told, errors=("error_phi",)))
+    found = scatter(replace(throw_held_out(Recorder(), ToyVectorEnv(4), 4, 0), info=told, errors=("error_phi",)))
     assert set(found) == {"bias_along_m", "spread_along_m", "bias_error_phi", "spread_error_phi"}
     assert found["bias_along_m"] == pytest.approx(0.03, abs=3e-4)
     assert found["spread_along_m"] == pytest.approx(0.01, rel=0.02)
@@ -253,7 +253,7 @@ def test_what_a_cell_does_not_tell_is_not_asked_for() -> None:
             return *rest, info | {"picked": np.array([True, False, True, True]), "note": np.array(["?"] * 4)}
 
     env = Terse(4, action_mode="release_xyz")
-    throws = held_out(Recorder(size=3), env, 8, 0)
+    throws = throw_held_out(Recorder(size=3), env, 8, 0)
     figures = summary(throws)
     assert figures["picked_rate"] == 0.75
     assert [name for name in figures if name.startswith(("failed_", "bias_", "spread_"))] == ["failed_unpicked"]
@@ -266,7 +266,7 @@ def test_what_a_cell_does_not_tell_is_not_asked_for() -> None:
 
 def test_an_action_mode_without_a_correction_has_no_errors_to_learn_from() -> None:
     env = ToyVectorEnv(4, action_mode="release_xyz")
-    throws = held_out(make_controller("random", env), env, 10, 0)
+    throws = throw_held_out(make_controller("random", env), env, 10, 0)
     assert throws.error.shape == (10, 0)
     assert np.isfinite(throws.landing_error).all()
 

@@ -107,7 +107,7 @@ def test_a_record_of_two_figures_tells_all_that_follows_from_them() -> None:
     assert report["throws"][1] == {"share": 1.0, "length_m": None}
     results = [{"columns": columns, "seed": seed, "learn_seconds": 1.0} for seed in (0, 1)]
     assert Halves.summarise(results, 16) == {**summary, "seeds": [0, 1], "learn_seconds": 1.0}
-    np.testing.assert_array_equal(Halves.compared(results, [results], 16)["share"], [[[0.0, 1.0, 0.5]] * 2])
+    np.testing.assert_array_equal(Halves.paired_columns(results, [results], 16)["share"], [[[0.0, 1.0, 0.5]] * 2])
 
 
 def test_figures_that_nobody_knows_are_a_dash() -> None:

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents.dispatchers.registry import line_controller, the_line
-from agents.dispatchers.rules import Index
+from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers.rules import IndexRule
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
 from agents.judging.trials import trial_of
-from agents.judging.work_shifts.data import Shifts, worked
+from agents.judging.work_shifts.data import Shifts, run_shifts
 from agents.judging.work_shifts.record import ShiftRecord
 from pnt_gym.cells.line.observation import decoded
 from tests.tools.commands import answer, call_here
@@ -30,7 +30,7 @@ CONTRACT = {
 
 def lines(level=LEVEL, rows=4):
     env = make_vector("PnTLine-v0", level, rows, 1)
-    return env, the_line(env)
+    return env, line_core(env)
 
 
 def test_the_command_writes_the_contract_and_a_picture(tmp_path):
@@ -60,7 +60,7 @@ def test_the_command_writes_the_contract_and_a_picture(tmp_path):
 
 
 def test_the_first_shifts_of_many_are_those_of_few():
-    few, many = (worked(Index("atc", "atc"), lines()[0], count, 5) for count in (4, 9))
+    few, many = (run_shifts(IndexRule("atc", "atc"), lines()[0], count, 5) for count in (4, 9))
     np.testing.assert_array_equal(few.value, many.value[:4])
     assert len(many.value) == 9
 
@@ -69,7 +69,7 @@ def test_whoever_decides_meets_the_same_objects():
     seen = []
     for name in ("fifo", "atc"):
         env, core = lines()
-        worked(line_controller(name, core), env, 4, 5)
+        run_shifts(line_controller(name, core), env, 4, 5)
         env.reset(seed=5)
         seen.append((core.cell.stream.x, core.cell.stream.worth, core.cell.stream.objects.kind))
     for one, other in zip(*seen, strict=True):
@@ -171,7 +171,7 @@ def test_price_leaves_to_others_what_they_can_take():
     env, _ = lines({"base": "skills3", "duration": 10.0})
     features, _ = env.reset(seed=2)
     own = decoded(features)
-    plain, leaving = (Index("price", "atc", 1.0, share).worth(own) for share in (0.0, 0.5))
+    plain, leaving = (IndexRule("price", "atc", 1.0, share).worth(own) for share in (0.0, 0.5))
     shared = (own.choices["heirs"] > 0.5) & (own.choices["real"] > 0.5)
     assert shared.any()
     np.testing.assert_allclose(leaving[shared], 0.5 * plain[shared])

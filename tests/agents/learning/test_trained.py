@@ -19,7 +19,7 @@ from agents.controllers import Observation, make_controller
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.learning.sb3 import load_policy
-from agents.learning.trained import find_trained, setting
+from agents.learning.trained import find_policy, resolve_task
 from tests.tools.commands import answer, call_here
 from tests.tools.models import Space, model
 
@@ -59,8 +59,8 @@ def zoo(here: Path, tmp_path: Path) -> Path:
 
 
 def test_a_folder_of_rl_zoo_is_understood(zoo: Path) -> None:
-    found = find_trained(zoo)
-    assert found.known == {"env": "OneJointThrow-v0", "level": "ideal"}
+    found = find_policy(zoo)
+    assert found.task == {"env": "OneJointThrow-v0", "level": "ideal"}
     assert (found.model.name, found.statistics) == ("Lob-v0.zip", zoo / "Lob-v0" / "vecnormalize.pkl")
     env = make_vector("lob:Lob-v0", num_envs=4)
     seen = Observation(env.reset(seed=1)[0], np.zeros(4, dtype=np.int64))
@@ -75,7 +75,7 @@ def test_a_folder_of_rl_zoo_is_understood(zoo: Path) -> None:
 def test_a_folder_of_rl_zoo_on_the_command_line(zoo: Path, here: Path) -> None:
     arguments = ("--controller", zoo, "--env", "lob:Lob-v0", "--level", "home", "--picks", "4", "--json", "z.json")
     assert answer(call_here("agents.evaluate", *arguments, "--trust", folder=here), here / "z.json")["picks"] == 4
-    assert setting(str(zoo), None, None, None) == ("OneJointThrow-v0", "ideal", None)
+    assert resolve_task(str(zoo), None, None, None) == ("OneJointThrow-v0", "ideal", None)
 
 
 def no_model(place: Path) -> None:
@@ -120,4 +120,4 @@ def test_a_damaged_folder_of_rl_zoo_is_one_sentence(zoo: Path, damage: Callable[
 
 def test_the_best_model_stands_in_for_a_run_cut_short(zoo: Path) -> None:
     (zoo / "Lob-v0.zip").unlink()
-    assert find_trained(zoo).model.name == "best_model.zip"
+    assert find_policy(zoo).model.name == "best_model.zip"

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.line.calibrate import thrown
+from agents.line.calibrate import random_throws
 from pnt_gym.cells.line.cell import LineCell
-from pnt_gym.cells.line.chances import Chances, digest, place_of, read
+from pnt_gym.cells.line.chances import Chances, digest, read_table, table_path
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import answer, call_here, refused
 
@@ -44,7 +44,7 @@ def test_a_table_is_written_and_said_to_be(made):
 def test_the_level_goes_by_the_table_that_it_names(made):
     folder, _ = made
     config = LineConfig.load({**LEVEL, "chances": str(folder / "table.json"), "duration": 10.0})
-    found = read(config)
+    found = read_table(config)
     told = json.loads((folder / "table.json").read_text())
     assert found is not None
     assert found.picked.tolist() == told["picked"]
@@ -57,18 +57,18 @@ def test_the_level_goes_by_the_table_that_it_names(made):
 def test_the_table_is_what_the_throws_of_the_seed_say(made):
     folder, _ = made
     config = LineConfig.load(LEVEL, throws="full", chances=None)
-    told = list(thrown(config, throws=120, seed=0, num_envs=8, threads=1))
+    told = list(random_throws(config, throws=120, seed=0, num_envs=8, threads=1))
     columns = {name: np.concatenate([part[name] for part in told]) for name in told[0]}
-    again = Chances.counted(config.cell, **columns)
+    again = Chances.from_throws(config.cell, **columns)
     written = json.loads((folder / "table.json").read_text())
     for name in ("percent", "edges", "picked", "landed"):
         np.testing.assert_allclose(written[name], getattr(again, name), atol=5.1e-6)
-    assert not (columns["won"] & ~columns["picked"]).any()
+    assert not (columns["hits"] & ~columns["picked"]).any()
 
 
 def test_without_a_place_a_table_goes_beside_the_levels():
     config = LineConfig.load(LEVEL)
-    place = place_of(config)
+    place = table_path(config)
     assert place.parent == LineConfig.file_of("nominal").parent / "chances"
     assert place.name == f"{digest(config)}.json"
     assert not place.is_file()

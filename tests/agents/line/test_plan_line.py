@@ -2,7 +2,7 @@
 
 import pytest
 
-from agents.line.plan import Arguments, down, line_up, planned
+from agents.line.plan import Arguments, down, line_up, make_plans
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import answer, call_here
 
@@ -22,7 +22,7 @@ def test_more_robots_than_a_level_has_stand_on_as_its_last():
 
 def test_every_combination_is_a_plan_with_the_stream_of_the_level():
     plans = list(
-        planned(LEVEL, asked(robots=(2, 3), speeds=(0.3, 0.4), percents=(30.0, 40.0), skills=("level", "all")))
+        make_plans(LEVEL, asked(robots=(2, 3), speeds=(0.3, 0.4), percents=(30.0, 40.0), skills=("level", "all")))
     )
     assert len(plans) == 16
     for told, config in plans:
@@ -30,7 +30,7 @@ def test_every_combination_is_a_plan_with_the_stream_of_the_level():
         assert config.cell.belt.speed == told["belt_speed"]
         assert config.cell.limits.percent == (told["percent"],)
         assert config.arrivals == LEVEL.arrivals
-        assert config.able().all() == (told["skills"] == "all")
+        assert config.can_take().all() == (told["skills"] == "all")
 
 
 def test_a_robot_is_down_from_the_middle_of_the_shift_on():

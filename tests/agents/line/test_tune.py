@@ -14,10 +14,10 @@ import yaml
 
 from agents.dispatchers import scores as searching
 from agents.dispatchers import search as tuning
-from agents.dispatchers.registry import line_controller, the_line
-from agents.dispatchers.rules import Index
-from agents.dispatchers.scored import Scored
-from agents.dispatchers.search import Bench, Tried
+from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers.rules import IndexRule
+from agents.dispatchers.scored import ScoreController
+from agents.dispatchers.search import Bench, SettingsResult
 from agents.dispatchers.settings import FILE, rate, settings
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector, stream_seed
@@ -37,11 +37,11 @@ def bench(short: str) -> Bench:
 
 def test_controllers_side_by_side_work_the_same_shifts_as_alone(bench: Bench) -> None:
     patiences = (0.3, 1.0, 8.0)
-    together = bench.beside([Index("atc", "atc", patience=k) for k in patiences])
+    together = bench.compare([IndexRule("atc", "atc", patience=k) for k in patiences])
     for k, values in zip(patiences, together, strict=True):
         for seed, value in zip(bench.seeds, values, strict=True):
             env = make_vector("PnTLine-v0", bench.level, 1, 1)
-            alone = tuning.gained(Index("atc", "atc", patience=k), env, np.array([seed]))
+            alone = tuning.shift_values(IndexRule("atc", "atc", patience=k), env, np.array([seed]))
             assert alone[0] == value
     assert not np.array_equal(together[0], together[2])
 
@@ -50,22 +50,22 @@ def test_parts_of_what_does_not_fit_side_by_side_come_to_the_same(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tried = [{"patience": k} for k in (0.3, 1.0, 8.0)]
-    whole = bench.rules("atc", tried)
+    whole = bench.try_rule("atc", tried)
     monkeypatch.setattr(tuning, "ROWS", 8)
-    for one, other in zip(whole, bench.rules("atc", tried), strict=True):
+    for one, other in zip(whole, bench.try_rule("atc", tried), strict=True):
         np.testing.assert_array_equal(one.value, other.value)
 
 
 def test_progress_counts_every_shift_once(short: str) -> None:
     counted = list[float]()
-    Bench(LineConfig.load(short), np.arange(3), counted.append).rules("atc", [{"patience": 1.0}, {"patience": 2.0}])
+    Bench(LineConfig.load(short), np.arange(3), counted.append).try_rule("atc", [{"patience": 1.0}, {"patience": 2.0}])
     assert sum(counted) == pytest.approx(6.0)
     assert len(counted) > 5
 
 
 def test_the_best_settings_bring_the_most() -> None:
-    tried = [Tried({"patience": k}, np.array([v, v + 2.0])) for k, v in ((1.0, 3.0), (2.0, 5.0), (4.0, 5.0))]
-    assert tuning.best(tried).settings == {"patience": 2.0}
+    tried = [SettingsResult({"patience": k}, np.array([v, v + 2.0])) for k, v in ((1.0, 3.0), (2.0, 5.0), (4.0, 5.0))]
+    assert tuning.best_result(tried).settings == {"patience": 2.0}
 
 
 def test_no_shift_of_tuning_is_one_of_an_evaluation() -> None:
@@ -75,14 +75,14 @@ def test_no_shift_of_tuning_is_one_of_an_evaluation() -> None:
 
 
 def test_shifts_of_a_search_are_others_every_time(bench: Bench) -> None:
-    seeds = [bench.seeds, *(bench.apart(4, number).seeds for number in range(3))]
+    seeds = [bench.seeds, *(bench.other_shifts(4, number).seeds for number in range(3))]
     assert len(np.unique(np.concatenate(seeds))) == 16
 
 
 def test_price_is_tuned_in_share_and_patience_where_somebody_comes_after(tmp_path: Path) -> None:
     file = tmp_path / "pair.yaml"
     file.write_text("base: skills3\nname: pair\nduration: 5\n")
-    tried = tuning.price(Bench(LineConfig.load(str(file)), np.arange(2)), 1.4)
+    tried = tuning.search_price(Bench(LineConfig.load(str(file)), np.arange(2)), 1.4)
     assert {one.settings["share"] for one in tried} == set(tuning.SHARE)
     assert {one.settings["patience"] for one in tried} == set(tuning.PATIENCE)
     told = [tuple(one.settings.values()) for one in tried]
@@ -91,14 +91,16 @@ def test_price_is_tuned_in_share_and_patience_where_somebody_comes_after(tmp_pat
 
 def test_a_search_ends_with_weights_that_make_a_controller(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(searching, "EACH", 2)
-    found, rule = searching.searched(bench, 1.4, 2, 0)
+    found, rule = searching.search_weights(bench, 1.4, 2, 0)
     assert rule.settings == {"patience": 1.4, "weights": {}}
     assert set(found.settings["weights"]) == set(searching.WEIGHED)
-    again = bench.beside([Scored("index", Scorer.linear(**found.settings)), Index("atc", "atc", patience=1.4)])
+    again = bench.compare(
+        [ScoreController("index", Scorer.linear(**found.settings)), IndexRule("atc", "atc", patience=1.4)]
+    )
     np.testing.assert_array_equal(again, [found.value, rule.value])
-    assert searching.searched(bench, 1.4, 2, 0)[0].settings == found.settings
+    assert searching.search_weights(bench, 1.4, 2, 0)[0].settings == found.settings
     weights = found.settings["weights"]
-    on, begun = searching.searched(bench, 1.4, 1, 1, weights)
+    on, begun = searching.search_weights(bench, 1.4, 1, 1, weights)
     assert begun.settings == found.settings
     np.testing.assert_array_equal(begun.value, found.value)
     assert on.settings["weights"] != weights
@@ -148,10 +150,10 @@ def test_a_price_of_time_is_sought_about_what_the_rule_brings(
 def test_the_beam_that_leaves_to_others_has_its_share_and_then_its_price_sought(tmp_path: Path) -> None:
     file = tmp_path / "pair.yaml"
     file.write_text("base: skills3\nname: pair\nduration: 5\n")
-    tried = tuning.planner(Bench(LineConfig.load(str(file)), np.arange(2)), "price_beam", 1.0)
+    tried = tuning.search_planner(Bench(LineConfig.load(str(file)), np.arange(2)), "price_beam", 1.0)
     first, last = tried[: len(tuning.SHARES)], tried[len(tuning.SHARES) :]
     assert [one.settings for one in first] == [{"price": 1.0, "share": share} for share in tuning.SHARES]
-    share = tuning.best(first).settings["share"]
+    share = tuning.best_result(first).settings["share"]
     assert [one.settings for one in last] == [{"price": factor, "share": share} for factor in tuning.AROUND]
 
 
@@ -162,8 +164,8 @@ def test_what_a_guided_beam_makes_of_its_plans_is_sought_with_the_guide_that_the
     bench = Bench(LineConfig.load(str(file)), np.arange(2))
     guide = "results/policies/PnTLine-v0/skills3/residual_ppo"
     for told, given in (({}, {}), ({"guide": guide, "trust": 3.0}, {"guide": guide})):
-        with mock.patch("agents.dispatchers.settings.written_settings", return_value={"pair": {"guided_beam": told}}):
-            tried = tuning.planner(bench, "guided_beam", 1.0)
+        with mock.patch("agents.dispatchers.settings.read_settings", return_value={"pair": {"guided_beam": told}}):
+            tried = tuning.search_planner(bench, "guided_beam", 1.0)
         assert [one.settings for one in tried] == [{**given, "trust": trust} for trust in tuning.TRUST]
 
 
@@ -200,18 +202,18 @@ def test_bad_usage_is_one_sentence(tmp_path: Path, arguments: tuple[str, ...], s
 )
 def test_a_damaged_file_of_settings_is_told_before_any_work(tmp_path: Path, short: str, text: str, said: str) -> None:
     (tmp_path / "rules.yaml").write_text(text)
-    with mock.patch.object(tune, "found", side_effect=AssertionError), pytest.raises(UsageError, match=said):
+    with mock.patch.object(tune, "try_settings", side_effect=AssertionError), pytest.raises(UsageError, match=said):
         run(short, tmp_path / "rules.yaml")
 
 
 def test_a_planner_that_nobody_tuned_has_the_price_that_the_rule_brings() -> None:
     told = yaml.safe_load(FILE.read_text())
     told["line3"].pop("joint_beam", None)
-    with mock.patch("agents.dispatchers.settings.written_settings", return_value=told):
+    with mock.patch("agents.dispatchers.settings.read_settings", return_value=told):
         assert settings("line3", "joint_beam", 3) == {"price": round(told["line3"]["rate"] / 3, 3)}
         assert settings("nowhere", "joint_beam", 3) == {}
     told["skills3"].pop("price_beam", None)
-    with mock.patch("agents.dispatchers.settings.written_settings", return_value=told):
+    with mock.patch("agents.dispatchers.settings.read_settings", return_value=told):
         assert settings("skills3", "price_beam", 3)["share"] == told["skills3"]["price"]["share"]
 
 
@@ -222,7 +224,7 @@ def test_every_shipped_level_has_rules_that_were_tuned_for_it(level: str) -> Non
     assert settings(level, "atc")["patience"] in tuning.PATIENCE
     assert settings(level, "price")["share"] in tuning.SHARE
     env = make_vector("PnTLine-v0", level, 1, 1)
-    core = the_line(env)
+    core = line_core(env)
     assert core is not None
     for name in ("atc", "price", "beam", "price_beam", "joint_beam", "guided_beam", "index"):
         assert line_controller(name, core).name == name

@@ -8,10 +8,10 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
-from agents.dispatchers.registry import line_controller, the_line
+from agents.dispatchers.registry import line_controller, line_core
 from agents.ground.environments import make_vector, stream_seed
 from agents.judging.trials import open_trial, trial_of
-from agents.judging.work_shifts.data import worked
+from agents.judging.work_shifts.data import run_shifts
 from agents.judging.work_shifts.gantt import gantt
 from pnt_gym.cells.line.view import LineView
 from tests.tools.commands import call_here
@@ -22,7 +22,7 @@ FILM = ("--env", "PnTLine-v0", "--level", "skills3", "--controller", "fifo", "--
 
 def test_who_took_what_has_a_row_for_each_robot():
     env = make_vector("PnTLine-v0", LEVEL, 2, 1)
-    told = trial_of(env).run(line_controller("price", the_line(env)), 2, 0).report()
+    told = trial_of(env).run(line_controller("price", line_core(env)), 2, 0).report()
     drawn = gantt(told, shift=1, span=(0.0, 8.0))
     assert drawn.startswith("<?xml")
     assert drawn == gantt(told, shift=1, span=(0.0, 8.0))
@@ -30,13 +30,13 @@ def test_who_took_what_has_a_row_for_each_robot():
 
 def test_the_filmed_decisions_are_those_of_the_first_shift_that_is_judged():
     many, one = make_vector("PnTLine-v0", LEVEL, 3, 1), open_trial("PnTLine-v0", LEVEL, 1, 1)
-    told = worked(line_controller("price", the_line(many)), many, 3, stream_seed("evaluate", 7)).decisions
+    told = run_shifts(line_controller("price", line_core(many)), many, 3, stream_seed("evaluate", 7)).decisions
     core = one.core
     core.view()
     times, taken = [], dict[int, float]()
     for time in one.steps(one.controller("price"), 7):
         times.append(time)
-        taken |= {act.number: act.start for act in core.cell.acts.made}
+        taken |= {act.number: act.start for act in core.cell.acts.cycles}
         if time >= 5.0:
             break
     assert times == sorted(times)

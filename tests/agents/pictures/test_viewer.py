@@ -17,10 +17,10 @@ import pytest
 
 from agents.controllers import make_controller
 from agents.ground.environments import core_of, make_vector
-from agents.judging.loop import thrown
+from agents.judging.loop import throw_batches
 from agents.pictures.stage import Stage
-from agents.pictures.viewer import Choice, Film, Shown, Wishes, watch
-from agents.play import Arguments, stage_of
+from agents.pictures.viewer import Choice, Film, Shown, ViewerRequests, watch
+from agents.play import Arguments, open_stage
 from tests.tools.commands import call, environment
 
 
@@ -48,7 +48,7 @@ def test_every_geom_of_a_throw_is_seen_once_and_where_it_is(env_id: str, level: 
     env = make_vector(env_id, level, num_envs=1, threads=1)
     view, viewer = core_of(env).view(), Recorder()
     film = Film(viewer, view.camera)
-    for _ in islice(thrown(make_controller("analytic", env), env, 9, 0), 4):
+    for _ in islice(throw_batches(make_controller("analytic", env), env, 9, 0), 4):
         for scene in view.scenes(4):
             film.show(scene, [])
             model, data, markers = scene
@@ -66,7 +66,7 @@ def test_every_geom_of_a_throw_is_seen_once_and_where_it_is(env_id: str, level: 
 def test_pause_and_speed_are_those_of_studio() -> None:
     from mujoco.studio import messages, sim  # noqa: PLC0415
 
-    wishes = Wishes(Choice("analytic", "waste"))
+    wishes = ViewerRequests(Choice("analytic", "waste"))
     wishes.on_step_control(messages.StepControlSnapshot(speed=25.0))
     assert wishes.speed == 0.25
     wishes.on_step_control(messages.StepControlSnapshot(pause_state=sim.PauseState.NORMAL_PAUSED))
@@ -133,7 +133,7 @@ def test_a_choice_that_cannot_be_is_told_and_the_one_before_goes_on(monkeypatch:
     made: list[Stage] = []
 
     def make(choice: Choice) -> Stage:
-        made.append(stage_of(arguments, choice.controller, choice.level))
+        made.append(open_stage(arguments, choice.controller, choice.level))
         return made[-1]
 
     watch(make, Choice("analytic", "waste"), "web")

@@ -17,7 +17,7 @@ from torch import nn
 
 from agents.ground.cli import UsageError
 from agents.policies.actor import Actor
-from agents.policies.networks import ACTIVATIONS, activated
+from agents.policies.networks import ACTIVATIONS, activate
 from agents.policies.weights import actor_of
 from tests.tools.models import Space
 
@@ -76,7 +76,7 @@ def test_actions_are_the_models(algorithm: Any, settings: dict[str, Any], tmp_pa
 @pytest.mark.parametrize("name", ACTIVATIONS)
 def test_every_activation_is_torchs(name: str) -> None:
     x = np.linspace(-40.0, 40.0, 4001)
-    np.testing.assert_allclose(activated(name, x), getattr(nn, name)()(torch.tensor(x)).numpy(), rtol=0, atol=3e-9)
+    np.testing.assert_allclose(activate(name, x), getattr(nn, name)()(torch.tensor(x)).numpy(), rtol=0, atol=3e-9)
     assert_same(actor_of(made := model(SAC, {"net_arch": [8, 8], "activation_fn": getattr(nn, name)})), made)
 
 
@@ -116,17 +116,17 @@ def test_a_recurrent_actor_remembers_as_the_model(settings: dict[str, Any], tmp_
     actor = Actor.load(tmp_path / "policy.npz")
     assert actor.sizes == (6, 2)
     random = np.random.default_rng(3)
-    memory, state, forgotten = actor.blank(7), None, actor.blank(7)
+    memory, state, forgotten = actor.initial_memory(7), None, actor.initial_memory(7)
     apart = []
     for step in range(60):
         rows, begin = random.standard_normal((7, 6)).astype(np.float32), (step + np.arange(7)) % 23 == 0
         theirs, state = made.predict(rows, state, begin, deterministic=True)
         memory[begin] = 0.0
-        ours, memory = actor.after(rows, memory)
+        ours, memory = actor.act_with_memory(rows, memory)
         assert (ours.shape, ours.dtype) == (theirs.shape, theirs.dtype)
         assert (np.abs(ours - theirs) <= 1e-6 * (HIGH - LOW)).all()
-        apart.append(np.abs(ours - actor.after(rows, forgotten)[0]).max())
-        np.testing.assert_array_equal(actor(rows), actor.after(rows, forgotten)[0])
+        apart.append(np.abs(ours - actor.act_with_memory(rows, forgotten)[0]).max())
+        np.testing.assert_array_equal(actor(rows), actor.act_with_memory(rows, forgotten)[0])
     assert np.median(apart) > 0.05, "what was before counts"
 
 

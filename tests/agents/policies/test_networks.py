@@ -7,7 +7,16 @@ import pytest
 import torch
 from torch import nn
 
-from agents.policies.networks import Dense, Gru, Lstm, activated, layers_from_torch, layers_of, named, through
+from agents.policies.networks import (
+    Dense,
+    Gru,
+    Lstm,
+    activate,
+    arrays_by_name,
+    layers_from_torch,
+    layers_of,
+    run_layers,
+)
 
 
 def normal(*shape: int) -> np.ndarray:
@@ -26,9 +35,9 @@ def test_a_gru_and_an_lstm_remember_as_torchs() -> None:
 
 def test_full_layers_compute_as_torchs_and_come_back_from_their_names() -> None:
     network, seen = nn.Sequential(nn.Linear(5, 4), nn.GELU(), nn.Linear(4, 2)), normal(3, 6, 5)
-    layers = layers_of(named(layers_from_torch(network.parameters())))
+    layers = layers_of(arrays_by_name(layers_from_torch(network.parameters())))
     expected = network(torch.tensor(seen).float()).detach()
-    np.testing.assert_allclose(through(layers, "GELU", seen), expected, atol=1e-6)
+    np.testing.assert_allclose(run_layers(layers, "GELU", seen), expected, atol=1e-6)
 
 
 def test_a_layer_is_of_its_moment() -> None:
@@ -42,11 +51,11 @@ def test_a_layer_is_of_its_moment() -> None:
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("name", ["Sigmoid", "SiLU", "Softplus", "Mish", "ELU", "GELU"])
 def test_nothing_is_too_far_off_for_an_activation(name: str) -> None:
-    np.testing.assert_allclose(activated(name, np.array([-1e4])), 0.0 if name != "ELU" else -1.0, atol=1e-12)
+    np.testing.assert_allclose(activate(name, np.array([-1e4])), 0.0 if name != "ELU" else -1.0, atol=1e-12)
 
 
 def test_layers_of_another_kind_of_numbers_are_refused() -> None:
-    arrays = named((Dense(normal(2, 3), normal(2)),))
+    arrays = arrays_by_name((Dense(normal(2, 3), normal(2)),))
     assert layers_of(arrays, np.float64)
     with pytest.raises(ValueError, match="float64"):
         layers_of(arrays)

@@ -11,9 +11,9 @@ import pytest
 import torch
 
 from agents.controllers.protocol import Observation
-from agents.dispatchers.registry import line_controller, the_line
-from agents.dispatchers.rules import Index
-from agents.dispatchers.scored import Scored, there
+from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers.rules import IndexRule
+from agents.dispatchers.scored import ScoreController, choice_mask
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.learning.residual import Scoring, choices_of
@@ -26,7 +26,7 @@ ROWS = 16
 
 def observed(env: Any, steps: int) -> Iterator[tuple[Observation, Any]]:
     """Observations along shifts of the ATC rule, with what the environment says of each."""
-    worker = Index("atc", "atc", patience=1.0)
+    worker = IndexRule("atc", "atc", patience=1.0)
     features, info = env.reset(seed=3)
     for _ in range(steps):
         seen = Observation(np.array(features, dtype=np.float32), np.zeros(ROWS, dtype=np.int64))
@@ -52,13 +52,13 @@ def random_scorer(seed: int = 0, patience: float = 1.7) -> Scorer:
 
 @pytest.mark.parametrize("patience", [0.3, 1.4, 11.0])
 def test_a_scorer_that_says_nothing_acts_as_the_rule(some: list[Observation], patience: float) -> None:
-    by_score, by_rule = Scored("it", Scorer.linear(patience)), Index("atc", "atc", patience=patience)
+    by_score, by_rule = ScoreController("it", Scorer.linear(patience)), IndexRule("atc", "atc", patience=patience)
     for seen in some:
         np.testing.assert_array_equal(by_score.act(seen), by_rule.act(seen))
 
 
 def test_a_scorer_that_says_something_acts_otherwise(some: list[Observation]) -> None:
-    by_score, by_rule = Scored("it", random_scorer()), Index("atc", "atc", patience=1.7)
+    by_score, by_rule = ScoreController("it", random_scorer()), IndexRule("atc", "atc", patience=1.7)
     assert any((by_score.act(seen) != by_rule.act(seen)).any() for seen in some)
 
 
@@ -79,19 +79,19 @@ def test_what_a_choice_is_scored_does_not_depend_on_its_place(some: list[Observa
 
 
 def test_who_goes_by_scores_takes_only_what_there_is(some: list[Observation]) -> None:
-    worst = Scored("it", lambda seen: np.where(there(seen), -1e30, 0.0))
+    worst = ScoreController("it", lambda seen: np.where(choice_mask(seen), -1e30, 0.0))
     for seen in some:
         chosen = worst.act(seen)
-        assert there(seen.features)[np.arange(ROWS), chosen].all()
+        assert choice_mask(seen.features)[np.arange(ROWS), chosen].all()
 
 
 def test_what_there_is_is_what_the_mask_says() -> None:
     env = make_vector("PnTLine-v0", "single", ROWS, 1)
-    core = the_line(env)
+    core = line_core(env)
     assert core is not None
     for seen, info in observed(env, 20):
-        np.testing.assert_array_equal(there(seen.features), core.masks())
-        np.testing.assert_array_equal(there(seen.features), info["action_mask"])
+        np.testing.assert_array_equal(choice_mask(seen.features), core.masks())
+        np.testing.assert_array_equal(choice_mask(seen.features), info["action_mask"])
     env.close()
 
 
@@ -156,7 +156,7 @@ def test_the_network_that_learns_is_the_scorer_that_it_leaves(some: list[Observa
 
 def test_a_tuned_index_and_a_file_are_controllers_of_a_line(tmp_path: Path) -> None:
     env = make_vector("PnTLine-v0", "single", 2, 1)
-    core = the_line(env)
+    core = line_core(env)
     assert core is not None
     random_scorer().save(tmp_path / "mine.npz")
     assert line_controller(str(tmp_path / "mine.npz"), core).name == "mine"

@@ -14,8 +14,8 @@ import yaml
 
 from agents import publish
 from agents.controllers.protocol import Observation
-from agents.dispatchers.rules import Index
-from agents.dispatchers.scored import Scored, run_scores, there
+from agents.dispatchers.rules import IndexRule
+from agents.dispatchers.scored import ScoreController, choice_mask, run_scores
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
@@ -41,7 +41,7 @@ SMALL = {"n_steps": 4, "batch_size": 8, "policy_kwargs": {"net_arch": [8, 8]}}
 @pytest.fixture(scope="module")
 def seen() -> np.ndarray:
     """Observations (N, ENTRIES) along shifts of the ATC rule."""
-    env, worker, found = make_vector("PnTLine-v0", LEVEL, 8, 1), Index("atc", "atc"), list[np.ndarray]()
+    env, worker, found = make_vector("PnTLine-v0", LEVEL, 8, 1), IndexRule("atc", "atc"), list[np.ndarray]()
     features, _ = env.reset(seed=4)
     for _ in range(12):
         found.append(np.array(features, dtype=np.float32))
@@ -77,13 +77,13 @@ POLICIES: list[Actor | Scorer] = [
 def test_the_runtime_chooses_as_the_policy(policy: Actor | Scorer, seen: np.ndarray, tmp_path: Path) -> None:
     save_onnx(policy, tmp_path / "policy.onnx", {"env": "PnTLine-v0"})
     session = onnxruntime.InferenceSession(tmp_path / "policy.onnx", providers=["CPUExecutionProvider"])
-    expected = Scored("it", policy).act(Observation(seen, np.zeros(len(seen), dtype=np.int64)))
+    expected = ScoreController("it", policy).act(Observation(seen, np.zeros(len(seen), dtype=np.int64)))
     assert len(set(expected.tolist())) > 1
     for rows in (slice(None), slice(1), slice(3, 10)):
         action, scores = session.run(["action", "scores"], {"observation": seen[rows]})
         assert (action.dtype, action.shape) == (np.int64, expected[rows].shape)
         np.testing.assert_array_equal(action, expected[rows])
-        real = there(seen[rows])
+        real = choice_mask(seen[rows])
         np.testing.assert_allclose(scores[real], policy(seen[rows])[real], rtol=1e-5, atol=1e-5)
         assert np.isneginf(scores[~real]).all()
 

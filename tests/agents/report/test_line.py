@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from agents.judging.work_shifts.results import summarise
-from agents.report.line import best, gains_figure, gains_table, learned_table, line_grids, value
+from agents.report.line import best, gains_figure, gains_table, line_grids, seeds_table, value
 from agents.report.tables import rows_of
 
 SHIFTS = 6
@@ -73,7 +73,7 @@ def test_gains_are_those_of_the_means_on_shared_shifts() -> None:
 def test_a_level_on_which_nobody_has_learned_says_so() -> None:
     (row,) = gains_table(data_of(RULES[:-1])).rows
     assert row[4] == "-"
-    assert learned_table(data_of(RULES)).rows == []
+    assert seeds_table(data_of(RULES)).rows == []
 
 
 def test_a_plan_without_the_first_rule_has_no_such_table() -> None:
@@ -83,7 +83,7 @@ def test_a_plan_without_the_first_rule_has_no_such_table() -> None:
 
 
 def test_of_several_seeds_the_worst_is_compared_after_all_it_learned() -> None:
-    (row,) = learned_table(DATA).rows
+    (row,) = seeds_table(DATA).rows
     assert row[:4] == ["`single`", "`ppo (90)`", "3", "75.0 (73.0..77.0)"]
     assert row[4].startswith(f"`atc` {100 * (73.0 / 72.0 - 1):+.1f} %")
     assert row[5] == "-"

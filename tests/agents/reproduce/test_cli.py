@@ -16,7 +16,7 @@ from agents.ground.cli import UsageError
 from agents.ground.files import write_json
 from agents.ground.places import CODE
 from agents.ground.tables import Grid
-from agents.jobs.code import imported_by
+from agents.jobs.code import module_files
 from agents.reproduce import papers, record
 from agents.reproduce.__main__ import Arguments, main
 from agents.reproduce.finding import Findings, Overview, Row
@@ -195,7 +195,7 @@ def test_kept_parts_belong_to_the_code_that_made_them(monkeypatch: pytest.Monkey
 
 
 def test_a_paper_is_kept_under_what_it_plans_with_and_shares() -> None:
-    files = {path.relative_to(CODE).as_posix() for path in imported_by("papers.choe", CODE)}
+    files = {path.relative_to(CODE).as_posix() for path in module_files("papers.choe", CODE)}
     assert {"papers/choe/planning/timing.py", "papers/common/fastest.py", "agents/reproduce/finding.py"} <= files
     assert not [name for name in files if name.startswith("papers/hassan")]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from agents.ground.drawings import dress, subplots
 from agents.reproduce.finding import Row
-from agents.reproduce.grids import listed
+from agents.reproduce.grids import table_findings
 
 
 def test_all_rows_stand_in_one_table_and_figures_are_drawn() -> None:
@@ -15,10 +15,10 @@ def test_all_rows_stand_in_one_table_and_figures_are_drawn() -> None:
     assert (axes.get_xlim(), axes.get_yscale()) == ((0.0, 2.0), "log")
     assert axes.get_legend() is not None
     rows = (Row.ours("paper/a", 1.0, "s"), Row.compared("paper/b/c", 2.0, 2.0, "m", note="same"))
-    found = listed("All", iter(rows), {"drawn.svg": figure}, {"more": 3}, drop="paper/")
+    found = table_findings("All", iter(rows), {"drawn.svg": figure}, {"more": 3}, drop="paper/")
     assert (found.rows, found.data) == (rows, {"more": 3})
     assert found.figures["drawn.svg"].lstrip().startswith("<?xml")
     (grid,) = found.grids
     assert grid.headline == "All"
     assert [line[0] for line in grid.rows] == ["a", "b c"]
-    assert listed("Nothing drawn", rows, drop="").figures == {}
+    assert table_findings("Nothing drawn", rows, drop="").figures == {}

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.action import ActionMode, by_name, corrected, mode_of, padded, quarters
+from pnt_gym.cells.base.action import ActionMode, by_name, corrected, mode_of, pad_residual, quarter_names
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import same_bits
 
@@ -88,10 +88,10 @@ def test_modes_are_looked_up_by_their_names():
 
 
 def test_numbers_that_a_mode_leaves_out_are_zero():
-    np.testing.assert_array_equal(padded(np.array([[1.0, 2.0]]), 4), [[1.0, 2.0, 0.0, 0.0]])
-    np.testing.assert_array_equal(padded(np.array([[1.0, 2.0]]), 2), [[1.0, 2.0]])
+    np.testing.assert_array_equal(pad_residual(np.array([[1.0, 2.0]]), 4), [[1.0, 2.0, 0.0, 0.0]])
+    np.testing.assert_array_equal(pad_residual(np.array([[1.0, 2.0]]), 2), [[1.0, 2.0]])
 
 
 def test_quarters_of_an_area():
     x, y = np.array([-1.0, 1.0, -1.0, 1.0]), np.array([0.0, 0.0, 5.0, 5.0])
-    assert quarters(x, y, (0.0, 2.0), ("far", "near")) == ["left-near", "right-near", "left-far", "right-far"]
+    assert quarter_names(x, y, (0.0, 2.0), ("far", "near")) == ["left-near", "right-near", "left-far", "right-far"]

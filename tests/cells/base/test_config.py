@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from pnt_gym.cells.base import config as levels
-from pnt_gym.cells.base.config import LevelConfig, Section, written
+from pnt_gym.cells.base.config import LevelConfig, Section, serialize_level
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
@@ -60,12 +60,12 @@ SHELF = {
 @pytest.fixture(autouse=True)
 def shelf(tmp_path, monkeypatch):
     """Shipped levels of the oven; the other cells keep theirs."""
-    folder, real = tmp_path / "oven", levels._shipped
+    folder, real = tmp_path / "oven", levels._levels_folder
     folder.mkdir()
     for name, data in SHELF.items():
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(data))
     monkeypatch.setattr(
-        levels, "_shipped", lambda robot: tmp_path / robot if robot in ("oven", "fridge") else real(robot)
+        levels, "_levels_folder", lambda robot: tmp_path / robot if robot in ("oven", "fridge") else real(robot)
     )
     return folder
 
@@ -211,7 +211,7 @@ def test_a_level_written_in_full_or_in_short_is_read_back_the_same(family, name,
     path = tmp_path / "env.yaml"
     path.write_text(yaml.safe_dump(config.model_dump(mode="json"), sort_keys=False))
     assert family.load(path) == config
-    assert family.load(written(config)) == config
+    assert family.load(serialize_level(config)) == config
     assert family.load({"base": name, "name": name, "mismatch": 0.5}) == config
 
 
@@ -229,10 +229,10 @@ def test_a_mapping_with_a_base_differs_from_it():
 
 
 def test_a_level_is_written_as_json_can_hold_it(tmp_path):
-    assert written("hot") == "hot"
-    assert written(tmp_path / "a.yaml") == str(tmp_path / "a.yaml")
-    assert written({"limits": {"percent": (30, 40)}}) == {"limits": {"percent": [30, 40]}}
-    assert Oven.load(written(Oven.load("hotter"))) == Oven.load("hotter")
+    assert serialize_level("hot") == "hot"
+    assert serialize_level(tmp_path / "a.yaml") == str(tmp_path / "a.yaml")
+    assert serialize_level({"limits": {"percent": (30, 40)}}) == {"limits": {"percent": [30, 40]}}
+    assert Oven.load(serialize_level(Oven.load("hotter"))) == Oven.load("hotter")
 
 
 @pytest.mark.parametrize(

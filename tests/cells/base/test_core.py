@@ -121,10 +121,10 @@ class PaperCell(Cell[PaperConfig, PaperContext, PaperPlans, PaperVerdict]):
     def reward(self, outcome: PaperVerdict) -> Mapping[str, np.ndarray]:
         return {"near": -outcome.landing_error, "hit": 0.5 * outcome.is_success}
 
-    def info(self, outcome: PaperVerdict, thrown: PaperContext) -> dict[str, np.ndarray]:
-        return {"point_x": thrown.point[:, 0].copy()}
+    def info(self, outcome: PaperVerdict, throws: PaperContext) -> dict[str, np.ndarray]:
+        return {"point_x": throws.point[:, 0].copy()}
 
-    def ended(self, outcome: PaperVerdict, thrown: PaperContext) -> np.ndarray | None:
+    def ends_early(self, outcome: PaperVerdict, throws: PaperContext) -> np.ndarray | None:
         return outcome.is_success if self._early else None
 
     def view(self) -> PaperView:
@@ -217,10 +217,10 @@ def test_any_view_can_be_filmed(tmp_path) -> None:
 def test_an_episode_ends_with_its_last_throw_or_earlier() -> None:
     episodes = Episodes(3, 2, drawn=True)
     assert episodes.begin(np.arange(3), seeded=True).tolist() == [0, 1, 2]
-    assert episodes.thrown(early=np.array([False, True, False])).tolist() == [False, True, False]
+    assert episodes.count_throws(early=np.array([False, True, False])).tolist() == [False, True, False]
     # The throw that the cell has drawn already is kept; one that was broken off before its end is drawn anew.
     assert episodes.begin(np.array([1, 2]), seeded=False).tolist() == [1]
-    assert episodes.thrown().tolist() == [True, False, False]
+    assert episodes.count_throws().tolist() == [True, False, False]
     assert episodes.begin(np.array([0]), seeded=False).size == 0
     assert episodes.begin(np.array([0]), seeded=True).tolist() == [0]
 

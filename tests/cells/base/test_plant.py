@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.plant import ObjectFlight, staged_rollout, touching
+from pnt_gym.cells.base.plant import ObjectFlight, roll_out, touching
 from pnt_gym.engine import Batch, mujoco
 from pnt_gym.planning.motion.ballistics import landing_point
 
@@ -128,9 +128,9 @@ def test_a_record_depends_on_no_other_row_and_has_zeros_after_its_own_steps():
         "<mujoco><worldbody><body><joint type='slide' axis='0 0 1'/><geom size='0.1'/></body></worldbody></mujoco>"
     )
     steps = np.arange(3, 40, 3)
-    many = staged_rollout(Batch(model, nsim=len(steps)), np.zeros((len(steps), 39, 0)), steps, ("qpos",))["qpos"]
+    many = roll_out(Batch(model, nsim=len(steps)), np.zeros((len(steps), 39, 0)), steps, ("qpos",))["qpos"]
     for row, own in enumerate(steps):
-        one = staged_rollout(Batch(model, nsim=1), np.zeros((1, own, 0)), steps[row : row + 1], ("qpos",))["qpos"]
+        one = roll_out(Batch(model, nsim=1), np.zeros((1, own, 0)), steps[row : row + 1], ("qpos",))["qpos"]
         assert (one < 0.0).all()
         np.testing.assert_array_equal(many[row, :own], one[0])
         assert not many[row, own:].any()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base import request
-from pnt_gym.cells.base.request import lead
+from pnt_gym.cells.base.request import advance_to_request
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import make_core
 
@@ -27,7 +27,7 @@ def states(made: list[np.random.Generator]) -> list[int]:
 def test_the_next_first_throw_is_the_first_of_the_jumps_that_fits(picks: str) -> None:
     core = make_core("waste", 1, picks=picks)
     (led,) = generators(3)
-    lead(core.cell, [led], {"item": "can"})
+    advance_to_request(core.cell, [led], {"item": "can"})
     came = []
     for jumps in range(200):  # one by one, with nothing but the cell's own draw
         (one,) = generators(3)
@@ -43,12 +43,12 @@ def test_the_next_first_throw_is_the_first_of_the_jumps_that_fits(picks: str) ->
 @pytest.mark.parametrize("picks", PICKS)
 def test_it_depends_on_nothing_but_the_generator(picks: str, monkeypatch: pytest.MonkeyPatch) -> None:
     cell, together = make_core("waste", 2, picks=picks).cell, generators(*range(12))
-    lead(cell, together, {"item": "cork"})
-    monkeypatch.setattr(request, "AT_FIRST", 3)
-    monkeypatch.setattr(request, "AT_ONCE", 7)
+    advance_to_request(cell, together, {"item": "cork"})
+    monkeypatch.setattr(request, "FIRST_BATCH", 3)
+    monkeypatch.setattr(request, "LARGEST_BATCH", 7)
     for seed, led in enumerate(together):
         (alone,) = generators(seed)
-        lead(cell, [alone], {"item": "cork"})
+        advance_to_request(cell, [alone], {"item": "cork"})
         assert states([alone]) == states([led])
 
 
@@ -60,8 +60,8 @@ def test_the_cell_is_left_as_it_is(picks: str, asked: dict[str, str]) -> None:
     before, drawn = pickle.dumps(core), states(made)
     if "target" in asked:
         with pytest.raises(ConfigError, match=r"target 'outside' did not come .* which has targets inside, outside"):
-            lead(core.cell, made, asked)
+            advance_to_request(core.cell, made, asked)
         assert states(made) == drawn
     else:
-        lead(core.cell, made, asked)
+        advance_to_request(core.cell, made, asked)
     assert pickle.dumps(core) == before

@@ -5,13 +5,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pnt_gym.cells.base.rotations import (
-    in_body_axes,
     level_axes,
-    product,
-    rotated,
-    upright,
+    quaternion_product,
+    rotate,
+    to_body_axes,
     vertical,
     vertical_of_spinning,
+    yaw_attitude,
 )
 
 RANDOM = np.random.default_rng(3)
@@ -27,20 +27,20 @@ def quaternions(turns):
 
 def test_a_vector_in_the_axes_of_a_body_is_turned_back_by_its_yaw():
     expected = Rotation.from_euler("z", YAW[:, None]).inv().apply(VECTORS)
-    assert in_body_axes(VECTORS, YAW) == pytest.approx(expected, abs=1e-12)
+    assert to_body_axes(VECTORS, YAW) == pytest.approx(expected, abs=1e-12)
 
 
 def test_an_upright_body_is_turned_about_the_vertical_alone():
-    turned = Rotation.from_quat(upright(YAW), scalar_first=True)
+    turned = Rotation.from_quat(yaw_attitude(YAW), scalar_first=True)
     assert turned.as_rotvec() == pytest.approx(Rotation.from_euler("z", YAW[:, None]).as_rotvec(), abs=1e-12)
 
 
 def test_vectors_turn_with_their_bodies():
-    assert rotated(quaternions(TURNS), VECTORS) == pytest.approx(TURNS.apply(VECTORS), abs=1e-12)
+    assert rotate(quaternions(TURNS), VECTORS) == pytest.approx(TURNS.apply(VECTORS), abs=1e-12)
 
 
 def test_a_product_turns_in_the_axes_of_the_first_rotation():
-    both = Rotation.from_quat(product(quaternions(TURNS), quaternions(OTHERS)), scalar_first=True)
+    both = Rotation.from_quat(quaternion_product(quaternions(TURNS), quaternions(OTHERS)), scalar_first=True)
     assert both.apply(VECTORS) == pytest.approx((TURNS * OTHERS).apply(VECTORS), abs=1e-12)
 
 

@@ -31,7 +31,7 @@ def small_view(core):
     model, _ = core.cell.pose(0)
     quality = model.vis.quality
     quality.shadowsize, quality.offsamples = 256, 0
-    view._canvas._opened(model)
+    view._canvas._open_renderer(model)
     return view
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pnt_gym.cells.base.action import limited_actions
+from pnt_gym.cells.base.action import clip_actions
 from pnt_gym.cells.conveyor.action import MODES
 from pnt_gym.errors import ActionError
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -157,7 +157,7 @@ def test_a_number_that_is_none_is_refused_with_its_cell(mode, bad):
     action = np.zeros((4, SIZE[mode]))
     action[2, -1] = bad
     with pytest.raises(ActionError, match=r"action of cell 2 is .* must be finite") as caught:
-        limited_actions(action, 4, SIZE[mode], mode)
+        clip_actions(action, 4, SIZE[mode], mode)
     assert isinstance(caught.value, ValueError)
     assert "\n" not in str(caught.value)
 
@@ -165,27 +165,27 @@ def test_a_number_that_is_none_is_refused_with_its_cell(mode, bad):
 @pytest.mark.parametrize("shape", [(), (2,), (3, 2), (4, 3), (4, 2, 1), (0, 2)])
 def test_a_wrong_shape_is_refused_with_both_shapes(shape):
     with pytest.raises(ActionError, match=r"action has shape .* needs \(4, 2\)"):
-        limited_actions(np.zeros(shape), 4, 2, "release_point")
+        clip_actions(np.zeros(shape), 4, 2, "release_point")
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=6, max_size=6))
 @settings(max_examples=60, deadline=None)
 def test_values_outside_are_clipped_and_inside_kept(values):
     actions = np.array(values).reshape(3, 2)
-    checked = limited_actions(actions, 3, 2, "virtual_goal")
+    checked = clip_actions(actions, 3, 2, "virtual_goal")
     assert checked.dtype == np.float64
     np.testing.assert_array_equal(checked, np.minimum(np.maximum(actions, -1.0), 1.0))
 
 
 def test_lists_and_float32_are_taken():
-    np.testing.assert_array_equal(limited_actions([[0.5, -2.0]], 1, 2, "release_point"), [[0.5, -1.0]])
-    assert limited_actions(np.zeros((1, 3), dtype=np.float32), 1, 3, "release_xyz").dtype == np.float64
+    np.testing.assert_array_equal(clip_actions([[0.5, -2.0]], 1, 2, "release_point"), [[0.5, -1.0]])
+    assert clip_actions(np.zeros((1, 3), dtype=np.float32), 1, 3, "release_xyz").dtype == np.float64
 
 
 def test_words_are_no_action():
     with pytest.raises(ActionError, match="action"):
-        limited_actions([["left", "right"]], 1, 2, "release_point")
+        clip_actions([["left", "right"]], 1, 2, "release_point")
     with pytest.raises(ActionError, match="action"):
-        limited_actions([[0.0, 0.0], [0.0]], 2, 2, "release_point")
+        clip_actions([[0.0, 0.0], [0.0]], 2, 2, "release_point")
     with pytest.raises(ActionError, match="action"):
-        limited_actions(None, 1, 2, "release_point")
+        clip_actions(None, 1, 2, "release_point")

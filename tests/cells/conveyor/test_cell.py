@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pnt_gym.arrays import replaced, take
-from pnt_gym.cells.conveyor.belt.sources import QUEUE, BeltPicks
+from pnt_gym.arrays import replace_rows, take
+from pnt_gym.cells.conveyor.belt.sources import SHORTEST_QUEUE, BeltPicks
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
@@ -246,7 +246,7 @@ def test_the_queue_is_longer_than_any_pick_needs():
     config = ConveyorConfig.load("nominal_plain")
     source = BeltPicks(PickPlanner(config), [np.random.default_rng(i) for i in range(20)])
     context = source.first(np.arange(20))
-    assert source.stream.queue_x.shape == (20, QUEUE)
+    assert source.stream.queue_x.shape == (20, SHORTEST_QUEUE)
     assert (source.stream.queue_x[:, 0] < context.pick[:, 0]).all()
 
 
@@ -274,7 +274,7 @@ def test_rows_are_taken_and_put_back():
     assert same_bits(part.objects.size, context.objects.size[rows])
     assert part.belt_speed == context.belt_speed
     other = take(context, np.array([1, 3]))
-    changed = replaced(context, rows, other)
+    changed = replace_rows(context, rows, other)
     assert same_bits(changed.pick[rows], other.pick)
     assert same_bits(changed.plan.velocity[rows], other.plan.velocity)
     assert not same_bits(changed.pick, context.pick)

@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from agents.controllers.trackers import effects
-from pnt_gym.cells.conveyor.context import Drifted
+from agents.controllers.trackers import drift_effects
+from pnt_gym.cells.conveyor.context import HiddenDrift
 from pnt_gym.cells.conveyor.observation import decode
-from pnt_gym.cells.conveyor.shift import drifted
+from pnt_gym.cells.conveyor.shift import apply_drift
 from tests.tools.drifting import ALL, QUICK, cells
 from tests.tools.throws import same_bits
 
 
 def previewed(core, context, **off):
     """Landings (N, 2) in the throw's frame of cells that are off, and which were thrown untouched."""
-    now = Drifted.nothing(core.count)._replace(**off)
-    core.cell.context = drifted(context, now, core.config)
+    now = HiddenDrift.zero(core.count)._replace(**off)
+    core.cell.context = apply_drift(context, now, core.config)
     seen = core.preview(np.zeros((core.count, 2)))
     landing = np.stack([seen.landing_along, seen.landing_across], axis=1)
     return landing, np.isfinite(landing).all(axis=1) & ~seen.dropped & ~seen.recontact
@@ -31,10 +31,10 @@ LITTLE = {
 
 @pytest.mark.nightly
 def test_trackers_know_what_a_drift_does_to_a_landing_from_first_principles():
-    """Finite differences in the full physics against `effects`, which is fitted to nothing."""
+    """Finite differences in the full physics against `drift_effects`, which is fitted to nothing."""
     core = cells(COUNT, drift=ALL)
     context = core.context
-    expected = effects(core.observe()[:, :26], core.config.belt.camera_x)
+    expected = drift_effects(core.observe()[:, :26], core.config.belt.camera_x)
     still, fine = previewed(core, context)
     for column, (name, (size, values)) in enumerate(LITTLE.items()):
         landing, good = previewed(core, context, **{name.split()[0]: values})

@@ -30,7 +30,7 @@ def begun():
 
 def engine_energy(plant, row):
     """Kinetic and potential energy of a simulation as it stands [J]."""
-    model, data = plant.stand(row)
+    model, data = plant.current_state(row)
     mujoco.mj_energyPos(model, data)
     mujoco.mj_energyVel(model, data)
     return data.energy.sum()
@@ -42,7 +42,7 @@ def test_motors_put_in_what_robot_and_object_gain(begun):
     plant = core.cell.plant
     plant.write(picks)
     before = np.array([engine_energy(plant, row) for row in ROWS])
-    record = plant._with_robot(ROWS, picks, clock, clock.release + 1)
+    record = plant._roll_out_robot(ROWS, picks, clock, clock.release + 1)
     gained = np.empty(COUNT)
     for row in ROWS:
         model = plant.batch.get_model(row)
@@ -78,7 +78,7 @@ def test_a_planned_cycle_from_rest_to_rest_gains_only_height(begun):
             mujoco.mj_energyPos(model, data)
             lifted[k, row] = data.energy[0]
     np.testing.assert_allclose(put_in - taken, lifted[1] - lifted[0], atol=0.01 * put_in.min())
-    assert same_bits(plant._effort_ahead(clock, np.zeros(COUNT, dtype=np.int64)).energy, put_in)
+    assert same_bits(plant._effort_of_plan(clock, np.zeros(COUNT, dtype=np.int64)).energy, put_in)
 
 
 @pytest.mark.parametrize("level", ["nominal_plain", "waste_plain"])

@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from pnt_gym.cells.conveyor.context import Before
+from pnt_gym.cells.conveyor.context import LastThrow
 from pnt_gym.cells.conveyor.observation import FEEDBACK, SHIFT_TABLE, TABLE, decode
 from tests.tools.drifting import ALL, QUICK, actions, cells
 from tests.tools.throws import same_bits, same_step, vary
@@ -135,7 +135,7 @@ def test_the_feedback_alone_has_the_names_of_its_table():
     nothing = SHIFT_TABLE.decode(np.zeros((1, 34)))
     assert [*nothing][26:] == [one.name for one in FEEDBACK]
     assert not any(nothing[one.name].any() for one in FEEDBACK)  # zero is nothing known
-    assert len(Before.nothing(3).error) == 3
+    assert len(LastThrow.none(3).error) == 3
 
 
 def test_a_stacked_shift_is_gymnasiums_own_wrapper():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.conveyor.hand import HandCycle
-from pnt_gym.cells.conveyor.outcome import Flown, Told, judge
+from pnt_gym.cells.conveyor.outcome import PlannedResults, SimulatedThrows, judge
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.throws import make_core
 
@@ -17,7 +17,7 @@ OPENING = CONTEXT.opening[:, 0]
 
 
 @pytest.fixture(scope="module")
-def flown() -> Flown:
+def flown() -> SimulatedThrows:
     cell = CORE.cell
     motion = cell.planner.mover.throw(CONTEXT.pick, CONTEXT.plan, CONTEXT.limits, CONTEXT.ceiling)
     back = cell.planner.mover.back(motion, CONTEXT.pick, CONTEXT.limits)
@@ -27,7 +27,7 @@ def flown() -> Flown:
 
 def judged(flown, **changes):
     moved = replace(flown, touchdown=replace(flown.touchdown, **changes))
-    waiting = replace(Told.alone(COUNT), wait_time=np.full(COUNT, 0.1))
+    waiting = replace(PlannedResults.without_belt(COUNT), wait_time=np.full(COUNT, 0.1))
     return judge(moved, CONTEXT, CONFIG, CONFIG.acceptance(), np.full(COUNT, 0.9), waiting)
 
 

@@ -6,10 +6,10 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from pnt_gym.cells.conveyor.context import Drifted
-from pnt_gym.cells.conveyor.objects.drawing import gained, peel_impulse, time_constant
+from pnt_gym.cells.conveyor.context import HiddenDrift
+from pnt_gym.cells.conveyor.objects.drawing import peel_impulse, spin_from_impulse, time_constant
 from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, decode
-from pnt_gym.cells.conveyor.shift import Shift, drifted
+from pnt_gym.cells.conveyor.shift import DriftSchedule, apply_drift
 from pnt_gym.errors import ConfigError
 from tests.tools.drifting import ALL, QUICK, actions, cells
 from tests.tools.throws import CONVEYOR, make_core, parts_of, same_bits, vary
@@ -92,7 +92,7 @@ def test_a_shift_needs_a_throw_that_follows_and_is_drawn_whole(picks):
 
 def shifts(seeds, **changes):
     config = vary("waste", **changes)
-    return Shift.drawn([np.random.default_rng(seed) for seed in seeds], config)
+    return DriftSchedule.draw([np.random.default_rng(seed) for seed in seeds], config)
 
 
 def columns(shift):
@@ -101,7 +101,7 @@ def columns(shift):
 
 def test_a_shift_is_a_function_of_its_rows_generator_which_stays_where_it_is():
     generators = [np.random.default_rng(seed) for seed in range(5)]
-    together = columns(Shift.drawn(generators, vary("waste", drift=ALL)))
+    together = columns(DriftSchedule.draw(generators, vary("waste", drift=ALL)))
     assert [g.random() for g in generators] == [np.random.default_rng(seed).random() for seed in range(5)]
     for row in range(5):
         for name, values in columns(shifts([row], drift=ALL)).items():
@@ -138,7 +138,7 @@ def test_the_axes_of_camera_and_draught_differ():
 def test_behind_its_end_a_shift_stays_as_it_was():
     shift = shifts([1, 2], drift=ALL, picks_per_shift=3)
     for _ in range(5):
-        shift = shift.thrown()
+        shift = shift.advance()
     np.testing.assert_array_equal(shift.now().delay, shift.delay[:, -1])
     np.testing.assert_array_equal(shift.now().camera, shift.camera[:, -1])
 
@@ -258,13 +258,13 @@ def test_the_release_is_later_by_the_drift_and_never_before_it_is_commanded(pair
     assert (drift < 0.0).any()
     np.testing.assert_array_equal(moving.context.objects.delay, np.maximum(delay + drift, 0.0))
     early = still.context.drift._replace(delay=np.full(40, -1.0))
-    assert not drifted(still.context, early, still.config).objects.delay.any()
+    assert not apply_drift(still.context, early, still.config).objects.delay.any()
 
 
 def spun(config, core, offset):
     """Spin at release (N, 3) where objects are off by so much (2,) [m]."""
-    nothing = Drifted.nothing(core.count)
-    return drifted(core.context, nothing._replace(camera=np.tile(offset, (core.count, 1))), config).objects.spin
+    nothing = HiddenDrift.zero(core.count)
+    return apply_drift(core.context, nothing._replace(camera=np.tile(offset, (core.count, 1))), config).objects.spin
 
 
 def test_under_a_rigid_lip_spin_follows_the_offset():
@@ -280,7 +280,9 @@ def test_a_lip_that_peels_opens_where_the_object_truly_is():
     core, offset = cells(30, **QUICK), np.array([0.006, -0.010])
     o, suction = core.context.objects, core.config.suction
     impulse = peel_impulse(o.mass * 9.81, o.grasp + offset, o.cup_radius, time_constant(o.seal, suction))
-    np.testing.assert_allclose(spun(core.config, core, offset), gained(impulse, o.mass, o.size, o.shape, o.yaw))
+    np.testing.assert_allclose(
+        spun(core.config, core, offset), spin_from_impulse(impulse, o.mass, o.size, o.shape, o.yaw)
+    )
     assert same_bits(spun(core.config, core, [0.0, 0.0]), o.spin)
 
 
@@ -298,7 +300,7 @@ def test_no_drift_of_the_coming_pick_leaks_into_what_is_seen_of_it(part):
     before, context = core.observe(), core.context
     assert before.shape == (12, 34)
     assert before[:, 26:].any()
-    core.cell.context = drifted(context, Drifted.nothing(12)._replace(**part), core.config)
+    core.cell.context = apply_drift(context, HiddenDrift.zero(12)._replace(**part), core.config)
     assert same_bits(core.observe(), before)
     assert not all(same_bits(a, b) for a, b in zip(core.context.drift, context.drift, strict=True))
 

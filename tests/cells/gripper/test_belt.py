@@ -153,7 +153,7 @@ def test_ninety_eight_of_a_hundred_grasps_from_the_belt_lift_without_slip(kind):
     place = np.stack([rng.uniform(*TABLE.pick_x, COUNT), rng.uniform(*TABLE.pick_y, COUNT)], axis=-1)
     hidden, _ = draw_hidden([np.random.default_rng([kind, row]) for row in range(COUNT)], kinds, place, LIFTER.config)
     plans = replace(LIFTER.planner.plan(kinds, place), move_time=np.full(COUNT, 0.3), velocity=np.zeros((COUNT, 3)))
-    plans = replace(plans, release=plans.pick + plans.followed + [0.0, 0.0, LIFT], flight_time=np.full(COUNT, 0.01))
+    plans = replace(plans, release=plans.pick + plans.belt_travel + [0.0, 0.0, LIFT], flight_time=np.full(COUNT, 0.01))
     thrown = replace(LIFTER.context, kind=kinds, place=place, plans=plans, hidden=hidden)
     run = LIFTER.plant.fly(thrown, plans)
     held = (run.lifted > LIFT - 0.0015) & (run.slip < 0.0005)

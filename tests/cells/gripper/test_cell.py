@@ -159,7 +159,7 @@ def test_the_object_weighs_and_measures_what_was_drawn():
     context = cell.context
     cell.pose(0)
     for row in range(8):
-        model, data = cell.plant.stand(row)
+        model, data = cell.plant.current_state(row)
         assert model.body_mass[cell.plant.scene.object_body] == context.hidden.mass[row]
         lowest = min(_corners(model, data, cell.plant.scene.object_geom)[:, 2])
         assert lowest == pytest.approx(cell.config.table.height, abs=2e-4)

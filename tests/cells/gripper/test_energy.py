@@ -5,7 +5,7 @@ import numpy as np
 
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.base.energy import work_of_steps
-from pnt_gym.cells.base.plant import staged_rollout
+from pnt_gym.cells.base.plant import roll_out
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.scene import SENSORS
@@ -33,7 +33,7 @@ def test_motors_put_in_what_is_gained_and_what_damping_takes():
     control = plant._controls(plans, throws.kind, throws.hidden, int(steps.max()))
     models = [plant.batch.get_model(row) for row in range(COUNT)]
     begin = [energy(models[row], plant.batch.bind("qpos")[row], plant.batch.bind("qvel")[row]) for row in range(COUNT)]
-    record = staged_rollout(plant.batch, control, steps, ("sensordata", "qpos", "qvel"))
+    record = roll_out(plant.batch, control, steps, ("sensordata", "qpos", "qvel"))
     torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., plant.motors]
     put_in, taken = (work_of_steps(sign * torque, speed, steps, step) for sign in (1.0, -1.0))
     for row in range(COUNT):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.gripper.hidden import Hidden
-from pnt_gym.cells.gripper.outcome import Flown
+from pnt_gym.cells.gripper.outcome import RecordedThrows
 from tests.tools.gripper import made
 from tests.tools.nightly import with_nightly
 
@@ -14,7 +14,7 @@ COUNT = 100
 LIFT = 0.050
 
 
-def lifted(cell, kind, hidden) -> Flown:
+def lifted(cell, kind, hidden) -> RecordedThrows:
     """Pick objects of one kind and lift them straight up."""
     kinds = np.full(cell.count, kind)
     place = np.tile([-0.04, 0.0], (cell.count, 1))

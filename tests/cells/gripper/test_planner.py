@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.gripper.motion import eased, eased_share
+from pnt_gym.cells.gripper.motion import ease, ease_share
 from pnt_gym.cells.gripper.planner import TossPlanner
 from pnt_gym.robots.gripper import MOTOR_SPEED, check_pose, inverse_kinematics
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
@@ -122,4 +122,4 @@ def test_relaxed_pads_touch_the_planned_width_at_the_contact_angle():
 
 @given(st.floats(0.0, 1.0))
 def test_the_easing_is_inverted(value):
-    assert eased(np.array(eased_share(value))) == pytest.approx(value, abs=1e-3)
+    assert ease(np.array(ease_share(value))) == pytest.approx(value, abs=1e-3)

@@ -38,8 +38,8 @@ def test_the_belts_robot_is_the_industrial_one_with_softer_and_narrower_claws():
     config = GripperConfig.load("belt")
     dimensions, build = config.robot.parts()
     # Of that size is the industrial robot whose proportions the paper takes.
-    same = PROTOTYPE_BUILD.scaled(4.1, build.servo)
-    assert dimensions == PROTOTYPE.scaled(4.1)
+    same = PROTOTYPE_BUILD.with_scale(4.1, build.servo)
+    assert dimensions == PROTOTYPE.with_scale(4.1)
     assert build.moving_mass == same.moving_mass
     assert build.claws.length == same.claws.length
     assert build.claws.stiffness < same.claws.stiffness

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from pnt_gym.cells.line.chances import PRIOR, Chances, read, written
+from pnt_gym.cells.line.chances import PRIOR, Chances, format_table, read_table
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.line import begun, chances, decided, with_table
 
@@ -22,7 +22,7 @@ def test_a_table_is_what_was_counted():
     picked = np.ones(24, dtype=bool)
     picked[[3, 4, 15]] = False
     won = picked & (np.arange(24) % 3 != 0)
-    made = Chances.counted(CONFIG.cell, kind, percent, distance, won, picked)
+    made = Chances.from_throws(CONFIG.cell, kind, percent, distance, won, picked)
     assert made.percent.tolist() == [30.0, 50.0]
     held = np.sort(distance[picked])  # 21 throws, 4 classes of equally many
     assert [int((held <= edge).sum()) for edge in made.edges] == [6, 11, 16]
@@ -43,7 +43,7 @@ def test_a_table_is_what_was_counted():
 def test_cups_that_never_fail_are_certain():
     still = CONFIG.cell.model_copy(update={"pick": CONFIG.cell.pick.model_copy(update={"fails": False})})
     one, yes = np.zeros(8, dtype=np.int64), np.ones(8, dtype=bool)
-    made = Chances.counted(still, one, np.full(8, 40.0), np.linspace(0.5, 1.0, 8), yes, yes)
+    made = Chances.from_throws(still, one, np.full(8, 40.0), np.linspace(0.5, 1.0, 8), yes, yes)
     assert made.picked.tolist() == [1.0] * 4
 
 
@@ -52,23 +52,23 @@ def test_a_chance_is_looked_up_by_item_speed_and_distance():
     kind, percent = np.array([0, 1, 2, 3, 3]), np.array([30.0, 40.0, 50.0, 33.0, 90.0])
     distance = np.array([0.1, 0.75, 0.85, 5.0, 0.7])
     at = [(0, 0, 0), (1, 1, 1), (2, 2, 2), (3, 0, 3), (3, 2, 0)]
-    assert table.land(kind, percent, distance).tolist() == [table.landed[i] for i in at]
+    assert table.landing_chance(kind, percent, distance).tolist() == [table.landed[i] for i in at]
     wanted = [table.landed[i] * table.picked[i[0]] for i in at]
-    assert table.success(kind, percent, distance).tolist() == wanted
+    assert table.success_chance(kind, percent, distance).tolist() == wanted
 
 
 def test_nothing_fails_by_the_table_of_lines_that_throw():
     sure = Chances.certain(CONFIG.cell)
-    assert sure.success(np.arange(4), np.full(4, 35.0), np.linspace(0.1, 3.0, 4)).tolist() == [1.0] * 4
+    assert sure.success_chance(np.arange(4), np.full(4, 35.0), np.linspace(0.1, 3.0, 4)).tolist() == [1.0] * 4
 
 
 def test_a_table_that_is_written_is_read_again(tmp_path):
     config = LineConfig.load(with_table({"base": "speed"}, tmp_path))
-    found, made = read(config), chances(config)
+    found, made = read_table(config), chances(config)
     assert found is not None
     for name in ("percent", "edges", "picked", "landed"):
         np.testing.assert_allclose(getattr(found, name), getattr(made, name), atol=5e-6)
-    assert json.loads(written(made, throws=7))["throws"] == 7
+    assert json.loads(format_table(made, throws=7))["throws"] == 7
 
 
 def test_throws_come_out_as_often_as_the_table_has_it(tmp_path):
@@ -81,7 +81,7 @@ def test_throws_come_out_as_often_as_the_table_has_it(tmp_path):
     while not cell.over.all():
         taken = cell.take(decided(cell, random))
         rows = np.flatnonzero(taken.valid)
-        kind, made = taken.context.objects.kind[rows], taken.made
+        kind, made = taken.context.objects.kind[rows], taken.results
         setting = np.searchsorted(table.percent, taken.context.objects.percent[rows])
         of = np.searchsorted(table.edges, taken.context.distance[rows])
         held = made.picked[rows]
@@ -108,10 +108,10 @@ def test_the_same_object_thrown_with_the_same_chance_ends_alike(tmp_path):
         while not cell.over.all():
             taken = cell.take(decided(cell, random))
             objects = taken.context.objects
-            chance = table.land(objects.kind, objects.percent, taken.context.distance)
+            chance = table.landing_chance(objects.kind, objects.percent, taken.context.distance)
             for row in np.flatnonzero(taken.valid):
                 case = row, int(taken.index[row]), round(float(chance[row]), 9)
-                ended[case] = bool(taken.made.is_success[row])
+                ended[case] = bool(taken.results.is_success[row])
     both = ends[0].keys() & ends[1].keys()
     assert len(both) > 10
     assert all(ends[0][case] == ends[1][case] for case in both)

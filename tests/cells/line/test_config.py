@@ -44,7 +44,7 @@ def test_a_shipped_level_is_what_its_issue_says(name):
     assert config.name == name
     assert config.throws == "table"
     assert len(config.robots) == (3 if name in ("line3", "skills3", "skills3_burst") else 1)
-    assert config.able().any(axis=0).all()
+    assert config.can_take().any(axis=0).all()
     counts = {"speed": 3}.get(name, 1)
     assert len(config.cell_of(0).limits.percent) == counts
     assert config.arrivals.regularity == (0.4 if name in ("speed", "skills3_burst") else 1.0)
@@ -52,10 +52,10 @@ def test_a_shipped_level_is_what_its_issue_says(name):
 
 
 def test_skills_are_those_of_the_level():
-    assert LineConfig.load("line3").able().tolist() == [[True] * 4] * 3
+    assert LineConfig.load("line3").can_take().tolist() == [[True] * 4] * 3
     able = [[True] * 4, [True, True, False, False], [True, False, False, False]]
-    assert LineConfig.load("skills3").able().tolist() == able
-    assert LineConfig.load("skills3_burst").able().tolist() == able
+    assert LineConfig.load("skills3").can_take().tolist() == able
+    assert LineConfig.load("skills3_burst").can_take().tolist() == able
 
 
 WRONG: list[tuple[dict[str, Any], str]] = [

@@ -20,7 +20,7 @@ from pnt_gym.cells.line import acts
 from pnt_gym.cells.line import cell as cells
 from pnt_gym.cells.line.books import Accounts, Books
 from pnt_gym.cells.line.core import LineCore
-from pnt_gym.cells.line.lie import apart, in_sight
+from pnt_gym.cells.line.lie import in_sight, separate
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ConfigError
 from tests.tools.line import begun, decided
@@ -58,7 +58,7 @@ def test_boxes_do_not_overlap_wherever_they_lie(given, begin, gap):
     """By fractions, which round nothing: to half a unit in the last place of a position, or 1e-12 of the distance."""
     steps, y, along, across = (np.array(column) for column in zip(*given, strict=True))
     x = begin - np.cumsum(steps)
-    lies = apart(x, y, along, across, gap)
+    lies = separate(x, y, along, across, gap)
     assert (lies <= x).all()
     slack = Fraction(np.spacing(np.abs(lies).max() + 2.0)) / 2
     for i in range(len(x)):
@@ -75,7 +75,7 @@ def test_boxes_do_not_overlap_wherever_they_lie(given, begin, gap):
 )
 def test_any_numbers_at_all_come_to_an_end(x, size, gap):
     sizes = np.full(len(x), size)
-    assert len(apart(np.array(x), np.zeros(len(x)), sizes, sizes, gap)) == len(x)
+    assert len(separate(np.array(x), np.zeros(len(x)), sizes, sizes, gap)) == len(x)
 
 
 @given(x=st.lists(st.floats(-10, 10), max_size=30), ride=st.floats(0, 10), low=st.floats(-5, 5), long=st.floats(0, 5))
@@ -128,17 +128,17 @@ def test_pictures_keep_the_latest_acts_and_every_hand(monkeypatch):
     cell = begun({"base": "skills3", "duration": 60.0})
     cell.watch()
     every = cell.acts
-    monkeypatch.setattr(acts, "MOST_SEEN", 4)
+    monkeypatch.setattr(acts, "MAX_CYCLES", 4)
     for _ in range(30):
         before, choice = cell.state, np.zeros(1, dtype=np.int64)
         cell.take(choice)
         with monkeypatch.context() as patch:
-            patch.setattr(acts, "MOST_SEEN", 1000)
-            every = every.then(float(before.clock[0]), cell.acts.made[-1])
+            patch.setattr(acts, "MAX_CYCLES", 1000)
+            every = every.advance(float(before.clock[0]), cell.acts.cycles[-1])
         now = float(cell.state.clock[0])
         assert same_bits(cell.acts.tips(now), every.tips(now))
-        assert len(cell.acts.made) <= 4 + 3 + 1
-    assert len(every.made) == 30
+        assert len(cell.acts.cycles) <= 4 + 3 + 1
+    assert len(every.cycles) == 30
 
 
 REFUSED = (

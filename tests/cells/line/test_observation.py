@@ -12,7 +12,7 @@ import pytest
 
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.features import CLIP
-from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LEAST, LINE_TABLE, decoded
+from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE, MIN_RATE, decoded
 from pnt_gym.cells.line.state import CHOICES
 from tests.cells.conveyor.test_observation import HIDDEN, changed
 from tests.tools.line import decided, with_table
@@ -37,7 +37,7 @@ def line(tmp_path):
 def looked_again(core):
     """What is seen of the same state when choices are looked for anew."""
     cell = core.cell
-    found = cell.chooser.found(
+    found = cell.chooser.find_choices(
         cell.state, cell.stream, cell.chooser.sight(cell.state, cell.stream, np.arange(cell.count))
     )
     cell.state = replace(cell.state, choices=found)
@@ -63,7 +63,7 @@ def test_an_observation_is_read_back(line):
     np.testing.assert_allclose(seen.line["hand_y"], state.hand[rows, state.robot, 1], atol=1e-6)
     np.testing.assert_allclose(seen.line["possible"], state.choices.real.sum(axis=1), atol=1e-5)
     real, choices = state.choices.real, state.choices
-    rate = np.log(np.maximum(choices.value * choices.chance / choices.cycle, LEAST))
+    rate = np.log(np.maximum(choices.value * choices.chance / choices.cycle, MIN_RATE))
     wanted = {
         "pick_x": choices.pick[..., 0],
         "pick_y": choices.pick[..., 1],

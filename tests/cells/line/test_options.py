@@ -63,7 +63,7 @@ def test_without_riding_along_the_times_are_those_of_intercept_and_release(table
         choices = take(state.choices, 0)
         for k in np.flatnonzero(choices.real):
             one = take(choices, np.array([k]))
-            context = cell.chooser.planned(state.robot, cell.stream, one)
+            context = cell.chooser.plan_choices(state.robot, cell.stream, one)
             objects = context.objects
             x = cell.stream.x[0, one.index] + config.belt.speed * state.clock[0]
             place = np.stack([x, objects.draws.lane_y, context.pick[:, 2]], axis=-1)
@@ -101,7 +101,7 @@ def test_what_is_done_is_planned_as_it_was_when_it_was_chosen(name, tables):
         one = take(state.choices, (np.arange(5), choice))
         context = cell.take(choice).context
         for row in np.flatnonzero(one.real):
-            planner, own = cell.chooser.robots_of(int(state.robot[row])).planner, take(context, np.array([row]))
+            planner, own = cell.chooser.robot_kind(int(state.robot[row])).planner, take(context, np.array([row]))
             motion = planner.mover.throw(own.pick, own.plan, own.throw_limits, own.ceiling)
             assert planner.mover.is_feasible(own.pick, own.plan, own.throw_limits).all()
             assert motion.stop_time == one.throwing[row]
@@ -142,7 +142,7 @@ def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
             assert (np.diff(real.astype(int)) <= 0).all()  # the first places are the real ones
             score = choices.value * choices.chance - config.price_of_time * (choices.lift + choices.throwing)
             assert (np.diff(score[real]) <= 1e-12).all()
-            robot, base = int(state.robot[row]), config.places()
+            robot, base = int(state.robot[row]), config.robot_x()
             x = stream.x[row] + speed * state.clock[row]
             free = (
                 (state.books.whole().since[row] <= state.clock[row]) & (x >= config.reach[0]) & (x <= config.reach[1])
@@ -157,7 +157,7 @@ def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
                 away = np.hypot(into.x - one.pick[0], into.y - one.pick[1])
                 of = int((away > table.edges).sum())
                 assert one.chance == pytest.approx(table.picked[kind] * table.landed[kind, setting, of])
-                able = config.able()
+                able = config.can_take()
                 then = x + speed * (one.lift + one.throwing)
                 near = np.abs(then - base[robot] - one.stop[0]) <= 0.25
                 own = free & able[robot, stream.objects.measured.kind[row]]
@@ -170,7 +170,7 @@ def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
                 between = heir & (x >= x[index]) & (x <= window)
                 assert one.queue == between.sum()  # itself, too
                 seen += 1
-            coming = free & config.able()[robot, stream.objects.measured.kind[row]] & (x <= base[robot] + high)
+            coming = free & config.can_take()[robot, stream.objects.measured.kind[row]] & (x <= base[robot] + high)
             assert cell.chooser.coming(state, stream)[row] == coming.sum()
         cell.take(decided(cell, random))
     assert seen > 100

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pnt_gym.cells.conveyor.movers.tracking import brought_to_rest
-from pnt_gym.cells.line.cell import IDLE
+from pnt_gym.cells.conveyor.movers.tracking import stop_motion
+from pnt_gym.cells.line.cell import IDLE_TIME
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.outcome import told
+from pnt_gym.cells.line.outcome import shift_figures
 from pnt_gym.cells.line.state import Fate
 from pnt_gym.planning.motion.limits import LimitRows
 from tests.tools.line import Ledger, begun, decided, with_table
@@ -105,7 +105,7 @@ def where(cell, state):
     rows = np.arange(len(state.clock))[:, None]
     then = state.clock[:, None] + choices.lift
     x = cell.stream.x[rows, choices.index] + config.cell.belt.speed * then
-    return x - config.places()[state.robot][:, None]
+    return x - config.robot_x()[state.robot][:, None]
 
 
 @pytest.mark.parametrize("name", LEVELS)
@@ -127,7 +127,7 @@ def test_a_lift_is_where_the_object_then_is_in_the_window_and_in_time(name, tabl
         end = x + config.cell.belt.speed * (state.choices.leave[real] - lift)
         np.testing.assert_allclose(end, config.cell.belt.pick_x[1], rtol=0, atol=1e-9)
         found += int(real.sum())
-        ends = taken.valid & taken.made.picked
+        ends = taken.valid & taken.results.picked
         assert (taken.end[ends] > taken.start[ends]).all()
     assert found > 50
 
@@ -140,7 +140,7 @@ def test_what_one_robot_has_chosen_is_never_offered_to_another(name, tables):
     for before, taken, state in shift(cell, random):
         for row in np.flatnonzero(taken.valid):
             lift = before.clock[row] + before.choices.lift[row][before.choices.index[row] == taken.index[row]]
-            until = np.inf if taken.made.picked[row] else float(lift.min())
+            until = np.inf if taken.results.picked[row] else float(lift.min())
             reserved[row][int(taken.index[row])] = until
         for row in range(2):
             for index in state.choices.index[row][state.choices.real[row]]:
@@ -154,13 +154,13 @@ def test_what_a_cup_did_not_lift_is_offered_again_here_and_downstream(tables):
     cell, random = begun(level, 2), np.random.default_rng(0)
     by = [dict[int, list[int]](), dict[int, list[int]]()]
     for before, taken, state in shift(cell, random):
-        assert not taken.made.picked.any()
+        assert not taken.results.picked.any()
         for row in np.flatnonzero(taken.valid):
             index, robot = int(taken.index[row]), int(taken.robot[row])
             by[row].setdefault(index, []).append(robot)
             one = before.choices.index[row] == index
             limits = LimitRows.t3kr(before.choices.percent[row][one])
-            rode = brought_to_rest(before.choices.pick[row][one], limits, cell.config.cell.belt.speed)
+            rode = stop_motion(before.choices.pick[row][one], limits, cell.config.cell.belt.speed)
             # It costs the way there, the dwell, and what it takes to stand still.
             spent = before.choices.lift[row][one] + rode.stop_time
             assert np.abs(taken.end[row] - taken.start[row] - spent).min() < 1e-12
@@ -182,7 +182,7 @@ def test_a_second_try_is_as_likely_as_the_first(tables):
         rows = np.flatnonzero(taken.valid)
         tried = before.books.whole().attempts[rows, taken.index[rows]] > 0
         for which, counts in ((~tried, first), (tried, again)):
-            counts += [taken.made.picked[rows][which].sum(), which.sum()]
+            counts += [taken.results.picked[rows][which].sum(), which.sum()]
     for picked, tries in (first, again):
         assert tries > 100
         assert abs(picked / tries - 0.5) < 4.0 * 0.5 / np.sqrt(tries)
@@ -233,13 +233,13 @@ def test_an_action_that_there_is_not_is_a_tenth_of_a_second_of_standing_still(ta
     before = cell.state
     taken = cell.take(np.array([0, 15]))
     assert taken.valid.tolist() == [True, False]
-    assert taken.end[1] - taken.start[1] == pytest.approx(IDLE, abs=1e-12)
+    assert taken.end[1] - taken.start[1] == pytest.approx(IDLE_TIME, abs=1e-12)
     assert taken.value[1] == 0.0
     after = cell.state
     for own, earlier in zip(after.books.whole(), before.books.whole(), strict=True):
         assert (own[1] == earlier[1]).all()
     robot = before.robot[1]
-    assert after.free[1, robot] == before.clock[1] + IDLE
+    assert after.free[1, robot] == before.clock[1] + IDLE_TIME
     assert (after.hand[1, robot] == before.hand[1, robot]).all()
     assert (after.busy[1] == before.busy[1]).all()
     others = np.arange(3) != robot
@@ -258,7 +258,7 @@ def test_the_figures_of_a_shift_are_those_of_its_steps(name, tables):
             ledgers[row].enter(taken, row, cell.config.duration)
             if taken.valid[row]:
                 busy[row, taken.robot[row]] += taken.end[row] - taken.start[row] - taken.wait[row]
-    figures = told(cell.config, cell.state, cell.stream, np.arange(rows))
+    figures = shift_figures(cell.config, cell.state, cell.stream, np.arange(rows))
     config, kinds = cell.config, cell.stream.objects.kind
     end = config.reach[1] - config.cell.belt.speed * config.duration
     for row, ledger in enumerate(ledgers):
@@ -299,7 +299,7 @@ def test_a_robot_is_busy_no_longer_than_the_shift(tables):
     cell, random = begun(level_of("line", tables), 2, 4), np.random.default_rng(4)
     for _ in shift(cell, random):
         pass
-    figures = told(cell.config, cell.state, cell.stream, np.arange(2))
+    figures = shift_figures(cell.config, cell.state, cell.stream, np.arange(2))
     assert (figures["shift_utilisation"] <= 1.0).all()
     assert (figures["shift_utilisation"] > 0.2).all()
     assert isinstance(cell.config, LineConfig)

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.line.lie import apart
-from pnt_gym.cells.line.stream import turned
+from pnt_gym.cells.line.lie import separate
+from pnt_gym.cells.line.stream import redraw
 from tests.cells.base.test_records import arrays
 from tests.tools.line import begun, decided, with_table
 from tests.tools.outlines import outlines, overlap
@@ -66,7 +66,7 @@ def test_no_two_objects_overlap_on_any_belt(level):
 
 def test_objects_that_do_not_give_way_do_overlap(monkeypatch):
     """So that the test above can fail."""
-    monkeypatch.setattr("pnt_gym.cells.line.lie.apart", lambda x, *_: x)
+    monkeypatch.setattr("pnt_gym.cells.line.lie.separate", lambda x, *_: x)
     polygons, _ = lying({"base": "single", "arrivals": {"rate": 5.0}}, 2)
     assert overlap(polygons[0, :-1], polygons[0, 1:]).any()
 
@@ -88,7 +88,7 @@ def test_boxes_give_way_no_farther_than_they_must(given, gap):
     """Against all pairs: nobody lies on anybody, and who was moved touches the gap around somebody before it."""
     steps, y, along, across = (np.array(column) for column in zip(*given, strict=True))
     x = -np.cumsum(steps)
-    lies = apart(x, y, along, across, gap)
+    lies = separate(x, y, along, across, gap)
     assert (lies <= x).all()
     beside = np.abs(y[:, None] - y) < across[:, None] + across + gap
     free = along[:, None] + along + gap
@@ -208,7 +208,7 @@ def test_a_new_shift_is_another_and_the_other_lines_go_on():
 
 def test_draws_of_later_attempts_tell_nothing_of_earlier_ones():
     draws = np.random.default_rng(0).random(200_000)
-    tries = [turned(draws, np.full(draws.size, attempt)) for attempt in range(4)]
+    tries = [redraw(draws, np.full(draws.size, attempt)) for attempt in range(4)]
     assert same_bits(tries[0], draws)
     for one in tries:
         assert ((one >= 0.0) & (one < 1.0)).all()
@@ -217,6 +217,6 @@ def test_draws_of_later_attempts_tell_nothing_of_earlier_ones():
             failed = earlier < 0.2
             share = np.histogram(tries[k][failed], bins=10, range=(0.0, 1.0))[0] / failed.sum()
             assert np.abs(share - 0.1).max() < 5.0 * np.sqrt(0.09 / failed.sum())
-    assert turned(np.array([1.0]), np.array([3])).tolist() == [1.0]
-    mixed = turned(draws[:3], np.array([0, 2, 1]))
+    assert redraw(np.array([1.0]), np.array([3])).tolist() == [1.0]
+    mixed = redraw(draws[:3], np.array([0, 2, 1]))
     assert mixed.tolist() == [tries[0][0], tries[2][1], tries[1][2]]

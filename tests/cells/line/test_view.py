@@ -13,10 +13,10 @@ import pytest
 
 from pnt_gym.cells.base.canvas import Picture
 from pnt_gym.cells.base.stage import ITEM_RGBA
-from pnt_gym.cells.line.acts import LOOK, Act
+from pnt_gym.cells.line.acts import SAMPLE_TIME, RobotCycle
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
-from pnt_gym.cells.line.scene import bin_colours, extent
+from pnt_gym.cells.line.scene import belt_extent, bin_colours
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ConfigError, OrderError
 from tests.tools.nightly import with_nightly
@@ -52,7 +52,7 @@ def small_view(core: LineCore) -> LineView:
 class Seen:
     """One decision, what was planned and told of it, and what is shown."""
 
-    act: Act
+    act: RobotCycle
     pick: np.ndarray
     """Where the planner has the cup's tip when it lifts the object, from the base (3,)."""
     stood: np.ndarray
@@ -64,18 +64,18 @@ class Seen:
 
 @pytest.fixture(scope="module", params=with_nightly(LEVELS, ["three", "planned"]))
 def shift(request) -> tuple[LineCore, list[Seen], list[np.ndarray]]:
-    """A shift of best choices; its decisions, and the tips in the picture's model every `LOOK` (R, 3)."""
+    """A shift of best choices; its decisions, and the tips in the picture's model every `SAMPLE_TIME` (R, 3)."""
     core = begun(LEVELS[request.param])
     view, seen, tips = core.view(), list[Seen](), list[np.ndarray]()
     while not core.cell.over[0]:
         before = core.cell.state
         deep = core.cell.stream.objects.known_depth[0, before.choices.index[0, 0]]
         info = {name: values[0] for name, values in core.step(np.zeros(1, dtype=np.int64)).info.items()}
-        for _, data, _ in view.scenes(round(1.0 / LOOK)):
+        for _, data, _ in view.scenes(round(1.0 / SAMPLE_TIME)):
             tips.append(np.array([data.site(f"{robot}_tcp").xpos for robot in range(len(core.config.robots))]))
         if info["invalid_action"]:
             continue
-        act = core.cell.acts.made[-1]
+        act = core.cell.acts.cycles[-1]
         _, data, _ = view.scene(act.lift)
         shown = data.site(f"{act.robot}_tcp").xpos - [core.config.robots[act.robot].x, 0.0, 0.0]
         pick = before.choices.pick[0, 0] + [0.0, 0.0, deep]
@@ -105,7 +105,7 @@ def test_hands_move_and_never_jump(shift):
     core, _, tips = shift
     way = np.linalg.norm(np.diff(np.stack(tips), axis=0), axis=2)
     fastest = 6.0 * max(core.config.cell.limits.percent) / 100.0 + core.config.cell.belt.speed
-    assert way.max() <= fastest * LOOK + 5e-4  # a hand that was simulated is not quite where it was planned
+    assert way.max() <= fastest * SAMPLE_TIME + 5e-4  # a hand that was simulated is not quite where it was planned
     assert (way.max(axis=0) > 0.003).all()
 
 
@@ -113,16 +113,16 @@ def test_objects_end_in_the_bin_that_info_tells_of(shift):
     core, seen, _ = shift
     ended = 0
     for one in seen:
-        assert (one.act.thing is None) != bool(one.info["picked"])
-        if one.act.thing is None:
+        assert (one.act.object_track is None) != bool(one.info["picked"])
+        if one.act.object_track is None:
             continue
-        last = one.act.thing.pose[-1]
+        last = one.act.object_track.pose[-1]
         if one.info["ended_in"] >= 0:
             assert bin_of(core, one.act.robot, last) == one.info["ended_in"]
-            assert one.act.seen(one.act.thing.time[-1] + 60.0) is not None
+            assert one.act.object_pose(one.act.object_track.time[-1] + 60.0) is not None
             ended += 1
         elif core.config.throws == "table":
-            assert one.act.seen(one.act.thing.time[-1] + 0.001) is None
+            assert one.act.object_pose(one.act.object_track.time[-1] + 0.001) is None
         else:
             assert bin_of(core, one.act.robot, last) == -1
     assert ended > 3
@@ -131,19 +131,19 @@ def test_objects_end_in_the_bin_that_info_tells_of(shift):
 def test_objects_hang_under_the_cup_and_then_fly(shift):
     _, seen, _ = shift
     for one in seen:
-        if one.act.thing is None:
+        if one.act.object_track is None:
             continue
-        assert one.act.seen(one.act.lift - 1e-6) is None
-        hung = one.act.seen(one.act.lift) - np.array([*one.pick, 1.0, 0.0, 0.0, 0.0])
+        assert one.act.object_pose(one.act.lift - 1e-6) is None
+        hung = one.act.object_pose(one.act.lift) - np.array([*one.pick, 1.0, 0.0, 0.0, 0.0])
         assert np.hypot(*hung[:2]) < 0.06  # off by the grasp
         assert -0.12 < hung[2] < 0.0
-        moments = np.arange(one.act.lift, one.act.thing.time[-1], LOOK)
-        apart = [np.linalg.norm(one.act.seen(t)[:3] - one.act.hand.at(t)) for t in moments if t < one.act.end]
+        moments = np.arange(one.act.lift, one.act.object_track.time[-1], SAMPLE_TIME)
+        apart = [np.linalg.norm(one.act.object_pose(t)[:3] - one.act.hand.at(t)) for t in moments if t < one.act.end]
         assert apart[0] < 0.08
-        alone = [t for t in moments if np.linalg.norm(one.act.seen(t)[:3] - one.act.hand.at(t)) > 0.2]
+        alone = [t for t in moments if np.linalg.norm(one.act.object_pose(t)[:3] - one.act.hand.at(t)) > 0.2]
         assert alone, "it never leaves the hand"
-        poses = np.array([one.act.seen(t) for t in moments])
-        assert np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1).max() < 6.0 * LOOK
+        poses = np.array([one.act.object_pose(t) for t in moments])
+        assert np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1).max() < 6.0 * SAMPLE_TIME
         np.testing.assert_allclose(np.linalg.norm(poses[:, 3:], axis=1), 1.0, atol=1e-2)
 
 
@@ -159,11 +159,11 @@ def test_every_object_is_shown_once_where_it_is(late):
     taken = set(np.flatnonzero(np.isinf(core.cell.state.books.whole().since[0])))
     lifted: dict[int, float] = {}
     view = core.view()
-    low, high = extent(core.config)
+    low, high = belt_extent(core.config)
     for _ in range(12):
         info = core.step(np.zeros(1, dtype=np.int64)).info
         if info["picked"][0]:
-            lifted[int(info["object"][0])] = core.cell.acts.made[-1].lift
+            lifted[int(info["object"][0])] = core.cell.acts.cycles[-1].lift
         now = float(core.cell.state.clock[0])
         x = core.cell.stream.x[0] + core.config.cell.belt.speed * now + core.cell.stream.objects.grasp[0, :, 0]
         rides = [k for k in range(len(x)) if k not in taken and low <= x[k] <= high and lifted.get(k, np.inf) > now]
@@ -180,11 +180,11 @@ def test_a_cup_that_does_not_seal_leaves_its_object_to_the_belt():
     core.view()
     for _ in range(12):
         info = core.step(np.zeros(1, dtype=np.int64)).info
-        act = core.cell.acts.made[-1]
+        act = core.cell.acts.cycles[-1]
         if not info["picked"][0]:
             failed += 1
-            assert act.taken == np.inf
-            assert all(act.seen(time) is None for time in np.linspace(act.start, act.end + 1.0, 50))
+            assert act.off_belt == np.inf
+            assert all(act.object_pose(time) is None for time in np.linspace(act.start, act.end + 1.0, 50))
     assert failed
 
 
@@ -232,7 +232,7 @@ def test_looking_changes_nothing_and_a_copy_shows_the_same():
     seen.step(0), copied.step(0)
     assert same_bits(copied.render(), seen.render())
     copied.reset(seed=3)
-    assert not copied.core.cell.acts.made
+    assert not copied.core.cell.acts.cycles
     seen.close(), copied.close()
 
 
@@ -271,7 +271,7 @@ def test_there_is_no_window_and_nothing_kept_that_nobody_watches():
     with pytest.raises(ConfigError, match="window"):
         view.show()
     core.step(np.zeros(1, dtype=np.int64))
-    assert len(core.cell.acts.made) == 1
+    assert len(core.cell.acts.cycles) == 1
     view.close()
     with pytest.raises(OrderError, match="open a view"):
         list(view.scenes())

@@ -10,7 +10,7 @@ from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.hidden import expected_hidden
 from pnt_gym.cells.one_joint.outcome import is_within
-from pnt_gym.cells.one_joint.pallets import SORTING, STAND, stacked
+from pnt_gym.cells.one_joint.pallets import SORTING, STAND, stack_pose
 from pnt_gym.errors import ConfigError
 from tests.tools.thrower import NO_ERRORS, WEIGHTS, state_at_goal
 
@@ -183,7 +183,7 @@ def test_an_assembly_puts_a_tee_on_an_aitch():
     np.testing.assert_array_equal(cell.context.lying[:, 0], first.final[:, 0])
     second = throw(cell)
     assert second.is_success.all()
-    seat = stacked(second.final[:, 0])
+    seat = stack_pose(second.final[:, 0])
     assert np.abs(second.final[:, 1, :2] - seat[:, :2]).max() < 0.003
     assert cell.context.kind.tolist() == [0] * 4
     assert np.isnan(cell.context.lying).all()

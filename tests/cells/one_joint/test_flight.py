@@ -7,7 +7,7 @@ import pytest
 
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.hidden import expected_hidden
-from pnt_gym.cells.one_joint.measure import CLEAR, LEAST, estimated_state, watch
+from pnt_gym.cells.one_joint.measure import CONTACT_TIME, MIN_FRAMES, estimated_state, film
 from pnt_gym.cells.one_joint.pallets import SORTING
 from pnt_gym.cells.one_joint.plant import LATEST_FLIGHT, MARGIN, OneJointPlant
 from tests.tools.thrower import EXAMPLE, RELEASES, WEIGHTS, coming, fly, state_at_goal, throws
@@ -59,11 +59,11 @@ def test_the_nearest_state_does_not_depend_on_what_lies_before_the_release(fligh
 
 def test_a_flight_that_nothing_stops_is_free_to_its_end(flights):
     np.testing.assert_array_equal(flights.free, flights.after_release)
-    assert not flights.touched().any()
+    assert not flights.touches().any()
 
 
 def test_a_flight_into_a_pallet_is_free_until_it_touches(caught):
-    assert caught.touched()[0].tolist() == [False, True, False]
+    assert caught.touches()[0].tolist() == [False, True, False]
     free = np.flatnonzero(caught.free[0])
     assert caught.after_release[0].sum() > free.size > 100
     np.testing.assert_array_equal(np.diff(free), 1)
@@ -89,28 +89,28 @@ def test_a_flight_is_carried_on_beyond_the_simulation(flights):
 
 
 def test_frames_are_taken_from_the_release_to_the_planned_arrival(flights):
-    frames = watch(flights, RELEASES[:, 3], np.zeros((len(RELEASES), 450, 3)), IDEAL)
-    seconds = frames.seen.sum(axis=1) / IDEAL.camera.rate
+    frames = film(flights, RELEASES[:, 3], np.zeros((len(RELEASES), 450, 3)), IDEAL)
+    seconds = frames.is_valid.sum(axis=1) / IDEAL.camera.rate
     np.testing.assert_allclose(seconds, RELEASES[:, 3], atol=0.0011)
-    assert frames.time[frames.seen].min() > 0.0
+    assert frames.time[frames.is_valid].min() > 0.0
     assert (frames.time.max(axis=1) <= RELEASES[:, 3]).all()
-    assert not frames.pose[~frames.seen].any()
+    assert not frames.pose[~frames.is_valid].any()
 
 
 @pytest.mark.parametrize(("rate", "spacing"), [(1000.0, 0.001), (200.0, 0.005), (60.0, 0.017)])
 def test_frames_come_at_the_cameras_rate(flights, rate, spacing):
     config = OneJointConfig.load("ideal", camera={"rate": rate})
-    frames = watch(flights, RELEASES[:, 3], np.zeros((len(RELEASES), 400, 3)), config)
-    time = frames.time[0, frames.seen[0]]
+    frames = film(flights, RELEASES[:, 3], np.zeros((len(RELEASES), 400, 3)), config)
+    time = frames.time[0, frames.is_valid[0]]
     np.testing.assert_allclose(np.diff(time), spacing, rtol=1e-9)
 
 
 def test_a_part_that_leaves_by_contact_is_watched_when_it_is_clear():
     config = OneJointConfig.load("ideal", release="contact")
     flight = fly(config, throws(EXAMPLE))
-    frames = watch(flight, EXAMPLE[:, 3], np.zeros((1, 400, 3)), config)
-    assert frames.time[frames.seen].min() == pytest.approx(CLEAR, abs=0.001)
-    spin = np.diff(frames.pose[0, frames.seen[0], 2])
+    frames = film(flight, EXAMPLE[:, 3], np.zeros((1, 400, 3)), config)
+    assert frames.time[frames.is_valid].min() == pytest.approx(CONTACT_TIME, abs=0.001)
+    spin = np.diff(frames.pose[0, frames.is_valid[0], 2])
     np.testing.assert_allclose(spin, spin[0], rtol=1e-6)
 
 
@@ -119,14 +119,14 @@ def test_a_flight_planned_to_be_short_is_still_seen(release, rate):
     config, short = OneJointConfig.load("ideal", release=release, camera={"rate": rate}), EXAMPLE.copy()
     short[:, 3] = 0.005
     flight, noise = fly(config, throws(short)), np.zeros((1, 400, 3))
-    assert watch(flight, short[:, 3], noise, config).seen.sum() == LEAST
+    assert film(flight, short[:, 3], noise, config).is_valid.sum() == MIN_FRAMES
     assert np.isfinite(estimated_state(flight, short[:, 3], state_at_goal(EXAMPLE), noise, config)).all()
 
 
 def test_a_part_that_is_stopped_at_once_is_still_seen(flights):
     stopped = replace(flights, pushed=np.ones_like(flights.pushed))
-    frames = watch(stopped, RELEASES[:, 3], np.zeros((len(RELEASES), 400, 3)), IDEAL)
-    assert (frames.seen.sum(axis=1) == LEAST).all()
+    frames = film(stopped, RELEASES[:, 3], np.zeros((len(RELEASES), 400, 3)), IDEAL)
+    assert (frames.is_valid.sum(axis=1) == MIN_FRAMES).all()
     noise, goal = np.zeros((len(RELEASES), 400, 3)), state_at_goal(RELEASES)
     assert np.isfinite(estimated_state(stopped, RELEASES[:, 3], goal, noise, IDEAL)).all()
 

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pnt_gym.cells.one_joint.outcome import IN_POCKET, ON_STEM, are_joined, lies_at, lies_in_pocket
-from pnt_gym.cells.one_joint.pallets import ASSEMBLY, SORTING, STAND, stacked
+from pnt_gym.cells.one_joint.outcome import IN_POCKET, ON_STEM, is_joined, lies_at, lies_in_pocket
+from pnt_gym.cells.one_joint.pallets import ASSEMBLY, SORTING, STAND, stack_pose
 from pnt_gym.cells.one_joint.parts import AITCH, BLOCK, TEE
 from pnt_gym.errors import PhysicsError
 from tests.tools.capture import CaptureBench, rewind
@@ -86,11 +86,11 @@ def test_assembly_in_two_throws():
     start[:, 1] = rewind(scattered(arriving(second, second_goal, GUESS["tee"]), 11), LEAD)
     end = CaptureBench([STAND], [first, second], COUNT).launch(start, LEAD + SETTLE)
     stays = lies_in_pocket(end.pose[:, 0], end.velocity[:, 0], STAND, ON_STEM)
-    done = seated & stays & are_joined(end.pose[:, 0], end.pose[:, 1], end.velocity[:, 1])
+    done = seated & stays & is_joined(end.pose[:, 0], end.pose[:, 1], end.velocity[:, 1])
     assert done[0]
     assert done.mean() >= 0.97
     assert not end.touched[done, 1].any()  # the T is on the H, not on the stand
-    assert not are_joined(end.pose[:, 0], start[:, 1, :3], end.velocity[:, 1]).any()
+    assert not is_joined(end.pose[:, 0], start[:, 1, :3], end.velocity[:, 1]).any()
 
 
 @pytest.mark.parametrize(("part", "goal"), ASSEMBLY, ids=["aitch", "tee"])
@@ -103,13 +103,13 @@ def test_parts_that_miss_the_stem_are_not_joined(part, goal):
     start[:, moving] = rewind(states, LEAD)
     end = CaptureBench([STAND], [AITCH, TEE], len(misses)).launch(start, LEAD + SETTLE)
     seated = lies_in_pocket(end.pose[:, 0], end.velocity[:, 0], STAND, ON_STEM)
-    joined = are_joined(end.pose[:, 0], end.pose[:, 1], end.velocity[:, 1])
+    joined = is_joined(end.pose[:, 0], end.pose[:, 1], end.velocity[:, 1])
     assert not (seated if part is AITCH else joined).any()
 
 
 def test_what_lies_right_stays_there():
     start = np.zeros((1, 2, 6))
-    start[0, 0, :3], start[0, 1, :3] = STAND.pose, stacked(STAND.pose)
+    start[0, 0, :3], start[0, 1, :3] = STAND.pose, stack_pose(STAND.pose)
     end = CaptureBench([STAND], [AITCH, TEE], 1).launch(start, 1.0)
     np.testing.assert_allclose(end.pose[0], start[0, :, :3], atol=2e-4)
     assert np.abs(end.velocity).max() < 1e-3

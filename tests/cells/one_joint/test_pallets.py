@@ -20,8 +20,8 @@ from pnt_gym.cells.one_joint.pallets import (
     clearance,
     flight_poses,
     gaps,
-    placed,
-    stacked,
+    place_boxes,
+    stack_pose,
 )
 from pnt_gym.cells.one_joint.parts import AITCH, BLOCK, SLOT, STEM, TEE
 from pnt_gym.engine import mujoco
@@ -94,7 +94,7 @@ def test_the_engine_has_the_walls_where_the_geometry_says():
 def test_a_pocket_bears_the_block_and_leaves_it_play(pallet):
     def gap(shift):
         moved = pallet.pose + shift * np.array([np.cos(pallet.pose[2]), np.sin(pallet.pose[2]), 0.0])
-        boxes = placed(np.array(BLOCK.boxes), moved)
+        boxes = place_boxes(np.array(BLOCK.boxes), moved)
         return float(gaps(boxes[:, None], pallet.walls).min())
 
     assert gap(0.0) == pytest.approx(0.0, abs=1e-12)
@@ -105,17 +105,17 @@ def test_a_pocket_bears_the_block_and_leaves_it_play(pallet):
 
 
 def test_stand_h_and_t_stand_on_one_another_with_play_beside_the_stems():
-    lower = placed(np.array(AITCH.boxes), STAND.pose)
-    upper = placed(np.array(TEE.boxes), stacked(STAND.pose))
+    lower = place_boxes(np.array(AITCH.boxes), STAND.pose)
+    upper = place_boxes(np.array(TEE.boxes), stack_pose(STAND.pose))
     assert float(gaps(lower[:, None], STAND.walls).min()) == pytest.approx(0.0, abs=1e-12)
     assert float(gaps(upper[:, None], lower).min()) == pytest.approx(0.0, abs=1e-12)
     along = np.array([np.cos(STAND.pose[2]), np.sin(STAND.pose[2]), 0.0])
     play = (SLOT - STEM) / 2
     for side in (-1.0, 1.0):
         for shift, touches in ((play - 1e-4, False), (play + 1e-4, True)):
-            moved = placed(np.array(TEE.boxes), stacked(STAND.pose + side * shift * along))
+            moved = place_boxes(np.array(TEE.boxes), stack_pose(STAND.pose + side * shift * along))
             assert (float(gaps(moved[:, None], lower).min()) < -5e-5) == touches
-    np.testing.assert_allclose(TEE_GOAL[:3], stacked(STAND.pose), atol=1e-15)
+    np.testing.assert_allclose(TEE_GOAL[:3], stack_pose(STAND.pose), atol=1e-15)
 
 
 def test_no_wall_is_in_the_sweep_of_the_arm():
@@ -187,7 +187,7 @@ def test_clearance_is_that_of_a_fine_search_over_the_flight():
     u = generator.uniform(low, high, (60, 4))
     fine = [
         min(
-            float(gaps(placed(np.array(TEE.boxes), pose)[..., :, None, :], pallet.walls).min())
+            float(gaps(place_boxes(np.array(TEE.boxes), pose)[..., :, None, :], pallet.walls).min())
             for pallet in SORTING
             for pose in np.array_split(flight_poses(row[None], TEE.half_height, 20 * (SAMPLES - 1) + 1)[0], 4)
         )

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.one_joint.config import OneJointConfig
-from pnt_gym.cells.one_joint.plant import PARKED, OneJointPlant
+from pnt_gym.cells.one_joint.plant import PARKING_DISTANCE, OneJointPlant
 from pnt_gym.cells.one_joint.scene import build_scene, contact_columns
 from pnt_gym.cells.one_joint.tasks import job_of
 from pnt_gym.robots.one_joint.visuals import FLOOR
@@ -69,13 +69,13 @@ def test_a_part_that_waits_floats_where_it_is_and_one_that_lies_has_weight():
     plant.write(np.zeros(2), np.array([0, 1]), np.full(2, 0.25), lying)
     places = []
     for row in (0, 1):
-        model, data = plant.stand(row)
+        model, data = plant.current_state(row)
         start = data.qpos.copy()
         for _ in range(100):
             mujoco.mj_step(model, data)
         places.append((start, data.qpos.copy()))
     tee, aitch = plant.scene.first_qpos[1], plant.scene.first_qpos[0]
-    assert places[0][0][tee] == PARKED + 1.0
+    assert places[0][0][tee] == PARKING_DISTANCE + 1.0
     np.testing.assert_allclose(places[0][1][tee : tee + 3], places[0][0][tee : tee + 3], atol=1e-12)
     np.testing.assert_allclose(places[1][0][aitch : aitch + 3], [0.5, 0.3, 0.1])
     assert places[1][1][aitch + 1] == pytest.approx(0.3 - 0.5 * 9.81 * 0.1**2, abs=0.001)
@@ -87,7 +87,7 @@ def test_the_stoppers_stand_at_both_ends_of_the_part_wherever_it_lies():
     radius = np.array([0.20, 0.27])
     plant.write(np.zeros(2), np.zeros(2, dtype=np.int64), radius, np.full((2, 1, 3), np.nan))
     for row in (0, 1):
-        _, data = plant.stand(row)
+        _, data = plant.current_state(row)
         inner, outer = (data.geom(name).xpos[0] for name in ("stopper_inner", "stopper_outer"))
         assert outer - radius[row] == pytest.approx(0.030 + 0.002, abs=1e-4)
         assert radius[row] - inner == pytest.approx(0.030 + 0.002, abs=1e-4)
@@ -100,7 +100,7 @@ def test_a_picture_shows_arm_part_and_pallets(task, opengl):
     plant = OneJointPlant(config, 1)
     lying = np.full((1, len(plant.scene.parts), 3), np.nan)
     plant.write(np.zeros(1), np.zeros(1, dtype=np.int64), np.full(1, 0.27), lying)
-    model, data = plant.stand(0)
+    model, data = plant.current_state(0)
     names = ("arm", plant.scene.parts[0].name, *(pallet.name for pallet in plant.scene.pallets))
     renderer = mujoco.Renderer(model, 180, 320)
     try:
@@ -127,7 +127,7 @@ def frame(renderer, model, data, hidden):
 def test_a_part_that_misses_comes_to_lie_on_the_floor():
     config = OneJointConfig.load("ideal", task="sort")
     plant = OneJointPlant(config, 1)
-    model, data = plant.stand(0)
+    model, data = plant.current_state(0)
     first = int(plant.scene.first_qpos[0])
     data.qpos[first : first + 3] = -0.6, -0.5, 0.0
     data.eq_active[:] = 0

@@ -263,7 +263,7 @@ def test_the_robot_carries_the_motions_out():
 def test_derivatives_of_the_curvature_are_those_of_differences():
     theta, small = np.linspace(0.1, 3.0, 50), 1e-5
     around = [speed.FIG_3.radius_of_curvature(theta + k * small) for k in (-1, 0, 1)]
-    value, slope, bend = speed.derivatives(speed.FIG_3, theta)
+    value, slope, bend = speed.radius_derivatives(speed.FIG_3, theta)
     np.testing.assert_allclose(value, around[1])
     np.testing.assert_allclose(slope, (around[2] - around[0]) / (2.0 * small), atol=1e-6)
     np.testing.assert_allclose(bend, (around[2] - 2.0 * around[1] + around[0]) / small**2, atol=1e-4)

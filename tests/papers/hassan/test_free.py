@@ -23,14 +23,14 @@ from papers.hassan.free import (
 from papers.hassan.per_pick import (
     BATCH,
     cell_config,
+    cell_mover,
     loss_rows,
-    mover_of,
     per_pick_cycle,
     per_pick_grid,
     random_picks,
     timing_rows,
 )
-from papers.hassan.simulated import Measured, simulated, simulated_rows
+from papers.hassan.simulated import TrialSummary, simulate, simulation_rows
 from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning import InfeasibleThrow
@@ -49,7 +49,7 @@ def measured(**changes):
         "trials": 9, "landing_error_mean": 0.005, "landing_error_max": 0.006, "landing_error_by_item": {},
         "sorted": 9, "recontacts": 0, "clearance": 0.01, "peak_torque": 100.0, "release_tracking": 0.0, "tracking": 0.0,
     }  # fmt: skip
-    return Measured(**(figures | changes))
+    return TrialSummary(**(figures | changes))
 
 
 @pytest.mark.nightly
@@ -78,7 +78,7 @@ def test_the_rules_are_those_of_the_table_and_of_the_cell():
     rules = PROTOCOLS["limits-respected"].rules
     config = cell_config(40)
     standing = config.model_copy(update={"belt": config.belt.model_copy(update={"tracking": False})})
-    for mover in (mover_of(40), PickPlanner(standing).mover):  # the table's hand begins at rest
+    for mover in (cell_mover(40), PickPlanner(standing).mover):  # the table's hand begins at rest
         assert isinstance(mover, FreeMover)
         assert mover.rules == RULES
     assert (RULES.approach, RULES.window, config.motion.ceiling) == (rules.approach, 0.0, rules.rise)
@@ -184,7 +184,7 @@ def test_sums_of_the_simulation():
         {0.0: measured(landing_error_max=0.009), 1.0: measured(sorted=3, peak_torque=150.0)},
         {0.0: measured(recontacts=2), 1.0: measured(sorted=6, recontacts=5)},
     ]
-    rows = {row.quantity: row.reproduced for row in simulated_rows("x", plans)}
+    rows = {row.quantity: row.reproduced for row in simulation_rows("x", plans)}
     assert rows == {
         "x/landing-max": 0.009, "x/recontacts": 2.0, "x/peak-torque": 150.0, "x/sorted-with-mismatch": 50.0,
     }  # fmt: skip
@@ -192,7 +192,7 @@ def test_sums_of_the_simulation():
 
 @pytest.mark.nightly
 def test_the_robot_lands_every_object_of_the_optimum(optimum):
-    found = simulated({"outside": (optimum, TARGETS["outside"])})["outside"]
+    found = simulate({"outside": (optimum, TARGETS["outside"])})["outside"]
     assert found[0.0].trials == found[0.0].sorted == 3 * len(scene("outside")[0])
     assert found[0.0].landing_error_max <= 0.010
     assert found[0.0].recontacts == 0

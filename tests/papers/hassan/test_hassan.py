@@ -116,9 +116,9 @@ def made(quantity):
         rows = hassan_figures.figure_12(quantity.split("/")[2])
     else:
         makers = (
-            hassan_inconsistencies._percentages,
+            hassan_inconsistencies._gain_rows,
             hassan_inconsistencies._peak_rows,
-            lambda: [hassan_inconsistencies._twelve()],
+            lambda: [hassan_inconsistencies._acceleration_row()],
             hassan_example.example_rows,
         )
         rows = [row for make in makers for row in make()]

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papers.hassan.free import stacked
+from papers.hassan.free import stack_paths
 from papers.hassan.planning.cycle import CycleRules, CycleTask, min_time_throw, pick_and_place
-from papers.hassan.simulated import simulated, simulated_details
+from papers.hassan.simulated import simulate, simulation_details
 from papers.hassan.trial import Throws, run_trials
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.catalogue import PAPER_ITEMS
@@ -37,7 +37,7 @@ def plans():
 
 @pytest.fixture(scope="module")
 def measured(plans):
-    return simulated(plans)
+    return simulate(plans)
 
 
 @pytest.mark.nightly
@@ -77,28 +77,28 @@ def test_the_figures_are_those_of_the_single_trials(plans, measured):
 
 
 def test_figures_depend_neither_on_threads_nor_other_plans(plans, measured):
-    alone = simulated({"throw": plans["throw"]}, mismatches=(1.0,), threads=2)
+    alone = simulate({"throw": plans["throw"]}, mismatches=(1.0,), threads=2)
     assert alone["throw"][1.0] == measured["throw"][1.0]
 
 
 def test_figures_can_be_written_as_json(measured):
-    record = json.loads(json.dumps(simulated_details(measured["throw"])))["simulated"]["0"]
+    record = json.loads(json.dumps(simulation_details(measured["throw"])))["simulated"]["0"]
     assert record["trials"] == 9
     assert set(record["landing_error_by_item"]) == set(PAPER_ITEMS)
 
 
 def test_picks_without_a_plan_are_left_out(plans):
     plan, target = plans["throw"]
-    some = simulated({"some": (replace(plan, feasible=np.array([True, False, True])), target)}, mismatches=(0.0,))
+    some = simulate({"some": (replace(plan, feasible=np.array([True, False, True])), target)}, mismatches=(0.0,))
     assert some["some"][0.0].trials == 6
     with pytest.raises(PntGymError, match="plan 'none' holds no feasible cycle"):
-        simulated({"none": (replace(plan, feasible=np.zeros(3, dtype=bool)), target)})
-    assert simulated({}) == {}
+        simulate({"none": (replace(plan, feasible=np.zeros(3, dtype=bool)), target)})
+    assert simulate({}) == {}
 
 
 def test_stacked_paths_move_as_they_did_alone(plans):
     paths = [plan.path for plan, _ in plans.values()]
-    both = stacked(paths)
+    both = stack_paths(paths)
     times = np.linspace(-0.1, 3.0, 1001)
     alone = [np.concatenate(column) for column in zip(*(path.sample(times) for path in paths), strict=True)]
     for together, apart in zip(both.sample(times), alone, strict=True):

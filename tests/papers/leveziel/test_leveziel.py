@@ -14,7 +14,7 @@ from papers.leveziel import cases as leveziel_cases
 from papers.leveziel import formulas as leveziel_formulas
 from papers.leveziel import indices as leveziel_indices
 from papers.leveziel import workspace as leveziel_workspace
-from papers.leveziel.cases import held, lowest, posed, positions_of, random_poses, reduced
+from papers.leveziel.cases import arm_positions, is_reachable, lowest_pose, poses_at, random_poses, reduced
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import PROTOTYPE, inverse_kinematics, jacobian_q, jacobian_x, kappa, singular_angle, tau
 from tests.tools.leveziel import ALL, HOME, PIXEL, STEP, K, L, R, V, W, allowed, angles_of, findings, row
@@ -82,7 +82,7 @@ def test_only_what_the_paper_states_under_its_own_conditions_is_judged() -> None
 def test_the_reduced_workspace_is_that_of_the_printed_equations() -> None:
     axis = STEP * np.arange(-40, 41)
     grid = np.stack(np.meshgrid(axis, axis, STEP * np.arange(-40, 1), indexing="ij"), axis=-1).reshape(-1, 3)
-    inside = grid[allowed(posed(grid, HOME))]
+    inside = grid[allowed(poses_at(grid, HOME))]
     found = row("workspace", "workspace/positions")
     assert found.published == 51_624.0
     assert found.reproduced == len(inside)
@@ -114,7 +114,7 @@ def test_kappa_of_the_sections_and_its_shares() -> None:
 def test_three_motor_angles_give_the_position_that_holds_them() -> None:
     rng = np.random.default_rng(0)
     angles = rng.uniform(*PROTOTYPE.stroke, (200, 3))
-    poses = posed(positions_of(angles, HOME), HOME)
+    poses = poses_at(arm_positions(angles, HOME), HOME)
     poses, angles = poses[np.isfinite(poses[:, 0])], angles[np.isfinite(poses[:, 0])]
     q = angles_of(poses)
     reached = np.isfinite(q).all(axis=1)
@@ -122,7 +122,7 @@ def test_three_motor_angles_give_the_position_that_holds_them() -> None:
     # Where an elbow would have to point inward the position has other outward angles.
     same = np.abs(q[reached, :3] - angles[reached]).max(axis=1) < 1e-9
     assert same.mean() > 0.8
-    assert held(poses)[reached][same].sum() > 50
+    assert is_reachable(poses)[reached][same].sum() > 50
 
 
 def test_the_smallest_kappa_is_in_the_tip_between_the_ends_of_the_strokes() -> None:
@@ -133,11 +133,11 @@ def test_the_smallest_kappa_is_in_the_tip_between_the_ends_of_the_strokes() -> N
     assert np.sort(q)[1:] == pytest.approx([45.0, 45.0, 45.0], abs=1e-3)
     samples = random_poses(20_000, seed=3)
     samples[:, 3] = HOME
-    assert kappa(samples[held(samples)]).min() > found.reproduced
+    assert kappa(samples[is_reachable(samples)]).min() > found.reproduced
 
 
 def test_the_search_finds_the_ends_of_what_it_measures() -> None:
-    pose, height = lowest(lambda poses: poses[:, 2], HOME)
+    pose, height = lowest_pose(lambda poses: poses[:, 2], HOME)
     assert height == pytest.approx(float(reduced(0.004).positions[:, 2].min()), abs=0.004)
     assert pose[2] == height
     assert allowed(pose[None]).all()
@@ -174,15 +174,17 @@ def test_the_hull_of_figure_6() -> None:
     assert len(data["theta"]) == 101
     positions = reduced(STEP).positions
     for t in (10, 25, 60):
-        poses = posed(positions, data["theta"][t])
+        poses = poses_at(positions, data["theta"][t])
         values = tau_of(poses[allowed(poses)])
         assert (data["low"][t], data["high"][t]) == (pytest.approx(values.min()), pytest.approx(values.max()))
         assert data["centre"][t] == pytest.approx(float(tau_of(np.array([[0.0, 0.0, -0.2, data["theta"][t]]]))[0]))
     first = row("indices", "fig-6/first-zero").reproduced
     for degrees, singular in ((first, True), (first - 1.8, False)):
-        poses = posed(positions, float(np.deg2rad(degrees)))
+        poses = poses_at(positions, float(np.deg2rad(degrees)))
         assert (np.linalg.det(jacobian_x(poses[allowed(poses)])) <= 0.0).any() == singular
-    assert leveziel_indices.first_dead(reduced().positions, np.deg2rad([39.6, 41.0, 42.0])) == np.deg2rad(41.0)
+    assert leveziel_indices.first_singular_angle(reduced().positions, np.deg2rad([39.6, 41.0, 42.0])) == np.deg2rad(
+        41.0
+    )
     assert row("indices", "fig-6/most-convenient-angle").reproduced == pytest.approx(-41.4, abs=1.9)
     assert row("indices", "fig-6/centre-at-home").reproduced == pytest.approx(0.3420, abs=5e-5)
     assert row("indices", "fig-6/smallest-at-home").reproduced == pytest.approx(tau_of(reduced(STEP).poses).min())
@@ -236,7 +238,7 @@ def test_finite_differences_are_exact_for_polynomials() -> None:
         return np.column_stack([values[:, 0] ** 3, values[:, 1] * values[:, 2], values[:, 3], values[:, 0]])
 
     want = np.array([[[0.27, 0, 0, 0], [0, 0.5, -0.2, 0], [0, 0, 0, 1], [1, 0, 0, 0]]])
-    np.testing.assert_allclose(leveziel_formulas.central(cubes, at), want, atol=1e-9)
+    np.testing.assert_allclose(leveziel_formulas.central_differences(cubes, at), want, atol=1e-9)
 
 
 def test_the_grid_and_the_poses_are_the_same_every_time() -> None:

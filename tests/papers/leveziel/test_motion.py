@@ -12,7 +12,7 @@ from papers.leveziel import closing as leveziel_closing
 from papers.leveziel import formulas as leveziel_formulas
 from papers.leveziel import moves as leveziel_moves
 from papers.leveziel import overview
-from papers.leveziel.cases import posed
+from papers.leveziel.cases import poses_at
 from papers.leveziel.motion import joint_deviation
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper.references import motor_references
@@ -23,7 +23,7 @@ def test_the_share_of_the_circle() -> None:
     axis = 0.0005 * (np.arange(-400, 400) + 0.5)
     x, y = np.meshgrid(axis, axis)
     for height in (-0.2, -0.24):
-        poses = posed(np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)]), HOME)
+        poses = poses_at(np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)]), HOME)
         inside = allowed(poses)
         found = leveziel_circle.shares(height, HOME, 0.001)
         assert found.area == pytest.approx(np.pi * 0.08**2 / (inside.sum() * 0.0005**2), rel=2e-3)
@@ -58,7 +58,7 @@ def closed_at(q: Floats, guess: Floats) -> Floats:
 
     def gaps(p: Floats) -> Floats:
         pose = np.array([[1e-3 * p[0], 1e-3 * p[1], 1e-3 * p[2], p[3]]])
-        return 1e3 * (leveziel_formulas.forearms(pose, q[None])[0] - 1e-3 * L)
+        return 1e3 * (leveziel_formulas.forearm_lengths(pose, q[None])[0] - 1e-3 * L)
 
     return np.asarray(fsolve(gaps, guess, xtol=1e-13))
 
@@ -69,7 +69,7 @@ def test_joint_linear_moves_turn_the_halves(name: str) -> None:
     assert found.verdict == "differs"
     for degrees, turned in found.details["by_theta"].items():
         theta = np.deg2rad(float(degrees))
-        first, last = (posed(np.array([place]), theta) for place in leveziel_moves.MOVES[name])
+        first, last = (poses_at(np.array([place]), theta) for place in leveziel_moves.MOVES[name])
         q_first, q_last = angles_of(first)[0], angles_of(last)[0]
         changes = []
         for share in np.linspace(0.0, 1.0, 33):
@@ -106,7 +106,7 @@ def test_random_moves_stay_in_the_workspace_and_shorter_pieces_turn_less() -> No
 
 def test_distances_from_a_line() -> None:
     points = np.array([[0.0, 0.0, 0.0], [0.01, 0.003, 0.004], [0.02, 0.0, -0.002]])
-    away = leveziel_moves.beside(points, np.zeros(3), np.array([0.03, 0.0, 0.0]))
+    away = leveziel_moves.line_distance(points, np.zeros(3), np.array([0.03, 0.0, 0.0]))
     np.testing.assert_allclose(away, [0.0, 0.005, 0.002], atol=1e-15)
 
 
@@ -129,14 +129,14 @@ def test_the_gripper_is_closed_when_it_first_comes_near() -> None:
 
 
 def test_a_robot_that_is_told_to_stand_stands_with_closed_loops() -> None:
-    start = posed(np.array([[0.0, 0.0, -0.2], [0.03, -0.04, -0.22]]), np.deg2rad(-50.0))
+    start = poses_at(np.array([[0.0, 0.0, -0.2], [0.03, -0.04, -0.22]]), np.deg2rad(-50.0))
     told = np.repeat(start[:, None], 80, axis=1)
     done = leveziel_cases.follow(start, motor_references(told, leveziel_cases.STEP))
     assert done.pose.shape == done.q.shape == done.torque.shape == (2, 80, 4)
     np.testing.assert_allclose(done.pose[..., :3], told[..., :3], atol=1e-5)
     # Feed-forward leaves the small torque out that the halves' own weight asks for.
     np.testing.assert_allclose(done.pose[..., 3], told[..., 3], atol=np.deg2rad(0.05))
-    lengths = leveziel_formulas.forearms(done.pose.reshape(-1, 4), done.q.reshape(-1, 4))
+    lengths = leveziel_formulas.forearm_lengths(done.pose.reshape(-1, 4), done.q.reshape(-1, 4))
     np.testing.assert_allclose(lengths, 1e-3 * L, atol=2e-5)
 
 

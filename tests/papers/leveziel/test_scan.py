@@ -255,7 +255,7 @@ def test_indices_do_not_depend_on_the_size_of_the_robot(reduced):
     for factor in (1e-3, 4.1, 1e3):
         size = [factor, factor, factor, 1.0]
         for big, small in zip(
-            conditioning(reduced.poses[::50] * size, PROTOTYPE.scaled(factor)),
+            conditioning(reduced.poses[::50] * size, PROTOTYPE.with_scale(factor)),
             conditioning(reduced.poses[::50]),
             strict=True,
         ):

@@ -37,8 +37,8 @@ def findings(name: str) -> Findings:
     small = {
         "cycle": lambda: leveziel_cycle.cycle_findings(cycles=8),
         "grasps": lambda: leveziel_grasps.grasp_findings(grasps=24),
-        "toss-planner": lambda: leveziel_toss.planner_findings(("nominal", "drop"), seeds=(0,), held=HELD),
-        "toss-virtual_goal": lambda: leveziel_toss.learner_findings("virtual_goal", stages, seeds=(0, 1), held=HELD),
+        "toss-planner": lambda: leveziel_toss.planner_findings(("nominal", "drop"), seeds=(0,), throws=HELD),
+        "toss-virtual_goal": lambda: leveziel_toss.learner_findings("virtual_goal", stages, seeds=(0, 1), throws=HELD),
     }
     return small[name]()
 
@@ -83,27 +83,27 @@ def test_the_commanded_cycle_keeps_the_motors_speed_and_comes_back() -> None:
         cycles = calm() if share == 0.5 else run_cycles(1, mismatch=0.0, share=share)
         pose, step = cycles.course.pose, cycles.config.timestep
         for leg in ("lower", "lift", "across", "back"):
-            speed = np.abs(np.diff(inverse_kinematics(pose[cycles.during(leg)]), axis=0)).max() / step
+            speed = np.abs(np.diff(inverse_kinematics(pose[cycles.phase_steps(leg)]), axis=0)).max() / step
             assert 0.97 * share * MOTOR_SPEED < speed < 1.001 * share * MOTOR_SPEED
         assert list(cycles.course.ends) == list(PHASES)
         assert pose[-1] == pytest.approx(pose[0], abs=1e-9)
-        at = [pose[cycles.during(name).stop, :3] for name in ("lower", "lift", "across")]
+        at = [pose[cycles.phase_steps(name).stop, :3] for name in ("lower", "lift", "across")]
         assert at[1] - at[0] == pytest.approx([0.0, 0.0, 0.050], abs=1e-9)
         assert at[2] - at[1] == pytest.approx([0.0, 0.070, 0.0], abs=1e-9)
 
 
 def test_a_slow_robot_follows_the_command() -> None:
     cycles = calm()
-    moving = slice(0, cycles.during("back").stop)
+    moving = slice(0, cycles.phase_steps("back").stop)
     away = np.abs(cycles.platform[0, moving, :3] - cycles.course.pose[moving, :3])
     assert away.max() < 0.002
     # Only the squeezed object keeps the halves from going where they are told to go.
-    empty = cycles.during("lower")
+    empty = cycles.phase_steps("lower")
     assert np.abs(cycles.platform[0, empty, 3] - cycles.course.pose[empty, 3]).max() < np.deg2rad(0.5)
     touched = cycles.pads[0].any(axis=1)
-    assert not touched[: cycles.during("lower").stop].any()
-    assert touched[cycles.during("lift").start : cycles.during("stand").stop].all()
-    assert not touched[cycles.during("back")].any()
+    assert not touched[: cycles.phase_steps("lower").stop].any()
+    assert touched[cycles.phase_steps("lift").start : cycles.phase_steps("stand").stop].all()
+    assert not touched[cycles.phase_steps("back")].any()
 
 
 def test_cycles_side_by_side_are_those_alone() -> None:
@@ -167,7 +167,7 @@ def test_objects_are_lifted_without_slip_but_turn_into_line_before() -> None:
 def test_slippery_objects_count_as_not_held() -> None:
     cell = GripperCell(slippery(GripperConfig.load("drop")), 4)
     for kind in range(len(cell.item_names)):
-        assert not leveziel_grasps.grasped(cell, kind).held.any()
+        assert not leveziel_grasps.simulate_grasps(cell, kind).is_held.any()
 
 
 @pytest.mark.nightly

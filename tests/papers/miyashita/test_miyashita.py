@@ -42,7 +42,7 @@ def findings(name: str) -> Findings:
         "contact": lambda: contact.contact_findings(goals=3),
         "contact-reach": lambda: contact.reach_findings(goals=6, scanned=128),
         "contact-learning": lambda: contact_learning.learning_findings(goals=1, searched=10, scanned=64, practice=4),
-        "contact-level": lambda: contact_learning.level_findings(seeds=(0,), practice=16, held=16),
+        "contact-level": lambda: contact_learning.level_findings(seeds=(0,), practice=16, picks=16),
         "sorting": lambda: tasks.sorting_findings(runs=4, practice=64),
         "assembly": lambda: tasks.assembly_findings(runs=4, practice=120),
         "formulas": formulas.formula_findings,
@@ -142,7 +142,7 @@ def test_cells_of_the_space_hold_what_lands_in_them() -> None:
 @pytest.mark.nightly
 def test_a_faster_arm_reaches_all_that_the_motor_does_within_one_turn() -> None:
     own = {tuple(cell) for cell in accessible.accessible_space(samples=SAMPLES).kinematic}
-    wider = {tuple(cell) for cell in accessible.reach(2, SAMPLES)}
+    wider = {tuple(cell) for cell in accessible.reachable_cells(2, SAMPLES)}
     assert own < wider
     assert max(angle for _, _, angle in wider) == 71
 
@@ -190,17 +190,21 @@ def test_random_goals_are_learned_and_the_scatter_is_what_its_causes_predict() -
 
 def test_rows_of_one_case_draw_the_same_and_others_do_not() -> None:
     goal = np.tile(cases.GOAL, (3, 1))
-    thrower = cases.Thrower(OneJointConfig.load("nominal"), [5, 5, 6])
+    thrower = cases.SimulatedThrower(OneJointConfig.load("nominal"), [5, 5, 6])
     error = cases.learn(thrower, goal, np.full(3, 0.5), trials=2).measured
     assert (error[:, 0] == error[:, 1]).all()
     assert (error[:, 0] != error[:, 2]).any()
-    alone = cases.learn(cases.Thrower(OneJointConfig.load("nominal"), [6]), goal[:1], np.array([0.5]), trials=2)
+    alone = cases.learn(
+        cases.SimulatedThrower(OneJointConfig.load("nominal"), [6]), goal[:1], np.array([0.5]), trials=2
+    )
     assert (alone.measured[:, 0] == error[:, 2]).all()
 
 
 def test_a_gain_of_zero_learns_nothing() -> None:
     goal = np.tile(cases.GOAL, (2, 1))
-    learned = cases.learn(cases.Thrower(OneJointConfig.load("late"), [0, 1]), goal, np.array([0.0, 1.0]), trials=3)
+    learned = cases.learn(
+        cases.SimulatedThrower(OneJointConfig.load("late"), [0, 1]), goal, np.array([0.0, 1.0]), trials=3
+    )
     assert (learned.virtual[:, 0] == goal[0]).all()
     away = cases.misses(learned.true).position
     assert away[2, 0] > 0.08
@@ -229,8 +233,8 @@ def test_the_flight_of_a_release_found_passes_its_goal() -> None:
     goal = reach.goals_above_arm(3)
     found = reach.Search(config, 64).reach(goal)
     again = reach.size(reach.errors(reach.paths(config, found.share), goal))
-    assert again == pytest.approx(found.size, abs=1e-6)
-    reached = found.size < 1.0
+    assert again == pytest.approx(found.miss, abs=1e-6)
+    reached = found.miss < 1.0
     assert reached.any()
     u = reach.LOW + (reach.HIGH - reach.LOW) * found.share[reached]
     times = np.linspace(0.0, 0.45, 4001)
@@ -260,13 +264,13 @@ def test_controllers_learn_a_goal_within_reach_throw_by_throw() -> None:
 
 @pytest.mark.parametrize(("delay", "least", "largest"), [(0.0, 1.0, 1.0), (0.010, 0.65, 1.33)])
 def test_a_late_release_follows_the_virtual_goal_less(delay: float, least: float, largest: float) -> None:
-    goal = cases.drawn_goals(12)
+    goal = cases.draw_cell_goals(12)
     quiet = {"delay": delay, "placement": 0.0, "timing": 0.0}
-    thrower = cases.Thrower(OneJointConfig.load("nominal", errors=quiet), range(12))
+    thrower = cases.SimulatedThrower(OneJointConfig.load("nominal", errors=quiet), range(12))
     virtual = cases.learn(thrower, goal, np.full(12, 1.0)).virtual[-1]
-    found = acceptance.measured_slopes(delay, goal, virtual)
-    assert np.median(found.three[:, 0]) == pytest.approx(least, abs=0.06)
-    assert np.median(found.three[:, 2]) == pytest.approx(largest, abs=0.1)
+    found = acceptance.response_slopes(delay, goal, virtual)
+    assert np.median(found.across[:, 0]) == pytest.approx(least, abs=0.06)
+    assert np.median(found.across[:, 2]) == pytest.approx(largest, abs=0.1)
     assert "%" in acceptance.gain_note(found, 0.5)
 
 
@@ -287,7 +291,7 @@ def test_complete_assemblies_are_counted_by_their_last_throw() -> None:
         item = np.array([0, 0, 1, 0, 1, 1])
         is_success = np.array([True, False, True, True, False, True])
 
-    ended, whole = tasks.assemblies(Some())  # type: ignore[arg-type]
+    ended, whole = tasks.count_assemblies(Some())  # type: ignore[arg-type]
     assert ended == 4
     assert whole.tolist() == [False, True, False, True]
 
@@ -332,8 +336,8 @@ def test_a_figure_that_is_20_percent_wrong_loses_its_verdict(
 
 @pytest.mark.nightly
 def test_a_space_that_keeps_most_of_its_cells_is_not_considerably_narrower() -> None:
-    assert accessible.claim_row(accessible.reach(2, SAMPLES), SAMPLES).verdict == "reproduced"
-    assert accessible.claim_row(accessible.reach(1, SAMPLES), SAMPLES).verdict == "differs"
+    assert accessible.claim_row(accessible.reachable_cells(2, SAMPLES), SAMPLES).verdict == "reproduced"
+    assert accessible.claim_row(accessible.reachable_cells(1, SAMPLES), SAMPLES).verdict == "differs"
 
 
 def test_a_margin_below_that_of_most_careless_motions_is_not_wide(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -64,7 +64,7 @@ def test_value_equality_and_hash():
     assert hash(MotionLimits(1.0, 2.0, 3.0)) == hash(MotionLimits(1.0, 2.0, 3.0))
     assert MotionLimits(1.0, 2.0, 3.0) != MotionLimits(1.0, 2.0, 3.5)
     assert MotionLimits(1.0, 2.0, 3.0) != (1.0, 2.0, 3.0)
-    assert MotionLimits(1.0, 2.0, 3.0).scaled(2.0) == MotionLimits(2.0, 4.0, 6.0)
+    assert MotionLimits(1.0, 2.0, 3.0).with_scale(2.0) == MotionLimits(2.0, 4.0, 6.0)
 
 
 def test_numbers_need_one_set_of_limits():

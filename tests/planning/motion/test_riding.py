@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from pnt_gym.arrays import joined
+from pnt_gym.arrays import concatenate_records
 from pnt_gym.planning.motion.limits import LimitRows, MotionLimits
 from pnt_gym.planning.motion.riding import Fading, arrival_time, fastest_belt
 from pnt_gym.planning.motion.scurve import accelerate, coast, rest_to_rest
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, superposed
+from pnt_gym.planning.motion.trajectory import JerkTrajectory, superpose
 
 COUNT = 2000
 
@@ -24,7 +24,7 @@ def random_belt(seed):
     """A belt's speed for all, and limits of hands that can ride with it."""
     rng, limits = random_limits(seed)
     speed = (0.05, 0.25, 0.5, 0.8)[seed % 4]
-    rows = Fading.under(limits, COUNT, speed).is_possible(limits)
+    rows = Fading.for_limits(limits, COUNT, speed).is_possible(limits)
     assert rows.mean() > 0.2
     return rng, LimitRows(*(field[rows] for field in limits)), speed, int(rows.sum())
 
@@ -33,14 +33,14 @@ def random_belt(seed):
 def test_throws_from_the_belt_keep_limits_in_every_direction(seed):
     """Straight accelerations downstream are the worst of all motions; others are drawn beside them."""
     rng, limits, speed, count = random_belt(seed)
-    fading = Fading.under(limits, count, speed)
+    fading = Fading.for_limits(limits, count, speed)
     direction = rng.normal(size=(count, 3))
     direction[: count // 2] = [1.0, 0.0, 0.0]
     direction /= np.linalg.norm(direction, axis=1)[:, None]
     distance = rng.uniform(0.001, 3.0, count)
-    throw = accelerate(direction, distance, fading.left(limits))
+    throw = accelerate(direction, distance, fading.planning_limits(limits))
     belt = np.tile([speed, 0.0, 0.0], (count, 1))
-    path = JerkTrajectory.concatenate(np.zeros((count, 3)), [superposed(throw, fading.out())], belt)
+    path = JerkTrajectory.concatenate(np.zeros((count, 3)), [superpose(throw, fading.fade_out())], belt)
     peaks = path.peak_ratios(limits)
     for ratio in peaks:
         assert ratio.max() <= 1.0 + 1e-9
@@ -54,22 +54,22 @@ def test_a_fading_that_lasts_longer_would_break_the_speed_limit():
     longest = (limits.velocity + speed) / limits.acceleration + limits.acceleration / limits.jerk
     fading = Fading(speed, 1.5 * longest)
     ahead = np.tile([1.0, 0.0, 0.0], (count, 1))
-    throw = accelerate(ahead, np.full(count, 5.0), fading.left(limits))
-    path = JerkTrajectory.concatenate(np.zeros((count, 3)), [superposed(throw, fading.out())], speed * ahead)
+    throw = accelerate(ahead, np.full(count, 5.0), fading.planning_limits(limits))
+    path = JerkTrajectory.concatenate(np.zeros((count, 3)), [superpose(throw, fading.fade_out())], speed * ahead)
     assert (path.peak_ratios(limits).velocity > 1.0 + 1e-3).mean() > 0.3
 
 
 def test_a_fading_is_a_smooth_stop_over_its_way():
     _, limits, speed, count = random_belt(1)
-    fading = Fading.under(limits, count, speed)
+    fading = Fading.for_limits(limits, count, speed)
     belt = np.tile([speed, 0.0, 0.0], (count, 1))
-    path = JerkTrajectory.concatenate(np.zeros((count, 3)), [fading.out()], belt)
+    path = JerkTrajectory.concatenate(np.zeros((count, 3)), [fading.fade_out()], belt)
     np.testing.assert_allclose(path.duration, fading.time)
     np.testing.assert_allclose(path.end[:, 0], fading.way, atol=1e-12)
     np.testing.assert_allclose(path.end[:, 1:], 0.0)
     np.testing.assert_allclose(path.knots.velocity[:, -1], 0.0, atol=1e-12)
     np.testing.assert_allclose(path.knots.acceleration[:, [0, -1]], 0.0, atol=1e-9)
-    left = fading.left(limits)
+    left = fading.planning_limits(limits)
     np.testing.assert_allclose(limits.acceleration - left.acceleration, np.abs(path.knots.acceleration).max((1, 2)))
     np.testing.assert_allclose(limits.jerk - left.jerk, np.abs(path.jerks).max((1, 2)))
 
@@ -88,12 +88,12 @@ def test_returns_onto_the_belt_keep_limits_with_and_without_a_descent(speed, per
     down = np.tile([0.0, 0.0, -drop], (count, 1))
     for height, steps in ((0.0, [way]), (drop, [way, down])):
         growing = Fading(speed, np.full(count, arrival_time(cell, speed, height)))
-        left = growing.left(limits)
+        left = growing.planning_limits(limits)
         parts = [coast(np.full(count, 0.3)), *(rest_to_rest(step, left) for step in steps)]
-        back = joined(parts, axis=1)
+        back = concatenate_records(parts, axis=1)
         begin = back.durations.sum(axis=1) - growing.time
         assert (begin > 0.0).all()
-        whole = superposed(back, growing.into(begin))
+        whole = superpose(back, growing.fade_in(begin))
         path = JerkTrajectory.concatenate(np.zeros((count, 3)), [whole])
         for ratio in path.peak_ratios(limits):
             assert ratio.max() <= 1.0 + 1e-9
@@ -113,5 +113,5 @@ def test_a_known_descent_leaves_more_time():
 def test_the_fastest_belt_asks_for_the_whole_share_of_the_slowest_hand(percents):
     cell = LimitRows.t3kr(np.array(percents))
     speed = fastest_belt(cell)
-    time = Fading.under(cell, len(percents), speed).time.min()
+    time = Fading.for_limits(cell, len(percents), speed).time.min()
     assert 2.0 * speed / time == pytest.approx(0.5 * cell.acceleration.min())

@@ -14,7 +14,7 @@ from pnt_gym.planning import (
     rest_to_rest,
     speed_at,
 )
-from pnt_gym.planning.motion.trajectory import Segments, superposed
+from pnt_gym.planning.motion.trajectory import Segments, superpose
 
 
 def units(rng, count):
@@ -63,7 +63,7 @@ def test_limits_are_reached_and_kept():
     for ratio in ratios:
         assert ratio.max() <= 1.0 + 1e-9
     np.testing.assert_allclose(ratios.jerk, 1.0, rtol=1e-12)
-    doubled = path.peak_ratios(limits.scaled(0.5))
+    doubled = path.peak_ratios(limits.with_scale(0.5))
     for once, twice in zip(ratios, doubled, strict=True):
         np.testing.assert_allclose(2.0 * once, twice, rtol=1e-12)
 
@@ -187,7 +187,7 @@ def test_superposed_motions_are_the_sums_of_their_samples():
     # Both end together in some rows, and borders coincide.
     parts[1].durations[:5, :5], parts[1].durations[:5, 5:] = parts[0].durations[:5], 0.0
     start, velocity = rng.normal(size=(2, count, 3))
-    whole = JerkTrajectory.concatenate(start, [superposed(*parts)], velocity, rides=True)
+    whole = JerkTrajectory.concatenate(start, [superpose(*parts)], velocity, rides=True)
     one, other = (JerkTrajectory.concatenate(np.zeros((count, 3)), [part]) for part in parts)
     np.testing.assert_allclose(whole.duration, np.maximum(one.duration, other.duration))
     both = np.minimum(one.duration, other.duration)[:, None] * np.linspace(0.0, 1.0, 400)
@@ -208,7 +208,7 @@ def test_a_motion_that_is_over_goes_on_without_jerk():
     short = Segments(np.array([[0.1]]), np.array([[[10.0, 0.0, 0.0]]]))
     still = coast(np.array([0.5]))
     for parts in ((short, still), (still, short)):
-        path = JerkTrajectory.concatenate(zero, [superposed(*parts)])
+        path = JerkTrajectory.concatenate(zero, [superpose(*parts)])
         late = path.sample([0.4])
         # 10 m/s3 for 0.1 s, then its acceleration and velocity for 0.3 s more.
         assert late.acceleration[0, 0, 0] == pytest.approx(1.0)

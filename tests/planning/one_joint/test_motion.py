@@ -10,10 +10,10 @@ from pnt_gym.arrays import take
 from pnt_gym.planning.one_joint import Arm, ArmMotion, Block
 from pnt_gym.planning.one_joint.grasp import (
     acceleration_window,
-    braking,
+    braking_acceleration,
     joint_torque,
     reactions,
-    rests,
+    tipping_margin,
     torque_limit,
 )
 from pnt_gym.planning.one_joint.margins import margin_units, motion_margins
@@ -148,14 +148,14 @@ def test_the_torque_curve_is_whole_then_falls_to_its_value_at_full_speed():
 def test_a_block_tips_on_the_resting_arm_beyond_its_corner():
     limit = np.arctan2(BLOCK.half_length, BLOCK.half_height)
     assert np.rad2deg(limit) == pytest.approx(63.435, abs=1e-3)
-    assert rests(np.array([0.0, limit - 1e-6, limit + 1e-6, -limit - 1e-6]), BLOCK).round(9).tolist()[0] == 1.0
-    assert (rests(np.array([limit - 1e-6, 1e-6 - limit]), BLOCK) > 0).all()
-    assert (rests(np.array([limit + 1e-6, -limit - 1e-6]), BLOCK) < 0).all()
+    assert tipping_margin(np.array([0.0, limit - 1e-6, limit + 1e-6, -limit - 1e-6]), BLOCK).round(9).tolist()[0] == 1.0
+    assert (tipping_margin(np.array([limit - 1e-6, 1e-6 - limit]), BLOCK) > 0).all()
+    assert (tipping_margin(np.array([limit + 1e-6, -limit - 1e-6]), BLOCK) < 0).all()
 
 
 def test_braking_lets_the_block_go_at_the_papers_release():
     speed = np.array(9.319)
-    brake = braking(speed, ARM)
+    brake = braking_acceleration(speed, ARM)
     assert brake == pytest.approx(-18.0 / ARM.inertia)
     assert reactions(np.array(0.3636), speed, brake, np.array(0.2782), BLOCK).normal < 0
 

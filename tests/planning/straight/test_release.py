@@ -100,7 +100,7 @@ def test_turning_and_shifting_the_scene_turns_and_shifts_the_plan(offset, percen
 def test_more_capable_hands_throw_sooner(offset, percent, factor):
     assume(np.hypot(offset[0], offset[1]) > 1e-3)
     limits = MotionLimits.t3kr(percent)
-    slow, quick = (plan_release(np.zeros(3), offset, x) for x in (limits, limits.scaled(factor)))
+    slow, quick = (plan_release(np.zeros(3), offset, x) for x in (limits, limits.with_scale(factor)))
     assert quick.time < slow.time
 
 

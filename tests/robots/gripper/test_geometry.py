@@ -81,7 +81,7 @@ def test_the_prototype_follows_the_papers_proportions():
 
 
 def test_a_scaled_robot_moves_alike():
-    big = PROTOTYPE.scaled(4.1)
+    big = PROTOTYPE.with_scale(4.1)
     poses = reduced_poses()
     grown = poses * [4.1, 4.1, 4.1, 1.0]
     q = inverse_kinematics(grown, big)
@@ -89,7 +89,7 @@ def test_a_scaled_robot_moves_alike():
     np.testing.assert_allclose(forward_kinematics(q, big), grown, atol=1e-11)
     np.testing.assert_allclose(jacobian(grown, big)[:, 3], jacobian(poses)[:, 3], atol=1e-12)
     with pytest.raises(ValueError, match="scale factor"):
-        PROTOTYPE.scaled(0.0)
+        PROTOTYPE.with_scale(0.0)
 
 
 def test_importing_the_robot_does_not_import_mujoco():

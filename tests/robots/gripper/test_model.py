@@ -87,7 +87,7 @@ def test_a_circle_keeps_the_loops_closed_and_theta():
 
 def test_an_industrial_size_robot_moves_at_three_metres_per_second():
     scale, servo = 4.1, MotorServo(60.0, no_load_speed=20.0, speed=15.0, armature=0.05, kp=4000.0, kv=30.0)
-    large, build = PROTOTYPE.scaled(scale), PROTOTYPE_BUILD.scaled(scale, servo)
+    large, build = PROTOTYPE.with_scale(scale), PROTOTYPE_BUILD.with_scale(scale, servo)
     model = built(build=build, dimensions=large)
     limits = JointLimits(speed=servo.speed, acceleration=80.0)
     angle = np.deg2rad(-50.0)

@@ -8,10 +8,10 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replaced, take
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.cells.base.cell import Generators
-from pnt_gym.cells.conveyor.belt.neighbours import as_measured, course, swept
-from pnt_gym.cells.conveyor.belt.stream import AWAY, LET_GO, BeltStream
+from pnt_gym.cells.conveyor.belt.neighbours import as_measured, course, sweeps_through
+from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips
@@ -26,9 +26,9 @@ from pnt_gym.planning.motion.trajectory import Segments
 
 MOST_DRAWS: Final = 120
 """Number of objects without a feasible throw after which the cell is impossible."""
-QUEUE: Final = 6
+SHORTEST_QUEUE: Final = 6
 """Length of a queue whose objects are tried in their order."""
-MOST_SEEN: Final = 32
+LONGEST_QUEUE: Final = 32
 """Largest length of a queue from which the best object is taken."""
 STANDING_HEIGHT: Final = 0.05
 """Height of the next object above the belt's surface, for picks without a moving belt [m]."""
@@ -48,7 +48,7 @@ class NextPick:
 
 @final
 @dataclass(frozen=True)
-class Planned:
+class PlannedThrows:
     """P throws of objects in queues that are already planned, because a rule compares the objects."""
 
     index: Ints
@@ -90,13 +90,13 @@ class PickSource(ABC):
         """The objects around one row's present pick, and their centres (K, 3) [m]; None without a moving belt."""
         return None
 
-    def swept(self, thrown: Context, motion: ThrowMotion, held: Grips) -> Bools:
+    def find_collisions(self, context: Context, motion: ThrowMotion, grips: Grips) -> Bools:
         """Which objects on the belt (N, K) the carried objects sweep through, also when dropped."""
-        return np.zeros((len(thrown.pick), 0), dtype=np.bool_)
+        return np.zeros((len(context.pick), 0), dtype=np.bool_)
 
-    def knock(self, which: Bools) -> None:
+    def knock(self, objects: Bools) -> None:
         """Mark objects on the belt (N, K) as knocked: they are not picked any more; K is 0 without a moving belt."""
-        assert which.shape[1] == 0
+        assert objects.shape[1] == 0
 
     def _impossible(self) -> ConfigError:
         config = self._planner.config
@@ -118,8 +118,8 @@ class IndependentPicks(PickSource):
             pending = np.flatnonzero(~good)
             if pending.size == 0:
                 return context
-            found, fits = self._attempt(rows[pending])
-            context = replaced(context, pending, found)
+            attempt, fits = self._attempt(rows[pending])
+            context = replace_rows(context, pending, attempt)
             good[pending] = fits
         raise self._impossible()
 
@@ -150,7 +150,7 @@ class BeltPicks(PickSource):
         self._dwell = planner.config.motion.dwell
         self._rule: Rule = planner.config.dispatch
         self._patience = planner.config.patience
-        self._estimator = _estimator(planner)
+        self._estimator = _comparison_planner(planner)
         self._solid = planner.config.belt.neighbours == "solid"
         self.stream = BeltStream(planner, generators, _queue_length(planner.config))
 
@@ -181,9 +181,9 @@ class BeltPicks(PickSource):
         result, pending, length = None, np.arange(len(rows)), self.stream.length
         self.passed[rows] = 0
         for _ in range(-(-MOST_DRAWS // length)):
-            found, place, elapsed = self._taken(rows[pending], take(motion, pending), take(limits, pending))
-            result = found if result is None else replaced(result, pending, found)
-            gone = self._let_go(rows[pending], place, elapsed)
+            picks, place, elapsed = self._choose_picks(rows[pending], take(motion, pending), take(limits, pending))
+            result = picks if result is None else replace_rows(result, pending, picks)
+            gone = self._count_passed(rows[pending], place, elapsed)
             self.passed[rows[pending]] += gone
             self.stream.ride(rows[pending], place, gone, elapsed)
             pending = pending[place == length]
@@ -198,7 +198,7 @@ class BeltPicks(PickSource):
             f"longer than {HORIZON:g} s for an object; let spacing start at {belt.speed * HORIZON:g} m or less"
         )
 
-    def _taken(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Ints, Floats]:
+    def _choose_picks(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[NextPick, Ints, Floats]:
         """The chosen picks in some rows (K,), their places in the queue, and the times until their lifts [s].
 
         The place of a row without a feasible object is the queue's length.
@@ -207,71 +207,71 @@ class BeltPicks(PickSource):
         places, elapsed = np.full(len(rows), self.stream.length), np.zeros(len(rows))
         order, planned = self._order(rows, motion, limits)
         for at in order.T:
-            own, place = rows[pending], at[pending]
+            belt_rows, place = rows[pending], at[pending]
             throws = None if planned is None else planned.at(pending, place)
-            found, time, good = self._meet(own, place, take(motion, pending), take(limits, pending), throws)
-            good &= ~self.stream.knocked[own, LET_GO + place]
-            best = self._touches_nobody(own, place, found.context, time, good) if self._solid else good
+            picks, time, good = self._meet(belt_rows, place, take(motion, pending), take(limits, pending), throws)
+            good &= ~self.stream.knocked[belt_rows, PASSED_PLACES + place]
+            best = self._sweeps_none(belt_rows, place, picks.context, time, good) if self._solid else good
             # The first feasible object is kept until a feasible object is found whose throw touches no neighbour.
             better = best | (places[pending] == self.stream.length)
             into = pending[better]
-            result = found if result is None else replaced(result, into, take(found, better))
-            into, taken = pending[better & good], better & good
-            places[into], elapsed[into] = place[taken], time[taken]
+            result = picks if result is None else replace_rows(result, into, take(picks, better))
+            into, chosen = pending[better & good], better & good
+            places[into], elapsed[into] = place[chosen], time[chosen]
             pending = pending[~best]
             if pending.size == 0:
                 break
         assert result is not None  # a queue is never empty
         return result, places, elapsed
 
-    def swept(self, thrown: Context, motion: ThrowMotion, held: Grips) -> Bools:
+    def find_collisions(self, context: Context, motion: ThrowMotion, grips: Grips) -> Bools:
         """Which of all stored objects (N, LET_GO + Q) the carried objects sweep through."""
         step, stream = self._planner.config.timestep, self.stream
-        let_go = motion.release_time + thrown.objects.delay
-        way = course(motion, np.where(held.dropped, held.lost_at * step, let_go), self._belt.speed)
+        let_go = motion.release_time + context.objects.delay
+        way = course(motion, np.where(grips.dropped, grips.lost_at * step, let_go), self._belt.speed)
         places = stream.places(np.arange(len(way)))
-        met = swept(thrown.objects, thrown.pick[:, :2], way, stream.objects, places)
-        return met & held.picked[:, None]
+        collisions = sweeps_through(context.objects, context.pick[:, :2], way, stream.objects, places)
+        return collisions & grips.picked[:, None]
 
-    def knock(self, which: Bools) -> None:
+    def knock(self, objects: Bools) -> None:
         """Mark objects (N, LET_GO + Q) as knocked; where neighbours are ghosts, nothing happens."""
         if self._solid:
-            self.stream.knocked |= which
+            self.stream.knocked |= objects
 
-    def _touches_nobody(self, rows: Ints, at: Ints, context: Context, elapsed: Floats, good: Bools) -> Bools:
+    def _sweeps_none(self, rows: Ints, at: Ints, context: Context, elapsed: Floats, good: Bools) -> Bools:
         """Which feasible objects at places of queues (K,), lifted after a time (K,) [s], sweep no others when thrown.
 
         The check uses measured values of all objects; objects that are not `good` are skipped.
         """
-        some = np.flatnonzero(good)
-        rows, at, one = rows[some], at[some], take(context, some)
-        motion = self._planner.mover.throw(one.pick, one.plan, one.throw_limits, one.ceiling)
+        candidates = np.flatnonzero(good)
+        rows, at, throws = rows[candidates], at[candidates], take(context, candidates)
+        motion = self._planner.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
         place = self.stream.places(rows)
-        place[..., 0] += self._belt.speed * elapsed[some, None]
-        place[np.arange(len(some)), LET_GO + at] = AWAY
-        others = as_measured(take(self.stream.objects, rows))
+        place[..., 0] += self._belt.speed * elapsed[candidates, None]
+        place[np.arange(len(candidates)), PASSED_PLACES + at] = AWAY
+        neighbours = as_measured(take(self.stream.objects, rows))
         way = course(motion, motion.release_time, self._belt.speed)
-        met = swept(as_measured(one.objects), one.pick[:, :2], way, others, place)
+        collisions = sweeps_through(as_measured(throws.objects), throws.pick[:, :2], way, neighbours, place)
         free = np.zeros(len(good), dtype=np.bool_)
-        free[some] = ~met.any(axis=1)
+        free[candidates] = ~collisions.any(axis=1)
         return free
 
-    def _order(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[Ints, Planned | None]:
+    def _order(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[Ints, PlannedThrows | None]:
         """Places of the queues of some rows in the order in which to try them (K, Q), and throws already planned."""
         shape = len(rows), self.stream.length
         if self._rule == "first":
             return np.broadcast_to(np.arange(self.stream.length), shape), None
         ahead = self.stream.queue_x[rows] + self._belt.speed * motion.stop_time[:, None] <= self._belt.pick_x[1]
-        ahead &= ~self.stream.knocked[rows, LET_GO:]
+        ahead &= ~self.stream.knocked[rows, PASSED_PLACES:]
         row, place = np.nonzero(ahead)
         objects, x = self.stream.in_queue(rows[row], place)
         worth, index = np.full(shape, -np.inf), np.full(shape, -1)
-        worth[row, place], context, good = self._index(objects, x, take(motion, row), take(limits, row))
+        worth[row, place], context, good = self._priorities(objects, x, take(motion, row), take(limits, row))
         index[row, place] = np.arange(len(row))
-        known = self._estimator is self._planner and len(row) > 0
-        return np.argsort(-worth, axis=1, kind="stable"), Planned(index, context, good) if known else None
+        is_reusable = self._estimator is self._planner and len(row) > 0
+        return np.argsort(-worth, axis=1, kind="stable"), PlannedThrows(index, context, good) if is_reusable else None
 
-    def _index(
+    def _priorities(
         self, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows
     ) -> tuple[Floats, Context, Bools]:
         """Priorities of objects by the rule, their throws, and which are feasible, (K,) each.
@@ -283,18 +283,18 @@ class BeltPicks(PickSource):
             limits: limits of the hand.
         """
         mover = self._estimator.mover
-        meeting = mover.reach(motion, self._met_at(objects, x, motion), limits)
+        meeting = mover.reach(motion, self._pick_points_after(objects, x, motion), limits)
         context, throwable = self._estimator.plan(objects, meeting.position)
         good, throwing = meeting.feasible & throwable, np.zeros(len(x))
         rows = np.flatnonzero(good)
-        one = take(context, rows)
-        throwing[rows] = mover.throw(one.pick, one.plan, one.throw_limits, one.ceiling).stop_time
+        throws = take(context, rows)
+        throwing[rows] = mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling).stop_time
         start = meeting.time + self._dwell
         stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
         among = Candidates(np.ones(len(x)), start + throwing, start, start + stays, good)
         return index(self._rule, among, self._patience), context, good
 
-    def _let_go(self, rows: Ints, place: Ints, elapsed: Floats) -> Ints:
+    def _count_passed(self, rows: Ints, place: Ints, elapsed: Floats) -> Ints:
         """Number of objects per queue that leave unpicked until the lift of the object at a place (K,).
 
         In a queue without a feasible object (place Q) all objects leave.
@@ -313,17 +313,17 @@ class BeltPicks(PickSource):
         `throws` are throws that are already planned, with their feasibility; None: plan them here.
         """
         objects, x = self.stream.in_queue(rows, at)
-        meeting = self._planner.mover.meet(motion, self._met_at(objects, x, motion), limits)
+        meeting = self._planner.mover.meet(motion, self._pick_points_after(objects, x, motion), limits)
         context, throwable = throws or self._planner.plan(objects, meeting.position)
-        found = NextPick(meeting.wait, context, meeting.back)
-        return found, motion.stop_time + meeting.time + self._dwell, meeting.feasible & throwable
+        picks = NextPick(meeting.wait, context, meeting.back)
+        return picks, motion.stop_time + meeting.time + self._dwell, meeting.feasible & throwable
 
-    def _met_at(self, objects: Objects, x: Floats, motion: ThrowMotion) -> Floats:
+    def _pick_points_after(self, objects: Objects, x: Floats, motion: ThrowMotion) -> Floats:
         """Pick points of objects at the end of throws (K, 3) [m], for positions x at their beginning (K,) [m]."""
         return self._planner.pick_point(objects, x + self._belt.speed * motion.stop_time)
 
 
-def _estimator(planner: PickPlanner) -> PickPlanner:
+def _comparison_planner(planner: PickPlanner) -> PickPlanner:
     """The planner with which a rule compares objects; the chosen object is planned by the cell's planner.
 
     Planning a free direction takes a hundred times as long as planning a straight throw, so straight throws are
@@ -337,7 +337,7 @@ def _queue_length(config: ConveyorConfig) -> int:
     """Length of a queue: for rules that compare objects, about the number of objects downstream of the camera."""
     belt = config.belt
     if config.dispatch == "first":
-        return QUEUE
+        return SHORTEST_QUEUE
     long = np.mean([item.size[:2] for item in config.item_list()]) if belt.gap == "edge" else 0.0
-    seen = (belt.pick_x[1] - belt.camera_x) / (np.mean(belt.spacing) + long)
-    return int(np.clip(np.ceil(seen), QUEUE, MOST_SEEN))
+    count = (belt.pick_x[1] - belt.camera_x) / (np.mean(belt.spacing) + long)
+    return int(np.clip(np.ceil(count), SHORTEST_QUEUE, LONGEST_QUEUE))

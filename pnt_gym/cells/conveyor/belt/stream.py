@@ -6,13 +6,13 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, joined, replaced, take
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, replace_rows, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.objects.outline import half_extent
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 
-LET_GO: Final = 8
+PASSED_PLACES: Final = 8
 """Number of stored objects per belt that are not picked any more; carried objects may still sweep through them."""
 AWAY: Final = 1e3
 """Position of places without an object on the belt [m]."""
@@ -37,9 +37,9 @@ class BeltStream:
         self._generators = generators
         self._belt = planner.config.belt
         self.length = length
-        places = len(generators), LET_GO + length
-        nothing = planner.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), 1)
-        self.objects: Objects = take(nothing, (np.zeros(places, dtype=np.int64), 0))
+        places = len(generators), PASSED_PLACES + length
+        placeholder = planner.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), 1)
+        self.objects: Objects = take(placeholder, (np.zeros(places, dtype=np.int64), 0))
         """All stored objects (N, LET_GO + Q)."""
         self.x: Floats = np.full(places, AWAY)
         """Positions of the objects along the belt at the lift of the present pick (N, LET_GO + Q) [m]."""
@@ -49,12 +49,12 @@ class BeltStream:
     @property
     def queue(self) -> Objects:
         """Objects that may be picked, the most downstream first (N, Q)."""
-        return take(self.objects, np.s_[:, LET_GO:])
+        return take(self.objects, np.s_[:, PASSED_PLACES:])
 
     @property
     def queue_x(self) -> Floats:
         """Positions of the queue's objects along the belt (N, Q) [m]."""
-        return self.x[:, LET_GO:]
+        return self.x[:, PASSED_PLACES:]
 
     def places(self, rows: Ints) -> Floats:
         """Positions x, y of all stored objects on some belts (K, LET_GO + Q, 2) [m]."""
@@ -62,53 +62,53 @@ class BeltStream:
 
     def begin(self, rows: Ints) -> None:
         """Start new streams in some rows; the first object enters the window one gap after the episode begins."""
-        objects, entry = self._drawn(rows, self.length), np.full(len(rows), self._belt.pick_x[0])
-        queue = rows[:, None], np.arange(LET_GO, LET_GO + self.length, dtype=np.int64)
-        self.objects = replaced(self.objects, queue, objects)
+        objects, entry = self._draw_objects(rows, self.length), np.full(len(rows), self._belt.pick_x[0])
+        queue = rows[:, None], np.arange(PASSED_PLACES, PASSED_PLACES + self.length, dtype=np.int64)
+        self.objects = replace_rows(self.objects, queue, objects)
         self.x[rows], self.knocked[rows] = AWAY, False
-        self.x[queue] = self._behind(objects, entry, np.zeros(len(rows)))
+        self.x[queue] = self._positions_behind(objects, entry, np.zeros(len(rows)))
 
     def in_queue(self, rows: Ints, places: Ints) -> tuple[Objects, Floats]:
         """Objects (K,) at places of the queues of some rows (K,), and their positions along the belt (K,) [m]."""
-        return take(self.objects, (rows, LET_GO + places)), self.x[rows, LET_GO + places]
+        return take(self.objects, (rows, PASSED_PLACES + places)), self.x[rows, PASSED_PLACES + places]
 
-    def ride(self, rows: Ints, taken: Ints, gone: Ints, elapsed: Floats) -> None:
+    def ride(self, rows: Ints, picked: Ints, gone: Ints, elapsed: Floats) -> None:
         """Move belts on, remove picked objects, and append new objects.
 
         Args:
             rows: the belts (K,).
-            taken: place in the queue of the picked object (K,); Q for none.
+            picked: place in the queue of the picked object (K,); Q for none.
             gone: number of other objects, from the front of the queue, that leave unpicked (K,).
             elapsed: the time that passes (K,) [s].
         """
-        new = gone + (taken < self.length)
+        new = gone + (picked < self.length)
         for count in np.unique(new):
-            some = new == count
-            self._ride(rows[some], taken[some], gone[some], elapsed[some], int(count))
+            same_count = new == count
+            self._ride(rows[same_count], picked[same_count], gone[same_count], elapsed[same_count], int(count))
 
-    def _ride(self, rows: Ints, taken: Ints, gone: Ints, elapsed: Floats, count: int) -> None:
+    def _ride(self, rows: Ints, picked: Ints, gone: Ints, elapsed: Floats, count: int) -> None:
         """Move belts on as `ride`, in rows that all need `count` new objects."""
-        new, places = self._drawn(rows, count), self.x.shape[1]
+        new, places = self._draw_objects(rows, count), self.x.shape[1]
         x = self.x[rows] + self._belt.speed * elapsed[:, None]
-        behind = self._behind(new, x[:, -1], half_extent(take(self.objects, (rows, -1))))
-        kept = gone[:, None] + np.arange(places - count, dtype=np.int64)
-        kept += kept >= LET_GO + taken[:, None]
-        old = take(self.objects, (rows[:, None], kept))
-        self.objects = replaced(self.objects, rows, joined([old, new], axis=1))
-        self.x[rows] = np.concatenate([np.take_along_axis(x, kept, axis=1), behind], axis=1)
-        known = np.take_along_axis(self.knocked[rows], kept, axis=1)
-        self.knocked[rows] = np.concatenate([known, np.zeros_like(behind, dtype=np.bool_)], axis=1)
+        new_x = self._positions_behind(new, x[:, -1], half_extent(take(self.objects, (rows, -1))))
+        old_places = gone[:, None] + np.arange(places - count, dtype=np.int64)
+        old_places += old_places >= PASSED_PLACES + picked[:, None]
+        old = take(self.objects, (rows[:, None], old_places))
+        self.objects = replace_rows(self.objects, rows, concatenate_records([old, new], axis=1))
+        self.x[rows] = np.concatenate([np.take_along_axis(x, old_places, axis=1), new_x], axis=1)
+        old_knocked = np.take_along_axis(self.knocked[rows], old_places, axis=1)
+        self.knocked[rows] = np.concatenate([old_knocked, np.zeros_like(new_x, dtype=np.bool_)], axis=1)
 
-    def _behind(self, objects: Objects, x: Floats, half: Floats) -> Floats:
+    def _positions_behind(self, objects: Objects, x: Floats, half: Floats) -> Floats:
         """Positions along the belt (K, C) [m] of objects behind an object at x (K,) with half extent `half` (K,)."""
         distance = objects.draws.gap
         if self._belt.gap == "edge":
-            own = half_extent(objects)
-            before = np.concatenate([half[:, None], own[:, :-1]], axis=1)
-            distance = distance + before + own
+            half_extents = half_extent(objects)
+            before = np.concatenate([half[:, None], half_extents[:, :-1]], axis=1)
+            distance = distance + before + half_extents
         return x[:, None] - np.cumsum(distance, axis=1)
 
-    def _drawn(self, rows: Ints, count: int) -> Objects:
+    def _draw_objects(self, rows: Ints, count: int) -> Objects:
         """Draw `count` new objects for some rows (K, count)."""
         if self._belt.gap == "centre":
             return self._planner.draw(self._generators, rows, count)

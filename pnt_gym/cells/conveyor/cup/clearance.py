@@ -42,7 +42,7 @@ _FACE: Final = np.array(
 class Passage:
     """Motion of N objects relative to their cups, at K moments each."""
 
-    apart: Floats
+    centre: Floats
     """Centre of mass relative to the tip of the cup (N, K, 3) [m]."""
     drift: Floats
     """Velocity of the centre of mass relative to the hand (N, K, 3) [m/s]."""
@@ -65,16 +65,16 @@ class Passage:
         upright = self.up[..., 2]
         length, width, height = (full[:, k, None] for k in range(3))
         wide = radius + np.abs(centre) + np.sqrt(length**2 + width**2 + height**2) / 2.0
-        sideways = np.sqrt(self.apart[..., 0] ** 2 + self.apart[..., 1] ** 2)
+        sideways = np.sqrt(self.centre[..., 0] ** 2 + self.centre[..., 1] ** 2)
         # Below the cup an object is lower than its highest point, and lower than the plane of its upper face.
         tilt = np.sqrt(np.maximum(1.0 - upright**2, 0.0))
         far = sideways + np.abs(centre) * tilt + radius
         face = (height / 2.0 + tilt * far) / np.maximum(np.abs(upright), 1e-9)
-        top = self.apart[..., 2] + centre * upright + np.minimum(reach(objects, full / 2.0, self.up), face)
+        top = self.centre[..., 2] + centre * upright + np.minimum(reach(objects, full / 2.0, self.up), face)
         return np.asarray((top > -room) & (sideways < wide + room))
 
 
-def foreseen(parting: Parting, hand: tuple[Floats, Floats], since: Floats) -> Passage:
+def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats) -> Passage:
     """Predicted motion of N released objects relative to their cups, under gravity alone and with constant spin.
 
     Args:
@@ -88,22 +88,22 @@ def foreseen(parting: Parting, hand: tuple[Floats, Floats], since: Floats) -> Pa
     fallen[..., 2] -= GRAVITY / 2.0 * since**2
     drift = began - velocity
     drift[..., 2] -= GRAVITY * since
-    return Passage(parting.apart[:, None] + fallen, drift, vertical_of_spinning(parting.attitude, parting.rate, since))
+    return Passage(parting.centre[:, None] + fallen, drift, vertical_of_spinning(parting.attitude, parting.rate, since))
 
 
-def touches(objects: Objects, apart: Floats, attitude: Floats) -> Bools:
+def touches(objects: Objects, centre: Floats, attitude: Floats) -> Bools:
     """Whether a point of the cup's face is inside an object (N, K), at K moments.
 
     Args:
         objects: the N objects.
-        apart: the objects' centres of mass relative to the tip of the cup (N, K, 3) [m].
+        centre: the objects' centres of mass relative to the tip of the cup (N, K, 3) [m].
         attitude: quaternions of the objects, w first (N, K, 4).
     """
     along, across = level_axes(attitude)
     half = lying_size(objects.shape, objects.size)[:, None, None] / 2.0
     axes = [axis[..., None, :] for axis in (along, across, vertical(attitude))]
     face = objects.cup_radius[:, None, None, None] * _FACE
-    x, y, z = (face[..., k] - apart[..., None, k] for k in range(3))
+    x, y, z = (face[..., k] - centre[..., None, k] for k in range(3))
     point = x[..., None] * axes[0] + y[..., None] * axes[1] + z[..., None] * axes[2]
     point[..., 2] -= (objects.com_depth - LIP_GAP)[:, None, None] - half[..., 2]
     a, b, c = (np.abs(point[..., k]) / half[..., k] for k in range(3))

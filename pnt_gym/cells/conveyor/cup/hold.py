@@ -43,57 +43,57 @@ class Grips:
         return self.dropped | ~self.picked
 
 
-def picked(thrown: Context, config: ConveyorConfig) -> Bools:
+def picked(context: Context, config: ConveyorConfig) -> Bools:
     """Which cups seal on their objects (N,).
 
     The probability of failure scales with the mismatch, like every effect that the planner does not model.
     """
     if not config.pick.fails:
-        return np.full(len(thrown.pick), True)
-    fails: Floats = np.minimum(config.mismatch * (1.0 - seal_chance(thrown)), 1.0)
-    return thrown.objects.pick_draw >= fails
+        return np.full(len(context.pick), True)
+    fails: Floats = np.minimum(config.mismatch * (1.0 - seal_chance(context)), 1.0)
+    return context.objects.pick_draw >= fails
 
 
-def seal_chance(thrown: Context) -> Floats:
+def seal_chance(context: Context) -> Floats:
     """Probability that a cup seals at its true place on the object (N,): the item's, less where the lip overhangs.
 
     The probability is the item's `pick_chance` while the whole lip is inside the outline, 0 where the cup's middle is
     at least the lip's radius outside, and linear in between (assumed).
     """
-    objects = thrown.objects
-    inside, radius = inside_outline(objects, -thrown.grasp), objects.cup_radius
+    objects = context.objects
+    inside, radius = inside_outline(objects, -context.grasp), objects.cup_radius
     return objects.pick_chance * np.clip((inside + radius) / (2.0 * radius), 0.0, 1.0)
 
 
-def grips(thrown: Context, held: Bools, path: HandPath, release_time: Floats, config: ConveyorConfig) -> Grips:
-    """Grips of the true objects along the hands' paths; `held` says which cups sealed (N,).
+def grips(context: Context, sealed: Bools, path: HandPath, release_time: Floats, config: ConveyorConfig) -> Grips:
+    """Grips of the true objects along the hands' paths; `sealed` says which cups sealed (N,).
 
     The load on the cup scales with the mismatch, like every effect that the planner does not model: at mismatch 0 every
     cup holds.
     """
     steps = np.arange(int(np.floor(release_time.max() / config.timestep)) + 1, dtype=np.int64)
     times = np.asarray(steps * config.timestep, dtype=np.float64)
-    counts = (times <= release_time[:, None]) & held[:, None]
+    counts = (times <= release_time[:, None]) & sealed[:, None]
     acceleration = path.sample(np.minimum(times, release_time[:, None])).acceleration
-    margin = true_hold(thrown).margin(acceleration) / max(config.mismatch, 1e-9)
+    margin = true_hold(context).margin(acceleration) / max(config.mismatch, 1e-9)
     lost = first_below(margin, counts) if config.grip.limit else np.full(len(margin), -1)
-    return Grips(np.where(held, np.where(counts, margin, np.inf).min(axis=1), np.nan), lost, held)
+    return Grips(np.where(sealed, np.where(counts, margin, np.inf).min(axis=1), np.nan), lost, sealed)
 
 
-def slip(thrown: Context, config: ConveyorConfig) -> Floats:
+def slip(context: Context, config: ConveyorConfig) -> Floats:
     """Distance that N objects slip under their cups while the vacuum builds up (N,) [m].
 
     Under a hand at rest an object slips by the belt's whole motion, under a hand that rides with the belt by the error
     of the belt speed.
     """
     nominal = config.belt.speed * config.motion.dwell
-    error = thrown.objects.belt_error
+    error = context.objects.belt_error
     return nominal * np.abs(error if config.belt.tracking else 1.0 + error)
 
 
-def true_hold(thrown: Context) -> Hold:
+def true_hold(context: Context) -> Hold:
     """True values of objects under their cups."""
-    o, e = thrown.objects, thrown.grasp
+    o, e = context.objects, context.grasp
     return Hold(o.seal, o.mass, o.cup_friction, o.com_depth, np.hypot(e[:, 0], e[:, 1]), o.cup_radius)
 
 

@@ -8,7 +8,7 @@ from typing import Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.base.rotations import in_body_axes, upright
+from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
 from pnt_gym.cells.conveyor.context import Context
 
 
@@ -17,7 +17,7 @@ from pnt_gym.cells.conveyor.context import Context
 class Parting:
     """State of N objects at the moment of release, relative to the tips of their cups."""
 
-    apart: Floats
+    centre: Floats
     """Centre of mass relative to the tip (N, 3) [m]."""
     velocity: Floats
     """Velocity relative to the hand (N, 3) [m/s]."""
@@ -31,15 +31,15 @@ class Parting:
     """Whether the object touched the belt or the solid part of its cup, which only the engine simulates (N,)."""
 
     @classmethod
-    def hanging(cls, thrown: Context, push: Floats) -> Self:
+    def hanging(cls, context: Context, push: Floats) -> Self:
         """Objects that hang rigidly under their cups, and get their spin and a push (N,) [m/s] at the release."""
-        o = thrown.objects
+        o = context.objects
         zero = np.zeros_like(o.yaw)
         return cls(
-            apart=np.concatenate([thrown.grasp, -o.com_depth[:, None]], axis=1),
+            centre=np.concatenate([context.grasp, -o.com_depth[:, None]], axis=1),
             velocity=np.stack([zero, zero, -push], axis=1),
-            attitude=upright(o.yaw),
-            rate=in_body_axes(o.spin, o.yaw),
+            attitude=yaw_attitude(o.yaw),
+            rate=to_body_axes(o.spin, o.yaw),
             push=push,
             unsure=np.zeros_like(zero, dtype=np.bool_),
         )

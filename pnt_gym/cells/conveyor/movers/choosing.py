@@ -6,10 +6,10 @@ from dataclasses import replace
 from functools import partial
 from typing import Final, final
 
-from pnt_gym.arrays import Bools, Floats, made_anew
+from pnt_gym.arrays import Bools, Floats, recompute_rows
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers.placing import EllipseMover, placed
+from pnt_gym.cells.conveyor.movers.placing import EllipseMover, is_at_rest
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
 from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
 from pnt_gym.planning.motion.trajectory import Segments
@@ -32,61 +32,63 @@ class AutoMover(Mover):
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
-        self._throws = StraightMover(config, workspace)
-        self._puts = EllipseMover(config, workspace)
+        self._throw_mover = StraightMover(config, workspace)
+        self._put_mover = EllipseMover(config, workspace)
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """Releases of straight throws."""
-        return self._throws.plan(pick, target, limits, ceiling)
+        return self._throw_mover.plan(pick, target, limits, ceiling)
 
-    def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
+    def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """Releases for moved targets, thrown or put down like the nominal plan."""
-        thrown = self._throws.aimed(context, goal, slack)
-        return made_anew(thrown, placed(context.plan), partial(self._puts.aimed, slack=slack), context, goal)
+        releases = self._throw_mover.aim_at(context, goal, slack)
+        return recompute_rows(
+            releases, is_at_rest(context.plan), partial(self._put_mover.aim_at, slack=slack), context, goal
+        )
 
-    def moved(self, context: Context, point: Floats) -> ReleaseBatch:
+    def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at given points, thrown or put down like the nominal plan."""
-        thrown = self._throws.moved(context, point)
-        return made_anew(thrown, placed(context.plan), self._puts.moved, context, point)
+        releases = self._throw_mover.release_at(context, point)
+        return recompute_rows(releases, is_at_rest(context.plan), self._put_mover.release_at, context, point)
 
     def reserve(self, release: ReleaseBatch) -> Floats:
         """Reserves (N,) [m] of throws and of releases at rest."""
-        return made_anew(self._throws.reserve(release), placed(release), self._puts.reserve, release)
+        return recompute_rows(self._throw_mover.reserve(release), is_at_rest(release), self._put_mover.reserve, release)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which throws and releases at rest the robot can execute (N,)."""
-        good = self._throws.is_feasible(pick, release, limits)
-        return made_anew(good, placed(release), self._puts.is_feasible, pick, release, limits)
+        good = self._throw_mover.is_feasible(pick, release, limits)
+        return recompute_rows(good, is_at_rest(release), self._put_mover.is_feasible, pick, release, limits)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions of throws and of releases at rest."""
 
-        def put_down(*given: object) -> ThrowMotion:
-            return _padded(self._puts.throw(*given))  # pyright: ignore[reportArgumentType] - rows of what stands below
+        def put_down(*arguments: object) -> ThrowMotion:
+            return _pad(self._put_mover.throw(*arguments))  # pyright: ignore[reportArgumentType] - rows of what stands below
 
-        thrown = _padded(self._throws.throw(pick, release, limits, ceiling))
-        return made_anew(thrown, placed(release), put_down, pick, release, limits, ceiling)
+        motions = _pad(self._throw_mover.throw(pick, release, limits, ceiling))
+        return recompute_rows(motions, is_at_rest(release), put_down, pick, release, limits, ceiling)
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions to next picks: over the rims after a release at rest, straight after a throw."""
 
         def over(motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
-            return self._puts.back(motion, next_pick, limits).padded(COLUMNS)
+            return self._put_mover.back(motion, next_pick, limits).pad(COLUMNS)
 
-        straight = self._throws.back(motion, next_pick, limits).padded(COLUMNS)
-        return made_anew(straight, motion.placed, over, motion, next_pick, limits)
+        straight = self._throw_mover.back(motion, next_pick, limits).pad(COLUMNS)
+        return recompute_rows(straight, motion.placed, over, motion, next_pick, limits)
 
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings, with motions as `back`."""
 
         def over(motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-            found = self._puts.meet(motion, place, limits)
-            return replace(found, back=found.back.padded(COLUMNS))
+            meeting = self._put_mover.meet(motion, place, limits)
+            return replace(meeting, back=meeting.back.pad(COLUMNS))
 
-        straight = self._throws.meet(motion, place, limits)
-        straight = replace(straight, back=straight.back.padded(COLUMNS))
-        return made_anew(straight, motion.placed, over, motion, place, limits)
+        straight = self._throw_mover.meet(motion, place, limits)
+        straight = replace(straight, back=straight.back.pad(COLUMNS))
+        return recompute_rows(straight, motion.placed, over, motion, place, limits)
 
 
-def _padded(motion: ThrowMotion) -> ThrowMotion:
-    return replace(motion, segments=motion.segments.padded(COLUMNS))
+def _pad(motion: ThrowMotion) -> ThrowMotion:
+    return replace(motion, segments=motion.segments.pad(COLUMNS))

@@ -14,14 +14,14 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, joined, length, made_anew, replaced, take
+from pnt_gym.arrays import Bools, Floats, concatenate_records, length, recompute_rows, replace_rows, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
 from pnt_gym.planning.free.approach import approach_entry
 from pnt_gym.planning.free.check import keeps_rules
 from pnt_gym.planning.free.legs import return_leg, throw_leg
-from pnt_gym.planning.free.release import free_releases, top, turning_point
+from pnt_gym.planning.free.release import free_releases, greatest_height, turning_point
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.ballistics import flight_time
 from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
@@ -61,21 +61,21 @@ class FreeMover(Mover):
         """The quickest feasible release of a grid of choices, or the straight throw where there is none."""
         # The next pick is not known yet, so the release must leave room for any return.
         free = free_releases(pick, target, limits, ceiling=ceiling, rules=self.rules)
-        release = self._released(pick, free.position, free.velocity, free.flight_time, limits, ceiling)
+        release = self._release_batch(pick, free.position, free.velocity, free.flight_time, limits, ceiling)
         good = self.is_feasible(pick, release, limits)
-        return made_anew(release, ~good, self._straight.plan, pick, target, limits, ceiling)
+        return recompute_rows(release, ~good, self._straight.plan, pick, target, limits, ceiling)
 
-    def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
+    def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """The nominal releases moved by the targets' displacements, at the nominal velocity."""
         plan, shift = context.plan, goal - context.target
-        release = self._shifted(context, plan.position + shift, plan.flight_time)
-        return made_anew(release, plan.straight, partial(self._straight.aimed, slack=slack), context, goal)
+        release = self._move_release(context, plan.position + shift, plan.flight_time)
+        return recompute_rows(release, plan.straight, partial(self._straight.aim_at, slack=slack), context, goal)
 
-    def moved(self, context: Context, point: Floats) -> ReleaseBatch:
+    def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at given points, at the nominal velocity."""
         flight = flight_time(point, context.plan.velocity, context.target[:, 2])
-        release = self._shifted(context, point, flight)
-        return made_anew(release, context.plan.straight, self._straight.moved, context, point)
+        release = self._move_release(context, point, flight)
+        return recompute_rows(release, context.plan.straight, self._straight.release_at, context, point)
 
     def reserve(self, release: ReleaseBatch) -> Floats:
         """Reserves of straight throws (N,) [m]."""
@@ -83,9 +83,9 @@ class FreeMover(Mover):
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which throws have a plan and leave the hand room to turn back inside the workspace."""
-        known = release.feasible[:, None]
-        velocity = np.where(known, release.velocity, 0.0)
-        position = np.where(known, release.position, pick)
+        has_plan = release.feasible[:, None]
+        velocity = np.where(has_plan, release.velocity, 0.0)
+        position = np.where(has_plan, release.position, pick)
         turn = turning_point(position + self.rules.window * velocity, velocity, limits)
         inside = self._workspace.contains
         good = release.feasible & inside(pick) & inside(position) & inside(turn)
@@ -93,16 +93,16 @@ class FreeMover(Mover):
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions to the release and through the window at constant velocity."""
-        roof = top(ceiling, self.rules)
+        roof = greatest_height(ceiling, self.rules)
         curved = throw_leg(pick, release.position, release.velocity, limits, roof).segments
         line = accelerate(release.direction, release.distance, limits)
         straight = release.straight
-        way = replaced(curved, straight, take(line.padded(curved.durations.shape[1]), straight))
+        way = replace_rows(curved, straight, take(line.pad(curved.durations.shape[1]), straight))
         time = way.durations.sum(axis=1)
         window = np.full(len(pick), self.rules.window)
         return ThrowMotion(
             pick=pick,
-            segments=joined([way, coast(window)], axis=1),
+            segments=concatenate_records([way, coast(window)], axis=1),
             release_time=time,
             stop=release.position + window[:, None] * release.velocity,
             stop_time=time + window,
@@ -114,17 +114,17 @@ class FreeMover(Mover):
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Returns through the top of the approach without a stop where that keeps the rules, otherwise with a stop."""
         moves, down = return_leg(motion.stop, motion.velocity, next_pick, limits, motion.roof, self.rules)
-        found = _padded([moves.segments, down])
-        kept = moves.feasible & self._keeps(motion, found, next_pick, limits)
-        return made_anew(found, ~kept, self._stopping, motion, next_pick, limits)
+        returns = _join_padded([moves.segments, down])
+        good = moves.feasible & self._keeps(motion, returns, next_pick, limits)
+        return recompute_rows(returns, ~good, self._back_with_stop, motion, next_pick, limits)
 
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings, without a stop where that is possible."""
         low, high = self._belt.pick_x
-        found = self._in_flight(motion, place, limits, None)
-        found = made_anew(found, found.position[:, 0] < low, self._at_border, motion, place, limits)
-        inside = (found.position[:, 0] >= low - 1e-9) & (found.position[:, 0] <= high)
-        return made_anew(found, ~(found.feasible & inside), self._with_stop, motion, place, limits)
+        meetings = self._in_flight(motion, place, limits, None)
+        meetings = recompute_rows(meetings, meetings.position[:, 0] < low, self._at_border, motion, place, limits)
+        inside = (meetings.position[:, 0] >= low - 1e-9) & (meetings.position[:, 0] <= high)
+        return recompute_rows(meetings, ~(meetings.feasible & inside), self._with_stop, motion, place, limits)
 
     def _in_flight(self, motion: ThrowMotion, place: Floats, limits: Limits, arrival: Floats | None) -> Meeting:
         """Meetings without a stop, not before `arrival` (N,) [s] if given."""
@@ -138,17 +138,17 @@ class FreeMover(Mover):
         )
         time = np.where(moves.feasible, moves.duration, 0.0) + down.durations.sum(axis=1)
         position = place + drift * time[:, None]
-        back = _padded([moves.segments, down])
+        back = _join_padded([moves.segments, down])
         good = moves.feasible & self._keeps(motion, back, position, limits)
         return Meeting(position, time, np.zeros(len(time)), good, back)
 
     def _at_border(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """Meetings at the window's border, for hands that arrive before the object: by a wait or a slower return."""
         enters = (self._belt.pick_x[0] - place[:, 0]) / self._belt.speed
-        found = self._waiting(motion, place, limits, enters)
-        return made_anew(found, ~found.feasible, self._in_flight, motion, place, limits, enters)
+        meetings = self._wait_at_border(motion, place, limits, enters)
+        return recompute_rows(meetings, ~meetings.feasible, self._in_flight, motion, place, limits, enters)
 
-    def _waiting(self, motion: ThrowMotion, place: Floats, limits: Limits, enters: Floats) -> Meeting:
+    def _wait_at_border(self, motion: ThrowMotion, place: Floats, limits: Limits, enters: Floats) -> Meeting:
         """Meetings at the border of the window when the objects enter it (N,) [s], after a stop above that point."""
         position = place.copy()
         position[:, 0] = self._belt.pick_x[0]
@@ -163,23 +163,23 @@ class FreeMover(Mover):
     def _hover(self, motion: ThrowMotion, next_pick: Floats, limits: Limits, wait: Floats) -> tuple[Segments, Bools]:
         """Returns with a stop and a wait (N,) [s] above the next pick, and which of them keep the rules."""
         moves, down = return_leg(motion.stop, motion.velocity, next_pick, limits, motion.roof, self.rules, hover=True)
-        back = _padded([moves.segments, coast(wait), down])
+        back = _join_padded([moves.segments, coast(wait), down])
         return back, moves.feasible & self._keeps(motion, back, next_pick, limits)
 
     def _with_stop(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """Meetings of hands that brake, move straight above the pick, wait, and go down."""
-        halt, halted = self._halt(motion, limits)
+        halt, halted_motion = self._halt(motion, limits)
         time = halt.durations.sum(axis=1)
         belt = np.array([self._belt.speed, 0.0, 0.0])
-        found = self._straight.meet(halted, place + belt * time[:, None], limits)
-        return replace(found, time=found.time + time, back=_padded([halt, found.back]))
+        meetings = self._straight.meet(halted_motion, place + belt * time[:, None], limits)
+        return replace(meetings, time=meetings.time + time, back=_join_padded([halt, meetings.back]))
 
-    def _stopping(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
+    def _back_with_stop(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Returns with a stop above the next pick, or where that breaks a rule, straight after a stop at once."""
         hovered, good = self._hover(motion, next_pick, limits, np.zeros(len(next_pick)))
-        halt, halted = self._halt(motion, limits)
-        straight = _padded([halt, self._straight.back(halted, next_pick, limits)])
-        return replaced(straight, good, take(hovered, good))
+        halt, halted_motion = self._halt(motion, limits)
+        straight = _join_padded([halt, self._straight.back(halted_motion, next_pick, limits)])
+        return replace_rows(straight, good, take(hovered, good))
 
     def _halt(self, motion: ThrowMotion, limits: Limits) -> tuple[Segments, ThrowMotion]:
         """Braking along the release velocity, and the motion that ends at rest after it."""
@@ -194,13 +194,13 @@ class FreeMover(Mover):
         low = np.minimum(motion.stop[:, 2], next_pick[:, 2])
         return keeps_rules(path, np.zeros(len(low)), limits, motion.roof, self.rules, (low, low))
 
-    def _shifted(self, context: Context, position: Floats, flight: Floats) -> ReleaseBatch:
+    def _move_release(self, context: Context, position: Floats, flight: Floats) -> ReleaseBatch:
         """Releases at moved points with the nominal velocity."""
-        return self._released(
+        return self._release_batch(
             context.pick, position, context.plan.velocity, flight, context.throw_limits, context.ceiling
         )
 
-    def _released(
+    def _release_batch(
         self,
         pick: Floats,
         position: Floats,
@@ -211,9 +211,13 @@ class FreeMover(Mover):
     ) -> ReleaseBatch:
         """Releases as a `ReleaseBatch`; feasible where `throw_leg` has a motion to the release."""
         motion = throw_leg(
-            pick, np.where(flight[:, None] > 0.0, position, np.nan), velocity, limits, top(ceiling, self.rules)
+            pick,
+            np.where(flight[:, None] > 0.0, position, np.nan),
+            velocity,
+            limits,
+            greatest_height(ceiling, self.rules),
         )
-        return ReleaseBatch.alone(
+        return ReleaseBatch.from_velocities(
             pick,
             position,
             velocity,
@@ -226,6 +230,6 @@ class FreeMover(Mover):
         )
 
 
-def _padded(parts: list[Segments]) -> Segments:
+def _join_padded(parts: list[Segments]) -> Segments:
     """The parts one after the other, filled up with segments of no duration."""
-    return joined(parts, axis=1).padded(COLUMNS)
+    return concatenate_records(parts, axis=1).pad(COLUMNS)

@@ -15,7 +15,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, joined, length, replaced, take
+from pnt_gym.arrays import Bools, Floats, concatenate_records, length, replace_rows, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
@@ -27,9 +27,9 @@ from pnt_gym.planning.paths.arcs import PIECES, arc_segments
 from pnt_gym.planning.straight.plan import MIN_REACH, Reason, ReleaseBatch
 from pnt_gym.planning.straight.release import release_at_elevation, release_at_point
 
-NARROW: Final = 0.05
+SMALLEST_ELLIPSE: Final = 0.05
 """Horizontal distance below which a rectangle replaces the ellipse [m]."""
-CHASES: Final = 9
+ARRIVAL_ITERATIONS: Final = 9
 """Iterations for the hand's arrival time at a moving object; the hand waits for the remaining difference."""
 
 
@@ -52,11 +52,11 @@ class HorizontalMover(StraightMover):
         """Horizontal releases at the height of the ceiling."""
         return _after_lift(pick, release_at_elevation(_at_height(pick, ceiling), target, limits, 0.0), limits)
 
-    def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
+    def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """Horizontal releases at the height of the ceiling, for moved targets."""
         return self.plan(context.pick, goal, context.throw_limits, context.ceiling)
 
-    def moved(self, context: Context, point: Floats) -> ReleaseBatch:
+    def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
         """Horizontal releases at given points; the throw starts above the pick at the point's height."""
         pick, limits = context.pick, context.throw_limits
         start = _at_height(pick, point[:, 2])
@@ -64,21 +64,21 @@ class HorizontalMover(StraightMover):
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which throws have a plan and stay inside the workspace until the hand has stopped."""
-        lifted = _lifted(pick, release)
-        good = super().is_feasible(lifted, release, limits)
-        return good & self._workspace.contains(pick) & (lifted[:, 2] >= pick[:, 2])
+        start = _lift_points(pick, release)
+        good = super().is_feasible(start, release, limits)
+        return good & self._workspace.contains(pick) & (start[:, 2] >= pick[:, 2])
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions up, along the horizontal line to the release, through the window, and to a stop on that line."""
-        lifted = _lifted(pick, release)
-        up, thrown = rest_to_rest(lifted - pick, limits), super().throw(lifted, release, limits, ceiling)
+        start = _lift_points(pick, release)
+        up, motion = rest_to_rest(start - pick, limits), super().throw(start, release, limits, ceiling)
         time = up.durations.sum(axis=1)
         return replace(
-            thrown,
+            motion,
             pick=pick,
-            segments=joined([up, thrown.segments], axis=1),
-            release_time=time + thrown.release_time,
-            stop_time=time + thrown.stop_time,
+            segments=concatenate_records([up, motion.segments], axis=1),
+            release_time=time + motion.release_time,
+            stop_time=time + motion.stop_time,
         )
 
 
@@ -127,15 +127,17 @@ class PlacingMover(Mover):
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """Releases at rest over the bins' middles, with the object's lowest point `over_rim` above the rim."""
-        return self._placed(pick, _at_height(target, target[:, 2] + self.rules.over_rim + self._hang(pick)), limits)
+        return self._release_at_rest(
+            pick, _at_height(target, target[:, 2] + self.rules.over_rim + self._hang(pick)), limits
+        )
 
-    def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
+    def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """Releases at rest over moved targets."""
         return self.plan(context.pick, goal, context.throw_limits, context.ceiling)
 
-    def moved(self, context: Context, point: Floats) -> ReleaseBatch:
+    def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at rest at given points."""
-        return self._placed(context.pick, point, context.throw_limits)
+        return self._release_at_rest(context.pick, point, context.throw_limits)
 
     def reserve(self, release: ReleaseBatch) -> Floats:
         """The reserve of the config's placing rules, for all releases (N,) [m]."""
@@ -152,7 +154,7 @@ class PlacingMover(Mover):
         time, window = way.durations.sum(axis=1), np.full(len(pick), self._window)
         return ThrowMotion(
             pick=pick,
-            segments=joined([way, coast(window)], axis=1),
+            segments=concatenate_records([way, coast(window)], axis=1),
             release_time=time,
             stop=release.position,
             stop_time=time + window,
@@ -183,7 +185,9 @@ class PlacingMover(Mover):
         position = at(np.where(good, time, 0.0))
         back = self.back(motion, position, limits)
         wait = np.where(good, np.maximum(time - back.durations.sum(axis=1), 0.0), 0.0)
-        return Meeting(position, np.where(good, time, 0.0), wait, good, joined([coast(wait), back], axis=1))
+        return Meeting(
+            position, np.where(good, time, 0.0), wait, good, concatenate_records([coast(wait), back], axis=1)
+        )
 
     def _hang(self, pick: Floats) -> Floats:
         """Extents of objects below the planner's points (N,) [m]: at the pick the object lies on the belt."""
@@ -191,24 +195,24 @@ class PlacingMover(Mover):
 
     def _carry(self, pick: Floats, place: Floats, limits: Limits) -> Segments:
         """Motions to the place with objects under the cups."""
-        return self.over(pick, place, self._carried(pick, place), limits)
+        return self.over(pick, place, self._carry_heights(pick, place), limits)
 
-    def _carried(self, pick: Floats, place: Floats) -> tuple[Floats, Floats]:
+    def _carry_heights(self, pick: Floats, place: Floats) -> tuple[Floats, Floats]:
         return self.heights(pick, place, self.rim + self.rules.clear + self._hang(pick))
 
     def _inside(self, pick: Floats, place: Floats) -> Bools:
         """Which motions stay inside the convex workspace: each motion lies in a rectangle with these corners."""
-        top, inside = self.top(self._carried(pick, place)), self._workspace.contains
+        top, inside = self.top(self._carry_heights(pick, place)), self._workspace.contains
         return inside(pick) & inside(place) & inside(_at_height(pick, top)) & inside(_at_height(place, top))
 
-    def _placed(self, pick: Floats, place: Floats, limits: Limits) -> ReleaseBatch:
+    def _release_at_rest(self, pick: Floats, place: Floats, limits: Limits) -> ReleaseBatch:
         """Releases at rest; infeasible where the hand does not reach the place."""
         way = _at_height(place - pick, np.zeros(len(pick)))
-        apart = length(way) > MIN_REACH
-        good = self._inside(pick, place) & apart
-        reason = np.where(apart, int(Reason.WORKSPACE), int(Reason.NO_REACH))
+        is_distant = length(way) > MIN_REACH
+        good = self._inside(pick, place) & is_distant
+        reason = np.where(is_distant, int(Reason.WORKSPACE), int(Reason.NO_REACH))
         segments = self._carry(pick, np.where(good[:, None], place, pick + np.array([0.1, 0.0, 0.0])), limits)
-        return ReleaseBatch.alone(
+        return ReleaseBatch.from_velocities(
             pick,
             place,
             np.zeros_like(place),
@@ -250,15 +254,15 @@ class EllipseMover(PlacingMover):
         """Motions up, over an ellipse and down; up, across and down where the way is shorter than `NARROW`."""
         first, last = _at_height(start, heights[0]), _at_height(end, heights[1])
         top, columns = self.top(heights), PIECES + 14
-        found = rectangle_segments(start, end, top, limits).padded(columns)
+        motions = rectangle_segments(start, end, top, limits).pad(columns)
         way = last - first
-        wide = np.flatnonzero(np.sqrt(way[:, 0] ** 2 + way[:, 1] ** 2) >= NARROW)
+        wide = np.flatnonzero(np.sqrt(way[:, 0] ** 2 + way[:, 1] ** 2) >= SMALLEST_ELLIPSE)
         if wide.size == 0:
-            return found
-        own = take(limits.arrays(len(start)), wide)
-        up, down = rest_to_rest((first - start)[wide], own), rest_to_rest((end - last)[wide], own)
-        arc = arc_segments(way[wide], (top - first[:, 2])[wide], own)
-        return replaced(found, wide, joined([up, arc, down], axis=1))
+            return motions
+        wide_limits = take(limits.arrays(len(start)), wide)
+        up, down = rest_to_rest((first - start)[wide], wide_limits), rest_to_rest((end - last)[wide], wide_limits)
+        arc = arc_segments(way[wide], (top - first[:, 2])[wide], wide_limits)
+        return replace_rows(motions, wide, concatenate_records([up, arc, down], axis=1))
 
     def top(self, heights: tuple[Floats, Floats]) -> Floats:
         """The highest point of the ellipse (N,) [m]."""
@@ -270,7 +274,7 @@ class EllipseMover(PlacingMover):
         return pick[:, 2] + vertical, np.maximum(over_rims, place[:, 2] + vertical)
 
 
-def placed(release: ReleaseBatch) -> Bools:
+def is_at_rest(release: ReleaseBatch) -> Bools:
     """Which releases put an object down at rest (N,)."""
     return release.feasible & (release.speed == 0.0)
 
@@ -279,7 +283,7 @@ def rectangle_segments(start: Floats, end: Floats, top: Floats, limits: Limits) 
     """Motions straight up to a height (N,) [m], horizontal, and straight down, each from rest to rest: 21 segments."""
     first, last = _at_height(start, top), _at_height(end, top)
     moves = [rest_to_rest(way, limits) for way in (first - start, last - first, end - last)]
-    return joined(moves, axis=1)
+    return concatenate_records(moves, axis=1)
 
 
 def first_not_late(late: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[Floats, Bools]:
@@ -296,7 +300,7 @@ def first_not_late(late: Callable[[Floats], Floats], low: Floats, high: Floats) 
     before, after = late(low), late(high)
     at_once, reached = before <= 0.0, after <= 0.0
     high, side = np.where(at_once, low, high), np.zeros_like(low)
-    for _ in range(CHASES):
+    for _ in range(ARRIVAL_ITERATIONS):
         rise = np.where(before > after, before - after, 1.0)
         middle = low + np.where(before > after, before / rise, 0.5) * (high - low)
         value = late(middle)
@@ -315,11 +319,11 @@ def _at_height(points: Floats, height: Floats) -> Floats:
 
 def _after_lift(pick: Floats, release: ReleaseBatch, limits: Limits) -> ReleaseBatch:
     """Releases with the time of the lift added, for throws that begin above the picks."""
-    rise = np.abs(_lifted(pick, release)[:, 2] - pick[:, 2])
+    rise = np.abs(_lift_points(pick, release)[:, 2] - pick[:, 2])
     time = release.time + stroke_time(rise, *limits.arrays(len(pick)))
     return replace(release, time=time, straight=np.zeros(len(pick), dtype=np.bool_))
 
 
-def _lifted(pick: Floats, release: ReleaseBatch) -> Floats:
+def _lift_points(pick: Floats, release: ReleaseBatch) -> Floats:
     """Picks raised to the heights of their releases, unchanged where the release is infeasible (N, 3) [m]."""
     return _at_height(pick, np.where(release.feasible, release.position[:, 2], pick[:, 2]))

@@ -14,7 +14,7 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, joined, take
+from pnt_gym.arrays import Bools, Floats, concatenate_records, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.constants import GRAVITY
@@ -104,14 +104,14 @@ class Mover(ABC):
         """Nominal releases for picks and targets (N, 3), below the ceilings (N,) [m]."""
 
     @abstractmethod
-    def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
+    def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """Releases for moved targets (N, 3) [m], as close to the nominal releases as possible.
 
         `slack` is the height by which a release may exceed the ceiling [m].
         """
 
     @abstractmethod
-    def moved(self, context: Context, point: Floats) -> ReleaseBatch:
+    def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at given points (N, 3) [m]."""
 
     @abstractmethod
@@ -161,7 +161,7 @@ class StraightMover(Mover):
         """Minimum-time releases: the exact optimum of the problem in Hassan et al. 2022."""
         return plan_release_batch(pick, target, limits, ceiling=ceiling)
 
-    def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
+    def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """Releases at the nominal elevation, or at a lower one where the release would exceed ceiling and slack."""
         limits, top = context.throw_limits, context.ceiling + slack
         angle = np.where(context.plan.feasible, context.plan.angle, 0.0)
@@ -169,10 +169,10 @@ class StraightMover(Mover):
         rows = np.flatnonzero(release.feasible & (release.position[:, 2] > top))
         if rows.size == 0:
             return release
-        angle[rows] = _lowered(context.pick[rows], goal[rows], take(limits, rows), angle[rows], top[rows])
+        angle[rows] = _lower_elevation(context.pick[rows], goal[rows], take(limits, rows), angle[rows], top[rows])
         return release_at_elevation(context.pick, goal, limits, angle)
 
-    def moved(self, context: Context, point: Floats) -> ReleaseBatch:
+    def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at given points, at the speed that the hand can reach on the way."""
         return release_at_point(context.pick, point, context.throw_limits, plane_z=context.target[:, 2])
 
@@ -202,7 +202,7 @@ class StraightMover(Mover):
         release_time = ahead.durations.sum(axis=1)
         return ThrowMotion(
             pick=pick,
-            segments=joined([ahead, window, slow], axis=1),
+            segments=concatenate_records([ahead, window, slow], axis=1),
             release_time=release_time,
             stop=pick + direction * (release.distance + self._run_out(release, limits))[:, None],
             stop_time=release_time + self._follow.window + slow.durations.sum(axis=1),
@@ -217,13 +217,13 @@ class StraightMover(Mover):
 
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings of hands that move from rest to rest, with their motions."""
-        found = self.reach(motion, place, limits)
-        back = straight_back(motion.stop, found.position, found.wait, limits, self._clearance)
-        return Meeting(**vars(found), back=back)
+        meetings = self.reach(motion, place, limits)
+        back = straight_back(motion.stop, meetings.position, meetings.wait, limits, self._clearance)
+        return Meeting(**vars(meetings), back=back)
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
         """The earliest meetings of hands that move from rest to rest, without motions."""
-        found = plan_intercept(
+        intercept = plan_intercept(
             motion.stop,
             place,
             np.array([self._belt.speed, 0.0, 0.0]),
@@ -232,10 +232,10 @@ class StraightMover(Mover):
             window=self._belt.pick_x,
         )
         return Reach(
-            position=np.where(found.feasible[:, None], found.position, place),
-            time=np.where(found.feasible, found.time, 0.0),
-            wait=np.where(found.feasible, found.wait, 0.0),
-            feasible=found.feasible,
+            position=np.where(intercept.feasible[:, None], intercept.position, place),
+            time=np.where(intercept.feasible, intercept.time, 0.0),
+            wait=np.where(intercept.feasible, intercept.wait, 0.0),
+            feasible=intercept.feasible,
         )
 
     def braking_limits(self, release: ReleaseBatch, limits: Limits) -> Limits:
@@ -256,10 +256,10 @@ def straight_back(stop: Floats, next_pick: Floats, wait: Floats, limits: Limits,
     """Motions from rest at `stop` to above the next pick, a wait (N,) [s], and the vertical approach: 15 segments."""
     above = next_pick + np.array([0.0, 0.0, clearance])
     down = np.broadcast_to(np.array([0.0, 0.0, -clearance]), above.shape)
-    return joined([rest_to_rest(above - stop, limits), coast(wait), rest_to_rest(down, limits)], axis=1)
+    return concatenate_records([rest_to_rest(above - stop, limits), coast(wait), rest_to_rest(down, limits)], axis=1)
 
 
-def _lowered(pick: Floats, goal: Floats, limits: Limits, angle: Floats, top: Floats) -> Floats:
+def _lower_elevation(pick: Floats, goal: Floats, limits: Limits, angle: Floats, top: Floats) -> Floats:
     """The largest elevations (N,) [rad] below `angle` whose releases stay below the height `top` (N,) [m]."""
 
     def fits(share: Floats) -> Bools:
@@ -267,9 +267,9 @@ def _lowered(pick: Floats, goal: Floats, limits: Limits, angle: Floats, top: Flo
         return release.feasible & (np.nan_to_num(release.position[:, 2], nan=np.inf) <= top)
 
     # A coarse walk down finds the first elevation that fits; bisection then refines its border.
-    low, found = np.zeros(len(angle)), np.zeros(len(angle), dtype=np.bool_)
+    low, has_fit = np.zeros(len(angle)), np.zeros(len(angle), dtype=np.bool_)
     for step in range(_LOWER_STEPS - 1, -1, -1):
         share = np.full(len(angle), step / _LOWER_STEPS)
-        new = fits(share) & ~found
-        low, found = np.where(new, share, low), found | new
+        new = fits(share) & ~has_fit
+        low, has_fit = np.where(new, share, low), has_fit | new
     return angle * bisect(fits, low, low + 1.0 / _LOWER_STEPS, _HALVINGS)[0]

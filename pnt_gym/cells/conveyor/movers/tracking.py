@@ -17,7 +17,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, joined
+from pnt_gym.arrays import Bools, Floats, concatenate_records
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -25,7 +25,7 @@ from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, Reach, ThrowM
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.riding import DOWNSTREAM, Fading, arrival_time
 from pnt_gym.planning.motion.scurve import coast
-from pnt_gym.planning.motion.trajectory import Segments, superposed
+from pnt_gym.planning.motion.trajectory import Segments, superpose
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 STOPPING: Final = ("straight",)
@@ -69,16 +69,16 @@ class TrackingMover(Mover):
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """The inner mover's releases from the virtual picks."""
-        fading = Fading.under(limits, len(pick), self._speed)
-        return self._mover.plan(_virtual(pick, fading), target, fading.left(limits), ceiling)
+        fading = Fading.for_limits(limits, len(pick), self._speed)
+        return self._mover.plan(_virtual_pick(pick, fading), target, fading.planning_limits(limits), ceiling)
 
-    def aimed(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
+    def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """The inner mover's releases for moved targets (N, 3) [m]."""
-        return self._mover.aimed(self._seen(context), goal, slack)
+        return self._mover.aim_at(self._virtual_context(context), goal, slack)
 
-    def moved(self, context: Context, point: Floats) -> ReleaseBatch:
+    def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
         """The inner mover's releases at given points (N, 3) [m]."""
-        return self._mover.moved(self._seen(context), point)
+        return self._mover.release_at(self._virtual_context(context), point)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which releases the robot can execute.
@@ -86,19 +86,19 @@ class TrackingMover(Mover):
         While the belt's velocity fades, the hand stays inside the triangle of pick, virtual pick and the position
         at the end of the fading.
         """
-        fading = Fading.under(limits, len(pick), self._speed)
-        good = self._mover.is_feasible(_virtual(pick, fading), release, fading.left(limits))
+        fading = Fading.for_limits(limits, len(pick), self._speed)
+        good = self._mover.is_feasible(_virtual_pick(pick, fading), release, fading.planning_limits(limits))
         return good & fading.is_possible(limits) & self._workspace.contains(pick)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """The inner mover's motions plus the fading belt speed; a short motion is delayed until the speed has faded."""
-        fading = Fading.under(limits, len(pick), self._speed)
-        motion = self._mover.throw(_virtual(pick, fading), release, fading.left(limits), ceiling)
+        fading = Fading.for_limits(limits, len(pick), self._speed)
+        motion = self._mover.throw(_virtual_pick(pick, fading), release, fading.planning_limits(limits), ceiling)
         delay = np.maximum(fading.time - motion.release_time, 0.0)
         return replace(
             motion,
             pick=pick,
-            segments=superposed(joined([coast(delay), motion.segments], axis=1), fading.out()),
+            segments=superpose(concatenate_records([coast(delay), motion.segments], axis=1), fading.fade_out()),
             release_time=motion.release_time + delay,
             stop_time=motion.stop_time + delay,
             pick_velocity=np.tile(self._speed * DOWNSTREAM, (len(pick), 1)),
@@ -107,54 +107,58 @@ class TrackingMover(Mover):
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions to the touches of the objects that the hand lifts at next picks (N, 3) [m]."""
         growing = self._growing(len(next_pick))
-        return _ending(self._mover.back(motion, next_pick - self._behind, growing.left(limits)), growing)
+        return _end_riding(self._mover.back(motion, next_pick - self._behind, growing.planning_limits(limits)), growing)
 
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings; their positions are those of the lifts."""
         growing = self._growing(len(place))
-        found = self._mover.meet(motion, place - self._early, growing.left(limits))
-        good = found.feasible & (found.back.durations.sum(axis=1) >= growing.time)
-        return replace(found, position=found.position + self._behind, back=_ending(found.back, growing), feasible=good)
+        meetings = self._mover.meet(motion, place - self._early, growing.planning_limits(limits))
+        good = meetings.feasible & (meetings.back.durations.sum(axis=1) >= growing.time)
+        return replace(
+            meetings, position=meetings.position + self._behind, back=_end_riding(meetings.back, growing), feasible=good
+        )
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
         """The earliest meetings without motions; a return is at least as long as the growth of the belt speed."""
         growing = self._growing(len(place))
-        found = self._mover.reach(motion, place - self._early, growing.left(limits))
-        good = found.feasible & (found.time >= growing.time)
-        return replace(found, position=found.position + self._behind, feasible=good)
+        meetings = self._mover.reach(motion, place - self._early, growing.planning_limits(limits))
+        good = meetings.feasible & (meetings.time >= growing.time)
+        return replace(meetings, position=meetings.position + self._behind, feasible=good)
 
     def _growing(self, count: int) -> Fading:
         return Fading(self._speed, np.full(count, self._arrival))
 
-    def _seen(self, context: Context) -> Context:
+    def _virtual_context(self, context: Context) -> Context:
         """Picks as the inner mover needs them: at virtual points and with the remaining limits."""
-        fading = Fading.under(context.throw_limits, len(context.pick), self._speed)
-        return replace(context, pick=_virtual(context.pick, fading), throw_limits=fading.left(context.throw_limits))
+        fading = Fading.for_limits(context.throw_limits, len(context.pick), self._speed)
+        return replace(
+            context, pick=_virtual_pick(context.pick, fading), throw_limits=fading.planning_limits(context.throw_limits)
+        )
 
 
-def brought_to_rest(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:
+def stop_motion(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:
     """Motions of empty hands that ride at picks (N, 3) [m] with a belt speed [m/s], and stop downstream."""
-    fading = Fading.under(limits, len(pick), speed)
+    fading = Fading.for_limits(limits, len(pick), speed)
     return replace(
-        ThrowMotion.resting(_virtual(pick, fading)),
+        ThrowMotion.resting(_virtual_pick(pick, fading)),
         pick=pick,
-        segments=fading.out(),
+        segments=fading.fade_out(),
         stop_time=fading.time,
         pick_velocity=np.tile(speed * DOWNSTREAM, (len(pick), 1)),
     )
 
 
-def left_empty(pick: Floats, limits: Limits, belt: Belt, columns: int) -> ThrowMotion:
+def empty_motion(pick: Floats, limits: Limits, belt: Belt, columns: int) -> ThrowMotion:
     """Motions of empty hands at picks (N, 3) [m]: at rest, or a stop if they ride; padded to `columns` segments."""
-    resting = brought_to_rest(pick, limits, belt.speed) if belt.tracking else ThrowMotion.resting(pick)
-    return replace(resting, segments=resting.segments.padded(columns))
+    resting = stop_motion(pick, limits, belt.speed) if belt.tracking else ThrowMotion.resting(pick)
+    return replace(resting, segments=resting.segments.pad(columns))
 
 
-def _virtual(pick: Floats, fading: Fading) -> Floats:
+def _virtual_pick(pick: Floats, fading: Fading) -> Floats:
     """Virtual picks (N, 3) [m], at which the inner mover's throws begin from rest."""
     return pick + fading.way[:, None] * DOWNSTREAM
 
 
-def _ending(back: Segments, growing: Fading) -> Segments:
+def _end_riding(back: Segments, growing: Fading) -> Segments:
     """Returns that end at the belt's speed: the growing speed is added at their ends."""
-    return superposed(back, growing.into(np.maximum(back.durations.sum(axis=1) - growing.time, 0.0)))
+    return superpose(back, growing.fade_in(np.maximum(back.durations.sum(axis=1) - growing.time, 0.0)))

@@ -16,7 +16,7 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import CYLINDER, ItemTable
-from pnt_gym.cells.base.rotations import in_body_axes
+from pnt_gym.cells.base.rotations import to_body_axes
 from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
 from pnt_gym.cells.conveyor.objects.records import Draws, Measured, Objects
 from pnt_gym.constants import GRAVITY
@@ -57,9 +57,9 @@ _UNIFORMS: Final = {
 }
 """Columns of an object's uniform draws; column 7 is not used."""
 UNIFORMS = 12 + 3 * TARGET_DRAWS
-_OF_THE_KIND: Final = ("shape", "friction", "cup_friction", "rolling_friction", "solref", "pick_chance")
+_KIND_FIELDS: Final = ("shape", "friction", "cup_friction", "rolling_friction", "solref", "pick_chance")
 """Fields that are the same for all objects of a kind."""
-_SMALLEST = 0.005
+_SMALLEST_EXTENT = 0.005
 """Smallest extent that the camera reports [m]."""
 _MIN_DEPTH, _MAX_DEPTH = 0.05, 0.95
 HALF_LIP: Final = 4.0 / (3.0 * np.pi)
@@ -68,7 +68,7 @@ HALF_LIP: Final = 4.0 / (3.0 * np.pi)
 
 @final
 @dataclass(frozen=True)
-class Apart:
+class SideDraws:
     """Draws of side generators for effects that a level switches on, uniform in [0, 1), with any leading shape S."""
 
     pick: Floats
@@ -79,13 +79,13 @@ class Apart:
     """Draw of the content of each bin, S + (B,)."""
 
     @classmethod
-    def none(cls, config: ConveyorConfig, *shape: int) -> Apart:
+    def none(cls, config: ConveyorConfig, *shape: int) -> SideDraws:
         """Draws with which no pick fails and all bins are empty."""
         return cls(np.ones(shape), np.zeros(shape), np.zeros((*shape, max(len(config.bins.fixed), 1))))
 
 
 def objects_from_draws(
-    normals: Floats, uniforms: Floats, config: ConveyorConfig, table: ItemTable, apart: Apart | None = None
+    normals: Floats, uniforms: Floats, config: ConveyorConfig, table: ItemTable, side_draws: SideDraws | None = None
 ) -> Objects:
     """Objects from standard draws.
 
@@ -94,14 +94,14 @@ def objects_from_draws(
         uniforms: S + (UNIFORMS,) in [0, 1).
         config: the cell; its mismatch scales every hidden effect, but not the catalogue and the sensor noise.
         table: the items as arrays.
-        apart: draws of side generators, S; None where no effect needs them.
+        side_draws: draws of side generators, S; None where no effect needs them.
     """
-    apart = Apart.none(config, *normals.shape[:-1]) if apart is None else apart
+    side_draws = SideDraws.none(config, *normals.shape[:-1]) if side_draws is None else side_draws
     m, spread, noise = config.mismatch, config.spread, config.noise
     z = dict(zip(_NORMALS, itemgetter(*_NORMALS.values())(normals), strict=True))
     u = dict(zip(_UNIFORMS, itemgetter(*_UNIFORMS.values())(uniforms), strict=True))
     kind = _kinds(u["kind"], config)
-    seen = _seen(kind, apart.seen, config)
+    seen_kind = _classify(kind, side_draws.seen, config)
     size = _sizes(table, kind, z["size"], z["size_axis"], config)
     leftover = table.container[kind] & (u["residue_chance"] < spread.residue_chance)
     residue = np.where(leftover, spread.residue * u["residue"], 0.0)
@@ -113,7 +113,7 @@ def objects_from_draws(
     jitter = m * config.suction.jitter * z["jitter"]
     yaw = spread.yaw * (2.0 * u["yaw"] - 1.0)
     lane, gap = config.belt.lane_y, config.belt.spacing
-    drawn = Objects(
+    objects = Objects(
         kind=kind,
         size=size,
         mass=mass,
@@ -124,35 +124,35 @@ def objects_from_draws(
         delay=np.maximum(m * (release_delay(seal, mass, config.suction) + table.clings[kind]) + jitter, 0.0),
         jitter=jitter,
         cup_radius=np.where(config.cup.fitted, table.cup_radius[kind], CUP_RADIUS),
-        **{name: getattr(table, name)[kind] for name in _OF_THE_KIND},
+        **{name: getattr(table, name)[kind] for name in _KIND_FIELDS},
         yaw=yaw,
         grasp=grasp,
         belt_error=m * spread.belt_speed * z["belt_speed"],
-        spin=assumed(m * spread.spin * z["spin"], spread.spin_per_offset * grasp),
-        pick_draw=apart.pick,
+        spin=random_spin(m * spread.spin * z["spin"], spread.spin_per_offset * grasp),
+        pick_draw=side_draws.pick,
         measured=Measured(
-            kind=seen,
+            kind=seen_kind,
             shape=table.shape[kind],
-            size=_measured_size(size, noise.size * z["measured_size"]),
+            size=_measure_size(size, noise.size * z["measured_size"]),
             mass=mass * np.exp(noise.mass * z["measured_mass"]),
             seal=seal * np.exp(noise.seal * z["measured_seal"]),
             yaw=yaw + noise.yaw * z["measured_yaw"],
-            friction=table.cup_friction[seen],
+            friction=table.cup_friction[seen_kind],
             grasp_noise=noise.grasp * z["grasp_noise"],
         ),
-        percent=_one_of(config.limits.percent, u["percent"]),
+        percent=_choose(config.limits.percent, u["percent"]),
         draws=Draws(
             lane_y=lane[0] + (lane[1] - lane[0]) * u["lane"],
             gap=gap[0] + (gap[1] - gap[0]) * u["gap"],
             place=u["place"],
             bin=u["bin"].reshape(*uniforms.shape[:-1], TARGET_DRAWS, 3),
-            fill=apart.fill,
+            fill=side_draws.fill,
         ),
     )
-    return replace(drawn, spin=_spin(drawn, config))
+    return replace(objects, spin=_spin(objects, config))
 
 
-def _one_of(values: tuple[float, ...], draw: Floats) -> Floats:
+def _choose(values: tuple[float, ...], draw: Floats) -> Floats:
     """One of the values, S, for uniform draws S."""
     return np.asarray(values)[np.minimum((draw * len(values)).astype(np.int64), len(values) - 1)]
 
@@ -182,20 +182,20 @@ def time_constant(seal: Floats, suction: Suction) -> Floats:
     return suction.tau / (1.0 + suction.leak * leak)
 
 
-def _spin(drawn: Objects, config: ConveyorConfig) -> Floats:
+def _spin(objects: Objects, config: ConveyorConfig) -> Floats:
     """Spin of objects at release, S + (3,) [rad/s]: as drawn, or from the peeling lip, and from blown air."""
-    m, cup, body = config.mismatch, config.cup, (drawn.mass, drawn.size, drawn.shape, drawn.yaw)
-    spin = drawn.spin
+    m, cup, body = config.mismatch, config.cup, (objects.mass, objects.size, objects.shape, objects.yaw)
+    spin = objects.spin
     if cup.peel:
-        tau = time_constant(drawn.seal, config.suction)
-        impulse = peel_impulse(drawn.mass * GRAVITY, drawn.grasp, drawn.cup_radius, tau)
-        spin = gained(m * impulse, *body)
+        tau = time_constant(objects.seal, config.suction)
+        impulse = peel_impulse(objects.mass * GRAVITY, objects.grasp, objects.cup_radius, tau)
+        spin = spin_from_impulse(m * impulse, *body)
     if cup.blow_off > 0.0:
-        spin = spin + gained(blow_impulse(drawn.mass, drawn.grasp, m * cup.blow_off), *body)
+        spin = spin + spin_from_impulse(blow_impulse(objects.mass, objects.grasp, m * cup.blow_off), *body)
     return spin
 
 
-def spin_gripped(objects: Objects, grasp: Floats, config: ConveyorConfig) -> Floats:
+def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig) -> Floats:
     """Spin S + (3,) [rad/s] of objects with another grasp offset than drawn; the other parts of the spin stay.
 
     Args:
@@ -207,7 +207,7 @@ def spin_gripped(objects: Objects, grasp: Floats, config: ConveyorConfig) -> Flo
     def of(place: Floats) -> Floats:
         drawn = replace(objects, grasp=place, spin=np.zeros_like(objects.spin))
         if not config.cup.peel:
-            drawn = replace(drawn, spin=assumed(drawn.spin, config.spread.spin_per_offset * place))
+            drawn = replace(drawn, spin=random_spin(drawn.spin, config.spread.spin_per_offset * place))
         return _spin(drawn, config)
 
     return objects.spin + (of(grasp) - of(objects.grasp))
@@ -245,7 +245,7 @@ def blow_impulse(mass: Floats, grasp: Floats, speed: float) -> Floats:
     return (mass * speed)[..., None] * np.stack([grasp[..., 1], -grasp[..., 0]], axis=-1)
 
 
-def gained(impulse: Floats, mass: Floats, size: Floats, shape: Ints, yaw: Floats) -> Floats:
+def spin_from_impulse(impulse: Floats, mass: Floats, size: Floats, shape: Ints, yaw: Floats) -> Floats:
     """Spin of free objects about x, y, z, S + (3,) [rad/s], from angular impulses about x and y.
 
     Args:
@@ -258,10 +258,10 @@ def gained(impulse: Floats, mass: Floats, size: Floats, shape: Ints, yaw: Floats
     index = shape.reshape(-1)
     inertia = solid_shell_inertia(mass.reshape(-1), lying_size(index, size.reshape(-1, 3)), index)
     level = np.concatenate([impulse, np.zeros_like(impulse[..., :1])], axis=-1)
-    return in_body_axes(in_body_axes(level, yaw) / inertia.reshape(size.shape), -yaw)
+    return to_body_axes(to_body_axes(level, yaw) / inertia.reshape(size.shape), -yaw)
 
 
-def assumed(random: Floats, offset: Floats) -> Floats:
+def random_spin(random: Floats, offset: Floats) -> Floats:
     """Spin at release, S + (3,) [rad/s]: a random part (a third of it about z) plus a part from the grasp offset.
 
     Args:
@@ -282,7 +282,7 @@ def _kinds(draw: Floats, config: ConveyorConfig) -> Ints:
     return np.minimum(np.searchsorted(np.cumsum(config.shares()), draw, side="right"), len(config.items) - 1)
 
 
-def _seen(kind: Ints, draw: Floats, config: ConveyorConfig) -> Ints:
+def _classify(kind: Ints, draw: Floats, config: ConveyorConfig) -> Ints:
     """Items that the classifier sees in objects of kinds S, for uniform draws S."""
     if not config.classifier.confusion:
         return kind.copy()
@@ -292,13 +292,13 @@ def _seen(kind: Ints, draw: Floats, config: ConveyorConfig) -> Ints:
 
 def _sizes(table: ItemTable, kind: Ints, common: Floats, axes: Floats, config: ConveyorConfig) -> Floats:
     """True extents from draws common to the axes S + (1,) and per axis S + (3,); a cylinder keeps one diameter."""
-    own = config.spread.size_axis * axes
-    own[..., 1] = np.where(table.shape[kind] == CYLINDER, own[..., 2], own[..., 1])
-    return table.size[kind] * np.exp(config.spread.size * common + own)
+    axis_spread = config.spread.size_axis * axes
+    axis_spread[..., 1] = np.where(table.shape[kind] == CYLINDER, axis_spread[..., 2], axis_spread[..., 1])
+    return table.size[kind] * np.exp(config.spread.size * common + axis_spread)
 
 
-def _measured_size(size: Floats, noise: Floats) -> Floats:
+def _measure_size(size: Floats, noise: Floats) -> Floats:
     """Measured extents, S + (3,) [m]: length and width by the camera, the height without noise by the cup."""
-    seen = np.maximum(size + noise, _SMALLEST)
-    seen[..., 2] = size[..., 2]
-    return seen
+    measured = np.maximum(size + noise, _SMALLEST_EXTENT)
+    measured[..., 2] = size[..., 2]
+    return measured

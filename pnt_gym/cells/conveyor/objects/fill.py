@@ -7,7 +7,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, replaced
+from pnt_gym.arrays import Floats, Ints, replace_rows
 from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
@@ -29,7 +29,7 @@ class Fill:
     """Volume of these objects, without the gaps between them (N, B) [m3]."""
 
     @classmethod
-    def nothing(cls, *shape: int) -> Fill:
+    def empty(cls, *shape: int) -> Fill:
         """Empty bins (N, B)."""
         return cls(np.zeros(shape, dtype=np.int64), np.zeros(shape))
 
@@ -60,7 +60,7 @@ class PlannedBins:
         """Depths (K, B) [m] for the first throws in some rows, from the depths (K, B) in their contexts."""
         return depth
 
-    def after(self, thrown: Objects, ended_in: Ints, depth: Floats) -> Floats:
+    def after(self, objects: Objects, ended_in: Ints, depth: Floats) -> Floats:
         """Depths (N, B) [m] for the next throws, after the thrown objects have ended in bins (N,), -1 for none."""
         return depth
 
@@ -78,17 +78,17 @@ class FillingBins(PlannedBins):
     def __init__(self, config: ConveyorConfig, count: int, emptied: int) -> None:
         self._config, self._emptied = config, emptied
         self._area = fixed_areas(config)
-        self._fill = Fill.nothing(count, len(self._area))
+        self._fill = Fill.empty(count, len(self._area))
 
     def begin(self, rows: Ints, depth: Floats) -> Floats:
         """Depths of empty bins (K, B) [m]."""
-        empty = Fill.nothing(len(rows), len(self._area))
-        self._fill = replaced(self._fill, rows, empty)
+        empty = Fill.empty(len(rows), len(self._area))
+        self._fill = replace_rows(self._fill, rows, empty)
         return empty.depth(self._area, self._config)
 
-    def after(self, thrown: Objects, ended_in: Ints, depth: Floats) -> Floats:
+    def after(self, objects: Objects, ended_in: Ints, depth: Floats) -> Floats:
         """Depths (N, B) [m] above the contents, with the objects that have ended in bins."""
-        self._fill = self._fill.after(ended_in, volume_of(thrown.shape, thrown.size), self._emptied)
+        self._fill = self._fill.after(ended_in, volume_of(objects.shape, objects.size), self._emptied)
         return self._fill.depth(self._area, self._config)
 
 
@@ -107,12 +107,12 @@ def fixed_areas(config: ConveyorConfig) -> Floats:
 
 def mean_volumes(config: ConveyorConfig, table: ItemTable) -> Floats:
     """Mean volumes of the items that each bin accepts (B,) [m3]."""
-    own = volume_of(table.shape, table.size)
-    takes = config.acceptance() if config.bins.fixed else np.full((len(own), 1), True)
-    return (own @ takes) / takes.sum(axis=0)
+    volumes = volume_of(table.shape, table.size)
+    takes = config.acceptance() if config.bins.fixed else np.full((len(volumes), 1), True)
+    return (volumes @ takes) / takes.sum(axis=0)
 
 
-def drawn_fill(draw: Floats, emptied: int, volume: Floats) -> Fill:
+def draw_fill(draw: Floats, emptied: int, volume: Floats) -> Fill:
     """Random contents of bins between two emptyings, by uniform draws (N, B) and mean object volumes (B,) [m3]."""
     count = np.minimum((draw * emptied).astype(np.int64), emptied - 1)
     return Fill(count, count * volume)

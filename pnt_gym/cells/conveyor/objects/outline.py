@@ -36,12 +36,12 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
     """
     cos, sin = np.cos(objects.yaw), np.sin(objects.yaw)
     x, y = place.T
-    own = np.abs(np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1))
+    point = np.abs(np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1))
     half = objects.size[:, :2] / 2.0
-    over = own - half
+    over = point - half
     beyond = np.maximum(over, 0.0)
     rectangle: Floats = (-over).min(axis=1).clip(min=0.0) - np.hypot(beyond[:, 0], beyond[:, 1])
-    round_: Floats = (1.0 - np.hypot(*(own / half).T)) * half.min(axis=1)
+    round_: Floats = (1.0 - np.hypot(*(point / half).T)) * half.min(axis=1)
     return np.where(objects.shape == ELLIPSOID, round_, rectangle)
 
 

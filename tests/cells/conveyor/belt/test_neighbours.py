@@ -8,9 +8,15 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from pnt_gym.arrays import joined, take
+from pnt_gym.arrays import concatenate_records, take
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
-from pnt_gym.cells.conveyor.belt.neighbours import AFTERWARDS, INTERVAL, as_measured, course, swept
+from pnt_gym.cells.conveyor.belt.neighbours import (
+    CHECK_AFTER_RELEASE,
+    CHECK_INTERVAL,
+    as_measured,
+    course,
+    sweeps_through,
+)
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.errors import ConfigError
@@ -61,7 +67,7 @@ def test_outlines_overlap_where_they_share_points():
     one, other = some_objects(count, 0), some_objects(count, 1000)
     apart = np.random.default_rng(0).uniform(-0.15, 0.15, (count, 2))
     still = np.zeros((count, 1, 3))
-    found = swept(one, np.zeros((count, 2)), still, take(other, np.s_[:, None]), apart[:, None])[:, 0]
+    found = sweeps_through(one, np.zeros((count, 2)), still, take(other, np.s_[:, None]), apart[:, None])[:, 0]
     surely = [meet_by_points(take(one, k), take(other, k), apart[k], 0.001) for k in range(count)]
     maybe = [meet_by_points(take(one, k), take(other, k), apart[k], -0.001) for k in range(count)]
     assert 0.2 < np.mean(surely) < 0.8
@@ -74,7 +80,7 @@ def test_only_what_is_higher_than_the_underside_is_met():
     height = other.size[:, 2]
     for lift, meets in ((height - 0.001, True), (height + 0.001, False), (height * 0 - 0.05, False)):
         way = np.stack([0 * lift, 0 * lift, lift], axis=-1)[:, None]
-        found = swept(one, np.zeros((4, 2)), way, take(other, np.s_[:, None]), np.zeros((4, 1, 2)))
+        found = sweeps_through(one, np.zeros((4, 2)), way, take(other, np.s_[:, None]), np.zeros((4, 1, 2)))
         assert (found == meets).all()
 
 
@@ -82,7 +88,7 @@ def straight_throw(count=3):
     """Throws from rest towards +y, rising."""
     limits = MotionLimits.t3kr(40.0)
     ahead = np.tile([0.0, 0.8, 0.6], (count, 1))
-    segments = joined([accelerate(ahead, np.full(count, 0.2), limits), coast(np.full(count, 0.2))], axis=1)
+    segments = concatenate_records([accelerate(ahead, np.full(count, 0.2), limits), coast(np.full(count, 0.2))], axis=1)
     pick = np.random.default_rng(0).normal(size=(count, 3))
     resting = ThrowMotion.resting(pick)
     return replace(resting, segments=segments, release_time=segments.durations[:, :-1].sum(axis=1))
@@ -92,10 +98,10 @@ def test_ways_are_those_of_the_hand_and_then_of_a_falling_object_against_the_bel
     motion, speed = straight_throw(), 0.5
     free_at = np.array([0.02, 0.06, 0.1])
     way = course(motion, free_at, speed)
-    times = INTERVAL * np.arange(way.shape[1])
+    times = CHECK_INTERVAL * np.arange(way.shape[1])
     np.testing.assert_allclose(way[:, 0], 0.0)
     for row, free in enumerate(free_at):
-        counted = times <= free + AFTERWARDS
+        counted = times <= free + CHECK_AFTER_RELEASE
         t, there = times[counted], way[row, counted]
         np.testing.assert_allclose(there[:, 0], -speed * t, atol=1e-12)
         held = t <= free
@@ -103,9 +109,9 @@ def test_ways_are_those_of_the_hand_and_then_of_a_falling_object_against_the_bel
         np.testing.assert_allclose(there[held, 1] * 0.75, there[held, 2], atol=1e-12)
         early = t <= min(free, 0.04)
         np.testing.assert_allclose(there[early, 1], 0.8 * 1200.0 * t[early] ** 3 / 6, atol=1e-12)
-        flying = t > free + INTERVAL
+        flying = t > free + CHECK_INTERVAL
         if flying.sum() > 2:
-            second = np.diff(there[flying], 2, axis=0) / INTERVAL**2
+            second = np.diff(there[flying], 2, axis=0) / CHECK_INTERVAL**2
             np.testing.assert_allclose(second, np.tile([0.0, 0.0, -9.81], (len(second), 1)), atol=1e-6)
 
 
@@ -118,7 +124,7 @@ def test_a_lost_object_that_falls_back_meets_what_it_falls_on():
     down = int(np.argmax(lost[0, :, 2] < -0.005))
     assert down > 0
     for way, meets in ((lost, True), (held, False)):
-        assert swept(one, np.zeros((1, 2)), way, other, lost[:, [down], :2])[0, 0] == meets
+        assert sweeps_through(one, np.zeros((1, 2)), way, other, lost[:, [down], :2])[0, 0] == meets
 
 
 def identity(objects):
@@ -135,7 +141,7 @@ def test_what_was_knocked_rides_on_and_is_never_picked(tracking, dispatch):
         before = copy.deepcopy(stream)
         context = core.context
         motion, held = core.cell._motion(context, core.plan(np.zeros((COUNT, 2)))[0])
-        met = core.cell._source.swept(context, motion, held)
+        met = core.cell._source.find_collisions(context, motion, held)
         info = core.step(np.zeros((COUNT, 2))).info
         np.testing.assert_array_equal(info["disturbed"], met.any(axis=1))
         told += info["disturbed"].sum()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import take
-from pnt_gym.cells.conveyor.belt.sources import QUEUE, BeltPicks
+from pnt_gym.cells.conveyor.belt.sources import SHORTEST_QUEUE, BeltPicks
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, same_bits, vary
@@ -111,9 +111,9 @@ def test_what_is_seen_reaches_to_the_camera_where_the_best_is_taken():
     _, source, _ = belt()
     source.first(np.arange(ROWS))
     belt_, last = source.stream._belt, source.stream.queue_x[:, -1]
-    assert source.stream.length > QUEUE
+    assert source.stream.length > SHORTEST_QUEUE
     assert (belt_.pick_x[0] - last).mean() == pytest.approx(belt_.pick_x[1] - belt_.camera_x, rel=0.15)
-    assert belt(dispatch="first")[1].stream.length == QUEUE
+    assert belt(dispatch="first")[1].stream.length == SHORTEST_QUEUE
 
 
 @pytest.mark.parametrize("rule", ["soonest", "atc"])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pnt_gym.arrays import joined, take
-from pnt_gym.cells.conveyor.belt.stream import AWAY, LET_GO, BeltStream
+from pnt_gym.arrays import concatenate_records, take
+from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
@@ -38,7 +38,7 @@ def endless(config) -> tuple[Objects, np.ndarray]:
         places.append(stream.queue_x - travelled)  # where they would lie had the belt never moved
         everyone = np.full(BELTS, LONG)
         stream.ride(np.arange(BELTS), everyone, everyone, np.full(BELTS, 0.5))
-    objects, x = joined(queues, axis=1), np.concatenate(places, axis=1)
+    objects, x = concatenate_records(queues, axis=1), np.concatenate(places, axis=1)
     return objects, np.stack([x, objects.draws.lane_y], axis=-1)
 
 
@@ -110,13 +110,15 @@ def test_what_is_taken_goes_what_is_let_go_rides_on_and_all_else_stays(gap):
     stream.ride(np.array([0, 2]), np.array([3, 7]), np.array([2, 4]), np.array([0.5, 0.25]))
     assert same_bits(stream.x[1], x[1])
     assert same_bits(stream.objects.mass[1], before[1])
-    kept = np.delete(before[0], LET_GO + 3)
+    kept = np.delete(before[0], PASSED_PLACES + 3)
     assert same_bits(stream.objects.mass[0, :-3], kept[2:])
     assert same_bits(stream.objects.mass[2, :-4], before[2, 4:])
-    assert np.allclose(stream.x[2, LET_GO - 4 : -4], x[2, LET_GO:] + 0.25 * stream._belt.speed, atol=1e-12)
+    assert np.allclose(
+        stream.x[2, PASSED_PLACES - 4 : -4], x[2, PASSED_PLACES:] + 0.25 * stream._belt.speed, atol=1e-12
+    )
     held = stream.x < AWAY / 2
     assert held.sum(axis=1).tolist() == [7 + 2, 7, 7 + 4]
-    assert (np.diff(stream.x[:, LET_GO - 4 :], axis=1)[held[:, LET_GO - 4 : -1]] < 0.0).all()
+    assert (np.diff(stream.x[:, PASSED_PLACES - 4 :], axis=1)[held[:, PASSED_PLACES - 4 : -1]] < 0.0).all()
 
 
 def test_a_belt_alone_is_as_it_is_beside_others():

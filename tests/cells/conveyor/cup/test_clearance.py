@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pnt_gym.cells.base.fluid import geom_placement, lying_size
-from pnt_gym.cells.base.rotations import in_body_axes, upright, vertical
+from pnt_gym.cells.base.rotations import to_body_axes, vertical, yaw_attitude
 from pnt_gym.cells.conveyor.config import LIP_GAP
-from pnt_gym.cells.conveyor.cup.clearance import MARGIN, Passage, foreseen
+from pnt_gym.cells.conveyor.cup.clearance import MARGIN, Passage, predict_passage
 from pnt_gym.cells.conveyor.cup.parting import Parting
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.scene import CUP_LENGTH
@@ -55,7 +55,8 @@ def test_what_is_decided_early_stays_so(level):
     for seed in range(2):
         context, *both = both_ways(level, seed)
         lies = [
-            flown.touchdown.landed(context.target, context.opening, 0.3, context.direction)["in_bin"] for flown in both
+            flown.touchdown.landing_fields(context.target, context.opening, 0.3, context.direction)["in_bin"]
+            for flown in both
         ]
         differing += int((lies[0] != lies[1]).sum())
     assert differing <= 1
@@ -124,19 +125,19 @@ def test_objects_are_foreseen_to_fall_and_turn_as_they_were_let_go():
     attitude, spin = Rotation.random(5, random_state=2), rng.normal(0.0, 4.0, (5, 3))
     apart, drift = rng.normal(0.0, 0.03, (5, 3)), rng.normal(0.0, 0.2, (5, 3))
     parting = Parting(apart, drift, attitude.as_quat(scalar_first=True), spin, np.zeros(5), np.zeros(5, dtype=bool))
-    passage = foreseen(parting, (place, velocity), since)
+    passage = predict_passage(parting, (place, velocity), since)
     for k, t in enumerate(since):
         began = velocity[:, 0] + drift
         free = place[:, 0] + apart + began * t - [0, 0, 9.81 / 2 * t**2]
-        np.testing.assert_allclose(passage.apart[:, k], free - place[:, k], atol=1e-12)
+        np.testing.assert_allclose(passage.centre[:, k], free - place[:, k], atol=1e-12)
         np.testing.assert_allclose(passage.drift[:, k], began - [0, 0, 9.81 * t] - velocity[:, k], atol=1e-12)
         turn = attitude * Rotation.from_rotvec(spin * t)
         np.testing.assert_allclose(passage.up[:, k], turn.inv().apply([0, 0, 1]), atol=1e-12)
-    still = foreseen(replace(parting, rate=np.zeros((5, 3))), (place, velocity), since)
+    still = predict_passage(replace(parting, rate=np.zeros((5, 3))), (place, velocity), since)
     np.testing.assert_allclose(still.up, np.repeat(still.up[:, :1], 3, axis=1), atol=1e-12)
 
 
 def test_spin_in_the_world_is_told_in_the_axes_of_the_object():
     yaw, spin = np.array([0.3, -1.2]), np.array([[1.0, 2.0, 3.0], [-2.0, 0.5, 0.0]])
-    turn = Rotation.from_quat(upright(yaw), scalar_first=True)
-    np.testing.assert_allclose(turn.apply(in_body_axes(spin, yaw)), spin, atol=1e-12)
+    turn = Rotation.from_quat(yaw_attitude(yaw), scalar_first=True)
+    np.testing.assert_allclose(turn.apply(to_body_axes(spin, yaw)), spin, atol=1e-12)

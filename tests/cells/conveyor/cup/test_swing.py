@@ -11,7 +11,7 @@ import pytest
 from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_LENGTH
-from pnt_gym.cells.conveyor.cup.swing import FASTEST, felt_inertia, springs
+from pnt_gym.cells.conveyor.cup.swing import LARGEST_PHASE, effective_inertia, springs
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
@@ -51,7 +51,7 @@ def test_the_inertia_that_a_lip_feels_is_that_about_it_less_what_turns_the_other
     core = make_core("waste_plain", COUNT)
     with_objects(core, yaw=np.zeros(COUNT))
     picks = core.context
-    found, o = felt_inertia(picks), picks.objects
+    found, o = effective_inertia(picks), picks.objects
     own = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
     for row in range(COUNT):
         spread = np.sqrt(np.maximum(own[row].sum() / 2 - own[row], 0.0) / o.mass[row])
@@ -70,7 +70,7 @@ LIPS = [(0.1, 0.25), (1.0, 0.0), (3.0, 0.6)]
 def test_steps_have_frequency_and_decay_of_the_lip_at_any_step(stiffness, ratio):
     for step in (0.002, 0.001, 0.0002):
         core = make_core(level(timestep=step, stiffness=stiffness, damping=ratio), COUNT)
-        inertia, spring = felt_inertia(core.context)[:, :2], springs(core.context, core.config)
+        inertia, spring = effective_inertia(core.context)[:, :2], springs(core.context, core.config)
         k, c = spring.stiffness[:, :2] / inertia, spring.damping[:, :2] / inertia
         ones = np.ones_like(k)
         steps = np.moveaxis(
@@ -79,7 +79,7 @@ def test_steps_have_frequency_and_decay_of_the_lip_at_any_step(stiffness, ratio)
         phase = np.sqrt(stiffness / inertia) * step
         wanted = np.exp(phase * (-ratio + 1j * np.sqrt(1 - ratio**2)))
         found = np.linalg.eigvals(steps)
-        resolved = phase < FASTEST
+        resolved = phase < LARGEST_PHASE
         assert resolved.mean() > 0.2
         best = found[np.arange(COUNT)[:, None], np.arange(2), found.imag.argmax(axis=2)]
         np.testing.assert_allclose(best[resolved], wanted[resolved], rtol=1e-9)
@@ -161,7 +161,7 @@ def test_objects_leave_the_engine_as_flights_reckon(cup):
     flight, rows = plant.follow(picks, cycle).flight, np.arange(COUNT)
     hand = clock.path.sample(clock.free_at[:, None] - [0.0, 0.0005])
     apart = flight.position[rows, clock.release] - hand.position[:, 0] - clock.offset
-    np.testing.assert_allclose(apart[sure], clock.parting.apart[sure], atol=0.0015)
+    np.testing.assert_allclose(apart[sure], clock.parting.centre[sure], atol=0.0015)
     # One step later, blown off; the step before belongs to the velocity.
     velocity = flight.velocity[rows, clock.release + 1] + [0.0, 0.0, 9.81e-3] - hand.velocity[:, 1]
     swung = np.linalg.norm(clock.parting.velocity, axis=1)
@@ -270,7 +270,7 @@ def test_heavy_objects_meet_the_solid_part_of_a_soft_cup():
     assert clock.parting.unsure.all()
     plant = core.cell.plant
     plant.write(core.context)
-    held = plant._with_robot(np.arange(20), core.context, clock, clock.release + 1)
+    held = plant._roll_out_robot(np.arange(20), core.context, clock, clock.release + 1)
     first = plant.scene.object_qpos
     up = vertical(held["qpos"][:, : int(clock.release.min()), first + 3 : first + 7])[..., 2]
     steepest = LIP_LENGTH / core.context.objects.cup_radius[0]

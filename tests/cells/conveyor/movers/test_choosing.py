@@ -11,7 +11,7 @@ from pnt_gym.arrays import take
 from pnt_gym.cells.base.catalogue import LIGHT_ITEMS
 from pnt_gym.cells.conveyor.action import modes_of
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.movers.placing import EllipseMover, placed
+from pnt_gym.cells.conveyor.movers.placing import EllipseMover, is_at_rest
 from pnt_gym.cells.conveyor.movers.straight import StraightMover
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
@@ -43,7 +43,7 @@ FLOWN = [*product(("belt", "independent"), ("full", "flight"))]
 def test_light_objects_are_put_down_and_nothing_is_missed(picks, fidelity):
     core = core_of(picks, fidelity=fidelity)
     for _ in range(2):
-        light, down = is_light(core), placed(core.context.plan)
+        light, down = is_light(core), is_at_rest(core.context.plan)
         info = core.step(np.zeros((COUNT, 2))).info
         np.testing.assert_array_equal(info["placed"], down)
         assert (light == down).mean() > 0.9  # by what is measured, so that a heavy sheet is thrown
@@ -58,7 +58,7 @@ def test_each_moves_as_with_the_mover_that_it_is_for():
     context = core.context
     following = np.roll(context.pick, 1, axis=0)
     times = np.linspace(0.0, 2.0, 300)
-    both, down = paths(core.cell.planner.mover, context, following), placed(context.plan)
+    both, down = paths(core.cell.planner.mover, context, following), is_at_rest(context.plan)
     for rows, mover in ((~down, StraightMover), (down, EllipseMover)):
         alone = paths(mover(core.config, core.cell.planner.workspace), take(context, rows), following[rows])
         np.testing.assert_array_equal(alone.duration, both.duration[rows])
@@ -77,16 +77,16 @@ def test_zero_is_the_plan_however_it_gets_there(mode):
 
 def test_a_choice_takes_the_other_way():
     core = core_of(mode="throw_or_place")
-    down = placed(core.context.plan)
+    down = is_at_rest(core.context.plan)
     action = np.zeros((COUNT, 3))
     action[:, 2] = 0.4
-    np.testing.assert_array_equal(placed(core.plan(action)[0]), down)
+    np.testing.assert_array_equal(is_at_rest(core.plan(action)[0]), down)
     action[:, 2] = 1.0
     plans, clipped = core.plan(action)
-    np.testing.assert_array_equal(placed(plans), down ^ ~clipped)
+    np.testing.assert_array_equal(is_at_rest(plans), down ^ ~clipped)
     assert (~clipped).mean() > 0.8
     info = core.step(action).info
-    np.testing.assert_array_equal(info["placed"], placed(plans))
+    np.testing.assert_array_equal(info["placed"], is_at_rest(plans))
     light = down & ~clipped
     assert np.nanmean(info["landing_error"][light]) > 0.1  # thrown, the air takes them
 
@@ -96,7 +96,7 @@ def test_a_choice_shifts_where_it_lands_too():
     shift = np.tile([0.1, -0.2, 1.0], (COUNT, 1))
     moved, clipped = core.plan(shift)
     plain, other = core.plan(np.tile([0.0, 0.0, 1.0], (COUNT, 1)))
-    rows = placed(moved) & placed(plain) & ~clipped & ~other
+    rows = is_at_rest(moved) & is_at_rest(plain) & ~clipped & ~other
     scale = np.array([core.config.action.along, core.config.action.across])
     along, across = core.context.to_throw_frame(moved.position - plain.position)
     np.testing.assert_allclose(np.stack([along, across], axis=1)[rows], np.tile([0.1, -0.2] * scale, (rows.sum(), 1)))
@@ -108,7 +108,7 @@ def test_what_cannot_be_reached_by_the_hand_is_thrown_all_the_same():
     action[:, 2] = 1.0
     plans, clipped = core.plan(action)
     assert clipped.all()
-    assert not placed(plans).any()
+    assert not is_at_rest(plans).any()
     assert plans.feasible.all()
 
 

@@ -59,7 +59,7 @@ def test_limits_and_rules_are_kept_at_10_khz_whatever_they_are(changes):
     context, rules = found.context, found.mover.rules
     assert found.curved.mean() > 0.9
     check = check_throw(found.path, found.motion.release_time, context.target, context.limits, context.ceiling, rules)
-    bad = ~check.good(landing=1e-9) & found.curved
+    bad = ~check.keeps_rules(landing=1e-9) & found.curved
     assert not bad.any(), {name: value[bad] for name, value in check._asdict().items()}
     np.testing.assert_allclose(found.path.end, found.following, rtol=0, atol=1e-9)
     np.testing.assert_allclose(found.path.knots.velocity[:, -1], 0.0, atol=1e-9)

@@ -13,7 +13,7 @@ from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 from agents.controllers import make_controller
 from agents.ground.environments import make_vector
-from agents.judging.loop import held_out
+from agents.judging.loop import throw_held_out
 from papers.hassan.planning.cycle import CycleRules, CycleTask, horizontal_throw, pick_and_place
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.action import MODES
@@ -126,7 +126,7 @@ def test_zero_is_the_plan_and_an_action_shifts_the_landing(planner, mode):
 def test_the_oracle_passes_and_a_deliberate_miss_fails(planner):
     level = {"base": "nominal_plain", "planner": planner, "bins": ONLY_INSIDE}
     with closing(make_vector("PnTRelease-v0", level, 16, threads=1)) as env:
-        throws = held_out(make_controller("oracle", env, previews=4), env, 16, 0)
+        throws = throw_held_out(make_controller("oracle", env, previews=4), env, 16, 0)
     assert throws.is_success.mean() > 0.9
     assert throws.landing_error.max() < 0.02
     missed = core_of(planner, bins=ONLY_INSIDE).step(np.tile([-1.0, 0.0], (COUNT, 1)))

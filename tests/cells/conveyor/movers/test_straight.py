@@ -64,7 +64,7 @@ def test_every_path_keeps_limits_and_rules_at_ten_kilohertz(picks):
         found = check_throw(cycle.path, cycle.release_time, context.target, context.limits, context.ceiling, rules)
         curved = ~context.plan.straight
         assert curved.mean() > 0.9
-        assert found.good(landing=1e-9)[curved].all()
+        assert found.keeps_rules(landing=1e-9)[curved].all()
 
 
 def test_the_hand_arrives_where_and_when_the_object_does():

@@ -130,10 +130,10 @@ def resting_ride(context, config):
 def test_in_the_simulator_cup_and_object_stay_together_over_the_dwell(mismatch):
     """Robot and object ride free of each other, the one by its motors, the other on the belt: 80 mm in 0.1 s."""
     core = core_of(mismatch=mismatch, picks="independent")
-    plant, context = core.cell.plant, core.context.lost(np.full(COUNT, True))
+    plant, context = core.cell.plant, core.context.without_spin(np.full(COUNT, True))
     clock = resting_ride(context, core.config)
     plant.write(context, np.arange(COUNT), clock)
-    sensors = plant._with_robot(np.arange(COUNT), context, clock, clock.end)["sensordata"]
+    sensors = plant._roll_out_robot(np.arange(COUNT), context, clock, clock.end)["sensordata"]
     hand, thing = (sensors[..., SENSORS[name]] for name in ("hand_position", "object_position"))
     np.testing.assert_allclose(hand[:, -1, 0] - hand[:, 0, 0], FAST * DWELL, atol=0.5e-3)
     slip = (thing - hand)[..., :2] - (thing - hand)[:, :1, :2]
@@ -157,7 +157,7 @@ def test_the_hand_comes_to_the_belt_and_rides_as_planned(planner):
     steps = np.arange(followed.hand.shape[1])
     astray = np.linalg.norm(followed.hand - clock.hand(steps).position, axis=-1)
     assert astray[:, : round(0.010 / clock.step)].max() < 0.2e-3
-    times = steps * clock.step - clock.shift[:, None]
+    times = steps * clock.step - clock.path_delay[:, None]
     dwells = (times > path.duration[:, None]) & (times < path.duration[:, None] + DWELL) & (steps < clock.end[:, None])
     assert dwells.sum(axis=1).max() > 0.9 * DWELL / clock.step
     assert astray[dwells].max() < 0.3e-3

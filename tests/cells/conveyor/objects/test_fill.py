@@ -10,7 +10,7 @@ import pytest
 
 import pnt_gym  # noqa: F401 - registers the environments
 from pnt_gym.cells.base.items import item_arrays
-from pnt_gym.cells.conveyor.objects.fill import LEAST_DEPTH, Fill, drawn_fill, mean_volumes, volume_of
+from pnt_gym.cells.conveyor.objects.fill import LEAST_DEPTH, Fill, draw_fill, mean_volumes, volume_of
 from pnt_gym.errors import ConfigError
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, parts_of, same_bits, vary
@@ -62,7 +62,7 @@ def test_volumes_are_those_of_the_bodies():
 def test_three_litres_in_a_bin_by_hand():
     """0.2 m x 0.2 m, half of a filling is air: 1 l more is 50 mm less, until it is emptied."""
     config, area = filling(emptied=3), np.array([0.04, 0.05])
-    fill = Fill.nothing(1, 2)
+    fill = Fill.empty(1, 2)
     expected = [[0.25, 0.30], [0.20, 0.30], [0.20, 0.26], [0.30, 0.26], [0.30, 0.26]]
     for where, depth in zip([0, 0, 1, 0, -1], expected, strict=True):
         fill = fill.after(np.array([where]), np.array([0.001]), 3)
@@ -117,7 +117,7 @@ def test_a_new_shift_begins_with_empty_bins():
 def test_a_drawn_fill_is_any_between_two_emptyings():
     config = filling(emptied=4)
     table = item_arrays(config.item_list())
-    fill = drawn_fill(np.array([[0.0, 0.26], [0.74, 0.99]]), 4, mean_volumes(config, table))
+    fill = draw_fill(np.array([[0.0, 0.26], [0.74, 0.99]]), 4, mean_volumes(config, table))
     assert fill.count.tolist() == [[0, 1], [2, 3]]
     mean = volume_of(table.shape, table.size).mean()
     np.testing.assert_allclose(fill.volume, fill.count * mean)

@@ -7,7 +7,7 @@ from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import true_hold
-from pnt_gym.cells.conveyor.objects.drawing import blow_impulse, gained, peel_impulse, time_constant
+from pnt_gym.cells.conveyor.objects.drawing import blow_impulse, peel_impulse, spin_from_impulse, time_constant
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import item, make_core
 
@@ -51,7 +51,7 @@ def test_impulses_turn_objects_by_their_own_inertia():
     core = core_of()
     o = core.context.objects
     impulse = np.random.default_rng(0).normal(0.0, 1e-4, (COUNT, 2))
-    spin = gained(impulse, o.mass, o.size, o.shape, o.yaw)
+    spin = spin_from_impulse(impulse, o.mass, o.size, o.shape, o.yaw)
     own = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
     for row in range(COUNT):
         cos, sin = np.cos(o.yaw[row]), np.sin(o.yaw[row])

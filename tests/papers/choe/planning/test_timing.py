@@ -140,7 +140,7 @@ def test_a_rectangle_is_three_strokes_without_casadi(monkeypatch):
 def test_a_shorter_way_and_looser_limits_are_quicker(lame):
     shorter = timed(lame_path(0.7, 0.05, 0.05, (0.1, 0.05)), intervals=60)
     assert shorter.duration[0] < lame.duration[0]
-    looser = timed(lame_path(0.7, 0.05, 0.05, (0.1, 0.05)), limits=LIMITS.scaled(2.0), intervals=60)
+    looser = timed(lame_path(0.7, 0.05, 0.05, (0.1, 0.05)), limits=LIMITS.with_scale(2.0), intervals=60)
     assert looser.duration[0] < shorter.duration[0]
 
 

@@ -51,7 +51,7 @@ def judged(path: JerkTrajectory, release_time, name, rules=RULES, ceiling=CEILIN
 def test_every_limit_and_rule_holds_at_10_khz(name):
     found = known(name)
     check = judged(found.path, found.release_time, name)
-    assert check.good().tolist() == [True], check
+    assert check.keeps_rules().tolist() == [True], check
     # A time-optimal motion uses what it is given.
     assert max(check.velocity[0], check.acceleration[0], check.jerk[0]) > 1.0 - 1e-6
 
@@ -120,7 +120,7 @@ def test_never_slower_than_the_straight_throw_with_the_fastest_return(name):
 
 def test_a_window_is_kept_and_costs_its_time():
     found = throw("in 40", replace(RULES, window=0.02))
-    assert judged(found.path, found.release_time, "in 40", replace(RULES, window=0.02)).good()[0]
+    assert judged(found.path, found.release_time, "in 40", replace(RULES, window=0.02)).keeps_rules()[0]
     inside = found.path.sample(found.release_time + np.linspace(1e-6, 0.02 - 1e-6, 9))
     np.testing.assert_allclose(inside.velocity[0] - found.velocity, 0.0, atol=1e-9)
     assert known("in 40").duration + 0.01 < found.duration < known("in 40").duration + 0.08
@@ -132,7 +132,7 @@ def test_a_lower_cap_costs_time():
     for cap in (0.03, 0.0):
         rules = replace(RULES, hand_cap=cap)
         found = throw("in 40", rules)
-        assert judged(found.path, found.release_time, "in 40", rules).good()[0]
+        assert judged(found.path, found.release_time, "in 40", rules).keeps_rules()[0]
         times.append(found.duration)
     assert times[0] * 1.1 < times[1] * 1.05 < times[2]
 
@@ -144,7 +144,7 @@ def test_an_approach_that_begins_above_the_ceiling_forces_no_detour(ceiling, hei
     found = fastest_throw(PICKS[0], target, following, MotionLimits.t3kr(40), ceiling=ceiling, rules=RULES)
     place = np.array([target])
     check = check_throw(found.path, np.array([found.release_time]), place, MotionLimits.t3kr(40), ceiling, RULES)
-    assert check.good().tolist() == [True], check
+    assert check.keeps_rules().tolist() == [True], check
     assert found.duration < 1.5 * known("in 40").duration
     times = np.linspace(found.release_time, found.duration - found.legs["approach"], 4001)
     heights = found.path.sample(times).position[0, :, 2]

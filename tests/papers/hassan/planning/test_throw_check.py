@@ -52,7 +52,7 @@ def violated(check):
 def test_a_throw_that_keeps_everything_is_good():
     check = GOOD.check()
     assert violated(check) == set()
-    assert check.good().tolist() == [True]
+    assert check.keeps_rules().tolist() == [True]
     assert check.jerk[0] == pytest.approx(1.0, rel=1e-12)
     assert check.landing[0] < 1e-12
     assert check.height[0] == 0.0
@@ -79,7 +79,7 @@ def test_a_throw_that_keeps_everything_is_good():
 def test_each_violation_is_found_by_itself(changes, name):
     check = GOOD.check(**changes)
     assert violated(check) == {name}
-    assert check.good().tolist() == [False]
+    assert check.keeps_rules().tolist() == [False]
 
 
 def test_the_numbers_are_ratios_and_distances():
@@ -104,9 +104,9 @@ def test_without_a_workspace_nothing_is_outside():
 
 def test_the_object_may_land_within_the_given_distance():
     check = GOOD.check(targets=GOOD.target + np.array([0.003, 0.0, 0.0]))
-    assert not check.good()[0]
-    assert check.good(landing=0.0031)[0]
-    assert not check.good(landing=0.0029)[0]
+    assert not check.keeps_rules()[0]
+    assert check.keeps_rules(landing=0.0031)[0]
+    assert not check.keeps_rules(landing=0.0029)[0]
 
 
 def test_rows_are_judged_one_by_one():
@@ -119,7 +119,7 @@ def test_rows_are_judged_one_by_one():
     limits = MotionLimits(2.0, 40.0, np.array([1000.0, 900.0, 1000.0]))
     ceiling = GOOD.ceiling - np.array([0.0, 0.0, 0.01])
     check = check_throw(many, GOOD.time[rows * 0], GOOD.target[rows * 0], limits, ceiling, RULES)
-    assert check.good().tolist() == [True, False, False]
+    assert check.keeps_rules().tolist() == [True, False, False]
     for name, value in GOOD.check()._asdict().items():
         assert getattr(check, name)[0] == value[0], name
 
