@@ -39,11 +39,9 @@ class Arguments:
     expert: Annotated[
         str | None, option("the shipped policy, on a line guided_beam, elsewhere oracle", "NAME|RUN_DIR|...")
     ] = None
-    """The controller whose mean return is the score 1. The shipped policy needs the extra rl; any other controller will
-    do."""
+    """The controller whose mean return is the score 1; the shipped policy needs the extra rl."""
     trust: bool = False
-    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders hold no code
-    and need no trust."""
+    """Load a stable-baselines3 model or an RL-Zoo folder, whose code then runs; run folders hold no code."""
     env: Annotated[str | None, option("PnTRelease-v0, or that of the run folder", "ID|MODULE:ID")] = None
     """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("waste; with --env that environment's own", "NAME|FILE.yaml")] = None
@@ -58,7 +56,7 @@ class Arguments:
     """Name of the dataset."""
     root: Annotated[Path | None, option("MINARI_DATASETS_PATH, or ~/.minari/datasets", "DIR")] = None
     """The folder of all datasets."""
-    practice: Annotated[int | None, option("120, or 0 for one that ships knowing", "N")] = None
+    practice: Annotated[int | None, option("120, or 0 for a controller that ships pre-trained", "N")] = None
     """Practice throws of a learning controller before the collection; other controllers do not practise."""
     score_throws: int = 1000
     """Throws, in whole episodes, from which the scores of random actions and of the expert are computed."""
