@@ -51,7 +51,9 @@ class Arguments:
     """Cells simulated side by side; the objects depend on the seed and on this number."""
     threads: int = 2
     """Threads of the simulation; results do not depend on this number."""
-    practice: Annotated[int | None, option("120, or 0 with --load and for one that ships knowing", "N")] = None
+    practice: Annotated[
+        int | None, option("120, or 0 with --load and for a controller that ships pre-trained", "N")
+    ] = None
     """Practice throws of a learning controller before the evaluation; other controllers do not practise."""
     online: bool = False
     """Let the controller go on learning during the evaluation."""
