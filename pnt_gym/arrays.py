@@ -145,18 +145,26 @@ def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
         return change(first, *records)
     if first.__class__ is dict:
         return {name: _map_arrays(change, *(record[name] for record in (first, *records))) for name in first}
-    values: dict[str, Any] = {}
-    for name in _field_names(first.__class__):
-        values[name] = _map_arrays(change, *map(attrgetter(name), (first, *records)))
-    return first.__class__(**values) if values else first
+    values = _field_reader(first.__class__)
+    if values is None:
+        return first
+    # Only a field that is no array costs a call of this function: records have up to a hundred arrays.
+    columns = zip(*(values(record) for record in (first, *records)), strict=True)
+    return first.__class__(
+        *(change(*column) if column[0].__class__ is np.ndarray else _map_arrays(change, *column) for column in columns)
+    )
 
 
 @cache
-def _field_names(kind: Any) -> tuple[str, ...]:
-    """Names of the constructor fields of a record type; empty for any other type."""
+def _field_reader(kind: Any) -> Callable[[Any], tuple[Any, ...]] | None:
+    """Reader of the constructor fields of a record type, in their order; None for any other type."""
     if is_dataclass(kind):
-        return tuple(field.name for field in fields(kind) if field.init)
-    return getattr(kind, "_fields", ())
+        names = tuple(field.name for field in fields(kind) if field.init)
+    else:
+        names = getattr(kind, "_fields", ())
+    if len(names) == 1:
+        return lambda record: (getattr(record, names[0]),)
+    return attrgetter(*names) if names else None
 
 
 def not_finite_error(values: Floats, name: str) -> PlanningError:
