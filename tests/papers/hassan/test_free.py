@@ -130,7 +130,7 @@ def test_with_constant_jerk_the_optimum_is_judged_by_its_own_limits(monkeypatch,
         hassan_free, "free_cycle", lambda *cell, constant_jerk: asked.append((cell, constant_jerk)) or optimum
     )
     both = {0.0: measured(), 1.0: measured()}
-    monkeypatch.setattr(hassan_free, "simulated", lambda plans: dict.fromkeys(plans, both))
+    monkeypatch.setattr(hassan_free, "simulate", lambda plans: dict.fromkeys(plans, both))
     rows = {row.quantity: row for row in constant_jerk_findings().rows}
     assert asked == [(cell, True) for cell in CELLS]
     row = rows["table1/constant-jerk/free-direction-throw/outside/45"]
@@ -149,7 +149,7 @@ def test_a_cell_without_a_motion_is_infeasible(monkeypatch, optimum):
     seen = {}
     monkeypatch.setattr(hassan_free, "free_cycle", found)
     both = {0.0: measured(), 1.0: measured()}
-    monkeypatch.setattr(hassan_free, "simulated", lambda plans: seen.update(plans) or dict.fromkeys(plans, both))
+    monkeypatch.setattr(hassan_free, "simulate", lambda plans: seen.update(plans) or dict.fromkeys(plans, both))
     rows = {row.quantity: row for row in headroom_findings("hand-cap-0").rows}
     cells = [f"headroom/hand-cap-0/{zone}/{percent}" for zone, percent in CELLS]
     assert set(cells) <= set(rows)
