@@ -226,8 +226,10 @@ def radius_derivatives(ellipse: EllipsePath, theta: Floats) -> tuple[Floats, Flo
     """
     a, b = ellipse.semi_major, ellipse.semi_minor
     q = (a * np.sin(theta)) ** 2 + (b * np.cos(theta)) ** 2
+    # q' and q'' by the angle.
     first = (a * a - b * b) * np.sin(2.0 * theta)
     second = 2.0 * (a * a - b * b) * np.cos(2.0 * theta)
+    # Chain rule for q^(3/2).
     slope, bend = 1.5 * np.sqrt(q) * first, 1.5 * np.sqrt(q) * second + 0.75 * first**2 / np.sqrt(q)
     return ellipse.radius_of_curvature(theta), slope / (a * b), bend / (a * b)
 

@@ -112,8 +112,10 @@ def _spline(knots: Any, step: Any, per_interval: int) -> tuple[Any, Any, Any]:
     rate: list[Any] = []
     for place in range(INTERVALS * per_interval + 1):
         index = min(place // per_interval, INTERVALS - 1)
+        # Local parameter of the interval, from 0 to 1: time over the step.
         s = place / per_interval - index
         four = knots[index : index + 4]
+        # Uniform cubic B-splines times 6, their slopes times 2, and their second derivatives, by s.
         basis = [(1.0 - s) ** 3, 3.0 * s**3 - 6.0 * s**2 + 4.0, -3.0 * s**3 + 3.0 * s**2 + 3.0 * s + 1.0, s**3]
         slope = [-((1.0 - s) ** 2), 3.0 * s**2 - 4.0 * s, -3.0 * s**2 + 2.0 * s + 1.0, s**2]
         bend = [1.0 - s, 3.0 * s - 2.0, 1.0 - 3.0 * s, s]

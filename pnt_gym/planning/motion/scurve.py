@@ -75,10 +75,12 @@ def _first_half(curve: SCurve[Floats], time: Floats) -> tuple[Floats, Floats, Fl
     """Position, speed and acceleration at 0 <= time <= T/2, summed over the elapsed parts of the four segments."""
     jerk, peak = curve.jerk, curve.acceleration
     ramp, plateau = _ramp_times(curve.velocity, peak, jerk)
+    # Time that has elapsed in each segment: jerk up, plateau, jerk down, cruise.
     rise = np.minimum(time, ramp)
     flat = np.clip(time - ramp, 0.0, plateau)
     fall = np.clip(time - ramp - plateau, 0.0, ramp)
     cruise = np.maximum(time - 2.0 * ramp - plateau, 0.0)
+    # Speeds at the ends of the first two segments.
     after_rise = 0.5 * jerk * ramp * ramp
     after_flat = after_rise + peak * plateau
     speed = 0.5 * jerk * rise * rise + peak * flat + fall * (peak - 0.5 * jerk * fall)

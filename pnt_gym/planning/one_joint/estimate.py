@@ -148,6 +148,8 @@ def _nearest_times(flight: FittedFlight, goal: Floats, weights: Floats) -> Float
     apex = flight.vy / GRAVITY
     top = flight.state(apex)
     wx, wy, wp, wd = weights
+    # The weighted squared distance to the goal is a quartic of s; its derivative is the cubic. The height alone is
+    # quadratic in s, so the height alone gives s^3.
     unit = wy * 0.5 * GRAVITY * GRAVITY
     drop = goal[:, 1] - top[:, 1]
     linear = (wx * flight.vx**2 + wp * flight.spin**2 + wd * GRAVITY**2 + wy * GRAVITY * drop) / unit

@@ -62,6 +62,7 @@ class Closure:
         n_x, n_y, n_z = y * (self.d - self.b), self.b * self.c - self.a * self.d, y * (self.a - self.c)
         p_x, p_y, p_z = self.e * self.h - self.f * self.g, x * (self.f - self.h), x * (self.g - self.e)
         return (
+            # Entry i is the triple product of the forearms other than i, with alternating sign.
             self.c * p_x + y * p_y + self.d * p_z,
             x * n_x + self.g * n_y + self.h * n_z,
             -(self.a * p_x + y * p_y + self.b * p_z),

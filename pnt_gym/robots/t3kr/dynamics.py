@@ -96,7 +96,10 @@ def _platform_load(arms: ArmPose, q_dot: Floats, q_ddot: Floats, hand: HandMotio
     """Force (3, M) [N] that moves the platform, its payload and the rods' lower ends."""
     frames, length, rods = geometry.arms, geometry.arm_length, 2.0 * geometry.rod_mass
     spin2 = q_dot * q_dot
+    # Acceleration of the elbows over the arm's length, outward and up: tangential and centripetal.
     out, up = -(q_ddot * arms.sin + spin2 * arms.cos), q_ddot * arms.cos - spin2 * arms.sin
+    # A slender rod puts a third of its inertia and half of its weight on its lower end, and couples a sixth of its
+    # mass to the elbow.
     inertial = hand.payload + (geometry.platform_mass + N_ARMS * rods / 3.0)
     weight = (hand.payload + (geometry.platform_mass + N_ARMS * rods / 2.0)) * GRAVITY
     coupling = rods * length / 6.0

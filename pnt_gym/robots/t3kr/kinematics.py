@@ -55,12 +55,15 @@ def solve_arms(tcp: Floats, geometry: T3krGeometry = T3KR) -> ArmPose:
     with k = (|d|^2 + L^2 - l^2) / 2L; the outward elbow is the root with the larger q.
     """
     frames, length = geometry.arms, geometry.arm_length
+    # Components of d in the arm's frame: along its azimuth, across it, and up.
     d_x = frames.cos * tcp[0] + frames.sin * tcp[1] + frames.offset_x
     d_y = frames.cos * tcp[1] - frames.sin * tcp[0] + frames.offset_y
     d_z = tcp[2] + frames.offset_z
     planar = d_x * d_x + d_z * d_z
+    # k of the docstring.
     reach = (planar + d_y * d_y + (length**2 - geometry.rod_length**2)) * (0.5 / length)
     with np.errstate(invalid="ignore", divide="ignore"):
+        # The direction of d, turned by the angle whose cosine is k / |d| in the plane.
         root = np.sqrt(planar - reach * reach)
         scale = 1.0 / planar
         cos = (d_x * reach - d_z * root) * scale
@@ -142,8 +145,10 @@ def _fit_step(rods: Floats, length: float) -> Floats:
 def solve_normal(rows: Floats, load: Floats) -> Floats:
     """Solve (R^T R) x = load by cofactors, with R the (3, 4, M) rows by component and load, x (3, M)."""
     x, y, z = rows
+    # Entries of the symmetric matrix R^T R.
     xx, yy, zz = (x * x).sum(axis=0), (y * y).sum(axis=0), (z * z).sum(axis=0)
     xy, xz, yz = (x * y).sum(axis=0), (x * z).sum(axis=0), (y * z).sum(axis=0)
+    # Cofactors of the first row, which give the determinant; then the other cofactors.
     c_xx, c_xy, c_xz = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
     scale = 1.0 / (xx * c_xx + xy * c_xy + xz * c_xz)
     a, b, c = load * scale
