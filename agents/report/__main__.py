@@ -76,8 +76,10 @@ def _pictures(results: Path) -> dict[str, str]:
     """The drawings that belong to questions and to no chapter, by file name."""
     drawn: dict[str, str] = {}
     for question in QUESTIONS:
-        contents = question.read(results)
-        if question.draw is not None and contents is not None and question.answered(results) is not None:
+        contents = None if question.draw is None else question.read(results)
+        if question.draw is None or contents is None:
+            continue
+        if question.answer_from(contents, results) is not None:
             with check_form(results / f"{question.sources[0]}.json"):
                 drawn[question.picture] = svg(question.draw(contents))
     return drawn

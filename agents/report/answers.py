@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 
 from ..reproduce.record import verdicts
 from .line import CLASS_BLIND, FIRST, best, gain, value
-from .tables import name_of, rows_of
+from .tables import first_level, name_of, rows_of
 
 Data = Mapping[str, Any]
 Results = Mapping[str, Any]
@@ -38,8 +38,7 @@ class NoAnswer(LookupError):
 def learning(results: Results) -> str:
     """What the best learner adds to the analytic planner, and the fewest throws that bring nearly as much."""
     data = results["benchmark"]
-    level = data["plan"]["levels"][0]
-    rows = rows_of(data, [level])
+    level, rows = first_level(data)
     planner = _row(rows, "analytic")
     learned = _learner_rows(rows)
     winner = max(learned, key=_pace)
@@ -56,8 +55,7 @@ def learning(results: Results) -> str:
 def drift(results: Results) -> str:
     """What drift adds to the landing error of a static policy, and which share of it the best controller removes."""
     data = results["benchmark_adapt"]
-    level = data["plan"]["levels"][0]
-    rows = rows_of(data, [level])
+    level, rows = first_level(data)
     static, oracle = _row(rows, "static"), _row(rows, "oracle_drift")
     calm = next((row for row in data["table"] if row["label"] == "static" and row["level"] != level), None)
     adapting = [row for row in _learner_rows(rows) if row["controller"] not in ("static", "oracle_drift")]
@@ -87,8 +85,7 @@ def order(results: Results) -> str:
 def losses(results: Results) -> str:
     """How many picks of the planner and of the best learner end in their bin, and where the others end."""
     data = results["benchmark"]
-    level = data["plan"]["levels"][0]
-    rows = rows_of(data, [level])
+    level, rows = first_level(data)
     winner = max(_learner_rows(rows), key=_pace)
     return (
         f"On `{level}`, {_after(winner)} sorts {100 * winner['success_rate']:.1f} % of all picks; lost are "
@@ -148,8 +145,7 @@ def flight(results: Results) -> str:
     return (
         f"The same throw lands less than {1000 * near:.1f} mm apart in 95 % of the cases on half of the levels, and "
         f"less than {1000 * farthest['landing_p95_m']:.1f} mm on `{farthest['level']}`, where the two differ most. "
-        "Success "
-        f"differs in at most {100 * differs['success_differs']:.1f} % of the throws (`{differs['level']}`); "
+        f"Success differs in at most {100 * differs['success_differs']:.1f} % of the throws (`{differs['level']}`); "
         f"{results['fidelity']['throws']} throws a level."
     )
 
@@ -185,9 +181,8 @@ def speed(results: Results) -> str:
     planner = results["perf_planner"]
     return (
         f"`PnTConveyor-v0` simulates {vector['env_throws_per_s']:.0f} throws per second with {vector['cells']} cells "
-        "on "
-        f"{vector['threads']} threads, {100 * vector['env_over_bare']:.0f} % of what the bare physics makes there. A "
-        f"single environment makes {vector['singles_throws_per_s']:.0f}. The exact planner plans a throw in "
+        f"on {vector['threads']} threads, {100 * vector['env_over_bare']:.0f} % of what the bare physics makes there. "
+        f"A single environment makes {vector['singles_throws_per_s']:.0f}. The exact planner plans a throw in "
         f"{planner['plan_release_us']['free']:.0f} us, {planner['slsqp_over_exact']:.0f} times as fast as the paper's "
         "nonlinear programme on the same machine."
     )

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from ..ground.drawings import COLOURS, Figure, dress, subplots
 from ..ground.tables import Grid, millimetres, percent
-from .tables import failure_table, rows_of
+from .tables import failure_table, first_level
 
 Data = Mapping[str, Any]
 SHOWN: Final[Mapping[str, str]] = {
@@ -24,20 +24,25 @@ LEVELS: Final = ("analytic", "floor", "oracle")
 """Controllers that are drawn as levels: where learning begins, what the observation allows, what the task allows."""
 
 
+def headline_rows(data: Data) -> tuple[str, list[Data]]:
+    """The first level of the plan, and the last row of each controller of the short table on this level."""
+    level, rows = first_level(data)
+    last = {row["label"]: row for row in rows}
+    return level, [last[label] for label in SHOWN if label in last]
+
+
 def headline_table(data: Data) -> Grid:
     """Five controllers on the first level of the plan."""
-    level = data["plan"]["levels"][0]
-    last = {row["label"]: row for row in rows_of(data, [level])}
+    level, shown = headline_rows(data)
     rows = [
         [
-            name,
+            SHOWN[row["label"]],
             f"{row['throws']:,}" if row["throws"] else "-",
             millimetres(row["landing_error_mean_m"]),
             percent(row["success_rate"]),
             f"{row['sorted_per_min']:.1f}",
         ]
-        for label, name in SHOWN.items()
-        if (row := last.get(label)) is not None
+        for row in shown
     ]
     note = (
         f"{data['plan']['picks']} held-out throws per seed on `{data['plan']['env']}`, level `{level}`, "
@@ -49,15 +54,13 @@ def headline_table(data: Data) -> Grid:
 
 def headline_failures(data: Data) -> Grid:
     """What stood between an object and its bin, of the same five controllers on the first level of the plan."""
-    level = data["plan"]["levels"][0]
-    last = {row["label"]: row for row in rows_of(data, [level]) if row["label"] in SHOWN}
-    return failure_table({**data, "table": list(last.values())}, level)
+    level, rows = headline_rows(data)
+    return failure_table({**data, "table": rows}, level)
 
 
 def headline_figure(data: Data) -> Figure:
     """Sorted picks per minute over the throws learned from, on the first level of the plan."""
-    level = data["plan"]["levels"][0]
-    rows = rows_of(data, [level])
+    level, rows = first_level(data)
     figure, (axes,) = subplots(1, 1, (7.0, 3.8))
     for label, colour in zip(LEARNERS, COLOURS, strict=False):
         points = sorted((row["throws"], row["sorted_per_min"]) for row in rows if row["label"] == label)

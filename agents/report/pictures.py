@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from ..ground.drawings import COLOURS, Figure, dress, subplots
 from ..reproduce.record import AGREES
 from .answers import LOSSES, verdict_counts
-from .tables import name_of, rows_of
+from .headline import headline_rows
+from .tables import name_of
 
 Results = Mapping[str, Any]
-SHOWN: Final = ("analytic", "virtual_goal", "ridge", "sac", "oracle")
-"""Controllers whose losses are drawn, each after the most throws that it has learned from."""
 
 
 def losses(results: Results) -> Figure:
-    """Where the picks of a few controllers end on the first level of the benchmark, as stacked bars."""
-    data = results["benchmark"]
-    level = data["plan"]["levels"][0]
-    last = {row["label"]: row for row in rows_of(data, [level])}
-    rows = [last[label] for label in SHOWN if label in last]
+    """Where the picks of the short table's controllers end on the first level of the benchmark, as stacked bars."""
+    level, rows = headline_rows(results["benchmark"])
     shares = {"sorted": "share_sorted", **{text: name for name, text in LOSSES.items()}}
     bars = {text: [100.0 * (row.get(name) or 0.0) for row in rows] for text, name in shares.items()}
     return _stacked([name_of(row) for row in rows], bars, "share of all picks [%]", f"level {level}")

@@ -52,8 +52,14 @@ class Question(NamedTuple):
     def answered(self, folder: Path) -> str | None:
         """The answer from the results in a folder; None where a source is missing, or of another plan."""
         results = self.read(folder)
-        if results is None:
-            return None
+        return None if results is None else self.answer_from(results, folder)
+
+    def answer_from(self, results: Results, folder: Path) -> str | None:
+        """The answer from contents that were read from a folder; None where they are of another plan.
+
+        Raises:
+            UsageError: the contents have another form.
+        """
         with check_form(folder / f"{self.sources[0]}.json"):
             try:
                 return self.answer(results)

@@ -54,8 +54,7 @@ def is_of_shifts(data: Data) -> bool:
 
 def first_shift_table(data: Data) -> Grid:
     """Landing error over the shift on the first level of the plan."""
-    level = data["plan"]["levels"][0]
-    return shift_table({**data, "table": [row for row in data["table"] if row["level"] == level]})
+    return shift_table({**data, "table": first_level(data)[1]})
 
 
 def shift_table(data: Data) -> Grid:
@@ -190,6 +189,12 @@ def rows_of(data: Data, levels: Iterable[str]) -> list[Data]:
     order = labels(data)
     rows = [row for row in data["table"] if row["level"] in levels]
     return sorted(rows, key=lambda row: (order.index(row["label"]), row["throws"]))
+
+
+def first_level(data: Data) -> tuple[str, list[Data]]:
+    """The first level of the plan, and what was measured on this level."""
+    level = data["plan"]["levels"][0]
+    return level, rows_of(data, [level])
 
 
 def labels(data: Data) -> list[str]:
