@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 from unittest import mock
 
@@ -145,9 +145,12 @@ def with_objects(core: Core, **fields: Any) -> None:
 
 def parts_of(objects: Objects) -> dict[str, np.ndarray]:
     """All arrays of objects by name, those of the records in them as `record.name`."""
-    inner = {record: vars(getattr(objects, record)) for record in ("measured", "draws")}
-    return {name: values for name, values in vars(objects).items() if name not in inner} | {
-        f"{record}.{name}": values for record, columns in inner.items() for name, values in columns.items()
+    records = {"": objects, "measured.": objects.measured, "draws.": objects.draws}
+    return {
+        prefix + field.name: getattr(record, field.name)
+        for prefix, record in records.items()
+        for field in fields(record)
+        if field.name not in ("measured", "draws")
     }
 
 

@@ -150,11 +150,7 @@ class PickPlanner:
             belt=self.config.belt,
         )
         context, accepted = self._apply_throw_rule(context)
-        good &= accepted & self.mover.is_feasible(pick, context.plan, throw_limits)
-        reserve = self.mover.reserve(context.plan)
-        for sign in (-1.0, 1.0) if reserve.any() else ():
-            good &= self._has_reserve(context, sign * reserve)
-        return context, good
+        return context, good & accepted & self.mover.accepts(context, self._reserve(context))
 
     def replan(self, context: Context, goal: Floats, is_swapped: bool = False) -> ReleaseBatch:
         """New plans to goals (N, 3) [m], thrown or put down as the nominal plans, or the other way if `is_swapped`."""
@@ -198,7 +194,7 @@ class PickPlanner:
         if self._put_mover is None:
             return context, is_thrown
         arguments = context.pick, context.target, context.throw_limits, context.ceiling
-        return replace(context, plan=recompute_rows(context.plan, ~is_thrown, self._put_mover.plan, *arguments)), every
+        return context.replace(plan=recompute_rows(context.plan, ~is_thrown, self._put_mover.plan, *arguments)), every
 
     def _grip_limits(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
         """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
@@ -210,12 +206,14 @@ class PickPlanner:
         slow = np.minimum(limits.acceleration, np.maximum(largest, LEAST_ACCELERATION))
         return limits._replace(acceleration=slow), largest >= LEAST_ACCELERATION
 
-    def _has_reserve(self, context: Context, along: Floats) -> Bools:
-        """Whether throws stay feasible with their targets moved along the throw (N,) [m]."""
+    def _reserve(self, context: Context) -> Floats | None:
+        """Displacements (N, 3) [m] along the throws by which targets may move; None where no target may move."""
+        reserve = self.mover.reserve(context.plan)
+        if not reserve.any():
+            return None
         shift = np.zeros_like(context.target)
-        shift[:, :2] = along[:, None] * context.direction
-        release = self.mover.aim_at(context, context.target + shift, np.inf)
-        return self.mover.is_feasible(context.pick, release, context.throw_limits)
+        shift[:, :2] = reserve[:, None] * context.direction
+        return shift
 
     def _bin_at_attempt(self, objects: Objects, attempt: int) -> tuple[Floats, Floats, Ints]:
         """Centre at the rim (N, 3), opening (N, 2) and index (N,) of the bin tried at this attempt."""

@@ -68,6 +68,10 @@ class HorizontalMover(StraightMover):
         good = super().is_feasible(start, release, limits)
         return good & self._workspace.contains(pick) & (start[:, 2] >= pick[:, 2])
 
+    def accepts(self, context: Context, shift: Floats | None) -> Bools:
+        """Which nominal plans the robot can execute, also for moved targets."""
+        return Mover.accepts(self, context, shift)
+
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions up, along the horizontal line to the release, through the window, and to a stop on that line."""
         start = _lift_points(pick, release)

@@ -90,6 +90,12 @@ class TrackingMover(Mover):
         good = self._mover.is_feasible(_virtual_pick(pick, fading), release, fading.planning_limits(limits))
         return good & fading.is_possible(limits) & self._workspace.contains(pick)
 
+    def accepts(self, context: Context, shift: Floats | None) -> Bools:
+        """Which nominal plans the robot can execute, also for moved targets."""
+        limits, fading = context.throw_limits, Fading.for_limits(context.throw_limits, len(context.pick), self._speed)
+        good = self._mover.accepts(self._virtual_context(context), shift)
+        return good & fading.is_possible(limits) & self._workspace.contains(context.pick)
+
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """The inner mover's motions plus the fading belt speed; a short motion is delayed until the speed has faded."""
         fading = Fading.for_limits(limits, len(pick), self._speed)
@@ -131,8 +137,8 @@ class TrackingMover(Mover):
     def _virtual_context(self, context: Context) -> Context:
         """Picks as the inner mover needs them: at virtual points and with the remaining limits."""
         fading = Fading.for_limits(context.throw_limits, len(context.pick), self._speed)
-        return replace(
-            context, pick=_virtual_pick(context.pick, fading), throw_limits=fading.planning_limits(context.throw_limits)
+        return context.replace(
+            pick=_virtual_pick(context.pick, fading), throw_limits=fading.planning_limits(context.throw_limits)
         )
 
 
