@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Final, final
 
 import numpy as np
@@ -108,7 +107,7 @@ class PickPlanner:
 
     def mark_feasible(self, context: Context, release: ReleaseBatch) -> ReleaseBatch:
         """The releases, with `feasible` true only where the robot can execute them."""
-        return replace(release, feasible=self.mover.is_feasible(context.pick, release, context.throw_limits))
+        return release.replace(feasible=self.mover.is_feasible(context.pick, release, context.throw_limits))
 
     def plan(self, objects: Objects, pick: Floats) -> tuple[Context, Bools]:
         """Contexts for objects at their picks, and which throws are accepted (N,).

@@ -8,7 +8,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, Record, replace_rows, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt.neighbours import as_measured, course, sweeps_through
 from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream
@@ -36,7 +36,7 @@ STANDING_HEIGHT: Final = 0.05
 
 @final
 @dataclass(frozen=True)
-class NextPick:
+class NextPick(Record):
     """The next picks of N hands, and their returns to these picks."""
 
     wait: Floats

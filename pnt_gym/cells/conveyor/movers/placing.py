@@ -331,7 +331,7 @@ def _after_lift(pick: Floats, release: ReleaseBatch, limits: Limits) -> ReleaseB
     """Releases with the time of the lift added, for throws that begin above the picks."""
     rise = np.abs(_lift_points(pick, release)[:, 2] - pick[:, 2])
     time = release.time + stroke_time(rise, *limits.arrays(len(pick)))
-    return replace(release, time=time, straight=np.zeros(len(pick), dtype=np.bool_))
+    return release.replace(time=time, straight=np.zeros(len(pick), dtype=np.bool_))
 
 
 def _lift_points(pick: Floats, release: ReleaseBatch) -> Floats:
