@@ -92,44 +92,6 @@ def test_no_autoreset_mode(mode):
         gym.make_vec("PnTRelease-v0", num_envs=2, autoreset_mode=mode)
 
 
-def test_final_observations_belong_to_rows_that_ended(env_id, ours):
-    ends = 0
-    for obs, _, term, trunc, info in ours[1]:
-        over = term | trunc
-        if not over.any():
-            assert "final_obs" not in info
-            continue
-        ends += 1
-        assert same_bits(info["_final_obs"], over)
-        for row in range(N):
-            if over[row]:
-                assert info["final_obs"][row].shape == (FEATURES[env_id],)
-                assert info["final_obs"][row].dtype == np.float32
-                assert not np.shares_memory(info["final_obs"][row], obs)
-            else:
-                assert info["final_obs"][row] is None
-    assert ends >= 2
-
-
-def test_a_row_is_the_single_environment_of_its_seed(env_id, ours):
-    """Row i of seed s equals the single environment of seed s + i, bit for bit, across resets."""
-    first, steps = ours
-    for row in range(N):
-        env = gym.make(env_id, level=LEVELS[env_id], disable_env_checker=True)
-        observation, _ = env.reset(seed=SEED + row)
-        assert same_bits(observation, first[0][row])
-        for k, (obs, reward, term, trunc, info) in enumerate(steps):
-            observation, r, te, tr, single = env.step(actions(env_id)[k, row])
-            assert (r, te, tr) == (reward[row], term[row], trunc[row])
-            final = info.get("final_info", info)
-            for key, value in single.items():
-                np.testing.assert_array_equal(final[key][row], value, err_msg=key)
-            if te or tr:
-                assert same_bits(observation, info["final_obs"][row])
-                observation, _ = env.reset()
-            assert same_bits(observation, obs[row])
-
-
 @pytest.mark.parametrize("count", [1, 8])
 def test_a_row_does_not_depend_on_the_number_of_rows(env_id, ours, count):
     first, steps = rollout(env_id, gym.make_vec(env_id, num_envs=count, level=LEVELS[env_id]), count, steps=3)
@@ -176,17 +138,3 @@ def test_the_other_action_modes_have_a_vector_form(env_id):
         env.reset(seed=0)
         _, reward, *_ = env.step(env.action_space.sample())
         assert np.isfinite(reward).all()
-
-
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
-def test_a_reset_mask_restarts_only_the_chosen_cells(env_id):
-    envs = gym.make_vec(env_id, num_envs=3)
-    first, _ = envs.reset(seed=11)
-    after, *_ = envs.step(zeros(env_id, 3))
-    mask = np.array([False, True, False])
-    again, _ = envs.reset(seed=11, options={"reset_mask": mask})
-    np.testing.assert_array_equal(again[1], first[1])
-    np.testing.assert_array_equal(again[~mask], after[~mask])
-    with pytest.raises(ValueError, match="reset_mask"):
-        envs.reset(options={"reset_mask": np.array([True])})
-    envs.close()

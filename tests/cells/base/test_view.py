@@ -137,15 +137,6 @@ def test_looking_changes_nothing():
     view.close()
 
 
-def test_every_row_of_a_batch_has_its_own_picture():
-    core = belt_core(seed=3, count=3)
-    view = small_view(core)
-    frames = [view.frame(row) for row in range(3)]
-    assert not same_bits(frames[0], frames[1])
-    assert not same_bits(frames[1], frames[2])
-    view.close()
-
-
 def test_a_throw_that_has_not_happened_has_no_frames():
     core = belt_core()
     view = small_view(core)

@@ -98,10 +98,3 @@ def test_a_faster_throw_costs_more():
         for percent in (30, 45)
     )
     assert (fast > slow).mean() > 0.9
-
-
-def test_energy_does_not_depend_on_the_other_rows():
-    many = make_core("waste", 4, seed=5).step(np.zeros((4, 2))).info["energy"]
-    for row in range(4):
-        alone = make_core("waste", 1, seed=5 + row).step(np.zeros((1, 2))).info["energy"]
-        assert same_bits(alone, many[row : row + 1])

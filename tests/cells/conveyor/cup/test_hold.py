@@ -145,9 +145,3 @@ def test_objects_that_no_care_can_hold_ride_on():
     slippery = [{**entry, "seal_force": 4.0} for entry in HEAVY["extra_items"][1:]]
     with pytest.raises(ConfigError, match="no object has a feasible throw"):
         core_of({**HEAVY, "items": ["jar"], "extra_items": slippery}, limit=True, safety=2.0)
-
-
-@pytest.mark.parametrize("safety", [0.5, 11.0, "velcro", -1])
-def test_no_such_safety(safety):
-    with pytest.raises(ConfigError, match=r"grip\.safety"):
-        ConveyorConfig.load({"base": "nominal_plain", "grip": {"safety": safety}})

@@ -13,11 +13,10 @@ from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_LENGTH
 from pnt_gym.cells.conveyor.cup.swing import LARGEST_PHASE, effective_inertia, springs
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
-from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.robots.t3kr.model import control_columns
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import MODES, make_core, same_bits, with_objects
+from tests.tools.throws import make_core, same_bits, with_objects
 
 COUNT = 60
 
@@ -282,21 +281,6 @@ def test_heavy_objects_meet_the_solid_part_of_a_soft_cup():
     np.testing.assert_allclose(told[0]["landing_error"], told[1]["landing_error"], atol=0.004)
 
 
-@pytest.mark.parametrize("fidelity", ["full", "flight"])
-@pytest.mark.parametrize("picks", ["independent", "belt"])
-def test_a_row_is_the_same_alone_and_with_others(picks, fidelity):
-    swinging = level(fidelity=fidelity, stiffness=0.2, peel=True, blow_off=0.1, fitted=True)
-    actions = np.random.default_rng(1).uniform(-0.3, 0.3, (2, 4, 2))
-    together = make_core(swinging, 4, picks=picks, threads=2)
-    alone = [make_core(swinging, 1, picks=picks, seed=row) for row in range(4)]
-    for action in actions:
-        many = together.step(action)
-        for row, core in enumerate(alone):
-            one = core.step(action[row : row + 1])
-            assert all((one.info[name] == many.info[name][row]).all() for name in one.info)
-            assert (one.observation == many.observation[row]).all()
-
-
 STIFFNESSES, DAMPINGS = (0.05, 3.0, 100.0), (0.0, 0.25, 0.95)
 
 
@@ -311,31 +295,6 @@ def test_no_swing_runs_away_however_far_beside_its_middle_an_object_hangs(stiffn
         info = make_core({**hard, "fidelity": fidelity}, 40).step(np.zeros((40, 2))).info
         assert np.isfinite(info["landing_error"]).all()
         assert np.median(info["landing_error"]) < 0.3
-
-
-@pytest.mark.parametrize("planner", ["straight", "free_direction"])
-@pytest.mark.parametrize(("mode", "numbers"), MODES["PnTRelease-v0"].items())
-def test_every_action_mode_and_planner_throws(mode, numbers, planner):
-    core = make_core({**level(stiffness=0.3), "planner": planner}, 3, mode=mode)
-    info = core.step(np.full((3, numbers), 0.2)).info
-    assert np.isfinite(info["landing_error"]).all()
-    assert (info["landing_error"] < 0.5).all()
-
-
-@pytest.mark.parametrize(
-    ("cup", "said"),
-    [
-        ({"stiffness": 0.01}, r"cup\.stiffness is 0\.01: .*0\.05"),
-        ({"stiffness": 1000}, r"cup\.stiffness is 1000: .*100"),
-        ({"stiffness": "soft"}, r"cup\.stiffness"),
-        ({"damping": 1.2}, r"cup\.damping is 1\.2: .*0\.95"),
-        ({"blow_off": -0.1}, r"cup\.blow_off is -0\.1: .*0"),
-        ({"softness": 1}, r"unknown key 'cup\.softness'"),
-    ],
-)
-def test_no_such_cup(cup, said):
-    with pytest.raises(ConfigError, match=said):
-        make_core(level(**cup), 1)
 
 
 def test_a_flight_whose_object_met_the_belt_as_it_swung_is_the_full_physics():

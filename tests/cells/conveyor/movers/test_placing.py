@@ -1,21 +1,15 @@
 """Level throws, pick-and-place and the ellipse in the cell: the papers' cycles, legal motion, walls, meetings."""
 
-import pickle
 from contextlib import closing
-from dataclasses import replace
 from itertools import cycle
 
-import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
-from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 from agents.controllers import make_controller
 from agents.ground.environments import make_vector
 from agents.judging.loop import throw_held_out
 from papers.hassan.planning.cycle import CycleRules, CycleTask, horizontal_throw, pick_and_place
-from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.action import MODES
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import LIP_GAP
@@ -25,7 +19,7 @@ from pnt_gym.errors import ConfigError
 from pnt_gym.planning import EllipticWorkspace, JerkTrajectory, MotionLimits
 from pnt_gym.planning.straight.plan import Reason
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import CONVEYOR, make_core, same_bits, vary, with_objects
+from tests.tools.throws import make_core, vary, with_objects
 
 COUNT = 12
 PLACING = ("pick_and_place", "ellipse")
@@ -284,33 +278,6 @@ def test_out_of_one_box_and_into_another(planner, fidelity):
     assert not touchdown.recontact.any()
 
 
-@pytest.mark.parametrize("planner", METHODS)
-def test_a_row_alone_gives_the_bits_it_gives_in_a_batch(planner):
-    many, one = core_of(planner, "waste", "belt", 4, threads=2), core_of(planner, "waste", "belt", 1)
-    action = np.random.default_rng(1).uniform(-0.5, 0.5, (4, 2))
-    for _ in range(2):
-        a, b = many.step(action), one.step(action[:1])
-        assert same_bits(a.observation[:1], b.observation)
-        assert same_bits(a.reward[:1], b.reward)
-        for name in ("landing_error", "cycle_time", "wait_time", "peak_torque"):
-            assert same_bits(a.info[name][:1], b.info[name]), name
-
-
-@pytest.mark.filterwarnings("error", "ignore:level .* stays empty")
-@pytest.mark.parametrize(("env_id", "planner"), list(zip(CONVEYOR, METHODS, strict=True)))
-def test_both_environment_checkers_pass_and_an_env_is_copied_with_its_state(env_id, planner):
-    level = {"base": "nominal", "planner": planner}
-    check_env(gym.make(env_id, level=level).unwrapped, skip_render_check=True)
-    check_env_sb3(gym.make(env_id, level=level))
-    env = gym.make(env_id, level=level).unwrapped
-    env.reset(seed=3)
-    again = pickle.loads(pickle.dumps(env))
-    for _ in range(2):
-        one, two = env.step(np.zeros(2, dtype=np.float32)), again.step(np.zeros(2, dtype=np.float32))
-        assert same_bits(one[0], two[0])
-        assert one[1] == two[1]
-
-
 def test_care_slows_what_carries_and_not_what_returns():
     free, careful = (core_of("pick_and_place", "waste_plain", count=24, grip=grip) for grip in ({}, {"safety": 2.0}))
     shared = careful.context.objects.mass == free.context.objects.mass  # others could not be held
@@ -344,9 +311,3 @@ def test_a_meeting_is_the_first_time_that_nothing_is_late(bend):
     assert good.all()
     np.testing.assert_array_equal(at_once, low)
     assert not first_not_late(lambda time: 1.0 + time, low, high)[1].any()
-
-
-def test_rows_can_be_taken_out_of_a_placed_plan():
-    plan = core_of("ellipse").context.plan
-    assert same_bits(take(plan, [1]).position, plan.position[1:2])
-    assert replace(plan, speed=plan.speed + 1.0).speed.min() == 1.0

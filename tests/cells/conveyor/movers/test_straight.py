@@ -3,14 +3,10 @@
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
-from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 from papers.hassan.planning.throw_check import check_throw
 from pnt_gym.cells.conveyor.action import MODES
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.movers.straight import StraightMover
-from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.motion.limits import MotionLimits
 from tests.tools.nightly import with_nightly
@@ -34,12 +30,6 @@ class Spy:
     def __call__(self, context, cycle):
         self.calls.append((context, cycle))
         return self._fly(context, cycle)
-
-
-def test_an_unknown_planner_is_named_with_the_known_ones():
-    known = "'straight', 'free_direction', 'horizontal', 'pick_and_place', 'ellipse' or 'auto'"
-    with pytest.raises(ConfigError, match=f"planner is 'curved': input should be {known}"):
-        ConveyorConfig.load("ideal", planner="curved")
 
 
 @pytest.mark.parametrize("picks", with_nightly(("belt", "independent"), ["independent"]))
@@ -122,17 +112,6 @@ def test_an_impossible_correction_is_shortened_and_stays_legal():
     assert np.isfinite(core.step(action).reward).all()
 
 
-def test_a_row_alone_gives_the_bits_it_gives_in_a_batch():
-    many, one = core_of(level="waste", count=5), core_of(level="waste", count=1, threads=1)
-    action = np.random.default_rng(1).uniform(-1.0, 1.0, (5, 2))
-    for _ in range(3):
-        a, b = many.step(action), one.step(action[:1])
-        assert same_bits(a.observation[:1], b.observation)
-        assert same_bits(a.reward[:1], b.reward)
-        for name in ("landing_error", "cycle_time", "wait_time", "peak_torque"):
-            assert same_bits(a.info[name][:1], b.info[name]), name
-
-
 def test_picks_without_a_free_throw_are_thrown_straight_beside_the_others():
     """Little height below the ceiling and a wide margin leave some picks no free release."""
     tight = {"ceiling": 0.05, "follow_through": {"window": 0.0, "margin": 0.9, "hand_cap": 0.0}}
@@ -144,13 +123,6 @@ def test_picks_without_a_free_throw_are_thrown_straight_beside_the_others():
     expected = plain.plan(pick, core.context.target, limits, core.context.ceiling)
     assert same_bits(expected.position[straight], core.context.plan.position[straight])
     assert np.isfinite(core.step(np.zeros((COUNT, 2))).reward).all()
-
-
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("env_id", with_nightly(("PnTConveyor-v0", "PnTRelease-v0"), ["PnTRelease-v0"]))
-def test_both_environment_checkers_pass_on_the_level_fast(env_id):
-    check_env(gym.make(env_id, level="fast").unwrapped, skip_render_check=True)
-    check_env_sb3(gym.make(env_id, level="fast"))
 
 
 def test_a_step_makes_its_limits_once_and_hands_them_on(monkeypatch):

@@ -1,10 +1,7 @@
 """A hand that rides with the belt: at the belt's speed when it touches and lifts, within limits and window, no slip."""
 
-import copy
-import pickle
 from itertools import product
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -189,21 +186,6 @@ def test_what_is_told_of_the_slip():
     # Half a percent of 80 mm.
     assert np.quantile(slip, 0.9) < 1e-3
     assert not core_of("ideal", "independent", fidelity="flight").step(np.zeros((COUNT, 2))).info["slip"].any()
-
-
-def test_a_row_gives_the_same_alone_and_in_a_batch_and_in_a_copy():
-    env = gym.make_vec("PnTConveyor-v0", num_envs=4, level={"belt": {"tracking": True, "speed": 0.5}})
-    env.reset(seed=3)
-    single = gym.make("PnTConveyor-v0", level={"belt": {"tracking": True, "speed": 0.5}}).unwrapped
-    single.reset(seed=5)
-    copies = [single, copy.deepcopy(single), pickle.loads(pickle.dumps(single))]
-    for _ in range(3):
-        seen, reward, _, _, info = env.step(np.zeros((4, 2), dtype=np.float32))
-        for one in copies:
-            alone, own, _, _, told = one.step(np.zeros(2, dtype=np.float32))
-            assert same_bits(seen[2], alone)
-            assert reward[2] == own
-            assert info["slip"][2] == told["slip"]
 
 
 @pytest.mark.parametrize("picks", with_nightly(("belt", "independent"), ["belt"]))
