@@ -12,11 +12,9 @@ from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.conveyor.cup.clearance import MARGIN, Passage, predict_passage
 from pnt_gym.cells.conveyor.cup.parting import Parting
-from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.scene import CUP_LENGTH
-from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import make_core
+from tests.tools.throws import make_core, whole_cycle
 
 COUNT = 60
 TOUCHY = {"base": "waste_plain", "motion": {"follow_through": {"window": 0.0}}}
@@ -28,13 +26,10 @@ SOFT = {"base": "waste_plain", "cup": {"stiffness": 0.3}}
 def both_ways(level, seed=0):
     """The same throws with the robot until the objects are clear, and to the end."""
     core = make_core(level, COUNT, seed=seed)
-    cell, context = core.cell, core.context
+    context, plant = core.context, core.cell.plant
     plans, _ = core.plan(np.random.default_rng(seed).uniform(-0.5, 0.5, (COUNT, 2)))
-    motion = cell.planner.mover.throw(context.pick, plans, context.limits, context.ceiling)
-    back = cell.planner.mover.back(motion, context.pick, context.limits)
-    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
-    cycle = HandCycle(plans, motion.release_time, path)
-    return context, cell.plant.fly(context, cycle), cell.plant.follow(context, cycle).flown
+    _, cycle = whole_cycle(core, plans)
+    return context, plant.fly(context, cycle), plant.follow(context, cycle).flown
 
 
 @pytest.mark.parametrize(

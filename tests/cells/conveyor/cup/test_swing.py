@@ -12,11 +12,10 @@ from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_LENGTH
 from pnt_gym.cells.conveyor.cup.swing import LARGEST_PHASE, effective_inertia, springs
-from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
-from pnt_gym.planning.motion.trajectory import JerkTrajectory
+from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.robots.t3kr.model import control_columns
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import make_core, same_bits, with_objects
+from tests.tools.throws import item, make_core, same_bits, whole_cycle, with_objects
 
 COUNT = 60
 
@@ -26,11 +25,12 @@ def level(base="waste_plain", fidelity="full", timestep=0.001, mismatch=1.0, **c
 
 
 def cycle_of(core):
-    picks, plans = core.context, core.plan(np.zeros((core.count, 2)))[0]
-    mover = core.cell.planner.mover
-    motion = mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
-    back = mover.back(motion, picks.pick, picks.limits)
-    return HandCycle(plans, motion.release_time, JerkTrajectory.concatenate(picks.pick, [motion.segments, back]))
+    """Cycles without a correction."""
+    return whole_cycle(core, core.plan(np.zeros((core.count, 2)))[0])[1]
+
+
+def clock_of(core):
+    return ThrowClock.of(core.context, cycle_of(core), core.config)
 
 
 @cache
@@ -140,8 +140,7 @@ def test_in_the_engine_a_small_swing_is_that_of_the_closed_form(stiffness, ratio
 def test_the_lip_does_not_twist():
     """A hand that pushes sideways past the centre of mass turns no object about the upright by much."""
     core = make_core(level(stiffness=0.3), COUNT)
-    clock = ThrowClock.of(core.context, cycle_of(core), core.config)
-    quats = clock.parting.attitude
+    quats = clock_of(core).parting.attitude
     yaw = np.arctan2(quats[:, 3], quats[:, 0]) * 2.0
     apart = (yaw - core.context.objects.yaw + np.pi) % (2.0 * np.pi) - np.pi
     assert np.abs(apart).max() < 0.02
@@ -199,7 +198,7 @@ def test_releases_converge_with_the_step():
     found = []
     for step in (0.001, 0.0005, 0.00025, 0.000125):
         core = make_core(level(fidelity="flight", timestep=step, stiffness=0.3), COUNT)
-        found.append(ThrowClock.of(core.context, cycle_of(core), core.config).parting.velocity)
+        found.append(clock_of(core).parting.velocity)
     apart = [np.abs(one - found[-1]).mean() for one in found[:-1]]
     assert apart[0] < 0.004
     assert apart[1] < 0.7 * apart[0]
@@ -220,7 +219,7 @@ def test_landings_in_the_full_physics_converge_with_the_step():
 
 def test_a_stiff_lip_is_nearly_a_rigid_one():
     core = make_core(level(fidelity="flight", stiffness=100.0), COUNT)
-    parting = ThrowClock.of(core.context, cycle_of(core), core.config).parting
+    parting = clock_of(core).parting
     assert np.abs(parting.velocity).max() < 0.01
     assert vertical(parting.attitude)[:, 2].min() > np.cos(0.003)
 
@@ -229,7 +228,7 @@ def test_a_stiff_lip_is_nearly_a_rigid_one():
 def steps_until_clear(stiffness, count=200):
     """Of throws with the robot, from the release on."""
     core = make_core(level(stiffness=stiffness), count)
-    clock = ThrowClock.of(core.context, cycle_of(core), core.config)
+    clock = clock_of(core)
     return clock.clear(core.context) - clock.release
 
 
@@ -259,13 +258,10 @@ def test_in_the_planners_own_world_nothing_swings(fidelity):
 
 def test_heavy_objects_meet_the_solid_part_of_a_soft_cup():
     """Their tilt ends there in the engine, and flights leave such throws to it."""
-    heavy = {
-        "name": "block", "shape": "box", "size": (0.1, 0.1, 0.06), "mass": 0.3, "drag": 1.0, "seal_force": 60.0,
-        "friction": 0.5, "rolling_friction": 0.001, "restitution": 0.2, "source": "a test object",
-    }  # fmt: skip
+    heavy = item("block", shape="box", size=(0.1, 0.1, 0.06), mass=0.3, drag=1.0, seal_force=60.0)
     soft = {**level(base="nominal_plain", stiffness=0.1), "items": ["block"], "extra_items": [heavy]}
     core = make_core(soft, 20)
-    clock = ThrowClock.of(core.context, cycle_of(core), core.config)
+    clock = clock_of(core)
     assert clock.parting.unsure.all()
     plant = core.cell.plant
     plant.write(core.context)
@@ -299,7 +295,7 @@ def test_no_swing_runs_away_however_far_beside_its_middle_an_object_hangs(stiffn
 
 def test_a_flight_whose_object_met_the_belt_as_it_swung_is_the_full_physics():
     cores = [make_core(level("waste", fidelity, stiffness=0.3), COUNT) for fidelity in ("full", "flight")]
-    met = ThrowClock.of(cores[1].context, cycle_of(cores[1]), cores[1].config).parting.unsure
+    met = clock_of(cores[1]).parting.unsure
     met = met & ~cores[1].preview(np.zeros((COUNT, 2)), jitter=True).dropped
     assert 0 < met.sum() < COUNT
     full, flight = (core.preview(np.zeros((COUNT, 2)), jitter=True) for core in cores)

@@ -10,7 +10,7 @@ from pnt_gym.cells.conveyor.movers.straight import StraightMover
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.motion.limits import MotionLimits
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import is_feasible, make_core, same_bits, vary
+from tests.tools.throws import is_feasible, make_core, same_bits, spy_on_plant, vary
 
 FREE = {"planner": "free_direction", "motion": {"follow_through": {"window": 0.0}}}
 COUNT = 24
@@ -18,18 +18,6 @@ COUNT = 24
 
 def core_of(level="ideal", picks="belt", count=COUNT, mode="release_point", threads=2, **changes):
     return make_core(vary(level, **{**FREE, **changes}), count, picks=picks, mode=mode, threads=threads)
-
-
-class Spy:
-    """Keeps the paths that a cell hands to its plant."""
-
-    def __init__(self, core):
-        self.calls, self._fly = [], core.cell.plant.fly
-        core.cell.plant.fly = self
-
-    def __call__(self, context, cycle):
-        self.calls.append((context, cycle))
-        return self._fly(context, cycle)
 
 
 @pytest.mark.parametrize("picks", with_nightly(("belt", "independent"), ["independent"]))
@@ -47,10 +35,10 @@ def test_without_mismatch_every_throw_lands_and_the_cup_never_touches_again(pick
 @pytest.mark.parametrize("picks", with_nightly(("belt", "independent"), ["belt"]))
 def test_every_path_keeps_limits_and_rules_at_ten_kilohertz(picks):
     core = core_of(level="waste_plain", picks=picks)
-    spy, rules = Spy(core), core.cell.planner.mover.rules
+    calls, rules = spy_on_plant(core), core.cell.planner.mover.rules
     for _ in range(2):
         core.step(np.zeros((COUNT, 2)))
-    for context, cycle in spy.calls:
+    for context, cycle, _ in calls:
         found = check_throw(cycle.path, cycle.release_time, context.target, context.limits, context.ceiling, rules)
         curved = ~context.plan.straight
         assert curved.mean() > 0.9
@@ -59,13 +47,13 @@ def test_every_path_keeps_limits_and_rules_at_ten_kilohertz(picks):
 
 def test_the_hand_arrives_where_and_when_the_object_does():
     core = core_of()
-    spy = Spy(core)
+    calls = spy_on_plant(core)
     waits = []
     for _ in range(3):
         source = core.cell._source
         before, dwell = source.stream.queue_x.copy(), core.config.motion.dwell
         waits.append(core.step(np.zeros((COUNT, 2))).info["wait_time"])
-        path = spy.calls[-1][1].path
+        path = calls[-1][1].path
         assert np.allclose(path.end, core.context.pick, atol=1e-9)
         assert np.allclose(path.knots.velocity[:, -1], 0.0, atol=1e-9)
         # The object picked next has ridden the belt for as long as the hand moved.
