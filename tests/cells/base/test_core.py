@@ -92,8 +92,8 @@ class PaperCell(Cell[PaperConfig, PaperContext, PaperPlans, PaperVerdict]):
     features = 3
     item_names = ("stone",)
 
-    def __init__(self, count: int, throws: int, threads: int = 1, early: bool = False) -> None:
-        super().__init__(PaperConfig(), count, threads)
+    def __init__(self, count: int, throws: int, early: bool = False) -> None:
+        super().__init__(PaperConfig(), count, 1)
         self.planner = PaperPlanner(self.config)
         self.episode, self.terminates = throws, throws == 1
         self.throws, self._early = 0, early
@@ -131,19 +131,12 @@ class PaperCell(Cell[PaperConfig, PaperContext, PaperPlans, PaperVerdict]):
 
 
 class PaperEnv(ThrowEnv):
-    throws = 1
-
     @classmethod
     def make_cell(cls, level: object, count: int, threads: int) -> PaperCell:
-        return PaperCell(count, cls.throws)
-
-
-class LongPaperEnv(PaperEnv):
-    throws = 2
+        return PaperCell(count, 1)
 
 
 PaperVectorEnv = vector_form(PaperEnv)
-LongPaperVectorEnv = vector_form(LongPaperEnv)
 
 
 def test_pictures_come_from_the_cores_view() -> None:

@@ -55,10 +55,6 @@ def compiled(shape, size, drag, mass=0.02, *, shell=False, floor=False):
     return spec.compile()
 
 
-def object_geom(model):
-    return model.ngeom - 1
-
-
 def body_axes_inertia(model):
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, model.body_iquat[1])

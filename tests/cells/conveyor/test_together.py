@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from pnt_gym.cells.conveyor.cell import ConveyorCell
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import untried
+from tests.tools.throws import make_core
 
 COUNT, STEPS = 8, 4
 LEVELS = {
@@ -32,10 +30,8 @@ ALONE = [*(("blown", {"fidelity": fidelity}, picks) for fidelity, picks in SIMUL
 
 
 def core_of(level, picks="belt", rows=range(COUNT), threads=1, **changes):
-    config = ConveyorConfig.load({**LEVELS.get(level, {"base": level}), **changes})
-    core = untried(ConveyorCell(config, len(rows), picks, threads))
-    core.reset(np.arange(len(rows)), [np.random.default_rng([3, row]) for row in rows], seeded=True)
-    return core
+    changed = {**LEVELS.get(level, {"base": level}), **changes}
+    return make_core(changed, len(rows), picks=picks, seed=rows.start, threads=threads)
 
 
 def steps(core, count=STEPS, first=0):

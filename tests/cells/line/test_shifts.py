@@ -25,11 +25,6 @@ LEVELS = {
 }
 
 
-@pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    return tmp_path_factory.mktemp("tables")
-
-
 def level_of(name, tables):
     level = LEVELS[name]
     return level if "throws" in level else with_table(level, tables)

@@ -236,21 +236,6 @@ def test_jx_and_jq_have_the_printed_entries():
     np.testing.assert_allclose(jacobian_q(pose), np.diag(diagonal * OUTWARD), atol=1e-16)
 
 
-def test_inverse_jacobian_is_the_derivative_of_the_inverse_kinematics():
-    step = 2e-6
-    inner = POSES[np.abs(inverse_jacobian(POSES)).max(axis=(1, 2)) < 30.0]
-    assert len(inner) > 1000
-    columns = [
-        (
-            8 * (inverse_kinematics(inner + step * e) - inverse_kinematics(inner - step * e))
-            - (inverse_kinematics(inner + 2 * step * e) - inverse_kinematics(inner - 2 * step * e))
-        )
-        / (12 * step)
-        for e in np.eye(4)
-    ]
-    np.testing.assert_allclose(inverse_jacobian(inner), np.stack(columns, axis=-1), atol=1e-7)
-
-
 def test_jacobian_is_the_derivative_of_the_forward_kinematics():
     step, q = 1e-5, inverse_kinematics(POSES)
     columns = [

@@ -5,12 +5,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pnt_gym.cells.conveyor.cell import ConveyorCell
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import grips, measured_hold, picked
 from pnt_gym.errors import ConfigError
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import untried, whole_cycle
+from tests.tools.throws import make_core, whole_cycle
 
 COUNT = 150
 GRAVITY, LIP = 9.81, 0.018
@@ -29,10 +27,7 @@ HEAVY = {
 
 
 def core_of(level, **grip):
-    config = ConveyorConfig.load({**level, "grip": grip} if grip else level)
-    core = untried(ConveyorCell(config, COUNT, "independent", 2))
-    core.reset(np.arange(COUNT), [np.random.default_rng([7, row]) for row in range(COUNT)], seeded=True)
-    return core
+    return make_core({**level, "grip": grip} if grip else level, COUNT, threads=2)
 
 
 @cache

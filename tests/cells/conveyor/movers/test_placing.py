@@ -23,6 +23,7 @@ from tests.tools.throws import make_core, spy_on_plant, vary, whole_cycle, with_
 COUNT = 12
 PLACING = ("pick_and_place", "ellipse")
 METHODS = ("horizontal", *PLACING)
+CURVED = (*METHODS, "free_direction")
 ENV_OF = {"belt": "PnTConveyor-v0", "independent": "PnTRelease-v0"}
 ONLY_INSIDE = {"fixed": [{"name": "inside", "x": 0.30, "y": 0.40, "size": [0.24, 0.235]}]}
 
@@ -85,7 +86,7 @@ def test_a_level_throw_is_level_and_what_is_placed_is_let_go_at_rest(planner):
         np.testing.assert_allclose(lowest, context.target[:, 2] + 0.01, atol=1e-9)
 
 
-@pytest.mark.parametrize("planner", METHODS)
+@pytest.mark.parametrize("planner", CURVED)
 @pytest.mark.parametrize("mode", MODES)
 def test_zero_is_the_plan_and_an_action_shifts_the_landing(planner, mode):
     core = core_of(planner, mode=mode)
@@ -98,11 +99,11 @@ def test_zero_is_the_plan_and_an_action_shifts_the_landing(planner, mode):
     action = np.zeros((COUNT, numbers))
     action[:, 0] = -0.25
     release, clipped = core.plan(action)
-    assert not clipped.any()
+    assert clipped.mean() <= (0.3 if planner == "free_direction" else 0.0)
     scale = core.config.action.xyz[0] if mode == "release_xyz" else core.config.action.along
     landing = release.position + release.flight_time[:, None] * release.velocity
     before = zero.position + zero.flight_time[:, None] * zero.velocity
-    along, across = core.context.to_throw_frame((landing - before)[:, :2])
+    along, across = np.array(core.context.to_throw_frame((landing - before)[:, :2]))[:, ~clipped]
     np.testing.assert_allclose(across, 0.0, atol=1e-9)
     if (planner, mode) == ("horizontal", "release_xyz"):
         assert (along <= -0.25 * scale + 1e-9).all()  # the hand may be slower there
@@ -159,7 +160,7 @@ def test_what_is_flown_is_what_is_planned(planner):
     assert np.abs(arrived / path.duration - 1.0).max() < 0.03
 
 
-@pytest.mark.parametrize("planner", METHODS)
+@pytest.mark.parametrize("planner", CURVED)
 def test_the_hand_arrives_where_and_when_the_object_does(planner):
     core = core_of(planner, picks="belt")
     calls = spy_on_plant(core)
