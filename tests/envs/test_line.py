@@ -262,7 +262,7 @@ def test_the_arguments_are_those_of_the_constructor():
     assert f"`price_of_time` of the level, {levels.price_of_time:g} a second" in words(PnTLineEnv, "Rewards")
 
 
-@pytest.mark.parametrize("throws", ["table", "flight", "full"])
+@pytest.mark.parametrize("throws", ["table", "full"])
 def test_threads_and_repetition_change_nothing(throws, tmp_path):
     level = {**SHORT_LINE, "throws": throws}
     level = with_table(level, tmp_path) if throws == "table" else level

@@ -39,6 +39,7 @@ def test_shipped_levels_fail_lose_and_throw_the_same(level):
     flight, full = infos(level, "flight"), infos(level, "full")
     for name in (*SAME, "picked", "dropped", "bin_depth"):
         np.testing.assert_array_equal(flight[name], full[name])
+    np.testing.assert_allclose(flight["grip_margin"], full["grip_margin"])
     assert not full["picked"].all()
     np.testing.assert_allclose(flight["cycle_time"], full["cycle_time"], atol=1e-12)
     thrown = full["picked"] & ~full["dropped"] & ~flight["recontact"] & ~full["recontact"]

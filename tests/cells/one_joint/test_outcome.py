@@ -31,9 +31,9 @@ def across(state, misses):
     return states
 
 
-def sort(which, states, **options):
+def sort(which, states):
     """Blocks that pass states (N, 6) near a goal: whether each is sorted, and the end."""
-    bench = CaptureBench(SORTING, [BLOCK], len(states), **options)
+    bench = CaptureBench(SORTING, [BLOCK], len(states))
     rest = bench.launch(rewind(states, LEAD)[:, None], LEAD + SETTLE)
     inside = lies_in_pocket(rest.pose[:, 0], rest.velocity[:, 0], SORTING[which])
     other = np.delete(rest.touched[:, 0], which, axis=1).any(axis=1)

@@ -7,7 +7,6 @@ import pytest
 
 from pnt_gym.cells.conveyor.cup.hold import grips, measured_hold, picked
 from pnt_gym.errors import ConfigError
-from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, whole_cycle
 
 COUNT = 150
@@ -100,19 +99,6 @@ def test_lost_objects_begin_where_the_hand_was_and_fall_short():
     lost = info["dropped"]
     reach = np.linalg.norm(cycle.release.position[lost] - picks.pick[lost], axis=1)
     assert (info["landing_along"][lost] < -0.5 * reach).all()
-
-
-@pytest.mark.parametrize("level", with_nightly(("nominal", "waste", "unseen"), ["waste"]))
-def test_flights_lose_the_same_objects(level):
-    rows = {}
-    for fidelity in ("full", "flight"):
-        core = core_of({"base": level, "fidelity": fidelity})
-        steps = [core.step(np.zeros((COUNT, 2))).info for _ in range(2)]
-        rows[fidelity] = {name: np.concatenate([step[name] for step in steps]) for name in steps[0]}
-    full, flight = rows["full"], rows["flight"]
-    np.testing.assert_array_equal(full["dropped"], flight["dropped"])
-    np.testing.assert_allclose(full["grip_margin"], flight["grip_margin"])
-    assert full["dropped"].mean() < 0.1
 
 
 def test_the_planners_own_world_loses_nothing():
