@@ -54,7 +54,7 @@ def test_rewards_add_up_to_the_value_less_the_price_of_the_shift(name, invalid, 
     level = LEVELS[name] if name == "flight" else with_table(LEVELS[name], tmp_path)
     env = made(level)
     config = env.core.config
-    for seed in range(3):
+    for seed in range(2):
         first = (env.reset(seed=seed), float(env.core.cell.state.clock[0]))[1]
         steps = shift(env, seed, invalid)
         value = sum(info["value"] for _, info in steps)

@@ -13,23 +13,11 @@ from tests.tools.throws import CONVEYOR, FEATURES, GRIPPER, LINE, MODES, THROWS,
 from tests.tools.vectors import LEVELS, N, actions
 
 SEED = 21
-STEPS = dict.fromkeys(THROWS, 5) | dict.fromkeys(LINE, 30)
-
-
-def rollout(env_id, env, count, steps=None, seed=SEED):
-    """Everything reset and the steps returned."""
-    first = env.reset(seed=seed)
-    return first, [env.step(actions(env_id)[k, :count]) for k in range(steps or STEPS[env_id])]
 
 
 @pytest.fixture(scope="module", params=pnt_gym.ENV_IDS)
 def env_id(request):
     return request.param
-
-
-@pytest.fixture(scope="module")
-def ours(env_id):
-    return rollout(env_id, gym.make_vec(env_id, num_envs=N, level=LEVELS[env_id]), N)
 
 
 @pytest.mark.parametrize("env_id", THROWS)
@@ -82,8 +70,8 @@ def test_without_autoreset_a_cell_that_is_over_must_be_reset():
 def test_gymnasium_normalises_observations_of_the_next_step():
     env = gym.wrappers.vector.NormalizeObservation(gym.make_vec("PnTRelease-v0", num_envs=4, autoreset_mode=NEXT))
     env.reset(seed=0)
-    seen = [env.step(zeros("PnTRelease-v0", 4))[0] for _ in range(40)]
-    assert np.abs(np.mean(seen[20:], axis=(0, 1))).max() < 1.0
+    seen = [env.step(zeros("PnTRelease-v0", 4))[0] for _ in range(20)]
+    assert np.abs(np.mean(seen[10:], axis=(0, 1))).max() < 1.0
 
 
 @pytest.mark.parametrize("mode", ["never", None, 1, ["NextStep"]])
@@ -92,14 +80,12 @@ def test_no_autoreset_mode(mode):
         gym.make_vec("PnTRelease-v0", num_envs=2, autoreset_mode=mode)
 
 
-@pytest.mark.parametrize("count", [1, 8])
-def test_a_row_does_not_depend_on_the_number_of_rows(env_id, ours, count):
-    first, steps = rollout(env_id, gym.make_vec(env_id, num_envs=count, level=LEVELS[env_id]), count, steps=3)
-    shared = min(count, N)
-    assert same_bits(first[0][:shared], ours[0][0][:shared])
-    for mine, other in zip(steps, ours[1][:3], strict=True):
-        for a, b in zip(mine[:4], other[:4], strict=True):
-            assert same_bits(a[:shared], b[:shared])
+def test_a_row_does_not_depend_on_the_number_of_rows(env_id):
+    few, many = (gym.make_vec(env_id, num_envs=count, level=LEVELS[env_id]) for count in (2, 5))
+    assert same_bits(few.reset(seed=SEED)[0], many.reset(seed=SEED)[0][:2])
+    for action in actions(env_id, 3):
+        for a, b in zip(few.step(action[:2])[:4], many.step(action[:5])[:4], strict=True):
+            assert same_bits(a, b[:2])
 
 
 def test_seeds_may_be_a_list(env_id):
