@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base.catalogue import CATALOGUE, LIGHT_ITEMS
+from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import measured_hold
 from pnt_gym.errors import ConfigError
-from tests.tools.throws import make_core
+from tests.tools.throws import untried
 
 COUNT = 60
 MIXED = {
@@ -17,7 +19,10 @@ MIXED = {
 
 
 def core_of(level, picks="independent", **rule):
-    return make_core({**level, "throwable": rule} if rule else level, COUNT, picks=picks, threads=2)
+    config = ConveyorConfig.load({**level, "throwable": rule} if rule else level)
+    core = untried(ConveyorCell(config, COUNT, picks, 2))
+    core.reset(np.arange(COUNT), [np.random.default_rng([5, row]) for row in range(COUNT)], seeded=True)
+    return core
 
 
 def names(core):

@@ -169,19 +169,19 @@ def test_an_off_centre_grip_turns_the_object_about_the_level_axis_beside_it():
 
 
 @pytest.mark.parametrize(
-    ("seal", "mass", "delay"),
+    ("seal", "mass", "leak", "delay"),
     [
         # F0 = 20 N and m g = 20 / e^3 N: ln = 3, so 4 ms + 9 ms * 3.
-        (20.0, 20.0 / np.exp(3.0) / 9.81, 0.031),
+        (20.0, 20.0 / np.exp(3.0) / 9.81, 0.25, 0.031),
         # F0 = 4 N leaks: the factor is 1 + 0.25 (5 - 1) = 2, so tau_e = 4.5 ms; ln(F0 / (m g)) = 2.
-        (4.0, 4.0 / np.exp(2.0) / 9.81, 0.013),
-        # F0 = 0.1 N does not hold: a negative logarithm would be before the command.
-        (0.1, 1.0, 0.0),
+        (4.0, 4.0 / np.exp(2.0) / 9.81, 0.25, 0.013),
+        # F0 = 0.1 N does not hold: ln(0.1 / 9.81) = -4.6 would be 37 ms before the command.
+        (0.1, 1.0, 0.0, 0.0),
     ],
     ids=["tight", "leaking", "none"],
 )
-def test_the_delay_of_a_seal(seal, mass, delay):
-    suction = Suction(valve=0.004, tau=0.009, leak=0.25, leak_reference=20.0)
+def test_the_delay_of_a_seal(seal, mass, leak, delay):
+    suction = Suction(valve=0.004, tau=0.009, leak=leak, leak_reference=20.0)
     assert release_delay(np.array([seal]), np.array([mass]), suction)[0] == pytest.approx(delay, abs=1e-15)
 
 
