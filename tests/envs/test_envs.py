@@ -59,10 +59,6 @@ def test_a_shift_is_truncated_after_its_picks_and_never_terminated(env_id):
     assert ends == [(False, False)] * 3 + [(False, True)]
     env.reset()
     assert env.step(np.zeros(2, dtype=np.float32))[2:4] == (False, False)
-
-
-@pytest.mark.parametrize("env_id", SHIFTS)
-def test_the_default_shift_has_fifty_picks(env_id):
     assert gym.make(env_id).unwrapped.core.config.picks_per_shift == 50
 
 

@@ -161,30 +161,6 @@ def test_inertia_is_the_stated_share():
     np.testing.assert_allclose(ours, [0.38 * 0.02 * squares, 0.27 * 0.02 * squares], rtol=1e-14)
 
 
-def random_rows(count, seed=3):
-    rng = np.random.default_rng(seed)
-    rows = rng.integers(0, len(TABLE.names), count)
-    size = TABLE.size[rows] * np.exp(rng.normal(0, 0.1, (count, 3)))
-    return TABLE.shape[rows], size, rng.uniform(0.4, 1.3, count), rng.uniform(0.003, 0.06, count)
-
-
-def test_a_rows_result_does_not_depend_on_the_batch():
-    shape, size, drag, mass = random_rows(64)
-
-    def everything(rows):
-        return [
-            fluid_coefficients(shape[rows], size[rows], drag[rows]),
-            solid_shell_inertia(mass[rows], size[rows], shape[rows]),
-            lying_size(shape[rows], size[rows]),
-            *geom_placement(shape[rows], size[rows]),
-        ]
-
-    together = everything(np.arange(64))
-    for rows in [*(np.array([k]) for k in range(64)), np.arange(13), np.arange(63, 0, -3)]:
-        for part, whole in zip(everything(rows), together, strict=True):
-            assert part.tobytes() == np.ascontiguousarray(whole[rows]).tobytes()
-
-
 @pytest.mark.parametrize(
     ("shape", "size", "message"),
     [
