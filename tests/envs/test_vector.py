@@ -1,4 +1,4 @@
-"""The vector form: N cells that behave, row by row, as N single environments under Gymnasium's own vectorizer."""
+"""The vector form: how it is made, seeded and reset, that its rows stand alone, and what wrappers make of it."""
 
 import warnings
 

@@ -198,7 +198,7 @@ def test_until_it_leaves_a_part_in_contact_stays_in_its_place(by_contact):
     assert np.abs(np.where(held, phi - arm, 0.0)).max() < np.deg2rad(0.5)
 
 
-# Same bits.
+# A recording.
 
 
 def test_a_recording_plays_the_throw_again():

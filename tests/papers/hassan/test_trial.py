@@ -120,6 +120,11 @@ def test_the_mismatch_shows(ideal, real):
     assert real.path_tracking.max() > ideal.path_tracking.max()
 
 
+def test_another_seed_gives_other_objects(inside, real):
+    other = run_trials(row_of(inside, 0), mismatch=1.0, seeds=[77])
+    assert other.landing_error[0] != real.landing_error[0]
+
+
 def test_motors_and_tracking_are_those_of_a_moving_robot(ideal):
     assert 50.0 < ideal.peak_torque.min() < ideal.peak_torque.max() < 530.0
     assert (ideal.path_tracking >= ideal.release_tracking - 1e-6).all()
@@ -196,11 +201,6 @@ def test_an_object_put_down_is_off_by_its_grasp_only():
     assert np.isfinite(trials.landing_error).all()
     assert 0.001 < trials.landing_error.mean() < 0.025
     assert trials.in_bin.all()
-
-
-def test_another_seed_gives_other_objects(inside, real):
-    other = run_trials(row_of(inside, 0), mismatch=1.0, seeds=[77])
-    assert other.landing_error[0] != real.landing_error[0]
 
 
 # Bad input is one clear sentence.

@@ -1,4 +1,4 @@
-"""Arcs timed in a batch: on the ellipse, within all limits, a few percent above the optimum, each for itself."""
+"""Arcs timed in a batch: on the ellipse, within all limits, a few percent above the optimum."""
 
 import numpy as np
 import pytest
