@@ -13,6 +13,7 @@ from pnt_gym.planning import (
     MotionLimits,
     Reason,
     landing_point,
+    min_time_scurve,
     plan_release,
     plan_release_batch,
     release_at_elevation,
@@ -233,6 +234,8 @@ def test_release_at_a_given_point():
     np.testing.assert_allclose(landing, targets, rtol=0, atol=1e-8)
     assert np.isnan(release_at_point(picks, best.position, limits).flight_time).all()
     np.testing.assert_array_equal(given_point.speed, speed_at(given_point.distance, limits))
+    stroke = min_time_scurve(2.0 * best.distance, limits)
+    np.testing.assert_allclose(best.acceleration, stroke.acceleration, rtol=1e-9)
 
 
 def test_release_at_a_point_says_what_is_wrong():

@@ -101,6 +101,13 @@ def test_lost_objects_begin_where_the_hand_was_and_fall_short():
     assert (info["landing_along"][lost] < -0.5 * reach).all()
 
 
+def test_flights_lose_the_same_objects():
+    full = thrown(limit=True)[-1]
+    flight = core_of({**HEAVY, "fidelity": "flight"}, limit=True).step(np.zeros((COUNT, 2))).info
+    np.testing.assert_array_equal(full["dropped"], flight["dropped"])
+    np.testing.assert_allclose(full["grip_margin"], flight["grip_margin"])
+
+
 def test_the_planners_own_world_loses_nothing():
     core = core_of({**HEAVY, "mismatch": 0.0}, limit=True)
     info = core.step(np.zeros((COUNT, 2))).info
