@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hypothesis import strategies as st
 
 from pnt_gym.cells.line.cell import Decisions, LineCell
 from pnt_gym.cells.line.chances import Chances, digest, format_table
@@ -19,6 +20,12 @@ from pnt_gym.cells.line.state import Fate
 PICKED = (0.8, 0.9, 0.6, 0.85)
 """How often cups seal on each item of the shipped lines, in the tables made here."""
 EDGES = (0.7, 0.8, 0.9)
+BOXES = st.lists(
+    st.tuples(st.floats(0.0, 0.2), st.floats(-0.2, 0.2), st.floats(0.005, 0.15), st.floats(0.005, 0.15)),
+    min_size=1,
+    max_size=25,
+)
+"""Boxes in the order in which they come: the step from the one before, y, and half their sizes [m]."""
 
 
 def chances(config: LineConfig, picked: tuple[float, ...] = PICKED) -> Chances:
