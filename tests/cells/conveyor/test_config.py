@@ -137,9 +137,9 @@ WRONG = {
     "unknown planner": ({"planner": "curved"}, "planner is 'curved': input should be 'straight', 'free_direction', "
      "'horizontal', 'pick_and_place', 'ellipse' or 'auto'"),
     "unknown neighbours": ({"belt": {"neighbours": "walls"}}, "neighbours is 'walls': input should be 'ghosts' or "),
-    "safety below one": ({"grip": {"safety": 0.5}}, "grip.safety.* is 0.5"),
-    "safety above ten": ({"grip": {"safety": 11.0}}, "grip.safety.* is 11"),
-    "safety of words": ({"grip": {"safety": "velcro"}}, "grip.safety.* is 'velcro'"),
+    "safety below one": ({"grip": {"safety": 0.5}}, "grip.safety is 0.5: .* equal to 1, or input should be 'surface'"),
+    "safety above ten": ({"grip": {"safety": 11.0}}, "grip.safety is 11"),
+    "safety of words": ({"grip": {"safety": "velcro"}}, "grip.safety is 'velcro'"),
     "lip too soft": ({"cup": {"stiffness": 0.01}}, "cup.stiffness is 0.01: .*0.05"),
     "lip too stiff": ({"cup": {"stiffness": 1000}}, "cup.stiffness is 1000: .*100"),
     "lip of words": ({"cup": {"stiffness": "soft"}}, "cup.stiffness"),
