@@ -72,60 +72,12 @@ def test_yaml_that_is_none(here: Path, name: str) -> None:
         assert said in refused(*command)
 
 
-WRONG = [
-    ((*ANALYTIC, "--env", "CartPole-v1"), "has no core"),
-    (("agents.train", "--env", "CartPole-v1"), "has no core"),
-    ((*ANALYTIC, "--env", "CartPole-v1", "--level", "waste"), "takes no level"),
-    ((*ANALYTIC, "--env", LONG), "unknown environment"),
-    ((*ANALYTIC, "--level", LONG), "unknown level"),
-    ((*ANALYTIC, "--level", f"{LONG}.yaml"), "does not exist"),
-    ((*ANALYTIC, "--level", "a\0b.yaml"), "does not exist"),
-    ((*ANALYTIC, "--level", "."), "unknown level"),
-    ((*ANALYTIC, "--json", f"{LONG}/{LONG}.json"), "File name too long"),
-    (("agents.evaluate", "--controller", LONG), "is neither a controller nor a run folder"),
-    (("agents.evaluate", "--controller", f"{LONG}.zip"), "File name too long"),
-    (("agents.evaluate", "--controller", "file"), "is neither a controller"),
-    (("agents.evaluate", "--controller", "file.zip"), "give --trust"),
-    (("agents.evaluate", "--controller", "file.zip", "--trust"), "file.zip is truncated or not a model"),
-    (("agents.evaluate", "--controller", "folder"), "it has no args.yml"),
-    (("agents.evaluate", "--controller", "ridge", "--load", "file"), "holds no saved controller"),
-    (("agents.evaluate", "--controller", "ridge", "--load", "folder"), "holds no saved controller"),
-    (("agents.evaluate", "--controller", "ridge", "--load", LONG), "holds no saved controller"),
-    (("agents.evaluate", "--controller", "ridge", "--load", "x.npz"), "holds no saved controller"),
-    (("agents.publish", "folder"), "it has no args.yml"),
-    (("agents.publish", LONG), "File name too long"),
-    (("agents.play", "--controller", "folder", "--picture", "x.png"), "it has no args.yml"),
-    (("agents.train", "--resume", "folder"), "it has no args.yml"),
-    (("agents.train", "--resume", "file"), "does not exist"),
-    (("agents.train", *START[:-1], "file"), "exists already"),
-    (("agents.train", *START[:-1], "file/run"), "cannot write run folder"),
-    (("agents.train", *START[:-1], LONG), "File name too long"),
-    (("agents.benchmark", "--config", "plan.yaml", "--work", "file", "--out", "o.json"), "cannot write"),
-    (("agents.benchmark", "--config", "plan.yaml", "--work", "file/x", "--out", "o.json"), "cannot write"),
-    (("agents.benchmark", "--config", "far.yaml", "--out", "o.json"), "picks is -1111111111"),
-    (("agents.reproduce", "hassan", "--work", "file"), "cannot write"),
-    (("agents.report", "--results", "file"), "holds no results yet"),
-    (("agents.report", "--results", "folder"), "holds no results yet"),
-]
 PLAN = {
     "name": "small",
     "train_level": "waste",
     "levels": ["waste"],
     "entries": [{"label": "a", "controller": "analytic"}],
 }
-
-
-@pytest.mark.parametrize(("command", "said"), WRONG, ids=lambda value: " ".join(value)[:60] if value else "")
-def test_wrong_command_lines(here: Path, command: tuple[str, ...], said: str) -> None:
-    (here / "file").write_text("text")
-    (here / "file.zip").write_text("text")
-    (here / "folder").mkdir()
-    np.savez(here / "x.npz", centre=np.zeros(3))
-    (here / "plan.yaml").write_text(yaml.safe_dump(PLAN))
-    (here / "far.yaml").write_text(yaml.safe_dump({**PLAN, "picks": -int("1" * 400)}))
-    before = sorted(here.iterdir())
-    assert said in refused(*command)
-    assert [path for path in sorted(here.iterdir()) if path not in before and path.name != LONG] == []
 
 
 HYPERPARAMETERS = [

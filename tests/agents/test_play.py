@@ -102,32 +102,6 @@ def test_a_film_that_is_interrupted_leaves_nothing(tmp_path: Path) -> None:
     assert not any(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(("option", "path"), [("--video", "a.mpeg"), ("--video", "a"), ("--picture", "a.mp4")])
-def test_an_ending_that_cannot_be_written_is_refused_before_the_first_throw(
-    tmp_path: Path, option: str, path: str
-) -> None:
-    done = call_here("agents.play", option, path, "--picks", "10000", folder=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.startswith(f"error: {option} is '{path}'; it must end in .")
-    assert not any(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(("option", "value"), [("--at", "-1"), ("--at", "inf"), ("--slow", "0")])
-def test_impossible_moments_and_rates_are_refused(tmp_path: Path, option: str, value: str) -> None:
-    done = call_here("agents.play", "--picture", tmp_path / "a.png", option, value, folder=tmp_path)
-    assert done.returncode == 2
-    assert option.removeprefix("--") in done.stderr
-    assert "Traceback" not in done.stderr
-
-
-def test_it_wants_exactly_one_way_to_show(tmp_path: Path) -> None:
-    for arguments in ((), ("--video", str(tmp_path / "a.mp4"), "--picture", str(tmp_path / "a.png"))):
-        done = call_here("agents.play", *arguments, folder=tmp_path)
-        assert done.returncode == 2
-        assert "Traceback" not in done.stderr
-        assert "--video FILE.mp4" in done.stderr
-
-
 def test_a_controller_that_ships_knowing_is_shown_at_once(tmp_path: Path) -> None:
     """Without practice, which would take minutes and forget what ships."""
     path = tmp_path / "throw.png"

@@ -178,15 +178,6 @@ def test_ctrl_c_leaves_a_run_that_can_be_continued(
     assert lines[0].startswith("throws,")
 
 
-def test_a_kill_while_saving_costs_the_leg_not_the_run(asked: Arguments, tmp_path: Path) -> None:
-    main(replace(asked, steps=100))
-    torn = tmp_path / "run" / "checkpoints" / ".00000200.tmp"
-    torn.mkdir()
-    (torn / "model.zip").write_bytes(b"half")
-    main(resumed(tmp_path / "run", steps=200))
-    assert RunFolder(tmp_path / "run").load_model().num_timesteps == 200
-
-
 def damage_nothing_there(run: Path) -> None:
     shutil.rmtree(run)
 
@@ -232,56 +223,12 @@ def test_damaged_runs_are_refused_with_one_sentence(asked: Arguments, tmp_path: 
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"steps": 0}, "--steps is 0; it must be at least 1"),
-        ({"seed": -1}, "--seed is -1"),
-        ({"num_envs": 0}, "--num-envs is 0"),
-        ({"threads": 0}, "--threads is 0"),
-        ({"eval_picks": -1}, "--eval-picks is -1"),
-        ({"env": "Nowhere-v0"}, "unknown environment 'Nowhere-v0'"),
-        ({"level": "nowhere"}, "unknown level 'nowhere'"),
-        ({"algo": "dqn", "config": None}, "dqn"),
-        ({"full_last": 10}, "--full-last goes with --fidelity flight"),
-        ({"full_last": -1, "fidelity": "flight"}, "--full-last is -1"),
-    ],
-)
-def test_bad_usage_leaves_nothing_behind(asked: Arguments, tmp_path: Path, changes: dict[str, Any], said: str) -> None:
-    with pytest.raises(ValueError, match=said):
-        main(replace(asked, **changes))
-    assert not (tmp_path / "run").exists()
-    assert [p.name for p in tmp_path.iterdir()] == ["small.yml"]
-
-
 def test_a_policy_that_cannot_be_kept_as_numbers_is_not_begun(asked: Arguments, tmp_path: Path) -> None:
     kwargs = "dict(net_arch=[8], activation_fn=nn.PReLU)"
     (tmp_path / "small.yml").write_text(yaml.safe_dump({"default": {**OFF_POLICY, "policy_kwargs": kwargs}}))
     with pytest.raises(UsageError, match=r"the policy cannot be kept as numbers: .* activation_fn one of ELU, GELU"):
         main(asked)
     assert [p.name for p in tmp_path.iterdir()] == ["small.yml"]
-
-
-def test_a_run_is_never_overwritten(asked: Arguments, tmp_path: Path) -> None:
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "precious").touch()
-    with pytest.raises(UsageError, match="exists already; choose another --out"):
-        main(asked)
-    assert [p.name for p in (tmp_path / "run").iterdir()] == ["precious"]
-
-
-def test_what_a_resumed_run_has_settled_stays(asked: Arguments, tmp_path: Path) -> None:
-    main(replace(asked, steps=100, eval_picks=8))
-    with pytest.raises(UsageError, match="--algo cannot be changed with --resume"):
-        main(resumed(tmp_path / "run", algo="ppo"))
-    with pytest.raises(UsageError, match="has done 104 throws of 100; give a larger --steps"):
-        main(resumed(tmp_path / "run"))
-
-
-def test_policy_of_another_environment_is_refused(asked: Arguments, tmp_path: Path) -> None:
-    main(replace(asked, steps=8))
-    with pytest.raises(UsageError, match="gives actions"):
-        make_controller(str(tmp_path / "run"), ToyVectorEnv(2, action_mode="release_xyz"))
 
 
 torch.set_num_threads(1)

@@ -261,9 +261,3 @@ def test_the_page_does_what_it_says(sets: Path, block: str, capsys: pytest.Captu
         block = block.replace(many, few)
     exec(compile(block, "datasets.md", "exec"), {"__name__": "page"})
     assert "fit" not in block or 0.0 < float(capsys.readouterr().out) < 1.0
-
-
-def test_who_ships_knowing_does_not_practise_first(here: Path) -> None:
-    (here / "quick.yaml").write_text("base: waste\nfidelity: flight\n")
-    made = collected("--env", "PnTAdapt-v0", "--level", "quick.yaml", "--controller", "ema", "--throws", "8")
-    assert made.storage.metadata["pnt_gym"]["practice"] == 0

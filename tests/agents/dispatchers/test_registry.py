@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,13 +21,11 @@ from agents.dispatchers.settings import rate, settings
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.work_shifts.data import run_shifts
-from agents.learning import runs
 from agents.learning.algorithms import MASKED
 from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
 from agents.training.request import resolve_request
-from pnt_gym.envs.line import PnTLineVectorEnv
 from tests.tools.commands import call_here
 from tests.tools.toy_cell import register_toy
 
@@ -135,34 +131,13 @@ def test_a_learning_rate_falls_over_all_legs(asked: Arguments, tmp_path: Path, m
     np.testing.assert_allclose([rate for _, rate in rates], [0.006, 0.004, 0.002, 0.0], atol=1e-12)
 
 
-def test_ctrl_c_leaves_a_run_that_can_be_continued(
-    asked: Arguments, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    taken, step = 0, PnTLineVectorEnv.step
-
-    def interrupted(self: Any, actions: Any) -> Any:
-        nonlocal taken
-        taken += 1
-        if taken == 11:
-            os.kill(os.getpid(), signal.SIGINT)
-        return step(self, actions)
-
-    monkeypatch.setattr(PnTLineVectorEnv, "step", interrupted)
-    with pytest.raises(SystemExit) as stopped:
-        main(asked)
-    assert stopped.value.code == 130
-    assert "continue with: python -m agents.train --resume" in capsys.readouterr().err
-    main(Arguments(resume=tmp_path / "run", eval_picks=0))
-    assert RunFolder(tmp_path / "run").load_model().num_timesteps >= 64
-    assert (tmp_path / "run" / "progress.csv").read_text().startswith("throws,seconds,success_rate,value_per_min,")
-
-
 def test_the_table_at_the_end_compares_with_rules_on_the_shifts_of_evaluate(asked: Arguments, tmp_path: Path) -> None:
     arguments = ("--env", "PnTLine-v0", "--level", str(asked.level), "--algo", "maskable_ppo", "--steps", "32")
     more = ("--num-envs", "4", "--config", str(asked.config), "--out", str(tmp_path / "run"), "--eval-picks", "3")
     done = call_here("agents.train", *arguments, *more, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "value/min" in done.stdout
+    assert (tmp_path / "run" / "progress.csv").read_text().startswith("throws,seconds,success_rate,value_per_min,")
     table = json.loads((tmp_path / "run" / "evaluation.json").read_text())
     assert [row["controller"] for row in table] == ["fifo", "atc", "maskable_ppo"]
     for name, row in (("atc", table[1]), (str(tmp_path / "run"), table[2])):
@@ -223,27 +198,6 @@ def test_masks_are_those_of_each_row() -> None:
     assert not other.has_attr("action_masks")
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        (
-            {"algo": "sac"},
-            "algorithm sac does not learn from decisions of PnTLine-v0; algorithms there are",
-        ),
-        ({"env": "ToyThrow-v0", "level": "waste"}, "algorithm residual_ppo does not learn from throws of ToyThrow-v0"),
-        ({"stack": 2}, "--stack, --over and --fidelity go with throws"),
-        ({"over": "kalman"}, "--stack, --over and --fidelity go with throws"),
-        ({"fidelity": "flight"}, "--stack, --over and --fidelity go with throws"),
-    ],
-)
-def test_what_does_not_go_with_a_line_leaves_nothing_behind(
-    asked: Arguments, tmp_path: Path, changes: dict[str, Any], said: str
-) -> None:
-    with pytest.raises(UsageError, match=said):
-        main(replace(asked, **changes))
-    assert not (tmp_path / "run").exists()
-
-
 @pytest.mark.parametrize("name", ["patience", "price_of_time", "sharpness"])
 def test_a_wrong_setting_of_the_line_is_told(asked: Arguments, tmp_path: Path, name: str) -> None:
     wrong = {**SMALL, "policy_kwargs": {"sharpness": -1.0}} if name == "sharpness" else {**SMALL, name: -1.0}
@@ -280,14 +234,6 @@ def test_a_policy_that_corrects_throws_is_refused_on_a_line(tmp_path: Path) -> N
     begun = Arguments(env="ToyThrow-v0", level="waste", algo="ppo", steps=16, num_envs=2, config=config, eval_picks=0)
     main(replace(begun, out=tmp_path / "run"))
     with pytest.raises(UsageError, match="takes 26 entries and gives 2 numbers"):
-        run_scores(tmp_path / "run")
-
-
-def test_a_damaged_policy_is_told_in_one_sentence(asked: Arguments, tmp_path: Path) -> None:
-    main(replace(asked, steps=1))
-    file = tmp_path / "run" / runs.POLICY
-    file.write_bytes(file.read_bytes()[:100])
-    with pytest.raises(UsageError, match="is damaged"):
         run_scores(tmp_path / "run")
 
 

@@ -75,20 +75,6 @@ def test_own_level_file(tmp_path: Path) -> None:
     assert {t["item"] for t in data["throws"]} == {"can"}
 
 
-@pytest.mark.parametrize(
-    ("level", "said"),
-    [
-        ({"bins": {"fixed": [{"name": "here", "x": 0.1, "y": 0.4}]}, "gravity": 1}, "unknown key 'gravity'"),
-        ({"bins": {"fixed": [{"name": "b", "x": 0.0, "y": -0.3}]}}, "lies on the belt"),
-    ],
-)
-def test_a_level_that_cannot_be_is_explained(tmp_path: Path, level: dict[str, Any], said: str) -> None:
-    (tmp_path / "bad.yaml").write_text(yaml.safe_dump(level))
-    arguments = ("--controller", "analytic", "--level", "bad.yaml")
-    assert_one_sentence(call_here("agents.evaluate", *arguments, folder=tmp_path), said)
-    assert [path.name for path in tmp_path.iterdir()] == ["bad.yaml"]
-
-
 def test_a_mistake_ends_the_process_in_one_sentence(tmp_path: Path) -> None:
     done = call("agents.evaluate", "--controller", "nobody", folder=tmp_path)
     assert_one_sentence(done, "'nobody' is neither a controller nor a run folder")
@@ -133,38 +119,6 @@ def test_a_signal_leaves_a_run_that_resume_continues(number: signal.Signals, tmp
     more = call_here("agents.train", "--resume", "run", "--steps", steps, "--eval-picks", "0", folder=tmp_path)
     assert more.returncode == 0, more.stderr
     assert RunFolder(tmp_path / "run").load_model().num_timesteps == done + 16
-
-
-def test_benchmark_and_report_from_end_to_end(tmp_path: Path) -> None:
-    plan = {
-        "name": "tiny",
-        "train_level": "waste",
-        "levels": ["waste"],
-        "picks": 16,
-        "seeds": [0],
-        "num_envs": 8,
-        "entries": [
-            {"label": "analytic", "controller": "analytic"},
-            {"label": "mean_shift", "controller": "mean_shift", "throws": [16]},
-        ],
-        "learned": [{"label": "mean_shift", "throws": 16}],
-        "references": [{"label": "analytic"}],
-    }
-    (tmp_path / "plan.yaml").write_text(yaml.safe_dump(plan))
-    arguments = ("--config", "plan.yaml", "--jobs", "1", "--out", "results/tiny.json", "--work", "work")
-    first = call_here("agents.benchmark", *arguments, folder=tmp_path)
-    assert first.returncode == 0, first.stderr
-    assert first.stdout.count("done: ") == 2
-    written = (tmp_path / "results" / "tiny.json").read_bytes()
-    again = call_here("agents.benchmark", *arguments, folder=tmp_path)
-    assert "done: " not in again.stdout
-    assert (tmp_path / "results" / "tiny.json").read_bytes() == written
-    page = call_here("agents.report", "--results", "results", "--readme", "none.md", folder=tmp_path)
-    assert page.returncode == 0, page.stderr
-    assert (tmp_path / "results" / "report.html").is_file()
-    assert_one_sentence(
-        call_here("agents.benchmark", "--config", "none.yaml", folder=tmp_path), "cannot read benchmark"
-    )
 
 
 def test_a_warning_is_one_line_while_a_command_runs_and_python_s_own_afterwards(

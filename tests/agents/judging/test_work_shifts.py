@@ -178,31 +178,6 @@ def test_price_leaves_to_others_what_they_can_take():
     np.testing.assert_array_equal(leaving[~shared], plain[~shared])
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        (("--controller", "mlp"), "is no controller of a line"),
-        (("--controller", "atc", "--picks", "9"), "--picks goes with throws"),
-        (("--controller", "atc", "--release", "ridge"), "set `throws` to 'flight' or 'full'"),
-        (("--controller", "atc", "--shifts", "0"), "--shifts is 0"),
-        (("--controller", "atc", "--level", "waste"), "unknown level 'waste'"),
-        (("--controller", "atc", "--throws", "flight", "--release", "atc"), "'atc' is neither a controller"),
-    ],
-)
-def test_bad_usage_is_one_sentence(given, said, tmp_path):
-    run = call_here("agents.evaluate", "--env", "PnTLine-v0", *given, folder=tmp_path)
-    assert run.returncode == 2
-    assert said in run.stderr
-    assert len(run.stderr.strip().splitlines()) == 1
-
-
-def test_shifts_are_not_for_throws(tmp_path):
-    run = call_here(
-        "agents.evaluate", "--env", "PnTRelease-v0", "--controller", "analytic", "--shifts", "2", folder=tmp_path
-    )
-    assert (run.returncode, "--shifts goes with work shifts" in run.stderr) == (2, True)
-
-
 def test_a_learned_release_goes_on_the_line(tmp_path):
     (tmp_path / "short.yaml").write_text("base: single\nduration: 5.0\n")
     given = ("--env", "PnTLine-v0", "--level", "short.yaml", "--controller", "atc", "--shifts", "1", "--num-envs", "1")

@@ -42,20 +42,6 @@ def test_an_environment_in_a_module_has_the_entry_of_its_id(tmp_path: Path) -> N
     assert hyperparameters("sac", "theirs:Other-v0", file) == {"gamma": 0.5}
 
 
-def test_bad_hyperparameters_are_explained(tmp_path: Path) -> None:
-    env = SameStepVecEnv(ToyVectorEnv(4))
-    with pytest.raises(UsageError, match=r"do not fit sac.*no_such_setting"):
-        build("sac", env, {"policy": "MlpPolicy", "no_such_setting": 1}, 0)
-    (tmp_path / "one.yml").write_text("PnTRelease-v0: {gamma: 0.0}")
-    with pytest.raises(UsageError, match="have no entry for 'Nowhere-v0'; entries are PnTRelease-v0"):
-        hyperparameters("sac", "Nowhere-v0", tmp_path / "one.yml")
-    with pytest.raises(UsageError, match="cannot read hyperparameters"):
-        hyperparameters("sac", "PnTRelease-v0", tmp_path / "none.yml")
-    (tmp_path / "bad.yml").write_text("a: [1,")
-    with pytest.raises(UsageError, match="not valid YAML"):
-        hyperparameters("sac", "PnTRelease-v0", tmp_path / "bad.yml")
-
-
 def test_policy_arguments_are_read_and_never_run():
     read = policy_arguments("dict(net_arch=[64, 32], activation_fn=nn.SiLU)")
     assert read == {"net_arch": [64, 32], "activation_fn": torch.nn.SiLU}

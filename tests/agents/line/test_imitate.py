@@ -79,19 +79,3 @@ def test_the_command_leaves_a_scorer_that_evaluate_works_with(short: str, tmp_pa
     judged = call_here("agents.evaluate", *more, folder=tmp_path)
     assert judged.returncode == 0, judged.stderr
     assert "value per minute" in judged.stdout
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("--of", "fifo"), "fifo"),
-        (("--shifts", "0"), "--shifts is 0"),
-        (("--hidden", "0"), "--hidden is 0"),
-        (("--level", "nowhere"), "unknown level"),
-    ],
-)
-def test_bad_usage_is_one_sentence(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
-    done = call_here("agents.line imitate", *arguments, folder=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert said in done.stderr

@@ -50,20 +50,3 @@ def test_it_says_which_plan_is_enough_and_writes_what_it_found(tmp_path):
     assert all(plan["recovery_low"] <= plan["recovery"] <= plan["recovery_high"] for plan in plans)
     assert "are enough for 20.0 %" in " ".join(run.stdout.split())
     assert picture.read_text().startswith("<?xml")
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        (("--recovery", "1.5"), "--recovery is 1.5"),
-        (("--robots", "7"), "a line has 1 to 4"),
-        (("--controller", "best"), "must be one of"),
-        (("--down", "second"), "ROBOT:MINUTES"),
-        (("--level", "nowhere"), "unknown level 'nowhere'"),
-    ],
-)
-def test_bad_usage_is_one_sentence(given, said, tmp_path):
-    run = call_here("agents.line plan", *given, folder=tmp_path)
-    assert run.returncode == 2
-    assert said in run.stderr
-    assert len(run.stderr.strip().splitlines()) == 1

@@ -179,24 +179,6 @@ def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("--level", "nowhere"), "unknown level 'nowhere'"),
-        (("--shifts", "0"), "--shifts is 0; it must be at least 1"),
-        (("--seed", "-1"), "--seed is -1"),
-        (("--what", "fifo"), "fifo"),
-        (("--out", "."), "it is a folder"),
-    ],
-)
-def test_bad_usage_is_one_sentence(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
-    done = call_here("agents.line tune", *arguments, folder=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.startswith("error: ")
-    assert done.stderr.count("\n") == 1
-    assert said in done.stderr
-
-
-@pytest.mark.parametrize(
     ("text", "said"),
     [("short: [", "not valid YAML"), ("[short]", "no settings of rules"), ("short: 3", "no settings of rules")],
 )

@@ -82,25 +82,3 @@ def test_a_picture_is_of_a_moment_of_the_shift(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
     one, other = (iio.imread(tmp_path / f"{moment}.png").astype(int) for moment in ("0", "1.5"))
     assert (np.abs(one - other).max(axis=2) > 40).any()
-
-
-@pytest.mark.parametrize(
-    ("command", "given", "said"),
-    [
-        ("evaluate", (*FILM, "a.mpeg"), "--video is 'a.mpeg'; it must end in .mp4 or .gif"),
-        ("play", (*FILM, "a.webm"), "--video is 'a.webm'; it must end in .mp4 or .gif"),
-        (
-            "evaluate",
-            ("--controller", "analytic", "--video", "a.mp4"),
-            "--video goes with work shifts; PnTConveyor-v0 is judged by throws",
-        ),
-        ("play", ("--throws", "full", "--video", "a.mp4"), "--throws goes with work shifts"),
-        ("play", (*FILM[:4], "--controller", "analytic", "--video", "a.mp4"), "'analytic' is no controller of a line"),
-    ],
-)
-def test_what_cannot_be_filmed_is_refused_in_one_sentence(tmp_path: Path, command: str, given: tuple[str], said: str):
-    done = call_here(f"agents.{command}", *given, folder=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.startswith(f"error: {said}")
-    assert done.stderr.count("\n") == 1
-    assert not any(tmp_path.iterdir())
