@@ -24,6 +24,7 @@ from tests.tools.commands import answered, environment, refused
 from tests.tools.toy_cell import register_toy
 
 register_toy()
+pytestmark = pytest.mark.usefixtures("here")
 SMALL = ("--env", "ToyThrow-v0", "--num-envs", "4", "--checkpoint-every", "8", "--config", "sac.yml", "--out", "run")
 START = ("agents.train", *SMALL, "--steps", "16", "--eval-picks", "4")
 RESUME = ("agents.train", "--resume", "run", "--eval-picks", "4")
@@ -34,22 +35,6 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
     return tmp_path
-
-
-@pytest.fixture(scope="module")
-def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A training that was let to its end."""
-    place = tmp_path_factory.mktemp("trained")
-    (place / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(place)
-        assert answered(*START)[0] == 0
-    return place / "run"
-
-
-@pytest.fixture
-def run(trained: Path, here: Path) -> Path:
-    return Path(shutil.copytree(trained, here / "run"))
 
 
 @pytest.mark.nightly

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -106,10 +107,8 @@ def test_resume_goes_on_with_new_objects(asked: Arguments, tmp_path: Path) -> No
 
 
 def test_flights_first_and_the_full_physics_last(asked: Arguments, tmp_path: Path) -> None:
-    config = tmp_path / "small.yml"
-    config.write_text(
-        yaml.safe_dump({"PnTRelease-v0": OFF_POLICY | {"learning_starts": 1000}})
-    )  # the same random actions
+    same_random_actions = OFF_POLICY | {"learning_starts": 1000}
+    (tmp_path / "small.yml").write_text(yaml.safe_dump({"PnTRelease-v0": same_random_actions}))
     begun = replace(asked, env="PnTRelease-v0", level="nominal", steps=64, checkpoint_every=32)
     main(replace(begun, fidelity="flight", full_last=32, out=tmp_path / "both"))
     main(replace(begun, out=tmp_path / "full"))
@@ -136,9 +135,8 @@ def test_other_algorithms_train_and_resume(asked: Arguments, tmp_path: Path, alg
     assert RunFolder(tmp_path / "run").load_model().num_timesteps == 128
     assert_acts_as_its_model(tmp_path / "run")
     main(replace(begun, steps=128, out=tmp_path / "whole"))
-    assert all(
-        np.array_equal(a, b) for a, b in zip(weights(tmp_path / "run"), weights(tmp_path / "whole"), strict=True)
-    )
+    pairs = zip(weights(tmp_path / "run"), weights(tmp_path / "whole"), strict=True)
+    assert all(np.array_equal(one, other) for one, other in pairs)
 
 
 def test_training_learns(asked: Arguments, tmp_path: Path) -> None:
@@ -168,58 +166,36 @@ def test_ctrl_c_leaves_a_run_that_can_be_continued(
     with pytest.raises(SystemExit) as stopped:
         main(asked)
     assert stopped.value.code == 130
-    assert (
-        f"stopped after 56 throws; continue with: python -m agents.train --resume {tmp_path / 'run'}"
-        in capsys.readouterr().err
-    )
+    said = f"stopped after 56 throws; continue with: python -m agents.train --resume {tmp_path / 'run'}"
+    assert said in capsys.readouterr().err
     main(resumed(tmp_path / "run"))
     assert RunFolder(tmp_path / "run").load_model().num_timesteps == 200
     lines = (tmp_path / "run" / "progress.csv").read_text().splitlines()
     assert lines[0].startswith("throws,")
 
 
-def damage_nothing_there(run: Path) -> None:
-    shutil.rmtree(run)
-
-
-def damage_arguments(run: Path) -> None:
-    (run / "args.yml").write_text("env: [")
-
-
-def damage_missing_argument(run: Path) -> None:
-    (run / "args.yml").write_text("env: ToyThrow-v0")
-
-
-def damage_model(run: Path) -> None:
-    for file in run.rglob("model.zip"):
+def torn(run: Path, name: str) -> None:
+    """Files of a name, in checkpoints too, of which only the beginning is left."""
+    for file in run.rglob(name):
         file.write_bytes(file.read_bytes()[:200])
-
-
-def damage_memory(run: Path) -> None:
-    for file in run.rglob("replay_buffer.npz"):
-        file.write_bytes(file.read_bytes()[:200])
-
-
-def damage_checkpoints(run: Path) -> None:
-    shutil.rmtree(run / "checkpoints")
 
 
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (damage_nothing_there, "does not exist"),
-        (damage_arguments, "args.yml': it is not valid YAML"),
-        (damage_missing_argument, "args.yml lacks level, algo"),
-        (damage_model, "model.zip is truncated or not a model"),
-        (damage_memory, "checkpoint 00000104 is truncated"),
-        (damage_checkpoints, "has no checkpoint"),
+        (shutil.rmtree, "does not exist"),
+        (lambda run: (run / "args.yml").write_text("env: ["), "args.yml': it is not valid YAML"),
+        (lambda run: (run / "args.yml").write_text("env: ToyThrow-v0"), "args.yml lacks level, algo"),
+        (lambda run: torn(run, "model.zip"), "model.zip is truncated or not a model"),
+        (lambda run: torn(run, "replay_buffer.npz"), "checkpoint 00000016 is truncated"),
+        (lambda run: shutil.rmtree(run / "checkpoints"), "has no checkpoint"),
     ],
+    ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_damaged_runs_are_refused_with_one_sentence(asked: Arguments, tmp_path: Path, damage: Any, said: str) -> None:
-    main(replace(asked, steps=100))
-    damage(tmp_path / "run")
+def test_damaged_runs_are_refused_with_one_sentence(run: Path, damage: Callable[[Path], Any], said: str) -> None:
+    damage(run)
     with pytest.raises(UsageError, match=said) as refused:
-        main(resumed(tmp_path / "run", steps=200))
+        main(resumed(run, steps=200))
     assert "\n" not in str(refused.value)
 
 

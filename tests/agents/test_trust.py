@@ -16,13 +16,10 @@ import numpy as np
 import pytest
 import yaml
 
-from agents import train
 from tests.tools.commands import answered, refused
 from tests.tools.toy_cell import register_toy
 
 register_toy()
-SETTINGS = {"policy_kwargs": {"net_arch": [8]}, "buffer_size": 100, "learning_starts": 4, "batch_size": 4}
-TRAINED: dict[str, Any] = {"env": "ToyThrow-v0", "steps": 8, "num_envs": 4, "checkpoint_every": 8, "eval_picks": 0}
 
 
 @final
@@ -34,19 +31,6 @@ class Bomb:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Path.touch, (self.canary,)
-
-
-@pytest.fixture(scope="module")
-def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    place = tmp_path_factory.mktemp("trained")
-    (place / "sac.yml").write_text(yaml.safe_dump({"default": SETTINGS}))
-    train.main(train.Arguments(**TRAINED, config=place / "sac.yml", out=place / "run"))
-    return place / "run"
-
-
-@pytest.fixture
-def run(trained: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(trained, tmp_path / "run"))
 
 
 @pytest.fixture
@@ -82,7 +66,7 @@ def commands(run: Path, kept: Path) -> list[tuple[Any, ...]]:
     return [
         ("agents.evaluate", "--controller", run, "--picks", 4, "--num-envs", 4),
         ("agents.publish", run, "--picks", 4, "--to", kept, "--no-video"),
-        ("agents.train", "--resume", run, "--steps", 12, "--eval-picks", 0),
+        ("agents.train", "--resume", run, "--steps", 20, "--eval-picks", 0),
     ]
 
 
@@ -178,14 +162,14 @@ def test_a_run_folder_with_code_in_it_is_damaged_for_those_who_read_it(
 @pytest.mark.parametrize("name", ["random.json", "replay_buffer.npz"])
 @pytest.mark.parametrize("kind", ["pickle", "objects"])
 def test_memory_and_random_state_carry_no_code(run: Path, canary: Path, name: str, kind: str) -> None:
-    file = run / "checkpoints" / "00000008" / name
+    file = run / "checkpoints" / "00000016" / name
     with file.open("wb") as out:
         if kind == "pickle":
             pickle.dump(Bomb(canary), out)
         else:
             objects = np.array([Bomb(canary)], dtype=object)
             np.savez(out, pos=objects, full=objects, observations=objects)
-    assert "checkpoint 00000008 is truncated" in refused("agents.train", "--resume", run, "--steps", 12)
+    assert "checkpoint 00000016 is truncated" in refused("agents.train", "--resume", run, "--steps", 20)
     assert not canary.exists()
 
 
