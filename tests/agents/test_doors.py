@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import gymnasium as gym
@@ -22,18 +21,11 @@ from agents.judging.evaluation import evaluate
 from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import summary
 from agents.learning.trained import resolve_task
-from tests.tools.commands import answer, call, call_here
+from tests.tools.commands import answer, call, call_here, refused
 from tests.tools.lob import write_entry_point, write_package
 from tests.tools.models import model
 
 torch.set_num_threads(1)
-
-
-def assert_one_sentence(done: subprocess.CompletedProcess[str], said: str) -> None:
-    assert done.returncode == 2, done.stderr
-    assert done.stderr.startswith("error: ")
-    assert done.stderr.count("\n") == 1
-    assert said in done.stderr
 
 
 def test_a_controller_and_an_environment_of_a_users_module(folder: Path) -> None:
@@ -62,13 +54,13 @@ def test_training_in_an_environment_of_a_users_module(here: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "learned (sac)" in done.stdout
     # What a run folder names is imported only if the user names it too.
-    for refused in (
+    for attempt in (
         lambda: resolve_task(str(here / "run"), None, None, None),
         lambda: train.main(train.Arguments(resume=here / "run", steps=40)),
         lambda: publish.main(publish.Arguments(here / "run", to=here / "kept")),
     ):
         with pytest.raises(UsageError, match="give --env lob:Lob-v0 to import it"):
-            refused()
+            attempt()
     judged = ("--controller", "run", "--env", "lob:Lob-v0", "--picks", "8", "--json", "r.json")
     assert answer(call_here("agents.evaluate", *judged, folder=here), here / "r.json")["level"] == "env"
     more = ("--resume", "run", "--env", "lob:Lob-v0", "--steps", "40", "--eval-picks", "0")
@@ -102,14 +94,12 @@ def test_a_benchmark_in_a_users_environment(here: Path) -> None:
     [
         (("--controller", "nowhere:Mine"), "module 'nowhere' cannot be imported: ModuleNotFoundError"),
         (("--controller", "torn:Mine"), "module 'torn' cannot be imported: ModuleNotFoundError: No module named 'no_"),
-        (("--controller", "none.zip", "--env", "lob:Lob-v0"), "model 'none.zip' does not exist"),
         (("--controller", "analytic", "--env", "lob:Nobody-v0"), "module 'lob' does not register it"),
-        (("--controller", "analytic", "--env", "CartPole-v1"), "environment 'CartPole-v1' has no core"),
         (("--controller", "analytic", "--env", "lob:Lob-v0", "--action-mode", "x"), "takes no action mode but its own"),
     ],
 )
 def test_mistakes_on_the_command_line_are_one_sentence(here: Path, arguments: tuple[str, ...], said: str) -> None:
-    assert_one_sentence(call_here("agents.evaluate", *arguments, "--picks", "4", folder=here), said)
+    assert said in refused("agents.evaluate", *arguments, "--picks", "4")
 
 
 @pytest.mark.parametrize(
@@ -126,9 +116,9 @@ def test_mistakes_on_the_command_line_are_one_sentence(here: Path, arguments: tu
     ],
 )
 def test_a_controller_that_is_none_says_what_it_lacks(here: Path, name: str, said: str) -> None:
-    with pytest.raises(UsageError, match=said) as refused:
+    with pytest.raises(UsageError, match=said) as caught:
         make_controller(name, make_vector("lob:Lob-v0"))
-    assert "\n" not in str(refused.value)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import signal
 import subprocess
 import sys
@@ -18,7 +17,7 @@ import yaml
 from agents import doctor
 from agents.ground.cli import run
 from agents.learning.runs import RunFolder
-from tests.tools.commands import call, call_here, environment
+from tests.tools.commands import answer, call, call_here, environment
 from tests.tools.nightly import with_nightly
 
 pytestmark = pytest.mark.usefixtures("worker_here")
@@ -41,9 +40,8 @@ def assert_one_sentence(done: subprocess.CompletedProcess[str], said: str) -> No
 def test_evaluate_writes_the_contract(tmp_path: Path, env: str, start: Start) -> None:
     arguments = ("--env", env, "--controller", "analytic", "--picks", "20", "--num-envs", "8", "--json", "out.json")
     done = start("agents.evaluate", *arguments, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    data = answer(done, tmp_path / "out.json")
     assert "sorted per minute" in done.stdout
-    data: dict[str, Any] = json.loads((tmp_path / "out.json").read_text())
     assert set(data) >= CONTRACT
     assert (data["env"], data["controller"], data["level"], data["picks"]) == (env, "analytic", "nominal", 20)
     assert len(data["throws"]) == 20
@@ -56,21 +54,8 @@ def test_evaluate_writes_the_contract(tmp_path: Path, env: str, start: Start) ->
 def test_own_level_file(tmp_path: Path) -> None:
     cell = {"items": ["can"], "bins": {"fixed": [{"name": "here", "x": 0.1, "y": 0.4}]}, "motion": {"dwell": 0.2}}
     (tmp_path / "mine.yaml").write_text(yaml.safe_dump(cell))
-    arguments = (
-        "--controller",
-        "analytic",
-        "--picks",
-        "4",
-        "--num-envs",
-        "4",
-        "--level",
-        "mine.yaml",
-        "--json",
-        "o.json",
-    )
-    done = call_here("agents.evaluate", *arguments, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    data = json.loads((tmp_path / "o.json").read_text())
+    line = "agents.evaluate --controller analytic --picks 4 --num-envs 4 --level mine.yaml --json o.json"
+    data = answer(call_here(line, folder=tmp_path), tmp_path / "o.json")
     assert (data["level"], data["dwell_s"]) == ("mine", 0.2)
     assert {t["item"] for t in data["throws"]} == {"can"}
 
@@ -93,9 +78,8 @@ def test_train_resume_evaluate(tmp_path: Path) -> None:
     more = call_here("agents.train", "--resume", "run", "--steps", "240", "--eval-picks", "0", folder=tmp_path)
     assert more.returncode == 0, more.stderr
     assert RunFolder(tmp_path / "run").load_model().num_timesteps == 240
-    judged = call_here("agents.evaluate", "--controller", "run", "--picks", "8", "--json", "o.json", folder=tmp_path)
-    assert judged.returncode == 0, judged.stderr
-    data = json.loads((tmp_path / "o.json").read_text())
+    judged = call_here("agents.evaluate --controller run --picks 8 --json o.json", folder=tmp_path)
+    data = answer(judged, tmp_path / "o.json")
     assert (data["env"], data["level"], data["controller"]) == ("PnTConveyor-v0", "waste", "run")
 
 

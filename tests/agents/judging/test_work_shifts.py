@@ -35,19 +35,8 @@ def lines(level=LEVEL, rows=4):
 
 def test_the_command_writes_the_contract_and_a_picture(tmp_path):
     (tmp_path / "short.yaml").write_text("base: skills3\nduration: 6.0\n")
-    given = (
-        "--env",
-        "PnTLine-v0",
-        "--level",
-        "short.yaml",
-        "--controller",
-        "price",
-        "--shifts",
-        "3",
-        "--num-envs",
-        "2",
-    )
-    run = call_here("agents.evaluate", *given, "--json", "out.json", "--picture", "who.svg", folder=tmp_path)
+    line = "agents.evaluate --env PnTLine-v0 --level short.yaml --controller price --shifts 3 --num-envs 2"
+    run = call_here(line, "--json", "out.json", "--picture", "who.svg", folder=tmp_path)
     told = answer(run, tmp_path / "out.json")
     assert set(told) >= CONTRACT
     assert told["shifts"] == len(told["by_shift"]["value_per_min"]) == 3
