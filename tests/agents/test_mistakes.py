@@ -44,7 +44,7 @@ YAML = {
     "float": ("bins: !!float abc", "no decimal number"),
     "bool": ("bins: !!bool abc", "'abc'"),
     "timestamp": ("bins: !!timestamp abc", "not valid YAML"),
-    "brackets": ("[" * 3000, "too deep"),
+    "brackets": ("[" * 1000, "too deep"),
     "digits": ("bins: " + "1" * 5000, "4300 digits"),
     "latin-1": ("bins: é".encode("latin-1"), "not UTF-8"),
     "binary": (bytes(range(256)), "not UTF-8"),
