@@ -21,6 +21,7 @@ from agents.learning.runs import RunFolder
 from benchmarks.kill_trials.commands import LEARNER, small_reproduction
 from benchmarks.kill_trials.trials import state
 from tests.tools.commands import answered, environment, refused
+from tests.tools.datasets import SMALL as SMALL_DATASET
 from tests.tools.toy_cell import register_toy
 
 register_toy()
@@ -169,8 +170,11 @@ def test_a_disk_that_is_full_costs_no_more_than_the_leg(run: Path, here: Path, s
 
 
 LEARNS = ("torch", "stable_baselines3", "sb3_contrib")
-OURS = ("agents.learning.progress", "agents.learning.sb3", "agents.learning.vec_env", "agents.policies.weights")
-"""What of ours imports them."""
+OURS = (
+    *(f"agents.learning.{name}" for name in ("progress", "sb3", "vec_env")), "agents.policies.weights",
+    "agents.data.offline",
+)  # fmt: skip
+"""What of ours imports them, or what writes a dataset."""
 MISSING = [
     ("torch", "rl", ("agents.train", *SMALL[:-1], "new")),
     ("torch", "rl", ("agents.evaluate", "--controller", "run/model.zip", "--env", "ToyThrow-v0", "--trust")),
@@ -182,6 +186,10 @@ MISSING = [
     ("sb3_contrib", "rl", ("agents.train", *SMALL[:-1], "new", "--algo", "tqc")),
     ("jinja2", "report", ("agents.report", "--results", "results", "--readme", "none.md")),
     ("PIL", "video", ("agents.play", "--env", "PnTRelease-v0", "--picture", "x.png")),
+    ("minari", "data", SMALL_DATASET),
+    ("h5py", "data", SMALL_DATASET),
+    ("PIL", "video", SMALL_DATASET),
+    ("ray", "cluster", (*SMALL_DATASET, "--throws", "4", "--cluster", "auto")),
     ("imageio", "video", ("agents.play", "--env", "PnTRelease-v0", "--video", "x.mp4", "--picks", "1")),
 ]
 

@@ -238,23 +238,6 @@ def test_the_expert_is_the_policy_that_ships(here: Path) -> None:
     assert reward[np.isfinite(error)].mean() > 1.0
 
 
-@pytest.mark.parametrize(("library", "extra"), [("minari", "data"), ("h5py", "data"), ("PIL", "video")])
-def test_a_missing_library_is_one_sentence(
-    here: Path, monkeypatch: pytest.MonkeyPatch, library: str, extra: str
-) -> None:
-    monkeypatch.setitem(sys.modules, library, None)
-    monkeypatch.delitem(sys.modules, "agents.data.offline", raising=False)
-    monkeypatch.delattr("agents.data.offline", raising=False)
-    assert refused(*SMALL) == f"error: this needs {library}: pip install 'pnt_gym[{extra}]'\n"
-
-
-def test_a_cluster_without_ray_is_one_sentence(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "ray", None)
-    words = refused(*SMALL, "--throws", "4", "--cluster", "auto")
-    assert words == "error: this needs ray: pip install 'pnt_gym[cluster]'\n"
-    assert not [path for path in here.rglob("*") if path.is_file()]
-
-
 @pytest.mark.parametrize("block", BLOCKS[:2], ids=["replay", "learn"])
 def test_the_page_does_what_it_says(sets: Path, block: str, capsys: pytest.CaptureFixture[str]) -> None:
     for many, few in (("steps=4000", "steps=4"), ("steps=2000", "steps=4"), ("picks=500", "picks=16")):
