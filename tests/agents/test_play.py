@@ -14,29 +14,23 @@ import imageio.v3 as iio
 import pytest
 from PIL import Image
 
-from tests.tools.commands import call_here, environment
+from tests.tools.commands import call_here, environment, output_of
 from tests.tools.nightly import with_nightly
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
 
 def test_a_picture_shows_the_cell(tmp_path: Path) -> None:
-    path = tmp_path / "throw.png"
-    done = call_here("agents.play", "--picture", path, "--seed", "3", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    frame = iio.imread(path)
+    output_of("play --picture throw.png --seed 3", tmp_path)
+    frame = iio.imread(tmp_path / "throw.png")
     assert frame.shape == (720, 1280, 3)
     assert frame.std() > 20.0
 
 
 @pytest.mark.nightly
 def test_a_video_lasts_as_long_as_the_throw(tmp_path: Path) -> None:
-    path = tmp_path / "throws.mp4"
-    done = call_here(
-        "agents.play", "--env", "OneJointThrow-v0", "--level", "ideal", "--video", path, "--picks", "1", folder=tmp_path
-    )
-    assert done.returncode == 0, done.stderr
-    frames = iio.imread(path)
+    output_of("play --env OneJointThrow-v0 --level ideal --video throws.mp4 --picks 1", tmp_path)
+    frames = iio.imread(tmp_path / "throws.mp4")
     # A throw of 0.4 to 0.7 s at 30 frames per second.
     assert 0.4 * 30 <= len(frames) <= 0.7 * 30
 
@@ -44,10 +38,8 @@ def test_a_video_lasts_as_long_as_the_throw(tmp_path: Path) -> None:
 def test_a_picture_is_of_the_moment_asked_for(tmp_path: Path) -> None:
     frames = []
     for moment in ("0.0", "0.5", "99"):
-        path = tmp_path / f"{moment}.png"
-        done = call_here("agents.play", "--env", "GripperToss-v0", "--picture", path, "--at", moment, folder=tmp_path)
-        assert done.returncode == 0, done.stderr
-        frames.append(iio.imread(path).astype(int))
+        output_of(f"play --env GripperToss-v0 --picture {moment}.png --at {moment}", tmp_path)
+        frames.append(iio.imread(tmp_path / f"{moment}.png").astype(int))
     for one, other in ((0, 1), (1, 2)):
         assert (abs(frames[one] - frames[other]).max(axis=2) > 40).sum() > 500
 
@@ -100,13 +92,3 @@ def test_a_film_that_is_interrupted_leaves_nothing(tmp_path: Path) -> None:
     _, said = process.communicate(timeout=60)
     assert (process.returncode, said) == (130, "interrupted\n")
     assert not any(tmp_path.iterdir())
-
-
-def test_a_controller_that_ships_knowing_is_shown_at_once(tmp_path: Path) -> None:
-    """Without practice, which would take minutes and forget what ships."""
-    path = tmp_path / "throw.png"
-    done = call_here(
-        "agents.play", "--env", "PnTAdapt-v0", "--controller", "kalman", "--picture", path, folder=tmp_path
-    )
-    assert done.returncode == 0, done.stderr
-    assert iio.imread(path).std() > 20.0

@@ -26,7 +26,7 @@ from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
 from agents.training.request import resolve_request
-from tests.tools.commands import call_here
+from tests.tools.commands import figures_of, output_of
 from tests.tools.toy_cell import register_toy
 
 register_toy()
@@ -132,29 +132,20 @@ def test_a_learning_rate_falls_over_all_legs(asked: Arguments, tmp_path: Path, m
 
 
 def test_the_table_at_the_end_compares_with_rules_on_the_shifts_of_evaluate(asked: Arguments, tmp_path: Path) -> None:
-    arguments = ("--env", "PnTLine-v0", "--level", str(asked.level), "--algo", "maskable_ppo", "--steps", "32")
-    more = ("--num-envs", "4", "--config", str(asked.config), "--out", str(tmp_path / "run"), "--eval-picks", "3")
-    done = call_here("agents.train", *arguments, *more, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "value/min" in done.stdout
+    what = f"--env PnTLine-v0 --level {asked.level} --algo maskable_ppo --config {asked.config}"
+    said = output_of(f"train {what} --steps 32 --num-envs 4 --out run --eval-picks 3", tmp_path)
+    assert "value/min" in said
     assert (tmp_path / "run" / "progress.csv").read_text().startswith("throws,seconds,success_rate,value_per_min,")
     table = json.loads((tmp_path / "run" / "evaluation.json").read_text())
     assert [row["controller"] for row in table] == ["fifo", "atc", "maskable_ppo"]
     for name, row in (("atc", table[1]), (str(tmp_path / "run"), table[2])):
-        again = ("--env", "PnTLine-v0", "--level", str(asked.level), "--controller", name, "--shifts", "3")
-        judged = call_here("agents.evaluate", *again, "--json", "it.json", folder=tmp_path)
-        assert judged.returncode == 0, judged.stderr
-        found = json.loads((tmp_path / "it.json").read_text())
+        found = figures_of(f"evaluate --env PnTLine-v0 --level {asked.level} --controller {name} --shifts 3", tmp_path)
         assert found["by_shift"]["value_per_min"] == row["by_shift"]["value_per_min"]
 
 
 def test_a_run_is_judged_on_its_own_level_unless_another_is_asked_for(asked: Arguments, tmp_path: Path) -> None:
     main(asked)
-    done = call_here(
-        "agents.evaluate", "--controller", str(tmp_path / "run"), "--shifts", "2", "--json", "it.json", folder=tmp_path
-    )
-    assert done.returncode == 0, done.stderr
-    found = json.loads((tmp_path / "it.json").read_text())
+    found = figures_of("evaluate --controller run --shifts 2", tmp_path)
     assert (found["level"], found["env"]) == ("short", "PnTLine-v0")
 
 

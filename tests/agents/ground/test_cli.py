@@ -17,7 +17,7 @@ import yaml
 from agents import doctor
 from agents.ground.cli import run
 from agents.learning.runs import RunFolder
-from tests.tools.commands import answer, call, call_here, environment
+from tests.tools.commands import answer, call, call_here, environment, figures_of, output_of
 from tests.tools.nightly import with_nightly
 
 pytestmark = pytest.mark.usefixtures("worker_here")
@@ -28,18 +28,10 @@ CONTRACT = {
 }  # fmt: skip
 
 
-def assert_one_sentence(done: subprocess.CompletedProcess[str], said: str) -> None:
-    assert done.returncode == 2, done.stderr
-    assert "Traceback" not in done.stderr
-    assert done.stderr.startswith("error: ")
-    assert done.stderr.count("\n") == 1
-    assert said in done.stderr
-
-
 @pytest.mark.parametrize(("env", "start"), [("PnTConveyor-v0", call), ("PnTRelease-v0", call_here)])
 def test_evaluate_writes_the_contract(tmp_path: Path, env: str, start: Start) -> None:
-    arguments = ("--env", env, "--controller", "analytic", "--picks", "20", "--num-envs", "8", "--json", "out.json")
-    done = start("agents.evaluate", *arguments, folder=tmp_path)
+    line = f"agents.evaluate --env {env} --controller analytic --picks 20 --num-envs 8 --json out.json"
+    done = start(line, folder=tmp_path)
     data = answer(done, tmp_path / "out.json")
     assert "sorted per minute" in done.stdout
     assert set(data) >= CONTRACT
@@ -54,32 +46,29 @@ def test_evaluate_writes_the_contract(tmp_path: Path, env: str, start: Start) ->
 def test_own_level_file(tmp_path: Path) -> None:
     cell = {"items": ["can"], "bins": {"fixed": [{"name": "here", "x": 0.1, "y": 0.4}]}, "motion": {"dwell": 0.2}}
     (tmp_path / "mine.yaml").write_text(yaml.safe_dump(cell))
-    line = "agents.evaluate --controller analytic --picks 4 --num-envs 4 --level mine.yaml --json o.json"
-    data = answer(call_here(line, folder=tmp_path), tmp_path / "o.json")
+    data = figures_of("evaluate --controller analytic --picks 4 --num-envs 4 --level mine.yaml", tmp_path)
     assert (data["level"], data["dwell_s"]) == ("mine", 0.2)
     assert {t["item"] for t in data["throws"]} == {"can"}
 
 
 def test_a_mistake_ends_the_process_in_one_sentence(tmp_path: Path) -> None:
     done = call("agents.evaluate", "--controller", "nobody", folder=tmp_path)
-    assert_one_sentence(done, "'nobody' is neither a controller nor a run folder")
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith("error: 'nobody' is neither a controller nor a run folder")
+    assert done.stderr.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.nightly
 def test_train_resume_evaluate(tmp_path: Path) -> None:
-    start = ("--env", "PnTConveyor-v0", "--steps", "200", "--num-envs", "8", "--out", "run", "--eval-picks", "8")
-    done = call("agents.train", *start, folder=tmp_path)
+    start = "agents.train --env PnTConveyor-v0 --steps 200 --num-envs 8 --out run --eval-picks 8"
+    done = call(start, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     for name in ("analytic", "virtual_goal", "learned (sac)"):
         assert name in done.stdout
-    assert_one_sentence(call_here("agents.train", *start, folder=tmp_path), "'run' exists already")
-    assert_one_sentence(call_here("agents.train", "--resume", "run", folder=tmp_path), "give a larger --steps")
-    more = call_here("agents.train", "--resume", "run", "--steps", "240", "--eval-picks", "0", folder=tmp_path)
-    assert more.returncode == 0, more.stderr
+    output_of("train --resume run --steps 240 --eval-picks 0", tmp_path)
     assert RunFolder(tmp_path / "run").load_model().num_timesteps == 240
-    judged = call_here("agents.evaluate --controller run --picks 8 --json o.json", folder=tmp_path)
-    data = answer(judged, tmp_path / "o.json")
+    data = figures_of("evaluate --controller run --picks 8", tmp_path)
     assert (data["env"], data["level"], data["controller"]) == ("PnTConveyor-v0", "waste", "run")
 
 
@@ -99,9 +88,7 @@ def test_a_signal_leaves_a_run_that_resume_continues(number: signal.Signals, tmp
     assert "continue with: python -m agents.train --resume run" in said
     assert "Traceback" not in said
     done = RunFolder(tmp_path / "run").load_model().num_timesteps
-    steps = str(done + 16)
-    more = call_here("agents.train", "--resume", "run", "--steps", steps, "--eval-picks", "0", folder=tmp_path)
-    assert more.returncode == 0, more.stderr
+    output_of(f"train --resume run --steps {done + 16} --eval-picks 0", tmp_path)
     assert RunFolder(tmp_path / "run").load_model().num_timesteps == done + 16
 
 

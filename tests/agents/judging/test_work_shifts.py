@@ -18,7 +18,7 @@ from agents.judging.trials import trial_of
 from agents.judging.work_shifts.data import Shifts, run_shifts
 from agents.judging.work_shifts.record import ShiftRecord
 from pnt_gym.cells.line.observation import decoded
-from tests.tools.commands import answer, call_here
+from tests.tools.commands import figures_of
 
 LEVEL = {"base": "value", "duration": 10.0}
 CONTRACT = {
@@ -35,9 +35,8 @@ def lines(level=LEVEL, rows=4):
 
 def test_the_command_writes_the_contract_and_a_picture(tmp_path):
     (tmp_path / "short.yaml").write_text("base: skills3\nduration: 6.0\n")
-    line = "agents.evaluate --env PnTLine-v0 --level short.yaml --controller price --shifts 3 --num-envs 2"
-    run = call_here(line, "--json", "out.json", "--picture", "who.svg", folder=tmp_path)
-    told = answer(run, tmp_path / "out.json")
+    line = "evaluate --env PnTLine-v0 --level short.yaml --controller price --shifts 3 --num-envs 2 --picture who.svg"
+    told = figures_of(line, tmp_path)
     assert set(told) >= CONTRACT
     assert told["shifts"] == len(told["by_shift"]["value_per_min"]) == 3
     assert len(told["throws"]) == told["picks"]
@@ -169,12 +168,8 @@ def test_price_leaves_to_others_what_they_can_take():
 
 def test_a_learned_release_goes_on_the_line(tmp_path):
     (tmp_path / "short.yaml").write_text("base: single\nduration: 5.0\n")
-    given = ("--env", "PnTLine-v0", "--level", "short.yaml", "--controller", "atc", "--shifts", "1", "--num-envs", "1")
-    told = []
-    for release in ("analytic", "analytic_height"):
-        more = ("--throws", "flight", "--release", release, "--json", f"{release}.json")
-        run = call_here("agents.evaluate", *given, *more, folder=tmp_path)
-        told.append(answer(run, tmp_path / f"{release}.json"))
+    line = "evaluate --env PnTLine-v0 --level short.yaml --controller atc --shifts 1 --num-envs 1 --throws flight"
+    told = [figures_of(f"{line} --release {release}", tmp_path) for release in ("analytic", "analytic_height")]
     assert [one["release"] for one in told] == ["analytic", "analytic_height"]
     assert told[0]["throws"][0]["start"] == told[1]["throws"][0]["start"]
 

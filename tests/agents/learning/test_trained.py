@@ -19,7 +19,7 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.learning.sb3 import load_policy
 from agents.learning.trained import find_policy, resolve_task
-from tests.tools.commands import answer, call_here
+from tests.tools.commands import figures_of
 from tests.tools.models import Space, model
 
 torch.set_num_threads(1)
@@ -72,8 +72,8 @@ def test_a_folder_of_rl_zoo_is_understood(zoo: Path) -> None:
 
 
 def test_a_folder_of_rl_zoo_on_the_command_line(zoo: Path, here: Path) -> None:
-    arguments = ("--controller", zoo, "--env", "lob:Lob-v0", "--level", "home", "--picks", "4", "--json", "z.json")
-    assert answer(call_here("agents.evaluate", *arguments, "--trust", folder=here), here / "z.json")["picks"] == 4
+    line = f"evaluate --controller {zoo} --env lob:Lob-v0 --level home --picks 4 --trust"
+    assert figures_of(line, here)["picks"] == 4
     assert resolve_task(str(zoo), None, None, None) == ("OneJointThrow-v0", "ideal", None)
 
 

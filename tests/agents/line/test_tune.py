@@ -25,7 +25,7 @@ from agents.line import tune
 from agents.line.tune import Arguments, main
 from agents.policies.scorer import Scorer
 from pnt_gym.cells.line.config import LineConfig
-from tests.tools.commands import call_here
+from tests.tools.commands import output_of
 
 SHIPPED = ("single", "value", "speed", "line3", "skills3", "skills3_burst")
 
@@ -170,11 +170,9 @@ def test_what_a_guided_beam_makes_of_its_plans_is_sought_with_the_guide_that_the
 
 
 def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
-    arguments = ("--level", short, "--what", "atc", "--shifts", "2", "--out", str(tmp_path / "rules.yaml"))
-    done = call_here("agents.line tune", *arguments, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "patience" in done.stdout
-    assert "2 shifts are too few to keep what they say" in done.stdout
+    said = output_of(f"line tune --level {short} --what atc --shifts 2 --out rules.yaml", tmp_path)
+    assert "patience" in said
+    assert "2 shifts are too few to keep what they say" in said
     assert not (tmp_path / "rules.yaml").exists()
 
 

@@ -31,7 +31,7 @@ from pnt_gym.cells.base.canvas import Picture
 from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.line.observation import ENTRIES
 from pnt_gym.cells.line.state import CHOICES
-from tests.tools.commands import call_here, refused
+from tests.tools.commands import output_of, refused
 from tests.tools.nightly import with_nightly
 
 LEVEL = {"base": "skills3_burst", "name": "brief", "duration": 5.0}
@@ -104,10 +104,8 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     place = tmp_path_factory.mktemp(request.param)
     (place / "brief.yaml").write_text(yaml.safe_dump(LEVEL))
     (place / "own.yml").write_text(yaml.safe_dump({"PnTLine-v0": SMALL}))
-    given = ("--env", "PnTLine-v0", "--level", "brief.yaml", "--algo", request.param, "--config", "own.yml")
-    more = ("--steps", "16", "--num-envs", "2", "--eval-picks", "0", "--out", "run")
-    done = call_here("agents.train", *given, *more, folder=place)
-    assert done.returncode == 0, done.stderr
+    what = f"--env PnTLine-v0 --level brief.yaml --algo {request.param} --config own.yml"
+    output_of(f"train {what} --steps 16 --num-envs 2 --eval-picks 0 --out run", place)
     return place / "run"
 
 
