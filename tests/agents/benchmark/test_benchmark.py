@@ -46,6 +46,9 @@ PLAN: dict[str, Any] = {
     "floors": {"waste": "ridge"},
 }
 
+BARE: dict[str, Any] = {"learned": [], "references": [], "floors": {}}
+"""Of a plan that compares nothing."""
+
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
@@ -189,8 +192,7 @@ def test_a_level_of_the_users_is_done_as_it_was_when_planned(tmp_path: Path, mon
     Path("base.yaml").write_text(yaml.safe_dump({"base": "waste", "mismatch": 0.5}))
     Path("mild.yaml").write_text(yaml.safe_dump({"base": "base.yaml", "picks_per_shift": 3}))
     few = {"levels": ["mild.yaml", "unseen"], "train_level": "mild.yaml", "picks": 16}
-    alone = {"entries": PLAN["entries"][1:2], "learned": [], "references": [], "floors": {}}
-    first, second = pieces(Plan.model_validate({**PLAN, **few, **alone}))
+    first, second = pieces(Plan.model_validate({**PLAN, **few, **BARE, "entries": PLAN["entries"][1:2]}))
     assert str(tmp_path).encode() not in pickle.dumps(first)
     before = run_piece(first, tmp_path)
     Path("base.yaml").unlink()
@@ -205,8 +207,7 @@ def test_a_level_of_the_users_is_done_as_it_was_when_planned(tmp_path: Path, mon
 def test_what_lies_on_this_machine_alone_is_refused(here: Path) -> None:
     Path("weights").write_text("1")
     own = {"label": "own", "controller": "theirs:Better", "options": {"gain": 0.5}}
-    plan = {**PLAN, "env": "lob:Lob-v0", "levels": ["home"], "train_level": "home", "entries": [own]}
-    plan |= {"learned": [], "references": [], "floors": {}}
+    plan = {**PLAN, **BARE, "env": "lob:Lob-v0", "levels": ["home"], "train_level": "home", "entries": [own]}
     assert needs(Plan.model_validate(plan)) == Needs(("lob", "theirs"), torch=False)
     assert needs(Plan.model_validate(PLAN)) == Needs((), torch=False)
     fitted = {**plan, "entries": [own, {"label": "mlp", "controller": "mlp", "throws": [16]}]}
@@ -218,15 +219,9 @@ def test_what_lies_on_this_machine_alone_is_refused(here: Path) -> None:
 
 
 def test_a_level_may_take_more_throws_than_the_others(tmp_path: Path) -> None:
-    alone = {
-        "entries": PLAN["entries"][:1],
-        "learned": [],
-        "references": [],
-        "floors": {},
-        "levels": ["waste", "unseen"],
-    }
-    (few,) = pieces(Plan.model_validate({**PLAN, **alone, "picks": 16}))
-    (more,) = pieces(Plan.model_validate({**PLAN, **alone, "picks": 16, "picks_on": {"unseen": 48}}))
+    alone = {**PLAN, **BARE, "entries": PLAN["entries"][:1], "picks": 16}
+    (few,) = pieces(Plan.model_validate(alone))
+    (more,) = pieces(Plan.model_validate({**alone, "picks_on": {"unseen": 48}}))
     assert more.cost == few.cost + 32
     before, after = (run_piece(piece, tmp_path)["results"] for piece in (few, more))
     assert [len(r["columns"]["outcome"]) for r in after] == [16, 48]
@@ -246,7 +241,7 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
     }
     monkeypatch.setattr("agents.benchmark.entries.hyperparameters", lambda *_: settings)
     sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0]}
-    small = {**PLAN, "entries": [sac], "learned": [], "references": [], "floors": {}, "levels": ["waste"], "picks": 16}
+    small = {**PLAN, **BARE, "entries": [sac], "levels": ["waste"], "picks": 16}
     (piece,) = pieces(Plan.model_validate(small))
     first = run_piece(piece, tmp_path)["results"]
     assert [r["throws"] for r in first] == [32, 64]

@@ -50,14 +50,6 @@ def test_numpy_carries_out_what_torch_has_trained() -> None:
     assert ours.size == SIZE
 
 
-def test_a_network_survives_its_state() -> None:
-    state = network()
-    again = Recurrent.from_state(Recurrent.from_state(state).state()).state()
-    assert again.keys() == state.keys()
-    for name, values in state.items():
-        np.testing.assert_array_equal(again[name], values)
-
-
 def test_a_state_that_holds_no_network_is_refused() -> None:
     tracker = InContext(CAMERA)
     with pytest.raises(UsageError, match="holds no network") as caught:

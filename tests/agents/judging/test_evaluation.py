@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 from agents.controllers import Observation, Outcome, make_controller
-from agents.ground.environments import make_vector, stream_seed
+from agents.ground.environments import stream_seed
 from agents.ground.files import jsonable
 from agents.ground.tables import console
 from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import Throws, failures, purity_by_bin, scatter, sorting, summary, throw_records
 from agents.judging.throws.tables import summary_table
 from pnt_gym.arrays import take
-from pnt_gym.errors import PntGymError
 from tests.tools.toy_cell import PoseVectorEnv, ToyVectorEnv
 
 
@@ -269,8 +268,3 @@ def test_an_action_mode_without_a_correction_has_no_errors_to_learn_from() -> No
     throws = throw_held_out(make_controller("random", env), env, 10, 0)
     assert throws.error.shape == (10, 0)
     assert np.isfinite(throws.landing_error).all()
-
-
-def test_unknown_environment_is_named() -> None:
-    with pytest.raises(PntGymError, match="unknown environment 'PnTConveyer-v0'; known are PnTConveyor-v0"):
-        make_vector("PnTConveyer-v0")

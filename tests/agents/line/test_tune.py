@@ -35,6 +35,14 @@ def bench(short: str) -> Bench:
     return Bench(LineConfig.load(short), np.arange(5, 9))
 
 
+@pytest.fixture
+def pair(tmp_path: Path) -> Bench:
+    """Two short shifts of robots that differ."""
+    file = tmp_path / "pair.yaml"
+    file.write_text("base: skills3\nname: pair\nduration: 5\n")
+    return Bench(LineConfig.load(str(file)), np.arange(2))
+
+
 def test_controllers_side_by_side_work_the_same_shifts_as_alone(bench: Bench) -> None:
     patiences = (0.3, 1.0, 8.0)
     together = bench.compare([IndexRule("atc", "atc", patience=k) for k in patiences])
@@ -79,10 +87,8 @@ def test_shifts_of_a_search_are_others_every_time(bench: Bench) -> None:
     assert len(np.unique(np.concatenate(seeds))) == 16
 
 
-def test_price_is_tuned_in_share_and_patience_where_somebody_comes_after(tmp_path: Path) -> None:
-    file = tmp_path / "pair.yaml"
-    file.write_text("base: skills3\nname: pair\nduration: 5\n")
-    tried = tuning.search_price(Bench(LineConfig.load(str(file)), np.arange(2)), 1.4)
+def test_price_is_tuned_in_share_and_patience_where_somebody_comes_after(pair: Bench) -> None:
+    tried = tuning.search_price(pair, 1.4)
     assert {one.settings["share"] for one in tried} == set(tuning.SHARE)
     assert {one.settings["patience"] for one in tried} == set(tuning.PATIENCE)
     told = [tuple(one.settings.values()) for one in tried]
@@ -147,10 +153,8 @@ def test_a_price_of_time_is_sought_about_what_the_rule_brings(
 
 
 @pytest.mark.nightly
-def test_the_beam_that_leaves_to_others_has_its_share_and_then_its_price_sought(tmp_path: Path) -> None:
-    file = tmp_path / "pair.yaml"
-    file.write_text("base: skills3\nname: pair\nduration: 5\n")
-    tried = tuning.search_planner(Bench(LineConfig.load(str(file)), np.arange(2)), "price_beam", 1.0)
+def test_the_beam_that_leaves_to_others_has_its_share_and_then_its_price_sought(pair: Bench) -> None:
+    tried = tuning.search_planner(pair, "price_beam", 1.0)
     first, last = tried[: len(tuning.SHARES)], tried[len(tuning.SHARES) :]
     assert [one.settings for one in first] == [{"price": 1.0, "share": share} for share in tuning.SHARES]
     share = tuning.best_result(first).settings["share"]
@@ -158,14 +162,11 @@ def test_the_beam_that_leaves_to_others_has_its_share_and_then_its_price_sought(
 
 
 @pytest.mark.nightly
-def test_what_a_guided_beam_makes_of_its_plans_is_sought_with_the_guide_that_the_level_has(tmp_path: Path) -> None:
-    file = tmp_path / "pair.yaml"
-    file.write_text("base: skills3\nname: pair\nduration: 5\n")
-    bench = Bench(LineConfig.load(str(file)), np.arange(2))
+def test_what_a_guided_beam_makes_of_its_plans_is_sought_with_the_guide_that_the_level_has(pair: Bench) -> None:
     guide = "results/policies/PnTLine-v0/skills3/residual_ppo"
     for told, given in (({}, {}), ({"guide": guide, "trust": 3.0}, {"guide": guide})):
         with mock.patch("agents.dispatchers.settings.read_settings", return_value={"pair": {"guided_beam": told}}):
-            tried = tuning.search_planner(bench, "guided_beam", 1.0)
+            tried = tuning.search_planner(pair, "guided_beam", 1.0)
         assert [one.settings for one in tried] == [{**given, "trust": trust} for trust in tuning.TRUST]
 
 

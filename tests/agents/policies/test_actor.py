@@ -196,31 +196,6 @@ def actor() -> Actor:
     return actor_of(model(TD3, {"net_arch": [8]}))
 
 
-def torn(file: Path, actor: Actor) -> None:
-    file.write_bytes(file.read_bytes()[:-300])
-
-
-def empty(file: Path, actor: Actor) -> None:
-    file.write_bytes(b"")
-
-
-def text(file: Path, actor: Actor) -> None:
-    file.write_text("weights")
-
-
-def one_array(file: Path, actor: Actor) -> None:
-    with file.open("wb") as out:
-        np.save(out, actor.low)
-
-
-def a_pickle(file: Path, actor: Actor) -> None:
-    file.write_bytes(pickle.dumps(actor))
-
-
-def objects(file: Path, actor: Actor) -> None:
-    np.savez(file, **{**parts(actor), "low": np.array([actor], dtype=object)})
-
-
 def parts(actor: Actor) -> dict[str, Any]:
     ((weight_0, bias_0), (weight_1, bias_1)) = actor.layers
     layers = {"weight_0": weight_0, "bias_0": bias_0, "weight_1": weight_1, "bias_1": bias_1}
@@ -241,8 +216,16 @@ def other(**changes: Any) -> Callable[[Path, Actor], None]:
     return damage
 
 
+FILES = {
+    "torn": lambda file, _: file.write_bytes(file.read_bytes()[:-300]),
+    "empty": lambda file, _: file.write_bytes(b""),
+    "text": lambda file, _: file.write_text("weights"),
+    "one array": lambda file, actor: np.save(file.open("wb"), actor.low),
+    "a pickle": lambda file, actor: file.write_bytes(pickle.dumps(actor)),
+    "objects": lambda file, actor: np.savez(file, **{**parts(actor), "low": np.array([actor], dtype=object)}),
+}
+"""What makes no policy of a file."""
 DAMAGES = [
-    torn, empty, text, one_array, a_pickle, objects,
     other(weight_0=None), other(weight_1=None), other(bias_1=None), other(low=None), other(activation=None),
     other(weight_0=lambda a: a.layers[0][0].T), other(weight_0=lambda a: a.layers[0][0].astype(np.float64)),
     other(weight_0=lambda a: a.layers[0][0] * np.float32(np.nan)), other(bias_0=lambda a: a.layers[0][1][:1]),
@@ -259,7 +242,7 @@ def test_the_parts_as_they_are_make_a_policy(actor: Actor, tmp_path: Path) -> No
     np.testing.assert_array_equal(found(seen()), replace(actor, bound=1.0)(seen()))
 
 
-@pytest.mark.parametrize("damage", DAMAGES, ids=lambda d: d.__name__)
+@pytest.mark.parametrize("damage", [*FILES.values(), *DAMAGES], ids=[*FILES, *(d.__name__ for d in DAMAGES)])
 def test_what_is_no_policy_is_refused(damage: Any, actor: Actor, tmp_path: Path) -> None:
     file = tmp_path / "policy.npz"
     actor.save(file)
