@@ -14,18 +14,13 @@ import yaml
 
 from agents.ground.cli import describe_error
 from agents.ground.places import POLICY
+from benchmarks.kill_trials.commands import LEARNER
 from pnt_gym.errors import PhysicsError
 from pnt_gym.reading import yaml_text
 from tests.tools.commands import answered, refused
 from tests.tools.toy_cell import ToyVectorEnv, register_toy
 
 register_toy()
-SETTINGS: dict[str, Any] = {
-    "policy_kwargs": {"net_arch": [8]},
-    "buffer_size": 100,
-    "learning_starts": 4,
-    "batch_size": 4,
-}
 START = ("--env", "ToyThrow-v0", "--steps", "8", "--num-envs", "4", "--eval-picks", "0", "--out", "run")
 ANALYTIC = ("agents.evaluate", "--controller", "analytic")
 LONG = "x" * 300
@@ -121,13 +116,13 @@ HYPERPARAMETERS = [
 
 @pytest.mark.parametrize(("wrong", "said"), HYPERPARAMETERS, ids=str)
 def test_wrong_hyperparameters_leave_no_folder(here: Path, wrong: dict[Any, Any], said: str) -> None:
-    (here / "sac.yml").write_text(yaml_text({"default": {**SETTINGS, **wrong}}))
+    (here / "sac.yml").write_text(yaml_text({"default": {**LEARNER, **wrong}}))
     assert said in refused("agents.train", *START, "--config", "sac.yml")
     assert [path.name for path in here.iterdir()] == ["sac.yml"]
 
 
 def test_a_failed_start_does_not_block_the_next(here: Path) -> None:
-    (here / "sac.yml").write_text(yaml.safe_dump({"default": SETTINGS}))
+    (here / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
     command = ("agents.train", *START, "--config", "sac.yml")
     for failure in (PhysicsError("MuJoCo warned"), MemoryError(), OSError(28, "No space left on device")):
         with patch.object(ToyVectorEnv, "step", side_effect=failure):

@@ -24,6 +24,7 @@ from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
 from agents.report.blocks import fill_blocks
 from agents.report.tables import benchmark_grids, benchmark_table, failure_table, sorting_table
+from benchmarks.kill_trials.commands import LEARNER
 from tests.tools.toy_cell import register_toy
 
 register_toy()
@@ -230,16 +231,8 @@ def test_a_level_may_take_more_throws_than_the_others(tmp_path: Path) -> None:
 
 
 def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = {
-        "policy": "MlpPolicy",
-        "learning_starts": 16,
-        "batch_size": 16,
-        "buffer_size": 500,
-        "gradient_steps": -1,
-        "gamma": 0.0,
-        "policy_kwargs": {"net_arch": [8]},
-    }
-    monkeypatch.setattr("agents.benchmark.entries.hyperparameters", lambda *_: settings)
+    more = {"policy": "MlpPolicy", "learning_starts": 16, "batch_size": 16, "buffer_size": 500, "gradient_steps": -1}
+    monkeypatch.setattr("agents.benchmark.entries.hyperparameters", lambda *_: LEARNER | more)
     sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0]}
     small = {**PLAN, **BARE, "entries": [sac], "levels": ["waste"], "picks": 16}
     (piece,) = pieces(Plan.model_validate(small))

@@ -36,6 +36,7 @@ from agents.policies.networks import Dense, Lstm
 from agents.policies.weights import actor_of
 from agents.train import Arguments, main
 from agents.training import session
+from benchmarks.kill_trials.commands import LEARNER
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 from tests.tools.nightly import with_nightly
 
@@ -45,14 +46,7 @@ FEATURES = len(SHIFT_TABLE)
 FULL = pytest.importorskip("sb3_contrib").RecurrentPPO
 LSTM = {"policy": "MlpLstmPolicy", "n_steps": 5, "batch_size": 20, "n_epochs": 2, "gamma": 0.5}
 SMALL = {**LSTM, "policy_kwargs": {"lstm_hidden_size": 8, "net_arch": [8], "log_std_init": -3.0}}
-STACKED = {
-    "n_envs": 4,
-    "buffer_size": 400,
-    "learning_starts": 20,
-    "batch_size": 16,
-    "gamma": 0.0,
-    "policy_kwargs": {"net_arch": [8]},
-}
+STACKED = {**LEARNER, "n_envs": 4, "buffer_size": 400, "learning_starts": 20, "batch_size": 16}
 
 
 def cells(rows: int = 4) -> Any:

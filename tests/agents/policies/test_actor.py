@@ -216,11 +216,16 @@ def other(**changes: Any) -> Callable[[Path, Actor], None]:
     return damage
 
 
+def one_array(file: Path, actor: Actor) -> None:
+    with file.open("wb") as out:
+        np.save(out, actor.low)
+
+
 FILES = {
     "torn": lambda file, _: file.write_bytes(file.read_bytes()[:-300]),
     "empty": lambda file, _: file.write_bytes(b""),
     "text": lambda file, _: file.write_text("weights"),
-    "one array": lambda file, actor: np.save(file.open("wb"), actor.low),
+    "one array": one_array,
     "a pickle": lambda file, actor: file.write_bytes(pickle.dumps(actor)),
     "objects": lambda file, actor: np.savez(file, **{**parts(actor), "low": np.array([actor], dtype=object)}),
 }
