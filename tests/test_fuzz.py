@@ -1,7 +1,5 @@
 """Samples of `make fuzz` and `make soak`, and that both find what they look for."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

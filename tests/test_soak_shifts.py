@@ -1,7 +1,5 @@
 """A sample of the soak of lines, and that it finds what it looks for."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Studies are plans: those that ship can be read, a small one runs and goes on after an end, wrong ones are told."""
 
-from __future__ import annotations
-
 import json
 import runpy
 from pathlib import Path

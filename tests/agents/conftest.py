@@ -1,7 +1,5 @@
 """A folder in which somebody else works, a small training that is done, and a line with short shifts."""
 
-from __future__ import annotations
-
 import pickle
 import shutil
 import sys

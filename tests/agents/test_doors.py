@@ -1,7 +1,5 @@
 """What others bring: controllers, environments and policies of theirs, on the command line and from Python."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

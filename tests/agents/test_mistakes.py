@@ -1,7 +1,5 @@
 """Wrong command lines and wrong files: one sentence that names what is wrong, exit code 2, and nothing left behind."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Killed, doubled, or without room: nothing is lost, nothing is half, and one sentence says what to do."""
 
-from __future__ import annotations
-
 import os
 import resource
 import shutil

@@ -1,7 +1,5 @@
 """`python -m agents.play`: a picture, a video, and what it refuses."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

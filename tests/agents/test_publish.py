@@ -1,7 +1,5 @@
 """`python -m agents.publish`: the copy of a policy can be used, and its card tells what it is worth."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

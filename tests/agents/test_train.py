@@ -1,7 +1,5 @@
 """Training: a run folder that is whole, a resume that changes nothing, a stop that loses nothing."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

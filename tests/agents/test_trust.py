@@ -1,7 +1,5 @@
 """Files of strangers: whatever lies in them, nothing of it runs unless the user says `--trust`."""
 
-from __future__ import annotations
-
 import base64
 import json
 import pickle

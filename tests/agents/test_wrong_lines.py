@@ -1,7 +1,5 @@
 """Wrong command lines, each with how the one sentence begins that says so; exit code 2, and nothing is left behind."""
 
-from __future__ import annotations
-
 import io
 import shlex
 import shutil

@@ -1,7 +1,5 @@
 """A study on two machines: the same numbers, whatever dies or is interrupted."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -266,17 +264,8 @@ def test_throws_of_all_machines_make_one_dataset(machines: Machines, first: Any,
     second = machines.join()
     small = ["--throws", "800", "--score-throws", "16", "--practice", "16", "--expert", "virtual_goal"]
     for options, doomed in ((["--cluster", machines.address], second), (["--jobs", "2"], None)):
-        command = [
-            sys.executable,
-            "-m",
-            "agents.dataset",
-            *small,
-            "--work",
-            "kept",
-            "--root",
-            f"sets{options[0]}",
-            *options,
-        ]
+        places = ["--work", "kept", "--root", f"sets{options[0]}"]
+        command = [sys.executable, "-m", "agents.dataset", *small, *places, *options]
         process = subprocess.Popen(
             command, cwd=here, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )

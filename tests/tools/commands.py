@@ -1,7 +1,5 @@
 """Calling the command lines as a user does: in a process and a folder of their own, or without the process."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

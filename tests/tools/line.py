@@ -3,8 +3,6 @@
 The ledger knows only what steps say they did; the cell's own books are compared with it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any

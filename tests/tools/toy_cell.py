@@ -1,7 +1,5 @@
 """A cell on paper: landing is a known function of the observation, so learning has a right answer."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """The benchmark: paired, resumable, keyed by what its numbers depend on; and the report made of it."""
 
-from __future__ import annotations
-
 import json
 import pickle
 from pathlib import Path

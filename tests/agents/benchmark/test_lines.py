@@ -1,7 +1,5 @@
 """The benchmark of lines: whole shifts, the same for all, compared shift by shift."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Controllers of a cell that drifts: they go by what is observed alone, and by one static policy."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path

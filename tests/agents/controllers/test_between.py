@@ -1,7 +1,5 @@
 """Policies with a memory: what stands between them and the environment is the same in training and evaluation."""
 
-from __future__ import annotations
-
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Controllers against cells on paper with a known right answer."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

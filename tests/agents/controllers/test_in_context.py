@@ -1,7 +1,5 @@
 """The network that learns in context: what it learns from, and that numpy carries out what torch has trained."""
 
-from __future__ import annotations
-
 from itertools import islice
 
 import numpy as np

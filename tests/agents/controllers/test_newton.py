@@ -1,7 +1,5 @@
 """newton_goal where the error follows the shift, where it does not, and where a throw cannot be had."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

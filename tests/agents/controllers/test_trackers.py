@@ -1,7 +1,5 @@
 """Trackers of a shift against shifts on paper with a known truth."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

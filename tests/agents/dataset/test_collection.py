@@ -1,7 +1,5 @@
 """Throws in chunks: neither who makes them nor a stop on the way changes what they are."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import closing
 from itertools import chain, islice

@@ -1,7 +1,5 @@
 """Datasets of throws: what Minari reads back is what the environment gives again."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import socket

@@ -1,7 +1,5 @@
 """Datasets of decisions at a line of robots: masks, what is hidden, and shifts that come again."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

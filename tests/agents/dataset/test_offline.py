@@ -1,7 +1,5 @@
 """How a dataset is written and what it may be called."""
 
-from __future__ import annotations
-
 import pytest
 
 from agents.data.offline import check_name, proper_name

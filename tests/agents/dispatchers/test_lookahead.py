@@ -1,7 +1,5 @@
 """Looking ahead at a line: what planners take, alone and beside a scorer."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

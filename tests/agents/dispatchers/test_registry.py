@@ -1,7 +1,5 @@
 """Training on a line: it begins as the rule, resumes exactly, and leaves numbers that act as its model does."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

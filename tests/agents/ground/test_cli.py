@@ -1,7 +1,5 @@
 """The command lines as a user meets them, on the real cell: some in a process of their own, most in this one."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The command `pnt-gym` and what only it has."""
 
-from __future__ import annotations
-
 import sys
 from importlib import import_module
 

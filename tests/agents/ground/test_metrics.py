@@ -1,7 +1,5 @@
 """The figures behind every claim, against scipy and against cases with a known answer."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

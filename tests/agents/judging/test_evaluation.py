@@ -1,7 +1,5 @@
 """Evaluation: exactly the throws asked for, the same objects for everyone, the contract's figures."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """What is a throw and what is not: a memory of throws alone, and landings that are no throw's."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The trial of an environment: found by the config of its levels, the same for every command."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path

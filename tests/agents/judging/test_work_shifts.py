@@ -1,7 +1,5 @@
 """How controllers of a line are judged: by command, from Python, and on the same streams."""
 
-from __future__ import annotations
-
 from io import StringIO
 
 import gymnasium as gym

@@ -1,7 +1,5 @@
 """Run folders: what a command reads of them."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """New policies start at the analytic planner, and hyperparameters that do not fit are explained."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

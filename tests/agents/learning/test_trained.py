@@ -1,7 +1,5 @@
 """Models that others have trained: single files of stable-baselines3, and folders as RL-Zoo leaves them."""
 
-from __future__ import annotations
-
 import shutil
 from collections import OrderedDict
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The adapter keeps the conventions of stable-baselines3."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """`agents.calibrate` throws, counts, and writes a table that a level can go by."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

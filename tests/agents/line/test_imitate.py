@@ -1,7 +1,5 @@
 """Imitation: a scorer that is shown what a planner decides comes to decide like it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

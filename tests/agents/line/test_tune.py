@@ -1,7 +1,5 @@
 """Finding settings: on shifts that no evaluation sees, each setting on the same ones, kept beside those of others."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Pictures of shifts at a line."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import imageio.v3 as iio

@@ -1,7 +1,5 @@
 """Policies as numbers: they act as the models of stable-baselines3 that they are of, and carry nothing else."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Callable
 from dataclasses import replace

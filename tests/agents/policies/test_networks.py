@@ -1,7 +1,5 @@
 """Networks in numpy: layers compute what torch computes, and files give them back."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import torch

@@ -1,7 +1,5 @@
 """Scorers: the rule that they begin as, files of them, and what acts by them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

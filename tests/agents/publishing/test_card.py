@@ -1,7 +1,5 @@
 """Cards of published policies: what hubs read, and what of a training is drawn."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

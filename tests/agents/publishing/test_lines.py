@@ -1,7 +1,5 @@
 """Policies that choose at a line are published like others: card, film, and a graph that makes the same choices."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 from typing import Any

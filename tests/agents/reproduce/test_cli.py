@@ -1,7 +1,5 @@
 """`python -m agents.reproduce` as a user meets it, and how finished parts are kept."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import subprocess
