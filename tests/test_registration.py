@@ -24,14 +24,6 @@ def test_importing_package_and_planner_is_cheap():
     assert run(script).stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
-def test_entry_points_are_strings(env_id):
-    spec = gym.spec(env_id)
-    assert isinstance(spec.entry_point, str)
-    assert isinstance(spec.vector_entry_point, str)
-    assert spec.entry_point.startswith("pnt_gym.envs.")
-
-
 @pytest.mark.parametrize("env_id", with_nightly(pnt_gym.ENV_IDS, ["PnTLine-v0"]))
 def test_an_id_with_its_module_needs_no_import(env_id):
     script = f"""
@@ -52,10 +44,3 @@ def test_registering_again_changes_nothing_and_warns_of_nothing(recwarn):
     for env_id, spec in before.items():
         assert gym.registry[env_id] is spec
     assert not list(recwarn)
-
-
-def test_an_environment_can_be_made_from_its_spec():
-    env = gym.make("PnTRelease-v0", level="waste", action_mode="virtual_goal")
-    again = gym.make(env.spec)
-    assert again.unwrapped.core.config.name == "waste"
-    assert again.unwrapped.core.action_mode == "virtual_goal"

@@ -15,6 +15,9 @@ from agents.jobs import work
 from agents.train import Arguments, main
 from benchmarks.kill_trials.commands import LEARNER
 from tests.tools.lob import write_package
+from tests.tools.toy_cell import register_toy
+
+register_toy()
 
 
 @pytest.fixture(scope="module")

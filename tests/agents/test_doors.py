@@ -7,7 +7,6 @@ import gymnasium as gym
 import imageio.v3 as iio
 import numpy as np
 import pytest
-import torch
 import yaml
 from gymnasium.vector import SyncVectorEnv
 from stable_baselines3 import PPO, SAC
@@ -23,8 +22,6 @@ from agents.learning.trained import resolve_task
 from tests.tools.commands import answer, call, figures_of, output_of, refused
 from tests.tools.lob import write_entry_point, write_package
 from tests.tools.models import model
-
-torch.set_num_threads(1)
 
 
 def test_a_controller_and_an_environment_of_a_users_module(folder: Path) -> None:

@@ -16,12 +16,10 @@ from benchmarks.kill_trials.commands import LEARNER
 from pnt_gym.errors import PhysicsError
 from pnt_gym.reading import yaml_text
 from tests.tools.commands import answered, refused
-from tests.tools.toy_cell import ToyVectorEnv, register_toy
+from tests.tools.toy_cell import ToyVectorEnv
 
-register_toy()
 START = ("--env", "ToyThrow-v0", "--steps", "8", "--num-envs", "4", "--eval-picks", "0", "--out", "run")
 ANALYTIC = ("agents.evaluate", "--controller", "analytic")
-LONG = "x" * 300
 SHIPPED = POLICY
 
 
@@ -63,14 +61,6 @@ def test_yaml_that_is_none(here: Path, name: str) -> None:
         ("agents.evaluate", "--controller", "kept"),
     ):
         assert said in refused(*command)
-
-
-PLAN = {
-    "name": "small",
-    "train_level": "waste",
-    "levels": ["waste"],
-    "entries": [{"label": "a", "controller": "analytic"}],
-}
 
 
 HYPERPARAMETERS = [

@@ -20,9 +20,7 @@ from benchmarks.kill_trials.commands import LEARNER, small_reproduction
 from benchmarks.kill_trials.trials import state
 from tests.tools.commands import answered, environment, refused
 from tests.tools.datasets import SMALL as SMALL_DATASET
-from tests.tools.toy_cell import register_toy
 
-register_toy()
 pytestmark = pytest.mark.usefixtures("here")
 SMALL = ("--env", "ToyThrow-v0", "--num-envs", "4", "--checkpoint-every", "8", "--config", "sac.yml", "--out", "run")
 START = ("agents.train", *SMALL, "--steps", "16", "--eval-picks", "4")

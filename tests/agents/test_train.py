@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import torch
 import yaml
 
 from agents.controllers import make_controller
@@ -21,9 +20,8 @@ from agents.judging.throws.data import summary
 from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
-from tests.tools.toy_cell import ToyVectorEnv, register_toy
+from tests.tools.toy_cell import ToyVectorEnv
 
-register_toy()
 SMALL: dict[str, Any] = {
     "policy": "MlpPolicy",
     "learning_rate": 0.001,
@@ -203,6 +201,3 @@ def test_a_policy_that_cannot_be_kept_as_numbers_is_not_begun(asked: Arguments, 
     with pytest.raises(UsageError, match=r"the policy cannot be kept as numbers: .* activation_fn one of ELU, GELU"):
         main(asked)
     assert [p.name for p in tmp_path.iterdir()] == ["small.yml"]
-
-
-torch.set_num_threads(1)

@@ -14,11 +14,8 @@ import yaml
 from agents.evaluate import Arguments
 from agents.ground.cli import UsageError, _parse
 from agents.ground.places import POLICY
-from tests.agents.test_mistakes import PLAN
 from tests.tools.commands import refused
-from tests.tools.toy_cell import register_toy
 
-register_toy()
 WRONG: Final = r"""
 evaluate --controller "" | '.' holds neither foreign.zip nor best_model.zip
 evaluate --controller analytic --picks 0 | --picks is 0; it must be at least 1
@@ -222,6 +219,12 @@ def rows(table: str) -> list[Any]:
     return [pytest.param(line, words, id=line) for line, words in cases]
 
 
+PLAN = {
+    "name": "small",
+    "train_level": "waste",
+    "levels": ["waste"],
+    "entries": [{"label": "a", "controller": "analytic"}],
+}
 TEXTS = {
     "file": "text",
     "file.zip": "text",

@@ -23,9 +23,7 @@ from agents.report.__main__ import main as report
 from agents.report.blocks import fill_blocks
 from agents.report.tables import benchmark_grids, benchmark_table, failure_table, sorting_table
 from benchmarks.kill_trials.commands import LEARNER
-from tests.tools.toy_cell import register_toy
 
-register_toy()
 PLAN: dict[str, Any] = {
     "name": "small",
     "env": "ToyThrow-v0",

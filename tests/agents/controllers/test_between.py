@@ -38,7 +38,6 @@ from benchmarks.kill_trials.commands import LEARNER
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 from tests.tools.nightly import with_nightly
 
-torch.set_num_threads(1)
 LEVEL: dict[str, Any] = {"base": "day", "fidelity": "flight", "picks_per_shift": 5}
 FEATURES = len(SHIFT_TABLE)
 FULL = pytest.importorskip("sb3_contrib").RecurrentPPO

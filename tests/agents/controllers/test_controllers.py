@@ -109,19 +109,17 @@ def test_analytic_is_zero_in_every_action_mode() -> None:
 def test_virtual_goal_converges_on_a_constant_error(gain: float) -> None:
     controller = virtual_goal(ON_NOMINAL, gain)
     bias, seen = np.array([[0.07, -0.02]]), observation_of(encode())
-    scale = np.array([NOMINAL.action.along, NOMINAL.action.across])
     for _ in range(30):
         action = controller.act(seen)
-        controller.learn(outcome_of(seen, action, bias + action * scale))
-    assert controller.act(seen) * scale == pytest.approx(-bias, abs=1e-4)
+        controller.learn(outcome_of(seen, action, bias + action * ON_NOMINAL.scale))
+    assert controller.act(seen) * ON_NOMINAL.scale == pytest.approx(-bias, abs=1e-4)
 
 
 def test_virtual_goal_is_the_papers_update() -> None:
     controller = virtual_goal(ON_NOMINAL, 0.5)
     seen, error = observation_of(encode()), np.array([[0.08, 0.01]])
     controller.learn(outcome_of(seen, controller.act(seen), error))
-    scale = np.array([NOMINAL.action.along, NOMINAL.action.across])
-    assert controller.act(seen) * scale == pytest.approx(-0.5 * error, abs=1e-6)
+    assert controller.act(seen) * ON_NOMINAL.scale == pytest.approx(-0.5 * error, abs=1e-6)
 
 
 def test_a_batch_of_throws_teaches_what_the_same_throws_one_by_one_do() -> None:
@@ -129,10 +127,9 @@ def test_a_batch_of_throws_teaches_what_the_same_throws_one_by_one_do() -> None:
     together, apart = virtual_goal(ON_NOMINAL), virtual_goal(ON_NOMINAL)
     three, one = observation_of(np.repeat(encode(), 3, axis=0)), observation_of(encode())
     together.learn(outcome_of(three, np.zeros((3, 2)), errors))
-    scale = np.array([NOMINAL.action.along, NOMINAL.action.across])
     for error in errors:
         action = apart.act(one)
-        apart.learn(outcome_of(one, action, error[None] + action * scale))
+        apart.learn(outcome_of(one, action, error[None] + action * ON_NOMINAL.scale))
     assert together.act(one) == pytest.approx(apart.act(one), abs=1e-5)
 
 

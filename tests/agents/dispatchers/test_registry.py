@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import torch
 import yaml
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
@@ -25,10 +24,7 @@ from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
 from agents.training.request import resolve_request
 from tests.tools.commands import figures_of, output_of
-from tests.tools.toy_cell import register_toy
 
-register_toy()
-torch.set_num_threads(1)
 SMALL: dict[str, Any] = {
     "learning_rate": 0.003,
     "n_steps": 8,
@@ -64,7 +60,6 @@ def weights(folder: Path) -> list[np.ndarray]:
 def of_rule(level: str) -> tuple[Any, Any]:
     env = make_vector("PnTLine-v0", level, 4, 1)
     core = line_core(env)
-    assert core is not None
     return env, line_controller("atc", core)
 
 
@@ -178,7 +173,6 @@ def test_masks_are_those_of_each_row() -> None:
     env.seed(3)
     env.reset()
     core = line_core(env.env)
-    assert core is not None
     assert env.has_attr("action_masks")
     np.testing.assert_array_equal(np.stack(env.env_method("action_masks")), core.masks())
     np.testing.assert_array_equal(env.env_method("action_masks", indices=[2])[0], core.masks()[2])

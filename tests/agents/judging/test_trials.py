@@ -21,7 +21,6 @@ from agents.judging.work_shifts.trial import ShiftTrial
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import LevelConfig
 from tests.tools.commands import output_of
-from tests.tools.toy_cell import register_toy
 
 
 class Halves(Record):
@@ -60,7 +59,6 @@ def test_configs_and_trials_are_known_without_opening_an_environment(env_id: str
 
 
 def test_the_config_of_an_environment_that_cannot_tell_is_asked_of_its_core() -> None:
-    register_toy()
     assert config_of("ToyThrow-v0", "waste").name == "waste"
 
 

@@ -15,8 +15,6 @@ from agents.learning.vec_env import SameStepVecEnv
 from agents.learning.windows import DecisionWindow
 from tests.tools.toy_cell import ToyVectorEnv
 
-torch.set_num_threads(1)
-
 
 @pytest.mark.parametrize("algo", RESIDUAL)
 def test_first_policy_is_the_analytic_planner(algo: str) -> None:

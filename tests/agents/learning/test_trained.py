@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import torch
 import yaml
 from stable_baselines3 import A2C, DDPG, PPO, SAC, TD3
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
@@ -19,8 +18,6 @@ from agents.learning.sb3 import load_policy
 from agents.learning.trained import find_policy, resolve_task
 from tests.tools.commands import figures_of
 from tests.tools.models import Space, model
-
-torch.set_num_threads(1)
 
 
 @pytest.mark.parametrize("algorithm", [SAC, TD3, DDPG, PPO, A2C, "TQC"])

@@ -204,7 +204,6 @@ def test_every_shipped_level_has_rules_that_were_tuned_for_it(level: str) -> Non
     assert settings(level, "price")["share"] in tuning.SHARE
     env = make_vector("PnTLine-v0", level, 1, 1)
     core = line_core(env)
-    assert core is not None
     for name in ("atc", "price", "beam", "price_beam", "joint_beam", "guided_beam", "index"):
         assert line_controller(name, core).name == name
     env.close()

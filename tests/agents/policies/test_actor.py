@@ -19,7 +19,6 @@ from agents.policies.networks import ACTIVATIONS, activate
 from agents.policies.weights import actor_of
 from tests.tools.models import Space
 
-torch.set_num_threads(1)
 LOW, HIGH = np.array([-2.0, -0.5], np.float32), np.array([1.0, 0.75], np.float32)
 RESIDUAL = [SAC, TD3, PPO, "TQC"]
 NETWORKS: list[dict[str, Any]] = [

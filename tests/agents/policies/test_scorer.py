@@ -86,7 +86,6 @@ def test_who_goes_by_scores_takes_only_what_there_is(some: list[Observation]) ->
 def test_what_there_is_is_what_the_mask_says() -> None:
     env = make_vector("PnTLine-v0", "single", ROWS, 1)
     core = line_core(env)
-    assert core is not None
     for seen, info in observed(env, 20):
         np.testing.assert_array_equal(choice_mask(seen.features), core.masks())
         np.testing.assert_array_equal(choice_mask(seen.features), info["action_mask"])
@@ -155,7 +154,6 @@ def test_the_network_that_learns_is_the_scorer_that_it_leaves(some: list[Observa
 def test_a_tuned_index_and_a_file_are_controllers_of_a_line(tmp_path: Path) -> None:
     env = make_vector("PnTLine-v0", "single", 2, 1)
     core = line_core(env)
-    assert core is not None
     random_scorer().save(tmp_path / "mine.npz")
     assert line_controller(str(tmp_path / "mine.npz"), core).name == "mine"
     assert line_controller("index", core, weights={"wait": -0.1}).name == "index"
