@@ -99,6 +99,8 @@ train --full-last -1 --fidelity flight | --full-last is -1; it must be at least 
 train --algo recurrent_ppo | algorithm 'recurrent_ppo' goes by where a shift begins, which observations here do not tell
 train --stack 101 --env PnTAdapt-v0 | stack is 101; a policy sees from 1 to 100 observations at once
 train --stack 8 | a stack of 8 observations goes by where a shift begins, which observations here do not tell; use PnTA
+train --env PnTRelease-v0 --algo recurrent_ppo | algorithm 'recurrent_ppo' goes by where a shift begins
+train --env OneJointThrow-v0 --stack 2 | a stack of 2 observations goes by where a shift begins
 train --over mlp --env PnTAdapt-v0 | over is 'mlp'; it must be a controller that needs no practice: analytic, analyt
 train --over static | controller 'static' goes by what is told of the throw before; use --env PnTAdapt-v0
 train --config other.yml | hyperparameters 'other.yml' have no entry for 'PnTConveyor-v0'; entries are PnTRelease-v0

@@ -243,7 +243,6 @@ GUIDED = {"label": "guided", "controller": "guided_beam"}
         ({"entries": [{"label": "o", "controller": "my:Own"}]}, "entry 'o': module 'my' cannot be imported"),
         ({"entries": [{"label": "s", "controller": "none.npz"}]}, "none.npz"),
         ({"entries": [{**FIFO, "options": {"patience": 2}}]}, "controller 'fifo' has no settings patience"),
-        ({"entries": [{**GUIDED, "options": {"guide": "atc"}}]}, "guided_beam has guide 'atc'; guides are index"),
         ({"entries": [{**GUIDED, "options": {"guide": "none.npz"}}]}, "scorer 'none.npz' does not exist"),
         ({"entries": [{**PPO, "config": "none.yml"}]}, "cannot read hyperparameters 'none.yml'"),
         ({"entries": [{**FIFO, "online": True}]}, "online goes with throws"),

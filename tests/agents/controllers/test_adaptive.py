@@ -110,14 +110,6 @@ def test_they_refuse_a_cell_that_tells_nothing(name: str) -> None:
         other.close()
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_they_say_which_actions_they_need(name: str) -> None:
-    other = gym.make_vec("PnTAdapt-v0", num_envs=2, action_mode="release_xyz")
-    with pytest.raises(UsageError, match="needs an action of 2 numbers, not 3") as caught:
-        make_controller(name, other)
-    assert "\n" not in str(caught.value)
-
-
 def test_static_is_its_network(env: Any, knowledge: dict[str, np.ndarray]) -> None:
     controller, regressor = controller_of("static", env, knowledge), Mlp(8)
     regressor.restore(

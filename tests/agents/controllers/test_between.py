@@ -166,23 +166,14 @@ def test_controllers_under_a_policy_are_those_that_need_no_practice() -> None:
 @pytest.mark.parametrize(
     ("stack", "over", "said"),
     [
-        (1, "mlp", "over is 'mlp'; it must be a controller that needs no practice: analytic, "),
         (1, "oracle", "over is 'oracle'; it must be"),
         (1, "runs/my", "over is 'runs/my'; it must be"),
         (0, "static", f"stack is 0; a policy sees from 1 to {MAX_STACK} observations at once"),
-        (MAX_STACK + 1, "static", f"stack is {MAX_STACK + 1}; a policy sees from 1 to {MAX_STACK}"),
     ],
 )
 def test_what_cannot_stand_between_is_refused(stack: int, over: str, said: str) -> None:
     with closing(cells(1)) as env, pytest.raises(UsageError, match=said):
         make_wrapper(env, stack, over)
-
-
-@pytest.mark.parametrize(("stack", "algo"), [(2, "sac"), (1, "recurrent_ppo")])
-@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTRelease-v0", "OneJointThrow-v0"])
-def test_where_nothing_tells_that_a_shift_begins_there_is_no_memory(env_id: str, stack: int, algo: str) -> None:
-    with closing(make_vector(env_id, None, 1, 1)) as env, pytest.raises(UsageError, match=r"begins.*use PnTAdapt-v0"):
-        wrap_env(env, asked(stack, algo=algo))
 
 
 def test_a_policy_with_a_memory_does_not_act_elsewhere() -> None:

@@ -268,17 +268,6 @@ def test_state_serves_another_level(name: str, tmp_path: Path) -> None:
     assert np.isfinite(elsewhere.act(observation_of(env.reset(seed=5)[0]))).all()
 
 
-def test_state_of_another_controller_or_a_damaged_file_is_refused(tmp_path: Path) -> None:
-    env = ToyVectorEnv(4)
-    ridge, table = make_controller("ridge", env), make_controller("mean_shift", env)
-    save_state(table, tmp_path / "state.npz")
-    with pytest.raises(UsageError, match="saved by 'mean_shift', not by 'ridge'"):
-        load_state(ridge, tmp_path / "state.npz")
-    (tmp_path / "bad.npz").write_bytes(b"nothing")
-    with pytest.raises(UsageError, match="holds no saved controller"):
-        load_state(ridge, tmp_path / "bad.npz")
-
-
 def test_a_table_saved_with_two_numbers_per_bucket_is_read(tmp_path: Path) -> None:
     """The form of the files on disk: names of the buckets, their shifts in metres, their counts."""
     buckets = np.array(["paper|inside", "paper|*"])
@@ -302,11 +291,6 @@ def test_reset_forgets_everything(name: str) -> None:
     assert controller.act(seen).any()
     controller.reset(0)
     assert not controller.act(seen).any()
-
-
-def test_unknown_names_are_answered_with_the_known_ones() -> None:
-    with pytest.raises(UsageError, match=r"neither a controller nor a run folder.*virtual_goal.*training leaves"):
-        make_controller("virtual-gaol", ToyVectorEnv(2))
 
 
 @pytest.mark.parametrize("name", [n for n in NAMES if n not in ("analytic", "random")])
@@ -343,9 +327,3 @@ def test_state_of_another_cell_is_refused(name: str, tmp_path: Path) -> None:
         with pytest.raises(UsageError, match=f"'{name}' learned") as refused:
             load_state(make_controller(name, other), tmp_path / "state.npz")
         assert "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize("name", ["analytic_height", "mean_lead"])
-def test_controllers_of_the_conveyor_say_so_elsewhere(name: str) -> None:
-    with pytest.raises(UsageError, match=f"controller '{name}' knows the physics of the conveyor only"):
-        make_controller(name, PoseVectorEnv())

@@ -176,12 +176,6 @@ def test_what_is_kept_can_be_had_though_the_map_promises_more_beyond() -> None:
     assert -0.1 <= newton.act(ONE)[0, 2] < 0.0
 
 
-def test_unmeasured_throws_leave_the_shift_where_it_was() -> None:
-    newton = NewtonGoal(POSE)
-    newton.learn(outcome_of(ONE, np.zeros((1, 4)), np.full((1, 4), np.nan)))
-    assert not newton.act(ONE).any()
-
-
 def test_cells_are_kept_apart() -> None:
     newton = NewtonGoal(POSE)
     newton.learn(outcome_of(ONE, np.zeros((1, 4)), np.full((1, 4), 0.02)))

@@ -131,14 +131,14 @@ def test_it_has_the_price_and_share_of_the_beam_that_leaves_to_others():
     assert set(its) == {"price", "share"}
 
 
-@pytest.mark.parametrize("guide", ["atc", "beam", "random"])
-def test_only_what_scores_choices_can_guide(guide):
+@pytest.mark.parametrize(
+    ("guide", "said"),
+    [
+        *[(name, f"guided_beam has guide '{name}'; guides are index") for name in ("atc", "beam", "random")],
+        ("nowhere", "'nowhere' is no controller of a line"),
+    ],
+)
+def test_only_what_scores_choices_can_guide(guide, said):
     _, core = lines()
-    with pytest.raises(UsageError, match=f"guided_beam has guide '{guide}'; guides are index"):
+    with pytest.raises(UsageError, match=said):
         line_controller("guided_beam", core, guide=guide)
-
-
-def test_a_guide_that_is_nowhere_is_named():
-    _, core = lines()
-    with pytest.raises(UsageError, match=r"'nowhere' is no controller of a line"):
-        line_controller("guided_beam", core, guide="nowhere")

@@ -181,17 +181,20 @@ def test_masks_are_those_of_each_row() -> None:
     assert not other.has_attr("action_masks")
 
 
-@pytest.mark.parametrize("name", ["patience", "price_of_time", "sharpness"])
-def test_a_wrong_setting_of_the_line_is_told(asked: Arguments, tmp_path: Path, name: str) -> None:
-    wrong = {**SMALL, "policy_kwargs": {"sharpness": -1.0}} if name == "sharpness" else {**SMALL, name: -1.0}
-    (tmp_path / "small.yml").write_text(yaml.safe_dump({"default": wrong}))
-    with pytest.raises(UsageError, match=f"hyperparameter {name} is -1.0"):
-        main(asked)
-
-
-def test_a_residual_has_one_policy(asked: Arguments, tmp_path: Path) -> None:
-    (tmp_path / "small.yml").write_text(yaml.safe_dump({"default": {**SMALL, "policy": "MlpPolicy"}}))
-    with pytest.raises(UsageError, match="residual_ppo has a policy of its own"):
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"patience": -1.0}, "hyperparameter patience is -1.0"),
+        ({"price_of_time": -1.0}, "hyperparameter price_of_time is -1.0"),
+        ({"policy_kwargs": {"sharpness": -1.0}}, "hyperparameter sharpness is -1.0"),
+        ({"policy": "MlpPolicy"}, "residual_ppo has a policy of its own"),
+    ],
+)
+def test_a_wrong_setting_of_the_line_is_told(
+    asked: Arguments, tmp_path: Path, wrong: dict[str, Any], said: str
+) -> None:
+    (tmp_path / "small.yml").write_text(yaml.safe_dump({"default": {**SMALL, **wrong}}))
+    with pytest.raises(UsageError, match=said):
         main(asked)
     assert not (tmp_path / "run").exists()
 

@@ -206,13 +206,9 @@ def test_a_paper_needs_no_code_of_another(paper: str) -> None:
 
 
 @pytest.mark.parametrize("paper", PAPERS)
-def test_every_part_has_a_job_of_its_own(paper: str) -> None:
+def test_every_paper_has_a_job_for_each_part_a_title_and_an_overview_even_of_nothing(paper: str) -> None:
     found = jobs(paper)
     assert len({job.file for job in found}) == len(found) >= 1
     assert {job.name.split("/")[0] for job in found} == {paper}
-
-
-@pytest.mark.parametrize("paper", PAPERS)
-def test_every_paper_has_a_title_and_an_overview_even_of_nothing(paper: str) -> None:
     assert package(paper).SHORT
     assert all(not grid.rows for grid in package(paper).overview({}).grids.values())
