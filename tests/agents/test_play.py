@@ -25,14 +25,6 @@ def test_a_picture_shows_the_cell(tmp_path: Path) -> None:
     assert frame.std() > 20.0
 
 
-@pytest.mark.nightly
-def test_a_video_lasts_as_long_as_the_throw(tmp_path: Path) -> None:
-    output_of("play --env OneJointThrow-v0 --level ideal --video throws.mp4 --picks 1", tmp_path)
-    frames = iio.imread(tmp_path / "throws.mp4")
-    # A throw of 0.4 to 0.7 s at 30 frames per second.
-    assert 0.4 * 30 <= len(frames) <= 0.7 * 30
-
-
 def test_a_picture_is_of_the_moment_asked_for(tmp_path: Path) -> None:
     frames = []
     for moment in ("0.0", "0.5", "99"):

@@ -173,11 +173,7 @@ line calibrate --num-envs 100001 | num_envs is 100001; it must be a whole number
 line calibrate --threads 0 | --threads is 0; it must be at least 1
 line calibrate --level nowhere | unknown level 'nowhere'; shipped levels are line3, nominal, single
 line calibrate --level waste | unknown level 'waste'; shipped levels are line3
-line calibrate --level skilled.yaml | level file 'skilled.yaml': skills of robot 'a' tells of 'stone'
 line calibrate --level near.yaml | level file 'near.yaml': robots 'a' at x 0 m and 'b' at 0.5 m have windows
-line calibrate --level nobody.yaml | level file 'nobody.yaml': no robot takes item 'can'
-line calibrate --level dense.yaml | level file 'dense.yaml': arrivals.rate is 19 objects a second
-line calibrate --level solid.yaml | level file 'solid.yaml': cell.belt.neighbours is 'solid'
 line calibrate --level far.yaml --num-envs 2 | level 'far': no robot can throw anything into its bins; move them closer
 line calibrate --out folder | cannot write 'folder': it is a folder
 line calibrate --out nowhere/deep/table.json --level text | unknown level 'text'
@@ -243,11 +239,7 @@ TEXTS = {
     "over.yaml": yaml.safe_dump({**PLAN, "entries": [{"label": "a", "controller": "sac", "stack": 8, "over": "mlp"}]}),
     "far_plan.yaml": yaml.safe_dump({**PLAN, "picks": -int("1" * 400)}),
     "on_belt.yaml": yaml.safe_dump({"bins": {"fixed": [{"name": "b", "x": 0.0, "y": -0.3}]}}),
-    "skilled.yaml": yaml.safe_dump({"robots": [{"name": "a", "x": 0.0, "skills": ["stone"]}]}),
     "near.yaml": yaml.safe_dump({"robots": [{"name": "a", "x": 0.0}, {"name": "b", "x": 0.5}]}),
-    "nobody.yaml": yaml.safe_dump({"robots": [{"name": "a", "x": 0.0, "skills": ["tray"]}]}),
-    "dense.yaml": yaml.safe_dump({"arrivals": {"rate": 19.0}}),
-    "solid.yaml": yaml.safe_dump({"cell": {"belt": {"neighbours": "solid"}}}),
     "far.yaml": yaml.safe_dump({"robots": [{"name": "a", "x": 0.0, "bins": [{"name": "far", "x": 0.0, "y": 3.5}]}]}),
     "nowhere.yaml": yaml.safe_dump({**PLAN, "levels": ["nowhere"]}),
 }

@@ -57,19 +57,6 @@ def test_a_mistake_ends_the_process_in_one_sentence(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.nightly
-def test_train_resume_evaluate(tmp_path: Path) -> None:
-    start = "agents.train --env PnTConveyor-v0 --steps 200 --num-envs 8 --out run --eval-picks 8"
-    done = call(start, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    for name in ("analytic", "virtual_goal", "learned (sac)"):
-        assert name in done.stdout
-    output_of("train --resume run --steps 240 --eval-picks 0", tmp_path)
-    assert RunFolder(tmp_path / "run").load_model().num_timesteps == 240
-    data = figures_of("evaluate --controller run --picks 8", tmp_path)
-    assert (data["env"], data["level"], data["controller"]) == ("PnTConveyor-v0", "waste", "run")
-
-
 @pytest.mark.parametrize("number", with_nightly((signal.SIGINT, signal.SIGTERM, signal.SIGHUP), [signal.SIGTERM]))
 def test_a_signal_leaves_a_run_that_resume_continues(number: signal.Signals, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "agents.train", "--num-envs", "8", "--steps", "5000", "--out", "run"]

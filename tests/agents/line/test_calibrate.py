@@ -7,8 +7,7 @@ import pytest
 import yaml
 
 from agents.line.calibrate import random_throws
-from pnt_gym.cells.line.cell import LineCell
-from pnt_gym.cells.line.chances import Chances, digest, read_table, table_path
+from pnt_gym.cells.line.chances import Chances, digest, table_path
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import output_of, refused
 
@@ -35,19 +34,6 @@ def test_a_table_is_written_and_said_to_be(made):
     assert (told["seed"], np.shape(told["landed"])) == (0, (4, 2, 4))
     assert {"mujoco", "numpy", "pnt_gym"} <= set(told["versions"])
     assert sorted(path.name for path in folder.iterdir()) == ["mine.yaml", "table.json"]
-
-
-def test_the_level_goes_by_the_table_that_it_names(made):
-    folder, _ = made
-    config = LineConfig.load({**LEVEL, "chances": str(folder / "table.json"), "duration": 10.0})
-    found = read_table(config)
-    told = json.loads((folder / "table.json").read_text())
-    assert found is not None
-    assert found.picked.tolist() == told["picked"]
-    cell = LineCell(config, 2)
-    cell.reset(np.arange(2), [np.random.default_rng(row) for row in range(2)])
-    while not cell.over.all():
-        assert cell.take(np.zeros(2, dtype=np.int64)).valid.any()
 
 
 def test_the_table_is_what_the_throws_of_the_seed_say(made):

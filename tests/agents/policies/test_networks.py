@@ -38,14 +38,6 @@ def test_full_layers_compute_as_torchs_and_come_back_from_their_names() -> None:
     np.testing.assert_allclose(run_layers(layers, "GELU", seen), expected, atol=1e-6)
 
 
-def test_a_layer_is_of_its_moment() -> None:
-    full = nn.Linear(3, 3)
-    (layer,) = layers_from_torch(full.parameters())
-    before = layer.weight.copy()
-    nn.init.zeros_(full.weight)
-    np.testing.assert_array_equal(layer.weight, before)
-
-
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("name", ["Sigmoid", "SiLU", "Softplus", "Mish", "ELU", "GELU"])
 def test_nothing_is_too_far_off_for_an_activation(name: str) -> None:
