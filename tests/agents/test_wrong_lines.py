@@ -27,9 +27,6 @@ evaluate --controller analytic --level "" | unknown level ''; shipped levels are
 evaluate --controller analytic --level waste.yaml | level file 'waste.yaml' does not exist
 evaluate --controller analytic --level text.yaml | level file 'text.yaml' must hold a mapping of settings, it h
 evaluate --controller analytic --level typo.yaml | level file 'typo.yaml': unknown key 'binz'
-evaluate --controller analytic --level circle.yaml | level file 'circle.yaml': levels are their own base: circle
-evaluate --controller analytic --level heavy.yaml | level file 'heavy.yaml': suction.tau is 1000000000.0: input
-evaluate --controller analytic --level on_belt.yaml | level file 'on_belt.yaml': bin 'b' spans ... lies on the belt
 evaluate --controller analytic --level . | unknown level '.'; shipped levels are
 evaluate --controller analytic --level LONG | unknown level 'LONG'; shipped levels are
 evaluate --controller analytic --level LONG.yaml | level file 'LONG.yaml' does not exist
@@ -229,16 +226,13 @@ TEXTS = {
     "text.yaml": "text",
     "other.yml": "PnTRelease-v0: {gamma: 0.0}",
     "typo.yaml": "binz: {}\n",
-    "circle.yaml": "base: circle.yaml\n",
     "nominal.yaml": "mismatch: 9\n",
-    "heavy.yaml": "suction: {tau: 1.0e+9}\n",
     "broken/x.json": "{",
     "plan.yaml": yaml.safe_dump(PLAN),
     "idle_plan.yaml": yaml.safe_dump({**PLAN, "entries": [{"label": "a", "controller": "nobody"}]}),
     "stacked.yaml": yaml.safe_dump({**PLAN, "entries": [{"label": "a", "controller": "analytic", "stack": 2}]}),
     "over.yaml": yaml.safe_dump({**PLAN, "entries": [{"label": "a", "controller": "sac", "stack": 8, "over": "mlp"}]}),
     "far_plan.yaml": yaml.safe_dump({**PLAN, "picks": -int("1" * 400)}),
-    "on_belt.yaml": yaml.safe_dump({"bins": {"fixed": [{"name": "b", "x": 0.0, "y": -0.3}]}}),
     "near.yaml": yaml.safe_dump({"robots": [{"name": "a", "x": 0.0}, {"name": "b", "x": 0.5}]}),
     "far.yaml": yaml.safe_dump({"robots": [{"name": "a", "x": 0.0, "bins": [{"name": "far", "x": 0.0, "y": 3.5}]}]}),
     "nowhere.yaml": yaml.safe_dump({**PLAN, "levels": ["nowhere"]}),

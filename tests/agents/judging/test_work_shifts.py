@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers.registry import line_controller
 from agents.dispatchers.rules import IndexRule
 from agents.ground.cli import UsageError
-from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
 from agents.judging.trials import trial_of
 from agents.judging.work_shifts.data import Shifts, run_shifts
 from agents.judging.work_shifts.record import ShiftRecord
 from pnt_gym.cells.line.observation import decoded
 from tests.tools.commands import figures_of
+from tests.tools.line import vector_lines
 
 LEVEL = {"base": "value", "duration": 10.0}
 CONTRACT = {
@@ -24,11 +24,6 @@ CONTRACT = {
     "success_high", "cycle_time_mean_s", "dwell_s", "throws", "recovery", "purity", "pick_rate", "value_per_min",
     "utilisation",
 }  # fmt: skip
-
-
-def lines(level=LEVEL, rows=4):
-    env = make_vector("PnTLine-v0", level, rows, 1)
-    return env, line_core(env)
 
 
 def test_the_command_writes_the_contract_and_a_picture(tmp_path):
@@ -46,7 +41,7 @@ def test_the_command_writes_the_contract_and_a_picture(tmp_path):
 
 
 def test_the_first_shifts_of_many_are_those_of_few():
-    few, many = (run_shifts(IndexRule("atc", "atc"), lines()[0], count, 5) for count in (4, 9))
+    few, many = (run_shifts(IndexRule("atc", "atc"), vector_lines(LEVEL)[0], count, 5) for count in (4, 9))
     np.testing.assert_array_equal(few.value, many.value[:4])
     assert len(many.value) == 9
 
@@ -54,7 +49,7 @@ def test_the_first_shifts_of_many_are_those_of_few():
 def test_whoever_decides_meets_the_same_objects():
     seen = []
     for name in ("fifo", "atc"):
-        env, core = lines()
+        env, core = vector_lines(LEVEL)
         run_shifts(line_controller(name, core), env, 4, 5)
         env.reset(seed=5)
         seen.append((core.cell.stream.x, core.cell.stream.worth, core.cell.stream.objects.kind))
@@ -63,7 +58,7 @@ def test_whoever_decides_meets_the_same_objects():
 
 
 def test_value_is_what_was_brought_in():
-    env, core = lines()
+    env, core = vector_lines(LEVEL)
     told = trial_of(env).run(line_controller("atc", core), 4, 0).report()
     gained = np.bincount([one["shift"] for one in told["throws"]], [one["value"] for one in told["throws"]])
     np.testing.assert_allclose(60.0 * gained / 10.0, told["by_shift"]["value_per_min"])
@@ -93,7 +88,7 @@ def by_hand():
 
 
 def test_figures_of_shifts_by_hand():
-    _, core = lines({"base": "skills3", "duration": 10.0}, 1)
+    _, core = vector_lines({"base": "skills3", "duration": 10.0}, 1)
     found = ShiftRecord(by_hand(), core, {}).summary()
     assert (found["shifts"], found["picks"], found["picks_per_min"]) == (2, 7, 21.0)
     assert (found["value_per_min"], found["sorted_per_min"], found["recovery"]) == (9.0, 12.0, 0.375)
@@ -111,7 +106,7 @@ def test_figures_of_shifts_by_hand():
 
 
 def test_the_table_has_every_figure():
-    _, core = lines({"base": "skills3", "duration": 10.0}, 1)
+    _, core = vector_lines({"base": "skills3", "duration": 10.0}, 1)
     found = ShiftRecord(by_hand(), core, {}).summary()
     shown = Console(width=120, record=True, file=StringIO())
     shown.print(ShiftRecord.table("x", found))
@@ -132,7 +127,7 @@ def test_the_table_has_every_figure():
 
 
 def test_purity_by_bin_is_that_of_all_bins():
-    env, core = lines({"base": "skills3", "duration": 10.0})
+    env, core = vector_lines({"base": "skills3", "duration": 10.0})
     told = trial_of(env).run(line_controller("random", core), 4, 0).report()
     in_time = [one for one in told["throws"] if one["ended_in"] >= 0 and one["start"] + one["cycle_time"] <= 10.0]
     held = {name: 0.0 for name in told["purity_by_bin"]}
@@ -144,7 +139,7 @@ def test_purity_by_bin_is_that_of_all_bins():
 
 
 def test_rules_take_what_their_name_says():
-    env, core = lines()
+    env, core = vector_lines(LEVEL)
     features, _ = env.reset(seed=2)
     own = decoded(features).choices
     there = own["real"] > 0.5
@@ -154,7 +149,7 @@ def test_rules_take_what_their_name_says():
 
 
 def test_price_leaves_to_others_what_they_can_take():
-    env, _ = lines({"base": "skills3", "duration": 10.0})
+    env, _ = vector_lines({"base": "skills3", "duration": 10.0})
     features, _ = env.reset(seed=2)
     own = decoded(features)
     plain, leaving = (IndexRule("price", "atc", 1.0, share).worth(own) for share in (0.0, 0.5))

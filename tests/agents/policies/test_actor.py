@@ -41,7 +41,10 @@ def model(algorithm: Any, settings: dict[str, Any], **more: Any) -> Any:
     """A model whose actions are spread over their range and, where they are clipped, beyond it."""
     if algorithm == "TQC":
         algorithm = pytest.importorskip("sb3_contrib").TQC
-    made = algorithm("MlpPolicy", Wide(), policy_kwargs=dict(settings), device="cpu", seed=1, **more)
+    return stirred(algorithm("MlpPolicy", Wide(), policy_kwargs=dict(settings), device="cpu", seed=1, **more))
+
+
+def stirred(made: Any) -> Any:
     with torch.no_grad():
         for parameter in made.policy.parameters():
             parameter.add_(torch.randn_like(parameter), alpha=parameter.shape[-1] ** -0.5)
@@ -98,11 +101,7 @@ RECURRENT: list[dict[str, Any]] = [
 def recurrent(settings: dict[str, Any]) -> Any:
     """A recurrent model whose memory counts."""
     algorithm = pytest.importorskip("sb3_contrib").RecurrentPPO
-    made = algorithm("MlpLstmPolicy", Wide(), policy_kwargs=dict(settings), device="cpu", seed=1)
-    with torch.no_grad():
-        for parameter in made.policy.parameters():
-            parameter.add_(torch.randn_like(parameter), alpha=parameter.shape[-1] ** -0.5)
-    return made
+    return stirred(algorithm("MlpLstmPolicy", Wide(), policy_kwargs=dict(settings), device="cpu", seed=1))
 
 
 @pytest.mark.parametrize("settings", RECURRENT, ids=lambda s: str(s["lstm_hidden_size"]))

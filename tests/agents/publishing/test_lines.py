@@ -12,10 +12,8 @@ import yaml
 
 from agents import publish
 from agents.controllers.protocol import Observation
-from agents.dispatchers.rules import IndexRule
 from agents.dispatchers.scored import ScoreController, choice_mask, run_scores
 from agents.ground.cli import UsageError
-from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
 from agents.learning.runs import RunFolder
 from agents.policies.actor import Actor
@@ -30,6 +28,7 @@ from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.line.observation import ENTRIES
 from pnt_gym.cells.line.state import CHOICES
 from tests.tools.commands import output_of, refused
+from tests.tools.line import observed, vector_lines
 from tests.tools.nightly import with_nightly
 
 LEVEL = {"base": "skills3_burst", "name": "brief", "duration": 5.0}
@@ -39,13 +38,8 @@ SMALL = {"n_steps": 4, "batch_size": 8, "policy_kwargs": {"net_arch": [8, 8]}}
 @pytest.fixture(scope="module")
 def seen() -> np.ndarray:
     """Observations (N, ENTRIES) along shifts of the ATC rule."""
-    env, worker, found = make_vector("PnTLine-v0", LEVEL, 8, 1), IndexRule("atc", "atc"), list[np.ndarray]()
-    features, _ = env.reset(seed=4)
-    for _ in range(12):
-        found.append(np.array(features, dtype=np.float32))
-        features, *_ = env.step(worker.act(Observation(found[-1], np.zeros(8, dtype=np.int64))))
-    env.close()
-    return np.concatenate(found)
+    env, _ = vector_lines(LEVEL, 8)
+    return np.concatenate([known.features for known, _ in observed(env, 12, seed=4)])
 
 
 def layers(*sizes: int, seed: int = 0) -> Any:
