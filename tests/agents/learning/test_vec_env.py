@@ -1,6 +1,5 @@
 """The adapter keeps the conventions of stable-baselines3."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -65,13 +64,6 @@ def test_seeds_name_the_stream() -> None:
     assert np.array_equal(env.reset(), first)
     assert not np.array_equal(first, later)
     assert np.array_equal(first, ToyVectorEnv(3).reset(seed=7)[0])
-
-
-def test_works_under_sb3s_own_monitor(tmp_path: Path) -> None:
-    env = VecMonitor(SameStepVecEnv(ToyVectorEnv(3)), str(tmp_path / "log"), info_keywords=("is_success",))
-    env.reset()
-    env.step(np.zeros((3, 2), dtype=np.float32))
-    assert len((tmp_path / "log.monitor.csv").read_text().splitlines()) == 2 + 3
 
 
 def test_attributes_and_methods_reach_the_environment() -> None:
