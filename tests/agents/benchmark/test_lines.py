@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from agents.benchmark.compare import assemble
-from agents.benchmark.plan import Plan, needs, pieces, read_plan
+from agents.benchmark.plan import Plan, needs, pieces
 from agents.benchmark.run import run_piece
 from agents.dispatchers.registry import line_controller, line_core
 from agents.ground.cli import UsageError
@@ -24,7 +24,6 @@ from agents.judging.work_shifts.results import summarise
 from agents.learning.runs import RunFolder
 from agents.report.__main__ import benchmark_chapter
 from tests.tools.commands import output_of
-from tests.tools.nightly import with_nightly
 
 SMALL = {"n_envs": 2, "n_steps": 4, "batch_size": 8, "policy_kwargs": {"net_arch": [8]}}
 LONG = "configs/rl/residual_ppo_long.yml"
@@ -281,14 +280,6 @@ def test_what_was_learned_on_this_machine_stays_here() -> None:
     guided = {"label": "guided", "controller": "guided_beam", "options": {"guide": SCORER}, "levels": ["one.yaml"]}
     with pytest.raises(UsageError, match=r"entry 'guided': guide .* lies on this machine alone"):
         needs(Plan.model_validate({**alone, "entries": [guided]}))
-
-
-@pytest.mark.parametrize("name", with_nightly(("benchmark_line", "benchmark_line_quick"), ["benchmark_line_quick"]))
-def test_shipped_plans_of_lines_hold_together(name: str) -> None:
-    plan = read_plan(SHIPPED / "configs" / f"{name}.yaml")
-    made = pieces(plan)
-    assert plan.name == name
-    assert len({(piece.name, piece.key) for piece in made}) == len({piece.name for piece in made}) == len(made)
 
 
 def test_the_report_has_tables_and_figures(done: dict[str, Any]) -> None:
