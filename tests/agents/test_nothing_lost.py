@@ -198,6 +198,7 @@ def test_a_library_that_is_not_there_is_named_with_what_brings_it(
     small_reproduction(here / "results")
     for name in [n for n in sys.modules if n.partition(".")[0] == library or n in OURS]:
         monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delattr("agents.data.offline", raising=False)  # which its package would still know
     monkeypatch.setitem(sys.modules, library, None)
     said = refused(*command)
     assert f"needs {library}" in said
