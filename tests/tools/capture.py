@@ -1,7 +1,5 @@
 """Where thrown parts come to rest: free parts launched into pallets, many at once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final

@@ -1,7 +1,5 @@
 """What the tests of the one-joint thrower's cell share: plans that do not need the planner, and closed forms."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

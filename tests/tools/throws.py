@@ -1,7 +1,5 @@
 """What several tests need: cells made from a level and a few changes, and many throws at once."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 from typing import Any
 from unittest import mock

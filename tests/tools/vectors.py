@@ -1,7 +1,5 @@
 """Vector environments, ours beside Gymnasium's loop over single ones: short episodes, and the comparison of infos."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Mapping
 from typing import Any
 
