@@ -1,7 +1,5 @@
 """PnTLine-v0 as Gymnasium sees it: masks, rewards, the end of a shift, and what a manual says of all that."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from typing import Any

@@ -1,7 +1,5 @@
 """Options of a reset ask for the first throw: it comes, nothing else changes, and what cannot be is refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from itertools import product

@@ -1,7 +1,5 @@
 """What holds of every part of a paper that is computed anew."""
 
-from __future__ import annotations
-
 import json
 from xml.etree import ElementTree
 

@@ -1,7 +1,5 @@
 """A folder for the tables of lines."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Levels of lines: those that ship load, and what no line can be is said in one sentence that names the value."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Shifts of hours and robots far away: they begin, stay the same lines, cost what short ones do, or are refused."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 import subprocess

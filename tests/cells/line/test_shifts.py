@@ -1,7 +1,5 @@
 """A shift of a line, decision by decision: nothing is lost or taken twice, robots act in turn, the books are right."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings

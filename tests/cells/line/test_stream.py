@@ -1,7 +1,5 @@
 """What comes along a line's belt: nothing on anything else, as many, as regular, as mixed, as dear as asked for."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

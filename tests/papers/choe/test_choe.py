@@ -1,7 +1,5 @@
 """The reproduction of Choe et al. 2023: the published example, its misprints, and the comparison of times."""
 
-from __future__ import annotations
-
 import math
 import re
 from functools import cache, partial

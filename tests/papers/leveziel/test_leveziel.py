@@ -1,7 +1,5 @@
 """The reproduction of Leveziel et al.: workspace, indices and formulas against independent calculations."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq

@@ -1,7 +1,5 @@
 """The simulated half of the reproduction of Leveziel et al.: small versions of the cycle, the grasps and the tosses."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

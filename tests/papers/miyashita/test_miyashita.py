@@ -1,7 +1,5 @@
 """The reproduction of Miyashita et al. 2010: the example, its misprints, and small versions of the long studies."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np
