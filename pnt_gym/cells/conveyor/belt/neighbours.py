@@ -54,7 +54,15 @@ def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: 
     from pnt_gym.cells.conveyor.belt.sweep import find_sweeps  # noqa: PLC0415 - numba takes a while
 
     collides = np.empty(place.shape[:2], dtype=np.bool_)
-    outlines = [(objects.shape == ELLIPSOID, objects.size, objects.yaw) for objects in (carried, neighbours)]
-    arrays = [np.ascontiguousarray(array) for array in (*outlines[0], start, way, *outlines[1], place)]
-    find_sweeps(*arrays, collides)
+    start, way, place = (np.ascontiguousarray(values) for values in (start, way, place))
+    find_sweeps(*_outlines(carried), start, way, *_outlines(neighbours), place, collides)
     return collides
+
+
+def _outlines(objects: Footprints) -> tuple[Bools, Floats, Floats]:
+    """Which objects are ellipses in top view, their sizes and yaws, in flat arrays."""
+    return (
+        np.ascontiguousarray(objects.shape == ELLIPSOID),
+        np.ascontiguousarray(objects.size),
+        np.ascontiguousarray(objects.yaw),
+    )

@@ -73,14 +73,13 @@ def _overlap_along(first: Outline, second: Outline, x: float, y: float, heading:
 @kernel_part
 def _overlap(first: Outline, second: Outline, x: float, y: float) -> bool:
     """Whether two outlines overlap, for the distance x, y of their middles [m]."""
-    for turn in (0.0, 0.5 * math.pi):
-        for yaw in (first.yaw, second.yaw):
-            if not _overlap_along(first, second, x, y, yaw + turn):
-                return False
-    for k in range(HEADINGS):
-        if not _overlap_along(first, second, x, y, k * math.pi / HEADINGS):
+    for yaw in (first.yaw, second.yaw, first.yaw + 0.5 * math.pi, second.yaw + 0.5 * math.pi):
+        if not _overlap_along(first, second, x, y, yaw):
             return False
-    return True
+    k = 0
+    while k < HEADINGS and _overlap_along(first, second, x, y, k * math.pi / HEADINGS):
+        k += 1
+    return k == HEADINGS
 
 
 @kernel_part
