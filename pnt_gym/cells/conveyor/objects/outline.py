@@ -40,8 +40,8 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
     length, width = (objects.size[:, k] / 2.0 for k in range(2))
     beyond, aside = along - length, across - width
     outside = np.hypot(np.maximum(beyond, 0.0), np.maximum(aside, 0.0))
-    rectangle = np.maximum(np.minimum(-beyond, -aside), 0.0) - outside
-    ellipse = (1.0 - np.hypot(along / length, across / width)) * np.minimum(length, width)
+    rectangle: Floats = np.maximum(np.minimum(-beyond, -aside), 0.0) - outside
+    ellipse: Floats = (1.0 - np.hypot(along / length, across / width)) * np.minimum(length, width)
     return np.where(objects.shape == ELLIPSOID, ellipse, rectangle)
 
 
@@ -51,4 +51,5 @@ def reach(objects: Objects, half: Floats, up: Floats) -> Floats:
     x, y, z = (np.abs(up[..., k]) * half[:, k, None] for k in range(3))
     shape = objects.shape[:, None]
     across = np.sqrt(y * y + z * z)
-    return np.where(shape == BOX, x + y + z, np.where(shape == CYLINDER, x + across, np.sqrt(x * x + y * y + z * z)))
+    curved: Floats = np.where(shape == CYLINDER, x + across, np.sqrt(x * x + y * y + z * z))
+    return np.where(shape == BOX, x + y + z, curved)
