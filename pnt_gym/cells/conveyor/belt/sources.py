@@ -244,7 +244,7 @@ class BeltPicks(PickSource):
         The check uses measured values of all objects; objects that are not `good` are skipped.
         """
         candidates = np.flatnonzero(good)
-        rows, at, throws = rows[candidates], at[candidates], take(context, candidates)
+        rows, at, throws = rows[candidates], at[candidates], context if good.all() else take(context, candidates)
         motion = self._planner.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
         place = self.stream.places(rows)
         place[..., 0] += self._belt.speed * elapsed[candidates, None]
