@@ -1,4 +1,4 @@
-"""Objects on the belt that a carried one sweeps through: told as it is, and where they are solid, out of reach then."""
+"""Objects on the belt that a carried object sweeps through: they are reported, and where they are solid, lost."""
 
 import copy
 from dataclasses import replace
