@@ -9,6 +9,7 @@ from typing import NamedTuple, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, Record
+from pnt_gym.cells.base.rotations import to_body_axes
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.planning.motion.limits import LimitRows
@@ -166,6 +167,16 @@ class Context(Record):
         return self.visible_grasp + self.unseen
 
     @cached_property
+    def hanging(self) -> Floats:
+        """True centre of mass relative to the cup's tip, of an object that hangs at rest (N, 3) [m]."""
+        return np.concatenate([self.grasp, -self.objects.com_depth[:, None]], axis=1)
+
+    @cached_property
+    def arm(self) -> Floats:
+        """`hanging` in the axes of the object (N, 3) [m]."""
+        return to_body_axes(self.hanging, self.objects.yaw)
+
+    @cached_property
     def cup_offset(self) -> Floats:
         """Cup tip relative to the planner's point (N, 3) [m]."""
         zero = np.zeros_like(self.objects.known_depth)
@@ -189,6 +200,8 @@ class Context(Record):
 
     def without_spin(self, rows: Bools) -> Context:
         """The same picks with zero spin where the object is lost (N,)."""
+        if not rows.any():
+            return self
         objects = self.objects
         return self.replace(objects=objects.replace(spin=np.where(rows[:, None], 0.0, objects.spin)))
 

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, dot
-from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
+from pnt_gym.arrays import Floats, Ints, dot
+from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, solid_shell_inertia
 from pnt_gym.cells.base.items import CYLINDER
-from pnt_gym.cells.base.rotations import quaternion_product, rotate, to_body_axes, vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP, LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.parting import Parting
-from pnt_gym.cells.conveyor.objects.outline import reach
 from pnt_gym.planning.motion.trajectory import Samples
 
 LARGEST_PHASE: Final = 0.5
@@ -25,8 +22,6 @@ Then h^2 k + 2 h c < 1.4 about each axis; the steps are stable below 4, which co
 brings down to 4 / 3 at the utmost, and not near it."""
 TWIST_RATIO: Final = 0.5
 """Damping ratio about the vertical axis, about which the lip is stiff."""
-TILT_COSINE: Final = 0.5
-"""Cosine of the tilt beyond which an object under its cup is simulated by the engine."""
 CONTACT_DEPTH: Final = 0.001
 """Depth in the belt beyond which an object under its cup has touched the belt [m]."""
 
@@ -67,11 +62,10 @@ def effective_inertia(context: Context) -> Floats:
 
     The effective inertia 1 / (I^-1)_kk is less than the moment of inertia I_kk where an offset couples the axes.
     """
-    o = context.objects
-    arm = to_body_axes(np.concatenate([context.grasp, -o.com_depth[:, None]], axis=1), o.yaw)
-    inertia = -o.mass[:, None, None] * arm[:, :, None] * arm[:, None, :]
-    diagonal = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
-    inertia[:, range(3), range(3)] += diagonal + (o.mass * dot(arm, arm))[:, None]
+    o, arm = context.objects, context.arm
+    inertia = (-o.mass[:, None] * arm)[:, :, None] * arm[:, None, :]
+    diagonal = solid_shell_inertia(o.mass, o.extents, o.shape) + (o.mass * dot(arm, arm))[:, None]
+    inertia[:, range(3), range(3)] += diagonal
     return np.asarray(1.0 / np.linalg.inv(inertia)[:, range(3), range(3)], dtype=np.float64)
 
 
@@ -94,34 +88,32 @@ def swing_objects(
         config: the cell.
     """
     from pnt_gym.cells.base.freefall import STATE, swing_down  # noqa: PLC0415 - compiles, where nothing is kept
+    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
 
-    yaw, count, last = context.objects.yaw, len(release), int(release.max())
-    motion = hand(np.arange(last, dtype=np.int64))
-    against_air = motion.velocity - np.concatenate([context.drift.draught, np.zeros((count, 1))], axis=1)[:, None]
-    moves = np.concatenate([to_body_axes(way, yaw[:, None]) for way in (motion.acceleration, against_air)], axis=2)
-    arm = to_body_axes(hanging.centre, yaw)
-    state, attitudes = np.zeros((count, STATE)), np.zeros((count, last // stride + 2, 4))
+    o, arm, count, last = context.objects, context.arm, len(release), int(release.max())
+    motion, cosine, sine = hand(np.arange(last + 1, dtype=np.int64)), np.cos(o.yaw), np.sin(o.yaw)
+    moves = np.empty((count, last + 1, 6))
+    kernel.face_moves(motion.acceleration, motion.velocity, context.drift.draught, cosine, sine, moves)
+    state, attitudes = np.zeros((count, STATE)), np.empty((count, last // stride + 2, 4))
     state[:, 3] = 1.0
-    pivot = np.concatenate([arm, *springs(context, config)], axis=1)
-    swing_down(
-        state, body_constants(context), pivot, config.mismatch, config.timestep, moves, release, stride, attitudes
-    )
+    pivot, body = np.concatenate([arm, *springs(context, config)], axis=1), body_constants(context)
+    swing_down(state, body, pivot, config.mismatch, config.timestep, moves, release, stride, attitudes)
     rotation, rate = state[:, 3:7], state[:, 10:13]
-    looks = np.minimum(np.arange(attitudes.shape[1], dtype=np.int64) * stride, release[:, None])
-    return replace(
-        hanging,
-        centre=to_body_axes(rotate(rotation, arm), -yaw),
-        velocity=hanging.velocity + to_body_axes(rotate(rotation, np.cross(rate, arm)), -yaw),
-        attitude=quaternion_product(hanging.attitude, rotation),
-        rate=hanging.rate + rate,
-        unsure=_touches_solid(context, arm, attitudes, hand(looks).position[..., 2], config),
-    )
+    centre, velocity, attitude = np.empty((count, 3)), hanging.velocity.copy(), np.empty((count, 4))
+    kernel.part(rotation, rate, arm, hanging.attitude, cosine, sine, centre, velocity, attitude)
+    unsure, floor = np.empty(count, dtype=np.bool_), config.belt.height - CONTACT_DEPTH
+    middle = o.com_depth - LIP_GAP - o.size[:, 2] / 2.0
+    kernel.find_solid(
+        o.shape, o.extents, o.cup_radius, arm, middle, attitudes, motion.position, release, stride, LIP_LENGTH, floor,
+        unsure,
+    )  # fmt: skip
+    return Parting(centre, velocity, attitude, hanging.rate + rate, hanging.push, unsure)
 
 
 def body_constants(context: Context) -> Floats:
     """Constants of the objects' bodies (N, BODY), see `freefall.BODY`."""
     o = context.objects
-    full = lying_size(o.shape, o.size)
+    full = o.extents
     placed = geom_placement(o.shape, full)
     inertia, fluid = solid_shell_inertia(o.mass, full, o.shape), fluid_coefficients(o.shape, full, o.drag)
     lies = (o.shape == CYLINDER)[:, None]
@@ -130,22 +122,3 @@ def body_constants(context: Context) -> Floats:
     return np.ascontiguousarray(
         np.concatenate([o.mass[:, None], inertia, up[:, None], placed.quat, semi, fluid], axis=1)
     )
-
-
-def _touches_solid(context: Context, arm: Floats, attitudes: Floats, tip: Floats, config: ConveyorConfig) -> Bools:
-    """Whether swinging objects touched the belt or the solid part of their cups (N,).
-
-    Args:
-        context: the N picks.
-        arm: centre of mass relative to the tip, in the objects' axes at rest (N, 3) [m].
-        attitudes: attitudes of the objects (N, K, 4).
-        tip: height of the tip (N, K) [m].
-        config: the cell.
-    """
-    o, up = context.objects, vertical(attitudes)
-    full = lying_size(o.shape, o.size)
-    middle = arm + np.stack([np.zeros_like(o.yaw)] * 2 + [o.com_depth - LIP_GAP - o.size[:, 2] / 2.0], axis=1)
-    low = tip + dot(middle[:, None], up) - reach(o, full / 2.0, up)
-    tilt = np.sqrt(np.maximum(1.0 - up[..., 2] ** 2, 0.0))
-    steep = (o.cup_radius[:, None] * tilt > LIP_LENGTH) | (up[..., 2] < TILT_COSINE)
-    return np.asarray((steep | (low < config.belt.height - CONTACT_DEPTH)).any(axis=1))

@@ -6,9 +6,11 @@ Lengths are in m, masses in kg, forces in N, angles in rad.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 from pnt_gym.arrays import Floats, Ints, Record
+from pnt_gym.cells.base.fluid import lying_size
 
 
 @final
@@ -92,3 +94,8 @@ class Objects(Record):
     """Speed setting of the object's throw [%]."""
     measured: Measured
     draws: Draws
+
+    @cached_property
+    def extents(self) -> Floats:
+        """Extents of the modelled bodies of N objects (N, 3) [m], see `lying_size`."""
+        return lying_size(self.shape, self.size)
