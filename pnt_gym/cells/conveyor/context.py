@@ -8,7 +8,7 @@ from typing import NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, Record
+from pnt_gym.arrays import Bools, Floats, Ints, Record, dot
 from pnt_gym.cells.base.rotations import to_body_axes
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
@@ -175,6 +175,17 @@ class Context(Record):
     def arm(self) -> Floats:
         """`hanging` in the axes of the object (N, 3) [m]."""
         return to_body_axes(self.hanging, self.objects.yaw)
+
+    @cached_property
+    def lip_inertia(self) -> Floats:
+        """Inertia of the object, free to turn about the lip, against a moment about each body axis (N, 3) [kg m2].
+
+        This effective inertia 1 / (I^-1)_kk is less than the moment of inertia I_kk where an offset couples the axes.
+        """
+        mass, arm = self.objects.mass[:, None], self.arm
+        inertia = (-mass * arm)[:, :, None] * arm[:, None, :]
+        np.einsum("nkk->nk", inertia)[:] += self.objects.inertia + mass * dot(arm, arm)[:, None]
+        return 1.0 / np.einsum("nkk->nk", np.linalg.inv(inertia))
 
     @cached_property
     def cup_offset(self) -> Floats:

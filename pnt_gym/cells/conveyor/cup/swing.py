@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, dot
-from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, solid_shell_inertia
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement
 from pnt_gym.cells.base.items import CYLINDER
 from pnt_gym.cells.conveyor.config import LIP_GAP, LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.parting import Parting
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.trajectory import Samples
 
 LARGEST_PHASE: Final = 0.5
@@ -45,7 +47,7 @@ def springs(context: Context, config: ConveyorConfig) -> Spring:
     constant load a lip bends more than load over stiffness, by the share zeta w h. About the vertical axis the lip is
     as stiff as a step allows.
     """
-    cup, step, inertia = config.cup, config.timestep, effective_inertia(context)
+    cup, step, inertia = config.cup, config.timestep, context.lip_inertia
     stiffness = (cup.stiffness or np.inf) / config.mismatch
     turn = np.minimum(step * np.sqrt(stiffness / inertia), LARGEST_PHASE)
     turn[:, 2] = LARGEST_PHASE
@@ -55,18 +57,6 @@ def springs(context: Context, config: ConveyorConfig) -> Spring:
         stiffness=inertia * (1.0 + decay * decay - 2.0 * decay * wave) / step**2,
         damping=inertia * (1.0 - decay * decay) / step,
     )
-
-
-def effective_inertia(context: Context) -> Floats:
-    """Effective inertia of N objects, free to turn about the lip, against a moment about each body axis (N, 3) [kg m2].
-
-    The effective inertia 1 / (I^-1)_kk is less than the moment of inertia I_kk where an offset couples the axes.
-    """
-    o, arm = context.objects, context.arm
-    inertia = (-o.mass[:, None] * arm)[:, :, None] * arm[:, None, :]
-    diagonal = solid_shell_inertia(o.mass, o.extents, o.shape) + (o.mass * dot(arm, arm))[:, None]
-    inertia[:, range(3), range(3)] += diagonal
-    return np.asarray(1.0 / np.linalg.inv(inertia)[:, range(3), range(3)], dtype=np.float64)
 
 
 def swing_objects(
@@ -87,38 +77,64 @@ def swing_objects(
         stride: steps between two records of the swing.
         config: the cell.
     """
-    from pnt_gym.cells.base.freefall import STATE, swing_down  # noqa: PLC0415 - compiles, where nothing is kept
-    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
+    motion = hand(np.arange(int(release.max()) + 1, dtype=np.int64))
+    state, attitudes = _swing(context, motion, release, stride, config)
+    parting = _part(context, hanging, state)
+    return replace(parting, unsure=_touches_solid(context, attitudes, motion, release, stride, config))
 
-    o, arm, count, last = context.objects, context.arm, len(release), int(release.max())
-    motion, cosine, sine = hand(np.arange(last + 1, dtype=np.int64)), np.cos(o.yaw), np.sin(o.yaw)
-    moves = np.empty((count, last + 1, 6))
-    kernel.face_moves(motion.acceleration, motion.velocity, context.drift.draught, cosine, sine, moves)
-    state, attitudes = np.zeros((count, STATE)), np.empty((count, last // stride + 2, 4))
+
+def _swing(
+    context: Context, motion: Samples, release: Ints, stride: int, config: ConveyorConfig
+) -> tuple[Floats, Floats]:
+    """States (N, STATE) at the release, and attitudes (N, L, 4) every `stride` steps, of objects that hang at first."""
+    from pnt_gym.cells.base.freefall import STATE, swing_down  # noqa: PLC0415 - compiles, where nothing is kept
+    from pnt_gym.cells.conveyor.cup.kernel import face_moves  # noqa: PLC0415 - compiles, where nothing is kept
+
+    yaw, (count, steps, _) = context.objects.yaw, motion.velocity.shape
+    moves = np.empty((count, steps, 6))
+    face_moves(motion.acceleration, motion.velocity, context.drift.draught, np.cos(yaw), np.sin(yaw), moves)
+    state, attitudes = np.zeros((count, STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
     state[:, 3] = 1.0
-    pivot, body = np.concatenate([arm, *springs(context, config)], axis=1), body_constants(context)
+    pivot, body = np.concatenate([context.arm, *springs(context, config)], axis=1), body_constants(context)
     swing_down(state, body, pivot, config.mismatch, config.timestep, moves, release, stride, attitudes)
-    rotation, rate = state[:, 3:7], state[:, 10:13]
-    centre, velocity, attitude = np.empty((count, 3)), hanging.velocity.copy(), np.empty((count, 4))
-    kernel.part(rotation, rate, arm, hanging.attitude, cosine, sine, centre, velocity, attitude)
-    unsure, floor = np.empty(count, dtype=np.bool_), config.belt.height - CONTACT_DEPTH
-    middle = o.com_depth - LIP_GAP - o.size[:, 2] / 2.0
-    kernel.find_solid(
-        o.shape, o.extents, o.cup_radius, arm, middle, attitudes, motion.position, release, stride, LIP_LENGTH, floor,
-        unsure,
-    )  # fmt: skip
-    return Parting(centre, velocity, attitude, hanging.rate + rate, hanging.push, unsure)
+    return state, attitudes
+
+
+def _part(context: Context, hanging: Parting, state: Floats) -> Parting:
+    """The release of objects that have swung to states (N, STATE)."""
+    from pnt_gym.cells.conveyor.cup.kernel import part  # noqa: PLC0415 - compiles, where nothing is kept
+
+    yaw, rotation, rate = context.objects.yaw, state[:, 3:7], state[:, 10:13]
+    centre, velocity, attitude = np.empty_like(rate), hanging.velocity.copy(), np.empty_like(rotation)
+    part(rotation, rate, context.arm, hanging.attitude, np.cos(yaw), np.sin(yaw), centre, velocity, attitude)
+    return replace(hanging, centre=centre, velocity=velocity, attitude=attitude, rate=hanging.rate + rate)
+
+
+def _touches_solid(
+    context: Context, attitudes: Floats, motion: Samples, release: Ints, stride: int, config: ConveyorConfig
+) -> Bools:
+    """Whether objects with attitudes (N, L, 4) touched the belt or the solid part of their cups (N,)."""
+    from pnt_gym.cells.conveyor.cup.kernel import find_solid  # noqa: PLC0415 - compiles, where nothing is kept
+
+    o, touched = context.objects, np.empty(len(release), dtype=np.bool_)
+    body = o.shape, o.extents, o.cup_radius, context.arm, _middle(o)
+    find_solid(
+        *body, attitudes, motion.position, release, stride, LIP_LENGTH, config.belt.height - CONTACT_DEPTH, touched
+    )
+    return touched
+
+
+def _middle(objects: Objects) -> Floats:
+    """Heights of the bodies' middles above the centres of mass of objects that hang at rest (N,) [m]."""
+    return objects.com_depth - LIP_GAP - objects.size[:, 2] / 2.0
 
 
 def body_constants(context: Context) -> Floats:
     """Constants of the objects' bodies (N, BODY), see `freefall.BODY`."""
     o = context.objects
-    full = o.extents
-    placed = geom_placement(o.shape, full)
-    inertia, fluid = solid_shell_inertia(o.mass, full, o.shape), fluid_coefficients(o.shape, full, o.drag)
+    placed, fluid = geom_placement(o.shape, o.extents), fluid_coefficients(o.shape, o.extents, o.drag)
     lies = (o.shape == CYLINDER)[:, None]
     semi = np.where(lies, placed.size[:, [0, 0, 1]], placed.size)
-    up = o.com_depth - LIP_GAP - o.size[:, 2] / 2
     return np.ascontiguousarray(
-        np.concatenate([o.mass[:, None], inertia, up[:, None], placed.quat, semi, fluid], axis=1)
+        np.concatenate([o.mass[:, None], o.inertia, _middle(o)[:, None], placed.quat, semi, fluid], axis=1)
     )

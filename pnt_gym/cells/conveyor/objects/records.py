@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import final
 
 from pnt_gym.arrays import Floats, Ints, Record
-from pnt_gym.cells.base.fluid import lying_size
+from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
 
 
 @final
@@ -99,3 +99,8 @@ class Objects(Record):
     def extents(self) -> Floats:
         """Extents of the modelled bodies of N objects (N, 3) [m], see `lying_size`."""
         return lying_size(self.shape, self.size)
+
+    @cached_property
+    def inertia(self) -> Floats:
+        """Moments of inertia of N objects about their own axes, through the centre of the extents (N, 3) [kg m2]."""
+        return solid_shell_inertia(self.mass, self.extents, self.shape)
