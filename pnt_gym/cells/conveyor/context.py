@@ -203,6 +203,11 @@ class Context(Record):
         """Measured centre of mass relative to the cup axis, along world x, y (N, 2) [m]."""
         return self.visible_grasp + self.measured.grasp_noise
 
+    @cached_property
+    def measured_grasp_in_throw(self) -> tuple[Floats, Floats]:
+        """Measured centre of mass relative to the cup axis, along the throw and to its left, each (N,) [m]."""
+        return self.to_throw_frame(self.measured_grasp)
+
     def without_jitter(self) -> Context:
         """The same picks without the values that differ from throw to throw of one object: jitter and failed picks."""
         objects = self.objects

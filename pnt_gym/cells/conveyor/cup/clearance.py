@@ -74,7 +74,7 @@ def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats
     from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
 
     turned = length(parting.rate)[:, None] * since
-    centre, drift, up = np.empty((3, *hand[0].shape))
+    centre, drift, up = [np.empty_like(hand[0]) for _ in range(3)]
     kernel.predict(
         parting.centre, parting.velocity, parting.attitude, parting.rate, *hand, since, np.cos(turned), np.sin(turned),
         centre, drift, up,

@@ -189,7 +189,7 @@ def face_moves(
 
 
 @compile_for("void(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[:], f8[:], f8[:, ::1], f8[:, ::1], f8[:, ::1])")
-def part(
+def part_objects(
     rotation: Floats,
     rate: Floats,
     arm: Floats,

@@ -88,11 +88,11 @@ def _swing(
 ) -> tuple[Floats, Floats]:
     """States (N, STATE) at the release, and attitudes (N, L, 4) every `stride` steps, of objects that hang at first."""
     from pnt_gym.cells.base.freefall import STATE, swing_down  # noqa: PLC0415 - compiles, where nothing is kept
-    from pnt_gym.cells.conveyor.cup.kernel import face_moves  # noqa: PLC0415 - compiles, where nothing is kept
+    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
 
     yaw, (count, steps, _) = context.objects.yaw, motion.velocity.shape
     moves = np.empty((count, steps, 6))
-    face_moves(motion.acceleration, motion.velocity, context.drift.draught, np.cos(yaw), np.sin(yaw), moves)
+    kernel.face_moves(motion.acceleration, motion.velocity, context.drift.draught, np.cos(yaw), np.sin(yaw), moves)
     state, attitudes = np.zeros((count, STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
     state[:, 3] = 1.0
     pivot, body = np.concatenate([context.arm, *springs(context, config)], axis=1), body_constants(context)
@@ -102,11 +102,13 @@ def _swing(
 
 def _part(context: Context, hanging: Parting, state: Floats) -> Parting:
     """The release of objects that have swung to states (N, STATE)."""
-    from pnt_gym.cells.conveyor.cup.kernel import part  # noqa: PLC0415 - compiles, where nothing is kept
+    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
 
     yaw, rotation, rate = context.objects.yaw, state[:, 3:7], state[:, 10:13]
     centre, velocity, attitude = np.empty_like(rate), hanging.velocity.copy(), np.empty_like(rotation)
-    part(rotation, rate, context.arm, hanging.attitude, np.cos(yaw), np.sin(yaw), centre, velocity, attitude)
+    kernel.part_objects(
+        rotation, rate, context.arm, hanging.attitude, np.cos(yaw), np.sin(yaw), centre, velocity, attitude
+    )
     return replace(hanging, centre=centre, velocity=velocity, attitude=attitude, rate=hanging.rate + rate)
 
 
@@ -114,11 +116,11 @@ def _touches_solid(
     context: Context, attitudes: Floats, motion: Samples, release: Ints, stride: int, config: ConveyorConfig
 ) -> Bools:
     """Whether objects with attitudes (N, L, 4) touched the belt or the solid part of their cups (N,)."""
-    from pnt_gym.cells.conveyor.cup.kernel import find_solid  # noqa: PLC0415 - compiles, where nothing is kept
+    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
 
     o, touched = context.objects, np.empty(len(release), dtype=np.bool_)
     body = o.shape, o.extents, o.cup_radius, context.arm, _middle(o)
-    find_solid(
+    kernel.find_solid(
         *body, attitudes, motion.position, release, stride, LIP_LENGTH, config.belt.height - CONTACT_DEPTH, touched
     )
     return touched
