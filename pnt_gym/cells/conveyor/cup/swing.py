@@ -9,7 +9,6 @@ from typing import Final, NamedTuple, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement
 from pnt_gym.cells.base.items import CYLINDER
 from pnt_gym.cells.conveyor.config import LIP_GAP, LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -134,9 +133,8 @@ def _middle(objects: Objects) -> Floats:
 def body_constants(context: Context) -> Floats:
     """Constants of the objects' bodies (N, BODY), see `freefall.BODY`."""
     o = context.objects
-    placed, fluid = geom_placement(o.shape, o.extents), fluid_coefficients(o.shape, o.extents, o.drag)
-    lies = (o.shape == CYLINDER)[:, None]
-    semi = np.where(lies, placed.size[:, [0, 0, 1]], placed.size)
-    return np.ascontiguousarray(
-        np.concatenate([o.mass[:, None], o.inertia, _middle(o)[:, None], placed.quat, semi, fluid], axis=1)
-    )
+    # The semi-axes of a cylinder along its geom's axes: its radius twice, and half its length.
+    size, lies = o.placement.size, (o.shape == CYLINDER)[:, None]
+    semi = np.where(lies, size[:, [0, 0, 1]], size)
+    columns = o.mass[:, None], o.inertia, _middle(o)[:, None], o.placement.quat, semi, o.fluid
+    return np.ascontiguousarray(np.concatenate(columns, axis=1))
