@@ -36,11 +36,6 @@ LEVELS = {
 }
 
 
-@pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    return tmp_path_factory.mktemp("tables")
-
-
 @pytest.mark.parametrize("name", LEVELS)
 def test_every_case_is_the_planners_own_and_none_is_missing(name, tables):
     """A sample of `python benchmarks/line_exactness.py`."""
