@@ -1,11 +1,11 @@
-"""True outlines of objects: footprints on the belt, turned by the objects' yaw, and extents in space."""
+"""True outlines of objects: footprints on the belt, turned by the objects' yaw."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
+from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.conveyor.objects.records import Objects
 
 
@@ -43,13 +43,3 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
     rectangle: Floats = np.maximum(np.minimum(-beyond, -aside), 0.0) - outside
     ellipse: Floats = (1.0 - np.hypot(along / length, across / width)) * np.minimum(length, width)
     return np.where(objects.shape == ELLIPSOID, ellipse, rectangle)
-
-
-def reach(objects: Objects, half: Floats, up: Floats) -> Floats:
-    """Extent (N, K) [m] of objects from their middle along directions (N, K, 3), for half extents (N, 3) [m]."""
-    # Support functions of box, cylinder along x and ellipsoid.
-    x, y, z = (np.abs(up[..., k]) * half[:, k, None] for k in range(3))
-    shape = objects.shape[:, None]
-    across = np.sqrt(y * y + z * z)
-    curved: Floats = np.where(shape == CYLINDER, x + across, np.sqrt(x * x + y * y + z * z))
-    return np.where(shape == BOX, x + y + z, curved)
