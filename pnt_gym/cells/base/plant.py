@@ -167,20 +167,23 @@ def roll_out(
         PhysicsError: the engine warned, or stopped a simulation.
     """
     record: dict[str, Floats] = {}
+    ends = np.sort(steps)[np.ceil(np.array(STAGES) * (len(steps) - 1)).astype(np.int64)]
     simulations = np.arange(len(steps)) if ids is None else ids
     batch.warning[:] = 0
     start = 0
-    for end in np.unique(np.quantile(steps, STAGES, method="higher")):
+    for end in sorted(set(ends.tolist())):
         rows = np.flatnonzero(steps > start)
         part = batch.rollout(
-            int(end) - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(names), ids=simulations[rows]
+            end - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(names), ids=simulations[rows]
         )
         for name in names:
-            whole = record.setdefault(name, np.zeros((*control.shape[:2], part[name].shape[-1])))
+            if name not in record:
+                record[name] = np.zeros((*control.shape[:2], part[name].shape[-1]))
+            whole = record[name]
             whole[rows, start:end] = part[name]
             for row in rows[steps[rows] < end]:
                 whole[row, steps[row] : end] = 0.0
-        start = int(end)
+        start = end
     check_warnings(batch)
     return record
 

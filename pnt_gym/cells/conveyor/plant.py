@@ -224,8 +224,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         upsample(replace(knots, torque=knots.torque * weak), stride * clock.step, stride, control)
         grip = int(self.scene.model.nu) + self.scene.grip_equality
         control[..., grip] = np.arange(steps, dtype=np.int64) < clock.release[:, None]
-        inertia = self.batch.expand("body_inertia")[rows, self.scene.object_body]
-        torque = inertia * to_body_axes(context.objects.spin, context.objects.yaw) / clock.step
+        torque = context.objects.inertia * to_body_axes(context.objects.spin, context.objects.yaw) / clock.step
         # The object gets its spin in the step of its release: torque = inertia x spin / step.
         control[np.arange(len(rows)), clock.release, self.scene.spin_controls] = torque
         control[..., self.scene.swing_controls] = control[..., grip, None]
