@@ -43,7 +43,7 @@ class Fall:
     """Number of steps that count, for each object (N,)."""
 
 
-def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats) -> Fall:
+def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: float) -> Fall:
     """Simulate flying objects until each has too little energy to cross the rim of its bin.
 
     An object with too little energy to reach the rim stays inside the walls, or outside. Every row is checked at the
@@ -55,13 +55,14 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats) -> Fall:
         body: id of the object's body.
         steps: largest number of steps of each simulation (N,).
         rim: height of the bins' rims (N,) [m].
+        step: length of a physics step [s].
 
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
     from pnt_gym.cells.base.freefall import end_settled  # noqa: PLC0415 - compiles, where nothing is kept
 
-    count, chunk = len(steps), max(round(CHECK_INTERVAL / batch.model.opt.timestep), 1)
+    count, chunk = len(steps), max(round(CHECK_INTERVAL / step), 1)
     spin = batch.expand("body_inertia")[rows, body] / batch.expand("body_mass")[rows, body, None]
     qvel, last_steps = batch.bind("qvel"), steps.copy()
     batch.warning[:] = 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final, Generic, TypeVar, final
 
 import numpy as np
@@ -237,7 +238,8 @@ class Landed:
 
     def rewards(self, weights: SortingReward) -> dict[str, Floats]:
         """The terms `REWARD_TERMS` by name, times their weights; before weighting every term lies in [0, 1]."""
-        landing = np.maximum(1.0 - np.nan_to_num(self.landing_error, nan=np.inf) / weights.landing_scale, 0.0)
+        # A throw without a landing, of which the error is NaN, gets 0.
+        landing = np.fmax(1.0 - self.landing_error / weights.landing_scale, 0.0)
         time = np.maximum(1.0 - self.cycle_time / weights.time_scale, 0.0)
         worth = weights.landing * landing, weights.success * self.is_success.astype(np.float64), weights.time * time
         return dict(zip(REWARD_TERMS, worth, strict=True))
@@ -261,7 +263,7 @@ class ObjectFlight:
     last_step: Ints
     """Last step that counts (N,)."""
 
-    @property
+    @cached_property
     def free(self) -> Bools:
         """Steps after the release that count, (N, M)."""
         steps = np.arange(self.position.shape[1], dtype=np.int64)

@@ -87,7 +87,7 @@ class FreeObjects:
         batch.set_const(rows)
         batch.state[rows] = 0.0
         batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
-        return fall(batch, rows, self._scene.object_body, steps, context.target[:, 2])
+        return fall(batch, rows, self._scene.object_body, steps, context.target[:, 2], self._config.timestep)
 
     def predict_landings(self, context: Context, clock: ThrowClock) -> tuple[Touchdown, Bools]:
         """Landings of N objects after planned releases, and which objects the cup touches again (N,).
