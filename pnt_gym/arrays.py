@@ -128,7 +128,7 @@ def finite_rows(values: ArrayLike, count: int, name: str) -> Floats:
         raise PlanningError(f"{name} must be one number or have shape ({count},), got {rows.shape}")
     if not np.isfinite(rows).all():
         raise not_finite_error(rows, name)
-    return np.ascontiguousarray(np.broadcast_to(rows, (count,)))
+    return np.full(count, rows) if rows.ndim == 0 else np.ascontiguousarray(rows)
 
 
 def vector(value: Point, name: str) -> Floats:

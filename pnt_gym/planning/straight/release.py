@@ -12,7 +12,6 @@ same bits.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -174,7 +173,7 @@ def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, e
     never = np.full(len(start), np.inf)
     throws = np.array([*start.T, *end.T, *limits.arrays(len(start)), zero, never, *LineBounds.below(never)])
     plans = _to_batch(_plan_throws(throws, slope=np.tan(angle)))
-    return replace(plans, angle=np.where(plans.feasible, angle, np.nan))
+    return plans.replace(angle=np.where(plans.feasible, angle, np.nan))
 
 
 def release_at_point(

@@ -111,17 +111,6 @@ def test_it_ends_below_its_height_and_keeps_its_last_state():
         )
 
 
-def test_a_row_does_not_depend_on_the_others():
-    rng = np.random.default_rng(5)
-    objects, state = things(rng), thrown(rng)
-    body = bodies(*objects)
-    together, *_ = flown(state, body, 0.0, 1.0, 300)
-    for row in range(COUNT):
-        seen, steps, alone = np.zeros((1, 300, STATE)), np.zeros(1, dtype=np.int64), state[row : row + 1].copy()
-        fly_down(alone, body[row : row + 1].copy(), np.zeros((1, 2)), np.zeros(1), 1.0, STEP, STRIDE, seen, steps)
-        np.testing.assert_array_equal(alone[0], together[row])
-
-
 def test_a_fall_ends_where_the_energy_no_longer_lifts_the_object_to_the_rim():
     """Kinetic and potential energy per weight, of objects that are some rows of a batch in other simulations."""
     rng = np.random.default_rng(8)

@@ -8,9 +8,9 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, Record, replace_rows, take
 from pnt_gym.cells.base.cell import Generators
-from pnt_gym.cells.conveyor.belt.neighbours import as_measured, course, sweeps_through
+from pnt_gym.cells.conveyor.belt.neighbours import course, sweeps_through
 from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -36,7 +36,7 @@ STANDING_HEIGHT: Final = 0.05
 
 @final
 @dataclass(frozen=True)
-class NextPick:
+class NextPick(Record):
     """The next picks of N hands, and their returns to these picks."""
 
     wait: Floats
@@ -244,14 +244,14 @@ class BeltPicks(PickSource):
         The check uses measured values of all objects; objects that are not `good` are skipped.
         """
         candidates = np.flatnonzero(good)
-        rows, at, throws = rows[candidates], at[candidates], take(context, candidates)
+        rows, at, throws = rows[candidates], at[candidates], context if good.all() else take(context, candidates)
         motion = self._planner.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
         place = self.stream.places(rows)
         place[..., 0] += self._belt.speed * elapsed[candidates, None]
         place[np.arange(len(candidates)), PASSED_PLACES + at] = AWAY
-        neighbours = as_measured(take(self.stream.objects, rows))
+        neighbours = take(self.stream.objects.measured, rows)
         way = course(motion, motion.release_time, self._belt.speed)
-        collisions = sweeps_through(as_measured(throws.objects), throws.pick[:, :2], way, neighbours, place)
+        collisions = sweeps_through(throws.objects.measured, throws.pick[:, :2], way, neighbours, place)
         free = np.zeros(len(good), dtype=np.bool_)
         free[candidates] = ~collisions.any(axis=1)
         return free
@@ -288,7 +288,7 @@ class BeltPicks(PickSource):
         good, throwing = meeting.feasible & throwable, np.zeros(len(x))
         rows = np.flatnonzero(good)
         throws = take(context, rows)
-        throwing[rows] = mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling).stop_time
+        _, throwing[rows] = mover.throw_times(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
         start = meeting.time + self._dwell
         stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
         among = Candidates(np.ones(len(x)), start + throwing, start, start + stays, good)

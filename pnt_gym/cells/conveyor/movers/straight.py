@@ -21,7 +21,15 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.intercept import plan_intercept
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.motion.scurve import accelerate, brake, brake_distance, coast, rest_to_rest
+from pnt_gym.planning.motion.scurve import (
+    accelerate,
+    acceleration_time,
+    brake,
+    brake_distance,
+    brake_time,
+    coast,
+    rest_to_rest,
+)
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation, release_at_point, stops_inside
@@ -134,6 +142,13 @@ class Mover(ABC):
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions from the pick through feasible releases to the points where the return begins."""
 
+    def throw_times(
+        self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats
+    ) -> tuple[Floats, Floats]:
+        """Times of releases and of the ends of throws, for motions as of `throw` (N,) each [s]."""
+        motion = self.throw(pick, release, limits, ceiling)
+        return motion.release_time, motion.stop_time
+
     @abstractmethod
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions from the end of a throw to next picks (N, 3) [m], which end at rest."""
@@ -221,6 +236,14 @@ class StraightMover(Mover):
             roof=zero + np.inf,
             placed=zero > 0.0,
         )
+
+    def throw_times(
+        self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats
+    ) -> tuple[Floats, Floats]:
+        """Times of releases and of the ends of throws, without motions."""
+        released = acceleration_time(release.distance, limits)
+        stopping = brake_time(release.speed, self.braking_limits(release, limits))
+        return released, released + self._follow.window + stopping
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions straight to the point above the next pick, then down."""
