@@ -8,7 +8,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, recompute_rows, replace_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, recompute_rows, take
 from pnt_gym.cells.base.aside import Purpose, side_generator
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
@@ -114,20 +114,24 @@ class PickPlanner:
 
         Bins are tried in the order of the object's draws; rows without an accepted throw hold the last attempt.
         """
-        context, can_hold, good = self._plan_for_bins(objects, pick, *self._bin_at_attempt(objects, 0))
+        first, can_hold, good = self._plan_for_bins(objects, pick, *self._bin_at_attempt(objects, 0))
+        attempts, last, count = [first], np.arange(len(good)), len(good)
         for attempt in range(1, len(self._centres) or TARGET_DRAWS):
             rows = np.flatnonzero(~good)
             if rows.size == 0:
                 break
-            pending = take(context, rows)
-            target, opening, index = self._bin_at_attempt(pending.objects, attempt)
-            plan = self.mover.plan(pending.pick, target, pending.throw_limits, pending.ceiling)
-            depth = self._depth(pending.objects, opening)
-            pending = pending.replace(target=target, opening=opening, bin=index, depth=depth, plan=plan)
-            following, accepted = self._accept(pending)
+            context, accepted = self._retry(take(first, rows), attempt)
             good[rows] = accepted & can_hold[rows]
-            context = replace_rows(context, rows, following)
-        return context, good
+            attempts.append(context)
+            last[rows], count = np.arange(count, count + len(rows)), count + len(rows)
+        return first if len(attempts) == 1 else take(concatenate_records(attempts), last), good
+
+    def _retry(self, context: Context, attempt: int) -> tuple[Context, Bools]:
+        """The picks with the bins tried at an attempt, and which throws are accepted (N,)."""
+        target, opening, index = self._bin_at_attempt(context.objects, attempt)
+        plan = self.mover.plan(context.pick, target, context.throw_limits, context.ceiling)
+        depth = self._depth(context.objects, opening)
+        return self._accept(context.replace(target=target, opening=opening, bin=index, depth=depth, plan=plan))
 
     def plan_into(self, objects: Objects, pick: Floats, bins: Ints) -> tuple[Context, Bools]:
         """Contexts as `plan`, for given fixed bins (N,)."""
