@@ -55,6 +55,8 @@ NEWTON_STEPS = 80
 # Newton's error squares with every step: after a step this small the next step is below rounding.
 SLOPE_PRECISION = 1e-9
 GRID = 96
+# Slacks of a ceiling that are computed together, in vector instructions.
+LANES = 16
 GOLDEN = 0.6180339887498949
 GOLDEN_STEPS = 40
 BRACKET_STEPS = 100
@@ -270,6 +272,59 @@ def _grid_point(best: float, foot: float, above: int, k: int) -> float:
 
 
 @kernel_part
+def _roof_slacks(throw: PlaneThrow, high: float, best: float, foot: float, first: int, slacks: Floats) -> None:
+    """Write `_slack` of a ceiling alone, ``high`` above the pick, at the points of the downward grid from ``first`` on.
+
+    The loop has no branches, calls or `max`, so that it becomes vector instructions; the slopes must be positive.
+    """
+    reach, rise, velocity, acceleration, jerk = throw
+    for i in range(len(slacks)):
+        share = 1.0 - (first + i) / GRID
+        share *= share
+        slope = best * share + foot * (1.0 - share)
+        secant = math.sqrt(1.0 + slope * slope)
+        drop = reach * slope - rise
+        length, flight = reach * secant, math.sqrt(2.0 * (drop if drop > 0.0 else 0.0) / GRAVITY)
+        distance = high * (secant / slope)
+        speed = (length - distance) / (flight if flight > TINY else TINY)
+        speed = speed if speed > 0.0 else 0.0
+        speed = speed if speed < velocity else velocity
+        short, long = speed * math.sqrt(speed / jerk), 0.5 * speed * (speed / acceleration + acceleration / jerk)
+        room = distance - (short if jerk * speed <= acceleration * acceleration else long)
+        reserve = flight * velocity - (length - distance)
+        slacks[i] = math.inf if distance >= length else (room if room < reserve else reserve)
+
+
+@kernel_part
+def _slope_below_roof(throw: PlaneThrow, high: float, best: float, slacks: Floats) -> float:
+    """`_slope_in_bounds` for a ceiling alone, ``high`` above the pick and not below the pick.
+
+    The grid of `_nearest_slope` is evaluated `LANES` points at a time, in ``slacks``.
+    """
+    box = Box(0.0, math.inf, -math.inf, high)
+    older, old, last = -math.inf, _slack(throw, box, best), best
+    if old >= 0.0:
+        return best
+    foot, before = max(throw.rise / throw.reach, 0.0), best
+    for k in range(1, GRID + 1):
+        lane = (k - 1) % LANES
+        if lane == 0:
+            _roof_slacks(throw, high, best, foot, k, slacks)
+        slope = _grid_point(best, foot, 0, k)
+        value = slacks[lane] if k < GRID else _slack(throw, box, slope)
+        found = value >= 0.0
+        if older < old < 0.0 and value <= old and old + 2.0 * max(old - older, old - value) >= 0.0:
+            peak, height = _greatest_slack(throw, box, before, slope)
+            if height >= 0.0:
+                slope, value, last, old, found = peak, height, before, (older if k > 1 else old), True
+        if found:
+            slope = _border_slope(throw, box, slope, value, last, old)
+            return slope if _flight_time(throw, slope) > 0.0 and _crossing(throw, slope)[0] < math.inf else math.nan
+        older, old, before, last = old, value, last, slope
+    return math.nan
+
+
+@kernel_part
 def _nearest_slope(throw: PlaneThrow, box: Box, best: float, foot: float, above: int) -> float:
     """Slope without negative slack that is nearest to the free optimum, whose slack is negative; NaN if none exists."""
     older, old, last = -math.inf, _slack(throw, box, best), best
@@ -346,6 +401,7 @@ def choose_slopes(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bo
     Written are ``slopes`` (N,), the tangents of the lines' elevations, NaN where there is no throw; ``moved`` (N,),
     whether a bound moved the line; and ``reasons`` (N,), the `Reason` where there is no throw.
     """
+    slacks = np.empty(LANES)
     for row in range(throws.shape[1]):
         throw, _, _ = _lay_out(throws, row)
         slopes[row], moved[row], reasons[row] = math.nan, False, NO_REACH
@@ -354,7 +410,10 @@ def choose_slopes(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bo
         best = _best_slope(throw)
         roof = throws[CEILING, row] - throws[Z, row]
         box = Box(throws[NEAR, row], throws[FAR, row], throws[LOW, row], min(throws[HIGH, row], roof))
-        slope = _slope_in_bounds(throw, box, best, has_workspace)
+        if not has_workspace and box.high >= 0.0:
+            slope = _slope_below_roof(throw, box.high, best, slacks)
+        else:
+            slope = _slope_in_bounds(throw, box, best, has_workspace)
         slopes[row], moved[row], reasons[row] = slope, slope != best, 0
         if math.isnan(slope):
             # The reason is the ceiling where the ceiling alone rules the throw out.
