@@ -136,7 +136,7 @@ class PickPlanner:
     ) -> tuple[Context, Bools]:
         """Contexts for objects at their picks with given bins, and which throws are accepted (N,)."""
         ceiling = pick[:, 2] + self.config.motion.ceiling
-        throw_limits, good = self._grip_limits(objects, pick)
+        throw_limits, good = self.grip_limits(objects, pick)
         context = Context.new(
             objects,
             pick,
@@ -163,6 +163,16 @@ class PickPlanner:
         if self._put_mover is None:
             return plans
         return recompute_rows(plans, is_at_rest(context.plan) ^ is_swapped, self._put_mover.plan, *arguments)
+
+    def grip_limits(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
+        """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
+        safety, limits = self.config.grip.safety, LimitRows.t3kr(objects.percent)
+        if safety is None:
+            return limits, np.full(len(objects.measured.kind), True)
+        required = self._table.safety[objects.measured.kind] if safety == "surface" else safety
+        largest = measured_hold(objects, belt_shift(objects, pick, self.config.belt)).acceleration(required)
+        slow = np.minimum(limits.acceleration, np.maximum(largest, LEAST_ACCELERATION))
+        return limits._replace(acceleration=slow), largest >= LEAST_ACCELERATION
 
     def warn_of_reach(self) -> None:
         """Warn of fixed bins that no throw reaches: they stay empty, and other bins get their items."""
@@ -199,16 +209,6 @@ class PickPlanner:
             return context, is_thrown
         arguments = context.pick, context.target, context.throw_limits, context.ceiling
         return replace(context, plan=recompute_rows(context.plan, ~is_thrown, self._put_mover.plan, *arguments)), every
-
-    def _grip_limits(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
-        """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
-        safety, limits = self.config.grip.safety, LimitRows.t3kr(objects.percent)
-        if safety is None:
-            return limits, np.full(len(objects.measured.kind), True)
-        required = self._table.safety[objects.measured.kind] if safety == "surface" else safety
-        largest = measured_hold(objects, belt_shift(objects, pick, self.config.belt)).acceleration(required)
-        slow = np.minimum(limits.acceleration, np.maximum(largest, LEAST_ACCELERATION))
-        return limits._replace(acceleration=slow), largest >= LEAST_ACCELERATION
 
     def _has_reserve(self, context: Context, along: Floats) -> Bools:
         """Whether throws stay feasible with their targets moved along the throw (N,) [m]."""

@@ -169,16 +169,16 @@ class LineCore:
 
 def _decision_info(decisions: Decisions) -> dict[str, NDArray[Any]]:
     """Infos of decisions, (N,) each."""
-    results, context = decisions.results, decisions.context
+    results, attempt = decisions.results, decisions.attempt
     return {
         "dt": decisions.elapsed,
         "by": decisions.robot,
         "invalid_action": ~decisions.valid,
         "object": np.where(decisions.valid, decisions.index, -1),
-        "item": context.objects.measured.kind.copy(),
-        "true_kind": context.objects.kind.copy(),
-        "bin": context.bin.copy(),
-        "percent": context.objects.percent.copy(),
+        "item": attempt.item,
+        "true_kind": attempt.true_kind,
+        "bin": attempt.bin,
+        "percent": attempt.percent,
         "value": decisions.value,
         "picked": results.picked,
         "is_success": results.is_success,
