@@ -34,11 +34,10 @@ CHASE_FIRST, CHASE_LAST, CHASE_END, CHASE_COLUMNS = 10, 11, 12, 13
 @kernel_part
 def _stroke_time(distance: float, limits: tuple[float, float, float], roots: tuple[float, float]) -> float:
     """`scurve.stroke_time` of one stroke, with speed and peak of a short stroke as numpy's cube roots."""
-    velocity, acceleration, jerk = limits
     speed, peak = _peaks(distance, limits, roots)
     if not speed > 0.0:
         return 0.0
-    return distance / speed + (speed / peak + peak / jerk)
+    return distance / speed + (speed / peak + peak / limits[2])
 
 
 @kernel_part
@@ -346,7 +345,7 @@ def accept_throws(
 def _throwing_times(
     numbers: Floats, throws: Floats, figures: Floats, m: int, roots: tuple[float, float]
 ) -> tuple[float, float]:
-    """Times from the lift until the release and until the hand stands still, without the delay of a fading, as `StraightMover.throw`."""
+    """Times from the lift until release and stop, without the delay of a fading, as `StraightMover.throw`."""
     velocity, acceleration, jerk = throws[6, m], throws[7, m], throws[8, m]
     stroke, speed = 2.0 * figures[4, m], figures[0, m]
     top, peak = _peaks(stroke, (velocity, acceleration, jerk), roots)

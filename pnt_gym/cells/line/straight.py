@@ -123,7 +123,7 @@ class StraightPlanner(OptionPlanner):
         self, candidates: Candidates, sight: Sight, objects: Objects, met: Ints, picks: Floats, acceleration: Floats
     ) -> tuple[Ints, Floats, Floats, Ints]:
         """The throws that the cup can hold, with their limits of the acceleration, and their indices."""
-        row, place, site, setting = candidates.index[:, met]
+        row, place, _, setting = candidates.index[:, met]
         index, percent = (sight.line[row], sight.object_index[row, place]), self._sites.percent[setting]
         throws = replace(take(objects, index), percent=percent)
         limits, can_hold = self._planners[0].grip_limits(throws, picks)

@@ -8,9 +8,9 @@ from __future__ import annotations
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.compiled import compile_for, kernel_part
 
-# Numbers of a line: speed of the belt [m/s]; upstream and downstream end of the sight [m]; window of a robot, from the
-# place from which an object comes in time to the downstream end, from its base [m]; length of a work shift [s]; shortest
-# and longest time after which a robot looks again [s]; position of objects that cannot be taken [m].
+# Numbers of a line: speed of the belt [m/s]; upstream and downstream end of the sight [m]; upstream end from which an
+# object comes into a robot's window in time, and the window's downstream end, from its base [m]; length of a work shift
+# [s]; shortest and longest time after which a robot looks again [s]; position of objects that cannot be taken [m].
 SPEED, SIGHT_LOW, SIGHT_HIGH, NEAR_LOW, NEAR_HIGH, DURATION, IDLE, LONGEST, UNAVAILABLE = range(9)
 # Looks of one line without a result before the line is declared impossible.
 LOOKS = 100_000
