@@ -17,8 +17,9 @@ import numba
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 
 _NJIT: Final[Any] = partial(numba.njit, error_model="numpy", nogil=True)
-"""Divisions as in numpy, inf and NaN instead of exceptions; other threads go on meanwhile. No `fastmath`: every operation
-is rounded as written."""
+"""Divisions as in numpy, inf and NaN instead of exceptions; other threads go on meanwhile.
+
+No `fastmath`: every operation is rounded as written."""
 
 
 def kernel_part(function: FunctionT) -> FunctionT:

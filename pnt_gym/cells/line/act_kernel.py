@@ -163,3 +163,60 @@ def end_cycles(
         free[n, r] = ends[n] = clock[n] + cycle
         expected[n, r] = clock[n] + planned
         busy[n, r] += cycle - decision[WAIT]
+
+
+@compile_for(
+    "void(i8[:], i8[:], i8[:], i8[:], b1[:], b1[:], i8[:], f8[:], b1[:], i8[:, :], i8[:, :], i8[:, :], i8[:, :], f8[:],"
+    "i8[:], i8[:], i8[:], i8[:])"
+)
+def account_attempts(
+    fates: Ints,
+    rows: Ints,
+    index: Ints,
+    robot: Ints,
+    picked: Bools,
+    belongs: Bools,
+    bins: Ints,
+    lifts: Floats,
+    in_time: Bools,
+    attempts: Ints,
+    fate: Ints,
+    taker: Ints,
+    ended_in: Ints,
+    new_since: Floats,
+    new_attempts: Ints,
+    new_fate: Ints,
+    new_taker: Ints,
+    new_ended_in: Ints,
+) -> None:
+    """Write the entries of the books for one attempt in each of some lines.
+
+    Args:
+        fates: values of the fates of an object that is sorted, in a wrong bin, on the floor, and in a hand (4,).
+        rows: indices of the lines (K,).
+        index: objects of the attempts (K,).
+        robot: deciding robots (N,).
+        picked: whether the cups sealed (N,).
+        belongs: whether the objects lie in bins that take them (N,).
+        bins: bins in which the objects lie, -1 for none (N,).
+        lifts: times of the lifts (N,) [s].
+        in_time: whether the cycles end within the work shift (N,).
+        attempts: entries before of all objects (N, M).
+        fate: the same.
+        taker: the same.
+        ended_in: the same.
+        new_since: written, times from which the objects may be taken (K,) [s].
+        new_attempts: written, attempts (K,).
+        new_fate: written, fates (K,).
+        new_taker: written, robots that took the objects (K,).
+        new_ended_in: written, bins of the objects (K,).
+    """
+    for k in range(len(rows)):
+        n, i = rows[k], index[k]
+        new_since[k], new_attempts[k] = lifts[n], attempts[n, i] + 1
+        new_fate[k], new_taker[k], new_ended_in[k] = fate[n, i], taker[n, i], ended_in[n, i]
+        if picked[n]:
+            new_since[k], new_taker[k], new_fate[k] = math.inf, robot[n], fates[3]
+            if in_time[n]:
+                new_fate[k] = fates[0] if belongs[n] else fates[1] if bins[n] >= 0 else fates[2]
+                new_ended_in[k] = bins[n]

@@ -106,7 +106,7 @@ class LineCell:
         cells = [config.cell_of(index) for index in range(len(config.robots))]
         self.chances: Chances = required_table(config)
         self.chooser = Chooser(config, cells, self.chances)
-        self.turns = Turns(config, self.chooser)
+        self.turns = Turns(config, self.chooser, threads)
         self.arriving = StreamSampler(config, self.chooser.planner)
         _check_room(config, count, self.arriving.length)
         self._numbers = _cycle_numbers(config)
@@ -256,9 +256,7 @@ class LineCell:
         return record_cycle(decision, tip, planner.config, planner.mover, self.throws.recording)
 
 
-def _write_attempts(
-    state: LineState, attempt: Attempt, results: ThrowResults, lift: Floats, in_time: Bools
-) -> Books:
+def _write_attempts(state: LineState, attempt: Attempt, results: ThrowResults, lift: Floats, in_time: Bools) -> Books:
     """The books after one attempt in each line where the choice exists.
 
     Args:
@@ -268,18 +266,17 @@ def _write_attempts(
         lift: times of the lifts (N,) [s].
         in_time: whether each cycle exists and ends within the work shift (N,).
     """
+    from pnt_gym.cells.line.act_kernel import account_attempts  # noqa: PLC0415 - numba takes a while
+
     rows = np.flatnonzero(attempt.valid)
-    objects, picked, counts = (rows, attempt.chosen.index[rows]), results.picked[rows], in_time[rows]
-    before, ended_in = state.books.at(objects), results.ended_in[rows]
-    fate = np.where(results.sorted[rows], Fate.SORTED, np.where(ended_in >= 0, Fate.MISPLACED, Fate.FLOOR))
-    after = Accounts(
-        since=np.where(picked, np.inf, lift[rows]),
-        attempts=before.attempts + 1,
-        fate=np.where(picked, np.where(counts, fate, Fate.HELD), before.fate),
-        taker=np.where(picked, state.robot[rows], before.taker),
-        ended_in=np.where(picked & counts, ended_in, before.ended_in),
-    )
-    return state.books.write(objects, after)
+    before, index = state.books.read(), attempt.chosen.index[rows]
+    since, (attempts, fate, taker, ended_in) = np.empty(len(rows)), np.empty((4, len(rows)), dtype=np.int64)
+    account_attempts(
+        np.array([Fate.SORTED, Fate.MISPLACED, Fate.FLOOR, Fate.HELD]), rows, index, state.robot,
+        results.picked, results.sorted, results.ended_in, lift, in_time, before.attempts, before.fate, before.taker,
+        before.ended_in, since, attempts, fate, taker, ended_in,
+    )  # fmt: skip
+    return state.books.write((rows, index), Accounts(since, attempts, fate, taker, ended_in))
 
 
 def _cycle_numbers(config: LineConfig) -> Floats:

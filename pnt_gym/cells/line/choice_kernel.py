@@ -161,4 +161,4 @@ def choose_options(
                 chosen_index[line, n], chosen_bin[line, n] = i, bins[c]
                 choice[:OPTION_ROWS] = options[c]
                 choice[VALUE], choice[CHANCE] = worth[line, i], chances[c]
-                _write_features(numbers, x[k], kinds[k], places[c], robot[k], can_take, bases, choice)
+                _write_features(numbers, x[k], kinds[k], int(places[c]), int(robot[k]), can_take, bases, choice)

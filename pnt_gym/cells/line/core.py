@@ -20,7 +20,7 @@ from pnt_gym.cells.line.cell import Decisions, LineCell
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.observation import ENTRIES, observe_lines
 from pnt_gym.cells.line.outcome import shift_figures
-from pnt_gym.cells.line.state import CHOICES, LineState
+from pnt_gym.cells.line.state import CHOICES
 from pnt_gym.cells.line.throws import Release, SimulatedThrows
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ActionError, ConfigError, one_sentence

@@ -67,7 +67,7 @@ def _contains(numbers: Floats, x: float, y: float, z: float) -> bool:
     """Whether the workspace contains a point."""
     across, along = x / numbers[SEMI_X], y / numbers[SEMI_Y]
     sideways = (1.0 - math.sqrt(across * across + along * along)) * min(numbers[SEMI_X], numbers[SEMI_Y])
-    return min(sideways, min(z - numbers[Z_MIN], numbers[Z_MAX] - z)) >= 0.0
+    return min(sideways, z - numbers[Z_MIN], numbers[Z_MAX] - z) >= 0.0
 
 
 @compile_for(
@@ -186,8 +186,7 @@ def meet_objects(
 
 
 @compile_for(
-    "void(f8[::1], f8[:, ::1], f8[:, ::1], i8[:, :], i8[:], f8[:, :], f8[:], f8[:, ::1], f8[:, ::1], f8[::1],"
-    "b1[::1])"
+    "void(f8[::1], f8[:, ::1], f8[:, ::1], i8[:, :], i8[:], f8[:, :], f8[:], f8[:, ::1], f8[:, ::1], f8[::1],b1[::1])"
 )
 def lay_out_throws(
     numbers: Floats,
@@ -202,7 +201,7 @@ def lay_out_throws(
     fading: Floats,
     is_possible: Bools,
 ) -> None:
-    """Write the throws of met candidates, and those with their targets moved by the reserve, for the kernel of releases.
+    """Write the throws of met candidates, and the same with moved targets, for the kernel of releases.
 
     Args:
         numbers: see `chase_objects`.
@@ -404,7 +403,7 @@ def finish_options(
         wait = 0.0
         if strokes[m] >= 0.0:
             limits = setting[VELOCITY], setting[WAY_ACCELERATION], setting[WAY_JERK]
-            travel = _stroke_time(strokes[m], limits, (roots[0, g], roots[1, g]))
+            travel = _stroke_time(float(strokes[m]), limits, (roots[0, g], roots[1, g]))
             wait = max(time - travel - setting[DESCENT], 0.0)
         release, throwing = _throwing_times(numbers, throws, figures, m, (roots[2, g], roots[3, g]))
         if numbers[RIDES] > 0.0:

@@ -51,7 +51,7 @@ class Sight(NamedTuple):
 class Candidates(NamedTuple):
     """Objects near C robots, each for one bin and one speed setting, in the order of the lines."""
 
-    index: Ints
+    indices: Ints
     """Line among K lines, object among the line's objects in sight, site and setting, (4, C)."""
     x: Floats
     """Position of the object from the robot's base (C,) [m]."""
@@ -70,9 +70,9 @@ class Sites:
         bins = [len(config.bins.fixed) for config in configs]
         settings = [len(config.limits.percent) for config in configs]
         first_bins, first_settings = np.cumsum([0, *bins]), np.cumsum([0, *settings])
-        self.kind = np.repeat(np.arange(len(configs)), bins)
+        self.kind: Ints = np.repeat(np.arange(len(configs)), bins)
         """Kind of robots that has each site (B,)."""
-        self.bin = np.arange(first_bins[-1]) - first_bins[self.kind]
+        self.bin: Ints = np.arange(first_bins[-1]) - first_bins[self.kind]
         """Index of each site among the bins of its robots (B,)."""
         self.centre = np.array([[b.x, b.y, c.bins.rim] for c in configs for b in c.bins.fixed]).reshape(-1, 3)
         """Middle of each site's opening (B, 3) [m]."""
@@ -117,7 +117,7 @@ class MoverPlanner(OptionPlanner):
 
     def plan(self, candidates: Candidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
         """Options of all kinds of robots, merged in the order of the lines."""
-        kind, parts = self._sites.kind[candidates.index[2]], list[tuple[Ints, Ints, Ints, Floats]]()
+        kind, parts = self._sites.kind[candidates.indices[2]], list[tuple[Ints, Ints, Ints, Floats]]()
         for index, planner in enumerate(self._planners):
             kind_candidates = take(candidates, np.s_[..., kind == index])
             parts.append(self._plan(planner, kind_candidates, sight, hand, objects))
@@ -129,7 +129,7 @@ class MoverPlanner(OptionPlanner):
         self, planner: PickPlanner, candidates: Candidates, sight: Sight, hand: Floats, objects: Objects
     ) -> tuple[Ints, Ints, Ints, Floats]:
         """Row, place, bin and numbers of the options of one kind of robots."""
-        row, place, site, setting = candidates.index
+        row, place, site, setting = candidates.indices
         belt, mover, dwell = planner.config.belt, planner.mover, planner.config.motion.dwell
         index, bins = (sight.line[row], sight.object_index[row, place]), self._sites.bin[site]
         percent = self._sites.percent[setting]

@@ -57,7 +57,7 @@ class StraightPlanner(OptionPlanner):
         met, picks = np.empty(len(chases), dtype=np.int64), np.empty((len(chases), 3))
         acceleration, strokes, radicands = np.empty(len(chases)), np.empty(len(chases)), np.empty((4, len(chases)))
         count = kernel.meet_objects(
-            *common, candidates.index, points, chases, is_open, times, reached,
+            *common, candidates.indices, points, chases, is_open, times, reached,
             met, picks, acceleration, strokes, radicands,
         )  # fmt: skip
         met, picks, acceleration = met[:count], picks[:count], acceleration[:count]
@@ -84,7 +84,16 @@ class StraightPlanner(OptionPlanner):
         from pnt_gym.planning.straight.kernel import choose_slopes  # noqa: PLC0415
 
         kernel.lay_out_throws(
-            *common, self._sites.centre, candidates.index, met, picks, acceleration, throws, moved, fading, is_possible
+            *common,
+            self._sites.centre,
+            candidates.indices,
+            met,
+            picks,
+            acceleration,
+            throws,
+            moved,
+            fading,
+            is_possible,
         )
         slopes, is_moved, reasons = np.empty(count), np.empty(count, dtype=np.bool_), np.empty(count, dtype=np.int64)
         choose_slopes(throws, False, slopes, is_moved, reasons)
@@ -103,10 +112,10 @@ class StraightPlanner(OptionPlanner):
         )  # fmt: skip
         good, numbers = good[:count], np.empty((count, 13))
         kernel.finish_options(
-            *common, self._sites.centre, candidates.index, times, met, picks, throws, plans[1], fading,
+            *common, self._sites.centre, candidates.indices, times, met, picks, throws, plans[1], fading,
             good, stops, strokes, np.cbrt(radicands[:, :count]), numbers,
         )  # fmt: skip
-        row, place, site, _ = candidates.index[:, met[good]]
+        row, place, site, _ = candidates.indices[:, met[good]]
         return Options(bin=self._sites.bin[site], numbers=numbers, row=row, place=place)
 
     def _release(self, throws: Floats, slopes: Floats, is_moved: Bools, reasons: Ints) -> tuple[Floats, Floats]:
@@ -123,7 +132,7 @@ class StraightPlanner(OptionPlanner):
         self, candidates: Candidates, sight: Sight, objects: Objects, met: Ints, picks: Floats, acceleration: Floats
     ) -> tuple[Ints, Floats, Floats, Ints]:
         """The throws that the cup can hold, with their limits of the acceleration, and their indices."""
-        row, place, _, setting = candidates.index[:, met]
+        row, place, _, setting = candidates.indices[:, met]
         index, percent = (sight.line[row], sight.object_index[row, place]), self._sites.percent[setting]
         throws = replace(take(objects, index), percent=percent)
         limits, can_hold = self._planners[0].grip_limits(throws, picks)
@@ -162,6 +171,4 @@ def _setting_columns(config: ConveyorConfig) -> Floats:
         behind = none + belt.speed * (arrival / 2.0 + motion.dwell)
     descent = stroke_time(none + motion.clearance, *way)
     window = low - behind, high - behind
-    return np.column_stack(
-        [percent, *limits, way.acceleration, way.jerk, descent, least_time, early, behind, *window]
-    )
+    return np.column_stack([percent, *limits, way.acceleration, way.jerk, descent, least_time, early, behind, *window])

@@ -166,7 +166,8 @@ class TableThrows(ThrowExecutor):
             self._accepts, chances.percent, chances.edges, chances.picked, chances.landed, results, ended_in,
         )  # fmt: skip
         nan = np.full(len(ended_in), np.nan)
-        return ThrowResults(*results, ended_in, nan, nan.copy())
+        seals, hits, belongs = results
+        return ThrowResults(seals, hits, belongs, ended_in, nan, nan.copy())
 
     def predict(self, robots: Ints, bins: Ints, objects: Objects, distance: Floats, luck: Floats) -> ThrowResults:
         """Results of throws by the table, S."""

@@ -165,9 +165,7 @@ def show_objects(
             seen_x[k, j] = x[line, i] + ride if is_free else numbers[UNAVAILABLE]
 
 
-@compile_for(
-    "i8(f8[::1], f8[:, :], i8[:, :], i8[:], b1[:, ::1], f8[::1], i8[:, ::1], b1[:, ::1], i8[:, ::1], f8[::1])"
-)
+@compile_for("i8(f8[::1], f8[:, :], i8[:, :], i8[:], b1[:, ::1], f8[::1], i8[:, ::1], b1[:, ::1], i8[:, ::1], f8[::1])")
 def list_candidates(
     numbers: Floats,
     x: Floats,
@@ -214,9 +212,7 @@ def list_candidates(
     return count
 
 
-@compile_for(
-    "void(f8[::1], f8[:], i8[:], f8[:, :], f8[:, :], i8[:, :], b1[:, ::1], f8[::1], f8[::1])"
-)
+@compile_for("void(f8[::1], f8[:], i8[:], f8[:, :], f8[:, :], i8[:, :], b1[:, ::1], f8[::1], f8[::1])")
 def count_coming(
     numbers: Floats,
     clock: Floats,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Final, final
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from pnt_gym.arrays import Ints, take
 from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.pool import work_in_parts
 from pnt_gym.cells.line.state import LineState
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
@@ -25,10 +27,13 @@ class Turns:
     Args:
         config: level of the line.
         chooser: finds the choices of each robot.
+        threads: threads that advance parts of the lines; results do not depend on their number.
     """
 
-    def __init__(self, config: LineConfig, chooser: Chooser) -> None:
+    def __init__(self, config: LineConfig, chooser: Chooser, threads: int) -> None:
         self._config, self._chooser = config, chooser
+        # Other planners hardly leave Python.
+        self._threads = threads if config.cell.planner == "straight" else 1
         robots, begins, ends = config.standstills()
         self._standstills = robots, np.stack([begins, ends], axis=1)
 
@@ -42,7 +47,7 @@ class Turns:
             free=state.free.copy(),
             choices=take(state.choices, lines),
         )
-        self._advance(stream, state, rows)
+        work_in_parts(partial(self._advance, stream, state), rows, self._threads)
         state.choices.real[state.clock >= self._config.duration] = False
         return replace(state, expected=np.maximum(state.expected, state.free))
 

@@ -30,8 +30,8 @@ STEPS = 12
 STEEPEST = 0.5
 # Bound of the rounding error of lateness, relative to the parts of lateness: some units in the last place.
 ROUNDING = 32 * 2.220446049250313e-16
-# Late hands are searched for in blocks of so many lanes, whose loops become vector instructions. A block holds numbers of
-# its lanes line by line: first the columns of `chases` before `FIRST`, then those named below.
+# Late hands are searched for in blocks of so many lanes, whose loops become vector instructions. A block holds numbers
+# of its lanes line by line: first the columns of `chases` before `FIRST`, then those named below.
 WIDTH = 32
 # Halvings that are surely needed of most brackets before rounding decides.
 SURE_HALVINGS = 40
@@ -39,7 +39,8 @@ SURE_HALVINGS = 40
 # of the hand's descent; limits of the hand; first and last allowed time, and the latest time that needs to be searched.
 X, Y, Z, VX, VY, VZ, DESCENT, VELOCITY, ACCELERATION, JERK, FIRST, LAST, END = range(13)
 # Lines of a block: size of the lateness and its growth with the time, for the rounding; time before and lateness then,
-# border and margin of the secant method; bracket of the bisection and number of its halvings; time at which the object is closest.
+# border and margin of the secant method; bracket of the bisection and number of its halvings; time at which the object
+# is closest.
 SIZE, GROWTH, BEFORE, LATENESS, BORDER, MARGIN, LATE, MET, HALVED, NEAREST = range(10, 20)
 LINES = 20
 
