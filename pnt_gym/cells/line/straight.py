@@ -97,14 +97,14 @@ class StraightPlanner(OptionPlanner):
         )
         slopes, is_moved, reasons = np.empty(count), np.empty(count, dtype=np.bool_), np.empty(count, dtype=np.int64)
         choose_slopes(throws, False, slopes, is_moved, reasons)
-        plans = self._release(throws, slopes, is_moved, reasons)
+        plans = self._release(throws, slopes, is_moved, reasons, needs_angles=True)
         # The slope of a moved throw is that of the nominal throw's angle.
         moved_slopes = np.tile(np.tan(np.where(reasons == 0, plans[1][2], 0.0)), 2)
         moved_reasons = np.zeros(2 * count, dtype=np.int64)
         moved_plans = plans
         if self._has_reserve:
             no_roof = np.zeros(2 * count, dtype=np.bool_)
-            moved_plans = self._release(moved, moved_slopes, no_roof, moved_reasons)
+            moved_plans = self._release(moved, moved_slopes, no_roof, moved_reasons, needs_angles=False)
         good, stops = np.empty(count, dtype=np.int64), np.empty((count, 3))
         count = kernel.accept_throws(
             self._numbers, met, picks, throws, reasons, *plans, moved, moved_reasons, *moved_plans, is_possible,
@@ -118,14 +118,16 @@ class StraightPlanner(OptionPlanner):
         row, place, site, _ = candidates.indices[:, met[good]]
         return Options(bin=self._sites.bin[site], numbers=numbers, row=row, place=place)
 
-    def _release(self, throws: Floats, slopes: Floats, is_moved: Bools, reasons: Ints) -> tuple[Floats, Floats]:
+    def _release(
+        self, throws: Floats, slopes: Floats, is_moved: Bools, reasons: Ints, needs_angles: bool
+    ) -> tuple[Floats, Floats]:
         """Vectors and figures of releases along lines of given slopes, as `release_rows` writes them."""
         count = len(slopes)
         vectors, figures = np.empty((3, count, 3)), np.empty((7, count))
         active = np.empty((2, count), dtype=np.bool_)
         from pnt_gym.planning.straight.kernel import release_rows  # noqa: PLC0415 - numba takes a while
 
-        release_rows(throws, False, slopes, is_moved, reasons, vectors, figures, active)
+        release_rows(throws, False, needs_angles, slopes, is_moved, reasons, vectors, figures, active)
         return vectors, figures
 
     def _hold(

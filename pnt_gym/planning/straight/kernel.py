@@ -176,7 +176,10 @@ def _saturation_slope(throw: PlaneThrow) -> float:
     if b < 0.0:
         u = min(u, math.sqrt(d / -b))
     for _ in range(CUBIC_STEPS):
+        before = u
         u -= (u * u * (u - b) - d) / (u * (3.0 * u - 2.0 * b))
+        if u == before:
+            break
     return u
 
 
@@ -272,27 +275,28 @@ def _grid_point(best: float, foot: float, above: int, k: int) -> float:
 
 
 @kernel_part
-def _roof_slacks(throw: PlaneThrow, high: float, best: float, foot: float, first: int, slacks: Floats) -> None:
-    """Write `_slack` of a ceiling alone, ``high`` above the pick, at the points of the downward grid from ``first`` on.
-
-    The loop has no branches, calls or `max`, so that it becomes vector instructions; the slopes must be positive.
-    """
+def _roof_slack(throw: PlaneThrow, high: float, slope: float) -> float:
+    """`_slack` of a ceiling alone, ``high`` above the pick, at a positive slope, without branches and calls."""
     reach, rise, velocity, acceleration, jerk = throw
+    secant, drop = math.sqrt(1.0 + slope * slope), reach * slope - rise
+    length, flight = reach * secant, math.sqrt(2.0 * (drop if drop > 0.0 else 0.0) / GRAVITY)
+    distance = high * (secant / slope)
+    speed = (length - distance) / (flight if flight > TINY else TINY)
+    speed = speed if speed > 0.0 else 0.0
+    speed = speed if speed < velocity else velocity
+    short, long = speed * math.sqrt(speed / jerk), 0.5 * speed * (speed / acceleration + acceleration / jerk)
+    room = distance - (short if jerk * speed <= acceleration * acceleration else long)
+    reserve = flight * velocity - (length - distance)
+    return math.inf if distance >= length else (room if room < reserve else reserve)
+
+
+@kernel_part
+def _roof_slacks(throw: PlaneThrow, high: float, best: float, foot: float, first: int, slacks: Floats) -> None:
+    """Write `_roof_slack` at the points of the downward grid from ``first`` on; the loop becomes vector instructions."""
     for i in range(len(slacks)):
         share = 1.0 - (first + i) / GRID
         share *= share
-        slope = best * share + foot * (1.0 - share)
-        secant = math.sqrt(1.0 + slope * slope)
-        drop = reach * slope - rise
-        length, flight = reach * secant, math.sqrt(2.0 * (drop if drop > 0.0 else 0.0) / GRAVITY)
-        distance = high * (secant / slope)
-        speed = (length - distance) / (flight if flight > TINY else TINY)
-        speed = speed if speed > 0.0 else 0.0
-        speed = speed if speed < velocity else velocity
-        short, long = speed * math.sqrt(speed / jerk), 0.5 * speed * (speed / acceleration + acceleration / jerk)
-        room = distance - (short if jerk * speed <= acceleration * acceleration else long)
-        reserve = flight * velocity - (length - distance)
-        slacks[i] = math.inf if distance >= length else (room if room < reserve else reserve)
+        slacks[i] = _roof_slack(throw, high, best * share + foot * (1.0 - share))
 
 
 @kernel_part
@@ -312,12 +316,12 @@ def _slope_below_roof(throw: PlaneThrow, high: float, best: float, slacks: Float
             _roof_slacks(throw, high, best, foot, k, slacks)
         slope = _grid_point(best, foot, 0, k)
         value = slacks[lane] if k < GRID else _slack(throw, box, slope)
-        found = value >= 0.0
+        keeps = value >= 0.0
         if older < old < 0.0 and value <= old and old + 2.0 * max(old - older, old - value) >= 0.0:
             peak, height = _greatest_slack(throw, box, before, slope)
             if height >= 0.0:
-                slope, value, last, old, found = peak, height, before, (older if k > 1 else old), True
-        if found:
+                slope, value, last, old, keeps = peak, height, before, (older if k > 1 else old), True
+        if keeps:
             slope = _border_slope(throw, box, slope, value, last, old)
             return slope if _flight_time(throw, slope) > 0.0 and _crossing(throw, slope)[0] < math.inf else math.nan
         older, old, before, last = old, value, last, slope
@@ -422,10 +426,11 @@ def choose_slopes(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bo
             moved[row], reasons[row] = False, TOO_HIGH if math.isnan(slope) else OUTSIDE
 
 
-@compile_for("void(f8[:, ::1], b1, f8[::1], b1[::1], i8[::1], f8[:, :, ::1], f8[:, ::1], b1[:, ::1])")
+@compile_for("void(f8[:, ::1], b1, b1, f8[::1], b1[::1], i8[::1], f8[:, :, ::1], f8[:, ::1], b1[:, ::1])")
 def release_rows(
     throws: Floats,
     has_workspace: bool,
+    needs_angles: bool,
     slopes: Floats,
     moved: Bools,
     reasons: Ints,
@@ -437,7 +442,8 @@ def release_rows(
 
     Written are ``reasons`` (N,), the `Reason` where a line leads to no throw; ``vectors`` (3, N, 3), position, velocity
     and direction; ``numbers`` (7, N), speed, acceleration, angle, azimuth, distance, time and time of flight; and
-    ``active`` (2, N), whether the ceiling and whether the workspace moved the release.
+    ``active`` (2, N), whether the ceiling and whether the workspace moved the release. Angle and azimuth stay NaN unless
+    ``needs_angles``.
     """
     for row in range(throws.shape[1]):
         throw, cosine, sine = _lay_out(throws, row)
@@ -452,9 +458,10 @@ def release_rows(
         peak = min(math.sqrt(throw.jerk * speed), throw.acceleration)
         # Half of Eq. 4 over the stroke 2 P_r, which is Eq. 12.
         time = distance / speed + 0.5 * (speed / peak + peak / throw.jerk)
-        values = (speed, peak, math.atan(slope), math.atan2(sine, cosine), distance, time, flight)
-        for k in range(7):
-            numbers[k, row] = values[k]
+        numbers[0, row], numbers[1, row] = speed, peak
+        numbers[4, row], numbers[5, row], numbers[6, row] = distance, time, flight
+        if needs_angles:
+            numbers[2, row], numbers[3, row] = math.atan(slope), math.atan2(sine, cosine)
         level = 1.0 / math.sqrt(1.0 + slope * slope)
         direction = (level * cosine, level * sine, level * slope)
         for k in range(3):
