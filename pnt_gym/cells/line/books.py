@@ -56,6 +56,10 @@ class Books:
         """
         return take(self.read(), index)
 
+    def since(self, index: Any) -> Floats:
+        """Times from which objects may be taken, for any index of lines and objects, S; read only [s]."""
+        return self.read().since[index]
+
     def whole(self) -> Accounts:
         """A copy of all entries (N, M)."""
         entries = self.read()

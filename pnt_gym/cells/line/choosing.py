@@ -14,7 +14,15 @@ from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig, distinct_cells
-from pnt_gym.cells.line.options import UNAVAILABLE_X, Candidates, MoverPlanner, OptionPlanner, Options, Sight, Sites
+from pnt_gym.cells.line.options import (
+    UNAVAILABLE_X,
+    ThrowCandidates,
+    MoverPlanner,
+    OptionPlanner,
+    Options,
+    Sight,
+    Sites,
+)
 from pnt_gym.cells.line.state import CHOICES, COLUMNS, Choices, LineState
 from pnt_gym.cells.line.straight import StraightPlanner
 from pnt_gym.cells.line.stream import Stream
@@ -85,7 +93,8 @@ class Chooser:
         from pnt_gym.cells.line.choice_kernel import choose_options  # noqa: PLC0415 - numba takes a while
 
         robot, has_choice = state.robot[sight.line], np.empty(len(sight.line), dtype=np.bool_)
-        options = self.options(stream.objects, sight, robot, state.hand[sight.line, robot])
+        hand, robots = state.hand[sight.line, robot], (self.can_take, self.bases)
+        options = self._options(stream.objects, sight, robot, hand, robots)
         config, blank, chances = self._config, self._blank_choice, self._chances
         numbers = config.price_of_time, config.cell.belt.speed, config.cell.belt.pick_x[0], NEAR, UNAVAILABLE_X
         choose_options(
@@ -136,7 +145,8 @@ class Chooser:
 
     def options(self, objects: Objects, sight: Sight, robot: Ints, hand: Floats) -> Options:
         """Options of robots (K,) whose hands stand still at places (K, 3) [m] from their bases."""
-        return self._options(objects, sight, robot, hand, (self.can_take, self.bases))
+        writable = Sight(*(np.require(values, requirements="W") for values in sight))  # for compiled code
+        return self._options(objects, writable, robot, hand, (self.can_take, self.bases))
 
     def _options(
         self, objects: Objects, sight: Sight, robot: Ints, hand: Floats, robots: tuple[Bools, Floats]
@@ -148,7 +158,7 @@ class Chooser:
         index, x = np.empty((4, most), dtype=np.int64), np.empty(most)
         tables = *robots, self._sites.ranges, self._sites.accepts
         count = list_candidates(self.numbers, sight.x, sight.kind, robot, *tables, index, x)
-        return self._option_planner.plan(Candidates(index[:, :count], x[:count]), sight, hand, objects)
+        return self._option_planner.plan(ThrowCandidates(index[:, :count], x[:count]), sight, hand, objects)
 
     def chance(self, sight: Sight, options: Options) -> Floats:
         """Chance that each option brings its object into its bin (C,)."""

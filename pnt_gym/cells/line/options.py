@@ -48,7 +48,7 @@ class Sight(NamedTuple):
     """Item as which the camera classifies the object (K, W)."""
 
 
-class Candidates(NamedTuple):
+class ThrowCandidates(NamedTuple):
     """Objects near C robots, each for one bin and one speed setting, in the order of the lines."""
 
     indices: Ints
@@ -91,8 +91,8 @@ class OptionPlanner(ABC):
     """Abstract: plans the options among candidates."""
 
     @abstractmethod
-    def plan(self, candidates: Candidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
-        """Candidates that can be met in time and thrown, with their plans.
+    def plan(self, candidates: ThrowCandidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
+        """ThrowCandidates that can be met in time and thrown, with their plans.
 
         Args:
             candidates: candidates of the deciding robots of K lines.
@@ -115,7 +115,7 @@ class MoverPlanner(OptionPlanner):
     def __init__(self, planners: Sequence[PickPlanner], sites: Sites, horizon: float) -> None:
         self._planners, self._sites, self._horizon = planners, sites, horizon
 
-    def plan(self, candidates: Candidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
+    def plan(self, candidates: ThrowCandidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
         """Options of all kinds of robots, merged in the order of the lines."""
         kind, parts = self._sites.kind[candidates.indices[2]], list[tuple[Ints, Ints, Ints, Floats]]()
         for index, planner in enumerate(self._planners):
@@ -126,7 +126,7 @@ class MoverPlanner(OptionPlanner):
         return Options(bin=bins[order], numbers=numbers[order], row=row[order], place=place[order])
 
     def _plan(
-        self, planner: PickPlanner, candidates: Candidates, sight: Sight, hand: Floats, objects: Objects
+        self, planner: PickPlanner, candidates: ThrowCandidates, sight: Sight, hand: Floats, objects: Objects
     ) -> tuple[Ints, Ints, Ints, Floats]:
         """Row, place, bin and numbers of the options of one kind of robots."""
         row, place, site, setting = candidates.indices

@@ -12,7 +12,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.line.options import Candidates, OptionPlanner, Options, Sight, Sites
+from pnt_gym.cells.line.options import ThrowCandidates, OptionPlanner, Options, Sight, Sites
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED, Fading, arrival_time
@@ -40,7 +40,7 @@ class StraightPlanner(OptionPlanner):
         self._numbers = _cell_numbers(planners[0], horizon)
         self._settings = np.concatenate([_setting_columns(planner.config) for planner in planners])
 
-    def plan(self, candidates: Candidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
+    def plan(self, candidates: ThrowCandidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
         """Options of all kinds of robots."""
         chases, points = np.empty((len(candidates.x), CHASE_COLUMNS)), np.empty((len(candidates.x), 3))
         is_open = np.empty(len(candidates.x), dtype=np.bool_)
@@ -68,7 +68,7 @@ class StraightPlanner(OptionPlanner):
 
     def _throw(
         self,
-        candidates: Candidates,
+        candidates: ThrowCandidates,
         times: Floats,
         met: Ints,
         picks: Floats,
@@ -131,7 +131,13 @@ class StraightPlanner(OptionPlanner):
         return vectors, figures
 
     def _hold(
-        self, candidates: Candidates, sight: Sight, objects: Objects, met: Ints, picks: Floats, acceleration: Floats
+        self,
+        candidates: ThrowCandidates,
+        sight: Sight,
+        objects: Objects,
+        met: Ints,
+        picks: Floats,
+        acceleration: Floats,
     ) -> tuple[Ints, Floats, Floats, Ints]:
         """The throws that the cup can hold, with their limits of the acceleration, and their indices."""
         row, place, _, setting = candidates.indices[:, met]
