@@ -16,12 +16,12 @@ from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig, distinct_cells
 from pnt_gym.cells.line.options import (
     UNAVAILABLE_X,
-    ThrowCandidates,
     MoverPlanner,
     OptionPlanner,
     Options,
     Sight,
     Sites,
+    ThrowCandidates,
 )
 from pnt_gym.cells.line.state import CHOICES, COLUMNS, Choices, LineState
 from pnt_gym.cells.line.straight import StraightPlanner

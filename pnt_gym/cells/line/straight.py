@@ -12,7 +12,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.line.options import ThrowCandidates, OptionPlanner, Options, Sight, Sites
+from pnt_gym.cells.line.options import OptionPlanner, Options, Sight, Sites, ThrowCandidates
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED, Fading, arrival_time
@@ -62,7 +62,7 @@ class StraightPlanner(OptionPlanner):
         )  # fmt: skip
         met, picks, acceleration = met[:count], picks[:count], acceleration[:count]
         if self._is_careful:
-            met, picks, acceleration, kept = self._hold(candidates, sight, objects, met, picks, acceleration)
+            met, picks, acceleration, kept = self._hold(candidates, sight, objects, met, picks)
             strokes[: len(kept)], radicands[:, : len(kept)] = strokes[kept], radicands[:, kept]
         return self._throw(candidates, times, met, picks, acceleration, strokes, radicands)
 
@@ -131,13 +131,7 @@ class StraightPlanner(OptionPlanner):
         return vectors, figures
 
     def _hold(
-        self,
-        candidates: ThrowCandidates,
-        sight: Sight,
-        objects: Objects,
-        met: Ints,
-        picks: Floats,
-        acceleration: Floats,
+        self, candidates: ThrowCandidates, sight: Sight, objects: Objects, met: Ints, picks: Floats
     ) -> tuple[Ints, Floats, Floats, Ints]:
         """The throws that the cup can hold, with their limits of the acceleration, and their indices."""
         row, place, _, setting = candidates.indices[:, met]

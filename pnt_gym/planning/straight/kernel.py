@@ -292,7 +292,7 @@ def _roof_slack(throw: PlaneThrow, high: float, slope: float) -> float:
 
 @kernel_part
 def _roof_slacks(throw: PlaneThrow, high: float, best: float, foot: float, first: int, slacks: Floats) -> None:
-    """Write `_roof_slack` at the points of the downward grid from ``first`` on; the loop becomes vector instructions."""
+    """Write `_roof_slack` at points of the downward grid from ``first`` on; the loop becomes vector instructions."""
     for i in range(len(slacks)):
         share = 1.0 - (first + i) / GRID
         share *= share
@@ -442,8 +442,8 @@ def release_rows(
 
     Written are ``reasons`` (N,), the `Reason` where a line leads to no throw; ``vectors`` (3, N, 3), position, velocity
     and direction; ``numbers`` (7, N), speed, acceleration, angle, azimuth, distance, time and time of flight; and
-    ``active`` (2, N), whether the ceiling and whether the workspace moved the release. Angle and azimuth stay NaN unless
-    ``needs_angles``.
+    ``active`` (2, N), whether the ceiling and whether the workspace moved the release. Angle and azimuth stay NaN
+    unless ``needs_angles``.
     """
     for row in range(throws.shape[1]):
         throw, cosine, sine = _lay_out(throws, row)
