@@ -20,7 +20,7 @@ from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
 from pnt_gym.cells.line.state import Fate, LineState
-from pnt_gym.cells.line.stream import StreamSampler, redraw
+from pnt_gym.cells.line.stream import Stream, StreamSampler, redraw
 from pnt_gym.cells.line.throws import (
     Attempt,
     SimulatedThrows,
@@ -114,8 +114,9 @@ class LineCell:
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
         self.watched: CycleHistory | None = None
         """Recorded cycles of the first line's robots, for pictures; None records nothing."""
-        self.stream = self.arriving.empty_streams(count)
-        """Objects that come along the belts in this shift."""
+        self.live_stream = self.arriving.empty_streams(count)
+        """Objects that come along the belts in this shift; a reset may overwrite them, unlike `stream`."""
+        self._is_stream_kept = False
         self.state = self._initial_state(count)
         """States of the lines."""
         self.reset(np.arange(count), self.generators)
@@ -128,10 +129,12 @@ class LineCell:
         """Begin shifts in some lines, each with its own generator."""
         for row, generator in zip(rows, generators, strict=True):
             self.generators[int(row)] = generator
-        self.stream = self.arriving.draw(self.stream, rows, generators)
+        self.live_stream = self.arriving.draw(self.live_stream, rows, generators, in_place=not self._is_stream_kept)
+        self._is_stream_kept = False
         initial, before = self._initial_state(len(rows)), self.state
         books = before.books.write(rows, initial.books.whole())
-        self.state = self.turns.advance(self.stream, replace(replace_rows(before, rows, initial), books=books), rows)
+        fresh = replace(replace_rows(before, rows, initial), books=books)
+        self.state = self.turns.advance(self.live_stream, fresh, rows)
         if self.watched is not None and (rows == 0).any():
             self.watched = CycleHistory(self._initial_state(1).hand[0])
 
@@ -157,6 +160,16 @@ class LineCell:
         return self.watched
 
     @property
+    def stream(self) -> Stream:
+        """Objects that come along the belts in this shift; no later step or reset changes this record."""
+        self._is_stream_kept = True
+        return self.live_stream
+
+    @stream.setter
+    def stream(self, stream: Stream) -> None:
+        self.live_stream, self._is_stream_kept = stream, True
+
+    @property
     def context(self) -> LineState:
         """The states of the lines, under the name that every cell uses for its coming steps."""
         return self.state
@@ -179,7 +192,7 @@ class LineCell:
 
     def truth(self) -> Truth:
         """True objects of the coming choices, and the results of their throws where a table decides."""
-        state, stream, choices = self.state, self.stream, self.state.choices
+        state, stream, choices = self.state, self.live_stream, self.state.choices
         index = np.arange(self.count)[:, None], choices.index
         objects, worth = replace(take(stream.objects, index), percent=choices.percent), stream.worth[index]
         attempts = state.books.at(index).attempts
@@ -213,7 +226,7 @@ class LineCell:
         """Carry out N decisions."""
         from pnt_gym.cells.line.act_kernel import end_cycles  # noqa: PLC0415 - numba takes a while
 
-        state, stream, rows = self.state, self.stream, np.arange(self.count)
+        state, stream, rows = self.state, self.live_stream, np.arange(self.count)
         chosen = take(state.choices, (rows, choice))
         attempt, valid = Attempt(self.chooser, state.robot, stream, choice, chosen), chosen.real
         results = self.throws.execute(state, stream, attempt)
@@ -239,7 +252,7 @@ class LineCell:
             take(decisions.context, np.zeros(1, dtype=np.int64)),
         )
         planner, index = self.chooser.planner_of(robot), int(decisions.index[0])
-        x = self.stream.x[0, index] + self.config.cell.belt.speed * start - self.config.robot_x()[robot]
+        x = self.live_stream.x[0, index] + self.config.cell.belt.speed * start - self.config.robot_x()[robot]
         decision = Decision(
             robot=robot,
             number=index,

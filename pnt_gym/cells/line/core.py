@@ -92,7 +92,7 @@ class LineCore:
         return self._observe(np.full(self.count, robot))
 
     def _observe(self, robot: Ints) -> NDArray[np.float32]:
-        state, stream = self.cell.state, self.cell.stream
+        state, stream = self.cell.state, self.cell.live_stream
         coming = self.cell.chooser.coming(replace(state, robot=robot), stream)
         return observe_lines(state, robot, coming, self.config.duration)
 
@@ -149,7 +149,7 @@ class LineCore:
         if rows.size == 0:
             return {}
         figures: dict[str, NDArray[Any]] = {}
-        for name, values in shift_figures(self.config, self.cell.state, self.cell.stream, rows).items():
+        for name, values in shift_figures(self.config, self.cell.state, self.cell.live_stream, rows).items():
             figures[name] = np.full((self.count, *values.shape[1:]), np.nan)
             figures[name][rows] = values
         return figures

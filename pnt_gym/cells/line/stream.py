@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final, final
+from dataclasses import dataclass, fields
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -42,6 +42,16 @@ def redraw(draws: Floats, attempt: Ints) -> Floats:
     return redrawn
 
 
+def _overwrite(record: Any, rows: Ints, source: Any) -> None:
+    """Write the rows of a record's arrays from a record of the same type, in place."""
+    for part in fields(record):
+        values, new = getattr(record, part.name), getattr(source, part.name)
+        if isinstance(values, np.ndarray):
+            values[rows] = new
+        else:
+            _overwrite(values, rows, new)
+
+
 @final
 class StreamSampler:
     """Draws streams of objects.
@@ -64,11 +74,22 @@ class StreamSampler:
         """Arrays for N streams, filled with an arbitrary stream."""
         return take(self._draw_streams([np.random.default_rng(0)]), np.zeros(count, dtype=np.int64))
 
-    def draw(self, streams: Stream, rows: Ints, generators: Generators) -> Stream:
-        """The streams with newly drawn ones in some rows."""
+    def draw(self, streams: Stream, rows: Ints, generators: Generators, in_place: bool) -> Stream:
+        """The streams with newly drawn ones in some rows.
+
+        Args:
+            streams: streams of N lines.
+            rows: lines with new streams (K,).
+            generators: one generator for each of these lines.
+            in_place: whether the streams may be overwritten; a copy takes longer than a step of the lines.
+        """
         fresh = self._draw_streams(generators)
-        # Where all rows are new, a copy of the old streams would waste memory.
-        return fresh if np.array_equal(rows, np.arange(len(streams.x))) else replace_rows(streams, rows, fresh)
+        if np.array_equal(rows, np.arange(len(streams.x))):
+            return fresh
+        if not in_place:
+            return replace_rows(streams, rows, fresh)
+        _overwrite(streams, rows, fresh)
+        return streams
 
     def _draw_streams(self, generators: Generators) -> Stream:
         """New streams, one from each of K generators (K, M)."""

@@ -56,7 +56,7 @@ class ThrowResults:
 @final
 @dataclass(frozen=True)
 class Attempt:
-    """One choice in each of N lines, and its plan where the plan is asked for."""
+    """One choice in each of N lines, and its plan where the plan is asked for before the next reset of a line."""
 
     chooser: Chooser
     robot: Ints
