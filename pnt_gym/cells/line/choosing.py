@@ -145,7 +145,9 @@ class Chooser:
 
     def options(self, objects: Objects, sight: Sight, robot: Ints, hand: Floats) -> Options:
         """Options of robots (K,) whose hands stand still at places (K, 3) [m] from their bases."""
-        writable = Sight(*(np.require(values, requirements="W") for values in sight))  # for compiled code
+        # Compiled code takes no read-only arrays.
+        index, x = np.require(sight.object_index, requirements="W"), np.require(sight.x, requirements="W")
+        writable = sight._replace(object_index=index, x=x)
         return self._options(objects, writable, robot, hand, (self.can_take, self.bases))
 
     def _options(
