@@ -91,7 +91,7 @@ class LineCell:
     Args:
         config: level of the line.
         count: number of lines N.
-        threads: threads of the physics; results do not depend on their number.
+        threads: threads of the physics and of the search for choices; results do not depend on their number.
 
     Raises:
         ConfigError: the table of throws is missing, the robots find nothing to take, or there is not enough memory

@@ -36,7 +36,7 @@ class LineCore:
     Args:
         config: level of the line.
         count: number of lines N.
-        threads: threads of the physics; results do not depend on their number.
+        threads: threads of the physics and of the search for choices; results do not depend on their number.
 
     Raises:
         ConfigError: the count or the number of threads is out of range, or the level describes no possible line.
