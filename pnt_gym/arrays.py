@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from copy import deepcopy
 from dataclasses import fields, is_dataclass
 from functools import cache
 from operator import attrgetter, itemgetter
-from typing import Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self, TypeAlias, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +21,85 @@ Ints: TypeAlias = NDArray[np.int64]
 Point: TypeAlias = Sequence[float] | Floats
 
 RecordT = TypeVar("RecordT")
+
+
+MOST_UNREAD: Final = 8
+"""Longest chain of records of which each waits for columns of the next; a longer chain would keep old rows alive."""
+
+
+class Part(NamedTuple):
+    """Place of a record's column in the rows of a block."""
+
+    columns: slice
+    shape: tuple[int, ...]
+    dtype: Any
+
+
+class Layout(NamedTuple):
+    """Places of a record's columns in the rows of a block, by name; a `Layout` for a record in the record."""
+
+    kind: type[Any]
+    parts: dict[str, Any]
+
+
+class Record:
+    """Base of frozen dataclasses of arrays, whose columns are computed or copied when they are first read.
+
+    A record of objects has forty columns, and most callers read few columns of the rows that they take. So `take`,
+    `replace_rows` and `concatenate_records` give records whose columns are not read yet. A packed record (`pack`) has
+    all columns in one block S + (C,), which these functions index, copy and join as one array. The arrays of a record
+    are never overwritten, so it does not matter when a column is read. A subclass has no defaults and no
+    `__post_init__`.
+    """
+
+    if not TYPE_CHECKING:  # A type checker would accept any name.
+
+        def __getattr__(self, name: str) -> Any:
+            state = self.__dict__
+            if "_block" in state and name in state["_layout"].parts:
+                column = _unpack(state["_block"], state["_layout"].parts[name])
+            elif "_read" in state and name in _column_names(self.__class__):
+                column = state["_read"](name)
+            else:
+                raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}", name=name, obj=self)
+            state[name] = column
+            return column
+
+    def pack(self) -> Self:
+        """The record with all columns in one block; the first column has one number for each row."""
+        arrays: list[NDArray[Any]] = []
+        _collect_arrays(self, arrays)
+        shape = arrays[0].shape
+        layout = _lay_out(self.__class__, tuple([(array.shape[len(shape) :], array.dtype.str) for array in arrays]))
+        return _packed(self.__class__, np.concatenate([array.reshape(*shape, -1) for array in arrays], axis=-1), layout)
+
+    @classmethod
+    def unread(cls, read: Callable[[str], Any], depth: int) -> Self:
+        """A record whose columns ``read`` computes by name, at the end of a chain of ``depth`` unread records."""
+        record = object.__new__(cls)
+        if depth > MOST_UNREAD:
+            record.__dict__.update((name, read(name)) for name in _column_names(cls))
+        else:
+            record.__dict__.update(_read=read, _depth=depth)
+        return record
+
+    def replace(self, **columns: Any) -> Self:
+        """The record with other columns by name; columns that were not read yet stay unread."""
+        names = _column_names(self.__class__)
+        assert columns.keys() <= names.keys(), f"{type(self).__name__} has no {sorted(columns.keys() - names.keys())}"
+        result = object.__new__(self.__class__)
+        state = result.__dict__
+        state.update([(name, value) for name, value in self.__dict__.items() if name in names or name in _UNREAD_STATE])
+        state.update(columns)
+        return result
+
+    def __getstate__(self) -> tuple[dict[str, Any], bool]:
+        return {name: getattr(self, name) for name in _column_names(self.__class__)}, "_is_packed" in self.__dict__
+
+    def __setstate__(self, state: tuple[dict[str, Any], bool]) -> None:
+        self.__dict__.update(state[0])
+        if state[1]:
+            self.__dict__.update(self.pack().__dict__)
 
 
 def finite_points(values: ArrayLike, name: str, count: int | None = None) -> Floats:
@@ -47,7 +128,7 @@ def finite_rows(values: ArrayLike, count: int, name: str) -> Floats:
         raise PlanningError(f"{name} must be one number or have shape ({count},), got {rows.shape}")
     if not np.isfinite(rows).all():
         raise not_finite_error(rows, name)
-    return np.ascontiguousarray(np.broadcast_to(rows, (count,)))
+    return np.full(count, rows) if rows.ndim == 0 else np.ascontiguousarray(rows)
 
 
 def vector(value: Point, name: str) -> Floats:
@@ -83,15 +164,25 @@ def take(record: RecordT, index: Any) -> RecordT:
         record: a dataclass, a NamedTuple or a dict of arrays, nested records and plain values.
         index: any numpy index.
     """
-    return _map_arrays(itemgetter(index), record)
+    return _map_arrays(itemgetter(_copy_index(record, index)), record)
+
+
+def _copy_index(record: Any, index: Any) -> Any:
+    """The index, copied where the record's columns are read later than the index may change."""
+    if not isinstance(record, Record) or "_is_packed" in record.__dict__:
+        return index
+    if isinstance(index, np.ndarray):
+        return index.copy()  # pyright: ignore[reportUnknownVariableType] - any numpy index
+    return deepcopy(index)
 
 
 def replace_rows(record: RecordT, index: Any, source: RecordT) -> RecordT:
     """A copy of the record in which another record's arrays overwrite the rows at a numpy index."""
+    rows = _copy_index(record, index)
 
     def overwrite(values: Floats, new: Floats) -> Floats:
         result = values.copy()
-        result[index] = new
+        result[rows] = new
         return result
 
     return _map_arrays(overwrite, record, source)
@@ -145,14 +236,84 @@ def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
         return change(first, *records)
     if first.__class__ is dict:
         return {name: _map_arrays(change, *(record[name] for record in (first, *records))) for name in first}
+    if isinstance(first, Record):
+        return _map_unread(change, first, *records)
     values = _field_reader(first.__class__)
     if values is None:
         return first
     # Only a field that is no array costs a call of this function: records have up to a hundred arrays.
-    columns = zip(*(values(record) for record in (first, *records)), strict=True)
+    columns = zip(*[values(record) for record in (first, *records)], strict=True)
     return first.__class__(
-        *(change(*column) if column[0].__class__ is np.ndarray else _map_arrays(change, *column) for column in columns)
+        *[change(*column) if column[0].__class__ is np.ndarray else _map_arrays(change, *column) for column in columns]
     )
+
+
+def _map_unread(change: Callable[..., Any], first: Record, *records: Any) -> Any:
+    """A `Record` as of `_map_arrays`: packed if all records are packed, else with columns that are not read yet."""
+    states = [record.__dict__ for record in (first, *records)]
+    layout: Layout | None = states[0].get("_layout")
+    if layout is not None and all(["_is_packed" in state and state["_layout"] is layout for state in states]):
+        return _packed(first.__class__, change(*[state["_block"] for state in states]), layout)
+
+    def read(name: str) -> Any:
+        return _map_arrays(change, getattr(first, name), *[getattr(record, name) for record in records])
+
+    return first.unread(read, max([state.get("_depth", 0) for state in states]) + 1)
+
+
+_UNREAD_STATE: Final = ("_block", "_layout", "_read", "_depth")
+
+
+def _packed(kind: type[RecordT], block: Floats, layout: Layout) -> RecordT:
+    """The record whose columns lie in a block; none of them is read yet."""
+    record = object.__new__(kind)
+    record.__dict__.update(_block=block, _layout=layout, _is_packed=True)
+    return record
+
+
+def _collect_arrays(record: Record, arrays: list[NDArray[Any]]) -> None:
+    """Append the columns of a record and of the records in the record, in their order."""
+    for name, kind in _column_names(record.__class__).items():
+        if isinstance(kind, type):
+            _collect_arrays(getattr(record, name), arrays)
+        else:
+            arrays.append(getattr(record, name))
+
+
+@cache
+def _lay_out(kind: type[Record], columns: tuple[tuple[tuple[int, ...], str], ...]) -> Layout:
+    """The layout of a record type whose columns have these shapes, behind that of the rows, and these types."""
+    remaining = iter(columns)
+    begin = 0
+
+    def lay_out(kind: type[Record]) -> Layout:
+        nonlocal begin
+        parts: dict[str, Any] = {}
+        for name, inner in _column_names(kind).items():
+            if isinstance(inner, type):
+                parts[name] = lay_out(inner)
+            else:
+                shape, dtype = next(remaining)
+                parts[name] = Part(slice(begin, begin + math.prod(shape)), shape, np.dtype(dtype))
+                begin = parts[name].columns.stop
+        return Layout(kind, parts)
+
+    return lay_out(kind)
+
+
+def _unpack(block: Floats, part: Any) -> Any:
+    """A copy of a column, or the record in the record."""
+    if isinstance(part, Layout):
+        return _packed(part.kind, block, part)
+    return block[..., part.columns].reshape(block.shape[:-1] + part.shape).astype(part.dtype)
+
+
+@cache
+def _column_names(kind: Any) -> dict[str, Any]:
+    """Names of the columns of a record type in their order, with the type of a column that is a `Record`; else None."""
+    types = get_type_hints(kind)
+    records = {name: type_ for name, type_ in types.items() if isinstance(type_, type) and issubclass(type_, Record)}
+    return {field.name: records.get(field.name) for field in fields(kind)}
 
 
 @cache

@@ -2,6 +2,7 @@
 
 import inspect
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,23 +44,57 @@ class Family:
     envs: tuple[type, ...]
     features: tuple[Any, ...]
     reward: Any
+    amounts: tuple[str, ...]
+    """What each number of the default action moves at most."""
+    raw: str
+    """What the numbers of a raw action move."""
+    scales: Mapping[str, str]
+    """How terms of the reward read their errors."""
 
     @property
     def modes(self) -> dict[str, int]:
         return {name: len(mode.numbers) for name, mode in self.cell.modes.items()}
 
 
-BELT = Family(
-    ConveyorCell, (PnTConveyorEnv, PnTReleaseEnv), PICK_FEATURES, SortingReward()
-)  # fmt: skip
-DRIFTS = Family(ConveyorCell, (PnTAdaptEnv,), (*PICK_FEATURES, *FEEDBACK), SortingReward())
+OFFSET, GOAL, TOSS = ActionScale(), one_joint.Action(), gripper.Action()
+SORTING, AIMING, TOSSING = SortingReward(), one_joint.Reward(), gripper.Reward()
+OF_THE_BELT: dict[str, Any] = {
+    "cell": ConveyorCell,
+    "reward": SORTING,
+    "amounts": (f"{OFFSET.along:.2f} m", f"{OFFSET.across:.2f} m"),
+    "raw": "{:g} along, {:g} sideways, {:g} up".format(*OFFSET.xyz),
+    "scales": {
+        "landing": f"landing error / {SORTING.landing_scale:g} m",
+        "time": f"cycle time / {SORTING.time_scale:g} s",
+    },
+}
+BELT = Family(envs=(PnTConveyorEnv, PnTReleaseEnv), features=PICK_FEATURES, **OF_THE_BELT)
+DRIFTS = Family(envs=(PnTAdaptEnv,), features=(*PICK_FEATURES, *FEEDBACK), **OF_THE_BELT)
 ARM = Family(
-    OneJointCell, (OneJointThrowEnv, OneJointSortEnv, OneJointAssemblyEnv),
-    GOAL_FEATURES, one_joint.Reward(),
-)  # fmt: skip
+    OneJointCell,
+    (OneJointThrowEnv, OneJointSortEnv, OneJointAssemblyEnv),
+    GOAL_FEATURES,
+    AIMING,
+    (f"{GOAL.position:.2f} m", f"{GOAL.position:.2f} m", f"{GOAL.angle_deg:g} deg", f"{GOAL.speed:g} m/s"),
+    f"{GOAL.release_angle_deg:g} deg of the arm, {GOAL.release_speed:g} rad/s of its speed, {GOAL.release_radius:g} m",
+    {
+        "position": f"landing error / {AIMING.position_scale:g} m",
+        "angle": f"angle error / {AIMING.angle_scale_deg:g} deg",
+        "speed": f"speed error / {AIMING.speed_scale:g} m/s",
+    },
+)
 GRIPPER = Family(
-    GripperCell, (GripperTossEnv,), TOSS_FEATURES, gripper.Reward()
-)  # fmt: skip
+    GripperCell,
+    (GripperTossEnv,),
+    TOSS_FEATURES,
+    TOSSING,
+    (f"{TOSS.along:.3f} m", f"{TOSS.across:.3f} m", f"{TOSS.opening:.3f} s"),
+    "",
+    {
+        "landing": f"landing error / {TOSSING.landing_scale:g} m",
+        "time": f"cycle time / {TOSSING.time_scale:g} s",
+    },
+)
 FAMILY = {env: family for family in (BELT, DRIFTS, ARM, GRIPPER) for env in family.envs}
 CONVEYOR = (*BELT.envs, *DRIFTS.envs)
 
@@ -145,35 +180,13 @@ def test_the_action_spaces_are_the_written_ones(env_class):
         assert sizes[mode] == int(size)
 
 
-@pytest.mark.parametrize("env_class", CONVEYOR)
-def test_action_rows(env_class):
-    rows = table(section(env_class, "Action Space"))
-    assert [int(row[0]) for row in rows] == list(range(BELT.modes["release_point"]))
-    scale = ActionScale()
-    for row, metres in zip(rows, (scale.along, scale.across), strict=True):
-        assert (float(row[2]), float(row[3])) == (-1.0, 1.0)
-        assert f"{metres:.2f} m" in row[4]
-
-
-@pytest.mark.parametrize("env_class", ARM.envs)
-def test_goal_rows_and_raw_amounts_are_the_configs(env_class):
-    rows = table(section(env_class, "Action Space"))
-    action = one_joint.Action()
-    said = (
-        f"{action.position:.2f} m", f"{action.position:.2f} m", f"{action.angle_deg:g} deg", f"{action.speed:g} m/s",
-    )  # fmt: skip
-    assert [int(row[0]) for row in rows] == list(range(4))
-    for row, amount in zip(rows, said, strict=True):
+def test_action_rows_have_the_amounts_of_the_config(env_class):
+    family, rows = FAMILY[env_class], table(section(env_class, "Action Space"))
+    assert [int(row[0]) for row in rows] == list(range(len(family.amounts)))
+    for row, amount in zip(rows, family.amounts, strict=True):
         assert (float(row[2]), float(row[3])) == (-1.0, 1.0)
         assert amount in row[4]
-    raw = f"{action.release_angle_deg:g} deg of the arm, {action.release_speed:g} rad/s of its speed, "
-    assert raw + f"{action.release_radius:g} m" in words(env_class, "Action Space")
-
-
-@pytest.mark.parametrize("env_class", CONVEYOR)
-def test_raw_metres_are_the_configs(env_class):
-    along, sideways, up = ActionScale().xyz
-    assert f"{along:g} along, {sideways:g} sideways, {up:g} up" in words(env_class, "Action Space")
+    assert family.raw in words(env_class, "Action Space")
 
 
 def test_reward_rows(env_class):
@@ -182,23 +195,7 @@ def test_reward_rows(env_class):
     assert tuple(rows) == family.cell.reward_terms
     for name, (_, _, weight) in rows.items():
         assert float(weight) == getattr(family.reward, name)
-
-
-@pytest.mark.parametrize("env_class", CONVEYOR)
-def test_scales_of_the_reward(env_class):
-    rows = {row[0]: row for row in table(section(env_class, "Rewards"))}
-    reward = SortingReward()
-    assert f"landing error / {reward.landing_scale:g} m" in rows["landing"][1]
-    assert f"cycle time / {reward.time_scale:g} s" in rows["time"][1]
-
-
-@pytest.mark.parametrize("env_class", ARM.envs)
-def test_scales_of_a_goals_reward(env_class):
-    rows = {row[0]: row for row in table(section(env_class, "Rewards"))}
-    reward = one_joint.Reward()
-    assert f"landing error / {reward.position_scale:g} m" in rows["position"][1]
-    assert f"angle error / {reward.angle_scale_deg:g} deg" in rows["angle"][1]
-    assert f"speed error / {reward.speed_scale:g} m/s" in rows["speed"][1]
+    assert all(scale in rows[name][1] for name, scale in family.scales.items())
 
 
 def expected_terms(info, weights):
@@ -297,6 +294,15 @@ def test_numbers_in_the_text_are_the_configs():
     start = words(PnTReleaseEnv, "Starting State")
     assert f"x in [{belt.pick_x[0]:.2f}, {belt.pick_x[1]:.2f}] m" in start
     assert f"one {motion.reserve:.2f} m longer or shorter" in start
+    near = one_joint.Tolerance()
+    said = f"{1000 * near.position:g} mm, {near.angle_deg:g} deg and {near.speed:g} m/s"
+    assert said in words(OneJointThrowEnv, "Rewards")
+
+
+@pytest.mark.parametrize("env_class", [*ARM.envs, *GRIPPER.envs])
+def test_the_shipped_levels_are_named(env_class):
+    (named,) = re.findall(r"shipped level \(([^)]*)\)", section(env_class, "Arguments"))
+    assert set(named.split(", ")) == set(env_class().core.config.level_names())
 
 
 def test_nothing_is_said_of_a_mode_twice_differently():
@@ -308,26 +314,3 @@ def test_nothing_is_said_of_a_mode_twice_differently():
         assert words(PnTAdaptEnv, title).startswith(words(PnTConveyorEnv, title))
     for title in ("Action Space", "Observation Space"):
         assert len({words(env, title) for env in ARM.envs}) == 1
-
-
-def test_numbers_of_the_one_joint_text_are_the_configs():
-    near = one_joint.Tolerance()
-    said = f"{1000 * near.position:g} mm, {near.angle_deg:g} deg and {near.speed:g} m/s"
-    assert said in words(OneJointThrowEnv, "Rewards")
-    for env in ARM.envs:
-        levels = re.search(r"shipped level \(([^)]*)\)", section(env, "Arguments"))[1].split(", ")
-        assert set(levels) == set(one_joint.OneJointConfig.level_names())
-
-
-def test_numbers_of_the_grippers_text_are_the_configs():
-    action, reward = gripper.Action(), gripper.Reward()
-    rows = table(section(GripperTossEnv, "Action Space"))
-    for row, said in zip(
-        rows, (f"{action.along:.3f} m", f"{action.across:.3f} m", f"{action.opening:.3f} s"), strict=True
-    ):
-        assert said in row[4]
-    rows = {row[0]: row for row in table(section(GripperTossEnv, "Rewards"))}
-    assert f"landing error / {reward.landing_scale:g} m" in rows["landing"][1]
-    assert f"cycle time / {reward.time_scale:g} s" in rows["time"][1]
-    levels = re.search(r"shipped level \(([^)]*)\)", section(GripperTossEnv, "Arguments"))[1].split(", ")
-    assert set(levels) == set(gripper.GripperConfig.level_names())

@@ -1,7 +1,5 @@
 """The speeds that `make perf` measures: what a figure is made of, and the form of the results that tables read."""
 
-from __future__ import annotations
-
 import json
 from functools import partial
 from pathlib import Path

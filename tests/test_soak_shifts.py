@@ -1,7 +1,5 @@
 """A sample of the soak of lines, and that it finds what it looks for."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from typing import Any
@@ -49,6 +47,8 @@ def lost(name: str) -> Any:
         ("shift_passed", r"passed is \d+, and \d+ by a count"),
         ("shift_objects", r"of \d+ objects \d+ have come and \d+ are told of"),
         ("shift_attempts", r"\d+ attempts are told of, and \d+ were made"),
+        ("shift_sorted", r"sorted is \d+, and \d+ by a count"),
+        ("shift_utilisation", r"robots work .* of their time"),
     ],
 )
 def test_books_that_do_not_agree_are_found(monkeypatch: pytest.MonkeyPatch, name: str, said: str) -> None:

@@ -1,7 +1,5 @@
 """Fingerprints of what environments give, against those of another code state."""
 
-from __future__ import annotations
-
 import pytest
 
 from benchmarks.step_hashes import compare

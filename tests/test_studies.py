@@ -1,7 +1,5 @@
 """Studies are plans: those that ship can be read, a small one runs and goes on after an end, wrong ones are told."""
 
-from __future__ import annotations
-
 import json
 import runpy
 from pathlib import Path
@@ -85,6 +83,17 @@ def measure(*words: str | Path) -> None:
     run(study.main, study.Arguments, "study", list(map(str, words)))
 
 
+def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
+    """The one sentence with which a study is refused."""
+    with pytest.raises(SystemExit) as end:
+        measure(*words)
+    error = capsys.readouterr().err
+    assert end.value.code == 2
+    assert error.startswith("error: ")
+    assert len(error.splitlines()) == 1
+    return error
+
+
 @pytest.fixture
 def small(tmp_path: Path) -> Path:
     path = tmp_path / "small.yaml"
@@ -156,26 +165,14 @@ def test_rows_of_another_seed_or_of_other_code_are_not_gone_on_with(small, tmp_p
 )
 def test_a_wrong_plan_is_told_in_one_sentence(small, capsys, old, new, said):
     small.write_text(SMALL.replace(old, new))
-    with pytest.raises(SystemExit) as end:
-        measure(small)
-    error = capsys.readouterr().err
-    assert end.value.code == 2
-    assert error.startswith("error: ")
-    assert len(error.splitlines()) == 1
-    assert said in error
+    assert said in refusal(capsys, small)
 
 
 def test_a_figure_that_is_no_number_is_told_with_its_case(small, capsys, monkeypatch):
     monkeypatch.setattr(study, "measurement", lambda part: lambda settings, amount: {"mean": float("nan")})
-    with pytest.raises(SystemExit) as end:
-        measure(small)
-    assert end.value.code == 2
     said = "part throws, level waste_plain, mismatch 0.0: a figure is not a number"
-    assert capsys.readouterr().err.startswith(f"error: {said}")
+    assert refusal(capsys, small).startswith(f"error: {said}")
 
 
 def test_an_unknown_study_is_told_with_those_that_ship(capsys):
-    with pytest.raises(SystemExit) as end:
-        measure("gripp")
-    assert end.value.code == 2
-    assert "unknown study 'gripp'; known are adaptation, cup, dispatch" in capsys.readouterr().err
+    assert "unknown study 'gripp'; known are adaptation, cup, dispatch" in refusal(capsys, "gripp")

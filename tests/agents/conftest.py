@@ -1,8 +1,7 @@
-"""A folder in which somebody else works, with a package and controllers of theirs; and a line with short shifts."""
-
-from __future__ import annotations
+"""A folder in which somebody else works, a small training that is done, and a line with short shifts."""
 
 import pickle
+import shutil
 import sys
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
@@ -10,9 +9,15 @@ from pathlib import Path
 
 import gymnasium as gym
 import pytest
+import yaml
 
 from agents.jobs import work
+from agents.train import Arguments, main
+from benchmarks.kill_trials.commands import LEARNER
 from tests.tools.lob import write_package
+from tests.tools.toy_cell import register_toy
+
+register_toy()
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +38,22 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         sys.modules.pop(name, None)
     for name in [name for name in gym.registry if name.startswith("Lob")]:
         gym.registry.pop(name)
+
+
+@pytest.fixture(scope="session")
+def toy_training(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run folder of a training on the cell on paper, let to its end: two legs of eight throws, and its table."""
+    place = tmp_path_factory.mktemp("toy")
+    (place / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
+    few = {"steps": 16, "num_envs": 4, "checkpoint_every": 8, "eval_picks": 4}
+    main(Arguments(env="ToyThrow-v0", config=place / "sac.yml", out=place / "run", **few))
+    return place / "run"
+
+
+@pytest.fixture
+def run(toy_training: Path, tmp_path: Path) -> Path:
+    """A copy of that folder."""
+    return Path(shutil.copytree(toy_training, tmp_path / "run"))
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """What one types is answered at once: help needs no simulation and nothing to learn with."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

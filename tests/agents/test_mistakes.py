@@ -1,7 +1,5 @@
 """Wrong command lines and wrong files: one sentence that names what is wrong, exit code 2, and nothing left behind."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -14,21 +12,14 @@ import yaml
 
 from agents.ground.cli import describe_error
 from agents.ground.places import POLICY
+from benchmarks.kill_trials.commands import LEARNER
 from pnt_gym.errors import PhysicsError
 from pnt_gym.reading import yaml_text
 from tests.tools.commands import answered, refused
-from tests.tools.toy_cell import ToyVectorEnv, register_toy
+from tests.tools.toy_cell import ToyVectorEnv
 
-register_toy()
-SETTINGS: dict[str, Any] = {
-    "policy_kwargs": {"net_arch": [8]},
-    "buffer_size": 100,
-    "learning_starts": 4,
-    "batch_size": 4,
-}
 START = ("--env", "ToyThrow-v0", "--steps", "8", "--num-envs", "4", "--eval-picks", "0", "--out", "run")
 ANALYTIC = ("agents.evaluate", "--controller", "analytic")
-LONG = "x" * 300
 SHIPPED = POLICY
 
 
@@ -44,7 +35,7 @@ YAML = {
     "float": ("bins: !!float abc", "no decimal number"),
     "bool": ("bins: !!bool abc", "'abc'"),
     "timestamp": ("bins: !!timestamp abc", "not valid YAML"),
-    "brackets": ("[" * 3000, "too deep"),
+    "brackets": ("[" * 1000, "too deep"),
     "digits": ("bins: " + "1" * 5000, "4300 digits"),
     "latin-1": ("bins: é".encode("latin-1"), "not UTF-8"),
     "binary": (bytes(range(256)), "not UTF-8"),
@@ -70,62 +61,6 @@ def test_yaml_that_is_none(here: Path, name: str) -> None:
         ("agents.evaluate", "--controller", "kept"),
     ):
         assert said in refused(*command)
-
-
-WRONG = [
-    ((*ANALYTIC, "--env", "CartPole-v1"), "has no core"),
-    (("agents.train", "--env", "CartPole-v1"), "has no core"),
-    ((*ANALYTIC, "--env", "CartPole-v1", "--level", "waste"), "takes no level"),
-    ((*ANALYTIC, "--env", LONG), "unknown environment"),
-    ((*ANALYTIC, "--level", LONG), "unknown level"),
-    ((*ANALYTIC, "--level", f"{LONG}.yaml"), "does not exist"),
-    ((*ANALYTIC, "--level", "a\0b.yaml"), "does not exist"),
-    ((*ANALYTIC, "--level", "."), "unknown level"),
-    ((*ANALYTIC, "--json", f"{LONG}/{LONG}.json"), "File name too long"),
-    (("agents.evaluate", "--controller", LONG), "is neither a controller nor a run folder"),
-    (("agents.evaluate", "--controller", f"{LONG}.zip"), "File name too long"),
-    (("agents.evaluate", "--controller", "file"), "is neither a controller"),
-    (("agents.evaluate", "--controller", "file.zip"), "give --trust"),
-    (("agents.evaluate", "--controller", "file.zip", "--trust"), "file.zip is truncated or not a model"),
-    (("agents.evaluate", "--controller", "folder"), "it has no args.yml"),
-    (("agents.evaluate", "--controller", "ridge", "--load", "file"), "holds no saved controller"),
-    (("agents.evaluate", "--controller", "ridge", "--load", "folder"), "holds no saved controller"),
-    (("agents.evaluate", "--controller", "ridge", "--load", LONG), "holds no saved controller"),
-    (("agents.evaluate", "--controller", "ridge", "--load", "x.npz"), "holds no saved controller"),
-    (("agents.publish", "folder"), "it has no args.yml"),
-    (("agents.publish", LONG), "File name too long"),
-    (("agents.play", "--controller", "folder", "--picture", "x.png"), "it has no args.yml"),
-    (("agents.train", "--resume", "folder"), "it has no args.yml"),
-    (("agents.train", "--resume", "file"), "does not exist"),
-    (("agents.train", *START[:-1], "file"), "exists already"),
-    (("agents.train", *START[:-1], "file/run"), "cannot write run folder"),
-    (("agents.train", *START[:-1], LONG), "File name too long"),
-    (("agents.benchmark", "--config", "plan.yaml", "--work", "file", "--out", "o.json"), "cannot write"),
-    (("agents.benchmark", "--config", "plan.yaml", "--work", "file/x", "--out", "o.json"), "cannot write"),
-    (("agents.benchmark", "--config", "far.yaml", "--out", "o.json"), "picks is -1111111111"),
-    (("agents.reproduce", "hassan", "--work", "file"), "cannot write"),
-    (("agents.report", "--results", "file"), "holds no results yet"),
-    (("agents.report", "--results", "folder"), "holds no results yet"),
-]
-PLAN = {
-    "name": "small",
-    "train_level": "waste",
-    "levels": ["waste"],
-    "entries": [{"label": "a", "controller": "analytic"}],
-}
-
-
-@pytest.mark.parametrize(("command", "said"), WRONG, ids=lambda value: " ".join(value)[:60] if value else "")
-def test_wrong_command_lines(here: Path, command: tuple[str, ...], said: str) -> None:
-    (here / "file").write_text("text")
-    (here / "file.zip").write_text("text")
-    (here / "folder").mkdir()
-    np.savez(here / "x.npz", centre=np.zeros(3))
-    (here / "plan.yaml").write_text(yaml.safe_dump(PLAN))
-    (here / "far.yaml").write_text(yaml.safe_dump({**PLAN, "picks": -int("1" * 400)}))
-    before = sorted(here.iterdir())
-    assert said in refused(*command)
-    assert [path for path in sorted(here.iterdir()) if path not in before and path.name != LONG] == []
 
 
 HYPERPARAMETERS = [
@@ -169,13 +104,13 @@ HYPERPARAMETERS = [
 
 @pytest.mark.parametrize(("wrong", "said"), HYPERPARAMETERS, ids=str)
 def test_wrong_hyperparameters_leave_no_folder(here: Path, wrong: dict[Any, Any], said: str) -> None:
-    (here / "sac.yml").write_text(yaml_text({"default": {**SETTINGS, **wrong}}))
+    (here / "sac.yml").write_text(yaml_text({"default": {**LEARNER, **wrong}}))
     assert said in refused("agents.train", *START, "--config", "sac.yml")
     assert [path.name for path in here.iterdir()] == ["sac.yml"]
 
 
 def test_a_failed_start_does_not_block_the_next(here: Path) -> None:
-    (here / "sac.yml").write_text(yaml.safe_dump({"default": SETTINGS}))
+    (here / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
     command = ("agents.train", *START, "--config", "sac.yml")
     for failure in (PhysicsError("MuJoCo warned"), MemoryError(), OSError(28, "No space left on device")):
         with patch.object(ToyVectorEnv, "step", side_effect=failure):

@@ -1,7 +1,5 @@
 """Killed, doubled, or without room: nothing is lost, nothing is half, and one sentence says what to do."""
 
-from __future__ import annotations
-
 import os
 import resource
 import shutil
@@ -21,9 +19,9 @@ from agents.learning.runs import RunFolder
 from benchmarks.kill_trials.commands import LEARNER, small_reproduction
 from benchmarks.kill_trials.trials import state
 from tests.tools.commands import answered, environment, refused
-from tests.tools.toy_cell import register_toy
+from tests.tools.datasets import SMALL as SMALL_DATASET
 
-register_toy()
+pytestmark = pytest.mark.usefixtures("here")
 SMALL = ("--env", "ToyThrow-v0", "--num-envs", "4", "--checkpoint-every", "8", "--config", "sac.yml", "--out", "run")
 START = ("agents.train", *SMALL, "--steps", "16", "--eval-picks", "4")
 RESUME = ("agents.train", "--resume", "run", "--eval-picks", "4")
@@ -32,24 +30,9 @@ RESUME = ("agents.train", "--resume", "run", "--eval-picks", "4")
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", "sets")
     (tmp_path / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
     return tmp_path
-
-
-@pytest.fixture(scope="module")
-def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A training that was let to its end."""
-    place = tmp_path_factory.mktemp("trained")
-    (place / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(place)
-        assert answered(*START)[0] == 0
-    return place / "run"
-
-
-@pytest.fixture
-def run(trained: Path, here: Path) -> Path:
-    return Path(shutil.copytree(trained, here / "run"))
 
 
 @pytest.mark.nightly
@@ -184,8 +167,11 @@ def test_a_disk_that_is_full_costs_no_more_than_the_leg(run: Path, here: Path, s
 
 
 LEARNS = ("torch", "stable_baselines3", "sb3_contrib")
-OURS = ("agents.learning.progress", "agents.learning.sb3", "agents.learning.vec_env", "agents.policies.weights")
-"""What of ours imports them."""
+OURS = (
+    *(f"agents.learning.{name}" for name in ("progress", "sb3", "vec_env")), "agents.policies.weights",
+    "agents.data.offline",
+)  # fmt: skip
+"""What of ours imports them, or what writes a dataset."""
 MISSING = [
     ("torch", "rl", ("agents.train", *SMALL[:-1], "new")),
     ("torch", "rl", ("agents.evaluate", "--controller", "run/model.zip", "--env", "ToyThrow-v0", "--trust")),
@@ -197,6 +183,10 @@ MISSING = [
     ("sb3_contrib", "rl", ("agents.train", *SMALL[:-1], "new", "--algo", "tqc")),
     ("jinja2", "report", ("agents.report", "--results", "results", "--readme", "none.md")),
     ("PIL", "video", ("agents.play", "--env", "PnTRelease-v0", "--picture", "x.png")),
+    ("minari", "data", SMALL_DATASET),
+    ("h5py", "data", SMALL_DATASET),
+    ("PIL", "video", SMALL_DATASET),
+    ("ray", "cluster", (*SMALL_DATASET, "--throws", "4", "--cluster", "auto")),
     ("imageio", "video", ("agents.play", "--env", "PnTRelease-v0", "--video", "x.mp4", "--picks", "1")),
 ]
 
@@ -209,6 +199,7 @@ def test_a_library_that_is_not_there_is_named_with_what_brings_it(
     small_reproduction(here / "results")
     for name in [n for n in sys.modules if n.partition(".")[0] == library or n in OURS]:
         monkeypatch.delitem(sys.modules, name)
+    monkeypatch.delattr("agents.data.offline", raising=False)  # which its package would still know
     monkeypatch.setitem(sys.modules, library, None)
     said = refused(*command)
     assert f"needs {library}" in said

@@ -1,7 +1,5 @@
 """`python -m agents.play`: a picture, a video, and what it refuses."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys
@@ -14,40 +12,24 @@ import imageio.v3 as iio
 import pytest
 from PIL import Image
 
-from tests.tools.commands import call_here, environment
+from tests.tools.commands import call_here, environment, output_of
 from tests.tools.nightly import with_nightly
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
 
 def test_a_picture_shows_the_cell(tmp_path: Path) -> None:
-    path = tmp_path / "throw.png"
-    done = call_here("agents.play", "--picture", path, "--seed", "3", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    frame = iio.imread(path)
+    output_of("play --picture throw.png --seed 3", tmp_path)
+    frame = iio.imread(tmp_path / "throw.png")
     assert frame.shape == (720, 1280, 3)
     assert frame.std() > 20.0
-
-
-@pytest.mark.nightly
-def test_a_video_lasts_as_long_as_the_throw(tmp_path: Path) -> None:
-    path = tmp_path / "throws.mp4"
-    done = call_here(
-        "agents.play", "--env", "OneJointThrow-v0", "--level", "ideal", "--video", path, "--picks", "1", folder=tmp_path
-    )
-    assert done.returncode == 0, done.stderr
-    frames = iio.imread(path)
-    # A throw of 0.4 to 0.7 s at 30 frames per second.
-    assert 0.4 * 30 <= len(frames) <= 0.7 * 30
 
 
 def test_a_picture_is_of_the_moment_asked_for(tmp_path: Path) -> None:
     frames = []
     for moment in ("0.0", "0.5", "99"):
-        path = tmp_path / f"{moment}.png"
-        done = call_here("agents.play", "--env", "GripperToss-v0", "--picture", path, "--at", moment, folder=tmp_path)
-        assert done.returncode == 0, done.stderr
-        frames.append(iio.imread(path).astype(int))
+        output_of(f"play --env GripperToss-v0 --picture {moment}.png --at {moment}", tmp_path)
+        frames.append(iio.imread(tmp_path / f"{moment}.png").astype(int))
     for one, other in ((0, 1), (1, 2)):
         assert (abs(frames[one] - frames[other]).max(axis=2) > 40).sum() > 500
 
@@ -100,39 +82,3 @@ def test_a_film_that_is_interrupted_leaves_nothing(tmp_path: Path) -> None:
     _, said = process.communicate(timeout=60)
     assert (process.returncode, said) == (130, "interrupted\n")
     assert not any(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(("option", "path"), [("--video", "a.mpeg"), ("--video", "a"), ("--picture", "a.mp4")])
-def test_an_ending_that_cannot_be_written_is_refused_before_the_first_throw(
-    tmp_path: Path, option: str, path: str
-) -> None:
-    done = call_here("agents.play", option, path, "--picks", "10000", folder=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.startswith(f"error: {option} is '{path}'; it must end in .")
-    assert not any(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(("option", "value"), [("--at", "-1"), ("--at", "inf"), ("--slow", "0")])
-def test_impossible_moments_and_rates_are_refused(tmp_path: Path, option: str, value: str) -> None:
-    done = call_here("agents.play", "--picture", tmp_path / "a.png", option, value, folder=tmp_path)
-    assert done.returncode == 2
-    assert option.removeprefix("--") in done.stderr
-    assert "Traceback" not in done.stderr
-
-
-def test_it_wants_exactly_one_way_to_show(tmp_path: Path) -> None:
-    for arguments in ((), ("--video", str(tmp_path / "a.mp4"), "--picture", str(tmp_path / "a.png"))):
-        done = call_here("agents.play", *arguments, folder=tmp_path)
-        assert done.returncode == 2
-        assert "Traceback" not in done.stderr
-        assert "--video FILE.mp4" in done.stderr
-
-
-def test_a_controller_that_ships_knowing_is_shown_at_once(tmp_path: Path) -> None:
-    """Without practice, which would take minutes and forget what ships."""
-    path = tmp_path / "throw.png"
-    done = call_here(
-        "agents.play", "--env", "PnTAdapt-v0", "--controller", "kalman", "--picture", path, folder=tmp_path
-    )
-    assert done.returncode == 0, done.stderr
-    assert iio.imread(path).std() > 20.0

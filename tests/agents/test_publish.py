@@ -1,7 +1,5 @@
 """`python -m agents.publish`: the copy of a policy can be used, and its card tells what it is worth."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -19,7 +17,7 @@ from agents.judging.evaluation import evaluate
 from agents.learning.runs import RunFolder
 from agents.publish import Arguments
 from agents.publishing import folder
-from tests.tools.commands import answer, call_here, refused
+from tests.tools.commands import answered, figures_of, output_of, refused
 
 NAME = "OneJointThrow-v0-ideal-sac-seed0"
 
@@ -27,8 +25,7 @@ NAME = "OneJointThrow-v0-ideal-sac-seed0"
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("trained")
-    train = ("--env", "OneJointThrow-v0", "--level", "ideal", "--steps", "32", "--eval-picks", "0", "--out", "run")
-    assert call_here("agents.train", *train, folder=place).returncode == 0
+    output_of("train --env OneJointThrow-v0 --level ideal --steps 32 --eval-picks 0 --out run", place)
     return place / "run"
 
 
@@ -43,16 +40,12 @@ def metadata(card: str) -> dict[str, Any]:
 
 def test_a_published_policy_throws_as_the_run_did(run: Path, tmp_path: Path) -> None:
     command = ("agents.publish", run, "--to", tmp_path / "kept", "--picks", "16", "--no-video")
-    done = call_here("agents.publish", *command[1:], folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    assert answered(*command)[0] == 0
     (copy,) = (tmp_path / "kept").iterdir()
     lies = {path.name for path in copy.iterdir()}
     assert copy.name == NAME
     assert lies - {"git.txt"} == {*folder.FILES, "README.md", "policy.onnx", "curve.png"} - {"git.txt"}
-    found = []
-    for controller in (run, copy):
-        judged = ("--controller", controller, "--picks", "16", "--json", "judged.json")
-        found.append(answer(call_here("agents.evaluate", *judged, folder=tmp_path), tmp_path / "judged.json"))
+    found = [figures_of(f"evaluate --controller {place} --picks 16", tmp_path) for place in (run, copy)]
     assert found[0] | {"controller": ""} == found[1] | {"controller": ""}
     card = (copy / "README.md").read_text()
     assert f"| ideal | {1000 * found[0]['landing_error_mean_m']:.1f} mm |" in card
@@ -63,25 +56,18 @@ def test_a_published_policy_throws_as_the_run_did(run: Path, tmp_path: Path) -> 
     assert told["landing_error_mean_m"] == round(found[0]["landing_error_mean_m"], 4)
     reward = np.array([throw["reward"] for throw in found[0]["throws"]])
     assert told["mean_reward"] == f"{reward.mean():.2f} +/- {reward.std():.2f}"
-    assert "exists already" in refused(*command)
-
-
-def test_the_graph_acts_as_the_policy(run: Path, tmp_path: Path) -> None:
-    publish.main(Arguments(run, to=tmp_path / "kept", picks=4, video=False))
-    actor = RunFolder(tmp_path / "kept" / NAME).load_actor()
-    session = onnxruntime.InferenceSession(tmp_path / "kept" / NAME / "policy.onnx")
+    session, actor = onnxruntime.InferenceSession(copy / "policy.onnx"), RunFolder(copy).load_actor()
     seen = np.random.default_rng(1).standard_normal((9, actor.sizes[0])).astype(np.float32)
     np.testing.assert_allclose(session.run(["action"], {"observation": seen})[0], actor(seen), rtol=0, atol=1e-6)
     about = session.get_modelmeta().custom_metadata_map
-    assert about["env"] == "OneJointThrow-v0"
-    assert about["action_mode"] == RunFolder(run).arguments["action_mode"]
+    assert (about["env"], about["action_mode"]) == ("OneJointThrow-v0", RunFolder(run).arguments["action_mode"])
+    assert "exists already" in refused(*command)
 
 
 @pytest.mark.nightly
 @pytest.mark.usefixtures("opengl")
 def test_the_film_shows_throws_of_the_policy(run: Path, tmp_path: Path) -> None:
-    done = call_here("agents.publish", run, "--to", "kept", "--picks", "4", "--no-onnx", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    output_of(f"publish {run} --to kept --picks 4 --no-onnx", tmp_path)
     copy = tmp_path / "kept" / NAME
     frames = iio.imread(copy / "replay.mp4")
     assert frames.shape[1:] == (368, 640, 3)
@@ -132,9 +118,8 @@ def test_a_graph_that_is_not_the_whole_policy_is_not_written(
 def test_a_policy_with_a_memory_is_published_without_its_graph(tmp_path: Path) -> None:
     level = {"name": "brief", "base": "day", "fidelity": "flight", "picks_per_shift": 5}
     (tmp_path / "brief.yaml").write_text(yaml.safe_dump(level))
-    train = ("--env", "PnTAdapt-v0", "--level", "brief.yaml", "--algo", "recurrent_ppo", "--over", "ema", "--num-envs",
-             "2", "--steps", "4", "--eval-picks", "0", "--out", "run")  # fmt: skip
-    assert call_here("agents.train", *train, folder=tmp_path).returncode == 0
+    what = "--env PnTAdapt-v0 --level brief.yaml --algo recurrent_ppo --over ema"
+    output_of(f"train {what} --num-envs 2 --steps 4 --eval-picks 0 --out run", tmp_path)
     publish.main(Arguments(tmp_path / "run", to=tmp_path / "kept", picks=8, video=False, onnx=False))
     (copy,) = (tmp_path / "kept").iterdir()
     assert "Its action is added to that of `ema`." in (copy / "README.md").read_text()

@@ -1,7 +1,5 @@
 """Run folders that a stranger made to cost memory or to hang: one sentence, before anything is unpacked."""
 
-from __future__ import annotations
-
 import io
 import os
 import shutil

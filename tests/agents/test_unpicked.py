@@ -1,7 +1,5 @@
 """Throws that never were, because the cup did not seal or lost its object: not sorted, and no lesson to anybody."""
 
-from __future__ import annotations
-
 import json
 import warnings
 from contextlib import closing

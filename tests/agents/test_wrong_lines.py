@@ -1,7 +1,5 @@
 """Wrong command lines, each with how the one sentence begins that says so; exit code 2, and nothing is left behind."""
 
-from __future__ import annotations
-
 import io
 import shlex
 import shutil
@@ -16,11 +14,8 @@ import yaml
 from agents.evaluate import Arguments
 from agents.ground.cli import UsageError, _parse
 from agents.ground.places import POLICY
-from tests.agents.test_mistakes import PLAN
 from tests.tools.commands import refused
-from tests.tools.toy_cell import register_toy
 
-register_toy()
 WRONG: Final = r"""
 evaluate --controller "" | '.' holds neither foreign.zip nor best_model.zip
 evaluate --controller analytic --picks 0 | --picks is 0; it must be at least 1
@@ -32,24 +27,40 @@ evaluate --controller analytic --level "" | unknown level ''; shipped levels are
 evaluate --controller analytic --level waste.yaml | level file 'waste.yaml' does not exist
 evaluate --controller analytic --level text.yaml | level file 'text.yaml' must hold a mapping of settings, it h
 evaluate --controller analytic --level typo.yaml | level file 'typo.yaml': unknown key 'binz'
-evaluate --controller analytic --level circle.yaml | level file 'circle.yaml': levels are their own base: circle
-evaluate --controller analytic --level heavy.yaml | level file 'heavy.yaml': suction.tau is 1000000000.0: input
+evaluate --controller analytic --level . | unknown level '.'; shipped levels are
+evaluate --controller analytic --level LONG | unknown level 'LONG'; shipped levels are
+evaluate --controller analytic --level LONG.yaml | level file 'LONG.yaml' does not exist
+evaluate --controller analytic --level aNULb.yaml | level file 'a\x00b.yaml' does not exist
 evaluate --controller analytic --level day | level 'day' drifts, and nothing in this environment tells
 evaluate --controller kalman | controller 'kalman' goes by what is told of the throw before; u
 evaluate --controller analytic --env PnTRelease | unknown environment 'PnTRelease'; known are PnTConveyor-v0,
+evaluate --controller analytic --env LONG | unknown environment 'LONG'; known are PnTConveyor-v0
+evaluate --controller analytic --env CartPole-v1 | environment 'CartPole-v1' has no core
+evaluate --controller analytic --env CartPole-v1 --level waste | environment 'CartPole-v1' takes no level
 evaluate --controller analytic --env nobody:Cell-v0 | module 'nobody' cannot be imported: ModuleNotFoundError: No
 evaluate --controller analytic --env os:Cell-v0 | unknown environment 'Cell-v0': module 'os' does not register
 evaluate --controller analytic --env OneJointThrow-v0 --level waste | unknown level 'waste'; shipped levels are contac
-evaluate --controller analytic --action-mode Release_Point | action_mode is 'Release_Point'; it must be one of release
 evaluate --controller analytic --json folder | cannot write 'folder': it is a folder
+evaluate --controller analytic --json LONG/x.json | cannot write 'x ... File name too long
+evaluate --controller analytic --shifts 2 | --shifts goes with work shifts; PnTConveyor-v0 is judged by throws
+evaluate --controller analytic --video a.mp4 | --video goes with work shifts; PnTConveyor-v0 is judged by throws
 evaluate --controller analytic --load x.npz | --load: controller 'analytic' learns nothing that could be k
 evaluate --controller analytic --save x.npz | --save: controller 'analytic' learns nothing that could be k
 evaluate --controller ridge --load none.npz | 'none.npz' does not exist
+evaluate --controller ridge --load file | 'file' holds no saved controller
+evaluate --controller ridge --load folder | 'folder' holds no saved controller: Is a directory
+evaluate --controller ridge --load LONG | 'LONG' holds no saved controller: File name too long
+evaluate --controller ridge --load x.npz | 'x.npz' holds no saved controller
 evaluate --controller ridge --save file/x.npz | cannot write 'file/x.npz': File exists
-evaluate --controller ridge --load x.npz --env ToyThrow-v0 | 'x.npz' holds no saved controller
 evaluate --controller os:nothing | module 'os' has no class 'nothing'
 evaluate --controller Analytic | 'Analytic' is neither a controller
 evaluate --controller none.zip --trust | model 'none.zip' does not exist
+evaluate --controller file | 'file' is neither a controller nor a run folder
+evaluate --controller file.zip | 'file.zip' is not a run folder of agents.train: loading it runs ... give --trust
+evaluate --controller file.zip --trust | 'file.zip' is damaged: file.zip is truncated or not a model
+evaluate --controller folder | 'folder' is not a run folder: it has no args.yml
+evaluate --controller LONG | 'x ... is neither a controller nor a run folder
+evaluate --controller LONG.zip | cannot read or write 'x ... File name too long
 evaluate --controller analytic_height --env OneJointThrow-v0 | controller 'analytic_height' knows the physics of the c
 evaluate --controller mlp --action-mode release_xyz | controller 'mlp' shifts the landing and needs an action of 2
 evaluate --controller policy --env OneJointThrow-v0 | level file 'policy/env.yaml': unknown key 'action.along'
@@ -58,17 +69,44 @@ evaluate --controller torn | 'torn/policy.npz' is damaged: policy.npz is truncat
 evaluate --controller foreign | 'foreign/policy.npz' is damaged: policy.npz is truncated or holds no policy
 evaluate --controller old | run folder 'old' is damaged: policy.npz is missing; before 0.2.0 none was written
 evaluate --controller policy --level nominal.yaml | level file 'nominal.yaml': mismatch is 9: input should be le
+evaluate --env PnTLine-v0 --controller mlp | 'mlp' is no controller of a line; controllers are random, fifo
+evaluate --env PnTLine-v0 --controller atc --picks 9 | --picks goes with throws; PnTLine-v0 is judged by work shifts
+evaluate --env PnTLine-v0 --controller atc --shifts 0 | --shifts is 0; it must be at least 1
+evaluate --env PnTLine-v0 --controller atc --release ridge | level 'single' ... set `throws` to 'flight' or 'full'
+evaluate --env PnTLine-v0 --controller atc --throws flight --release atc | 'atc' is neither a controller nor a run
+evaluate --env PnTLine-v0 --controller atc --video a.mpeg | --video is 'a.mpeg'; it must end in .mp4 or .gif
 train --steps 0 | --steps is 0; it must be at least 1
+train --seed -1 | --seed is -1; it must be at least 0
+train --num-envs 0 | --num-envs is 0; it must be at least 1
+train --threads 0 | --threads is 0; it must be at least 1
+train --eval-picks -1 | --eval-picks is -1; it must be at least 0
+train --env CartPole-v1 | environment 'CartPole-v1' has no core
+train --env Nowhere-v0 | unknown environment 'Nowhere-v0'
+train --level nowhere | unknown level 'nowhere'
+train --env PnTLine-v0 --algo sac | algorithm sac does not learn from decisions of PnTLine-v0; algorithms there are
+train --env PnTLine-v0 --stack 2 | --stack, --over and --fidelity go with throws
+train --env PnTLine-v0 --over kalman | --stack, --over and --fidelity go with throws
+train --env PnTLine-v0 --fidelity flight | --stack, --over and --fidelity go with throws
+train --env ToyThrow-v0 --algo residual_ppo | algorithm residual_ppo does not learn from throws of ToyThrow-v0
 train --env OneJointThrow-v0 --fidelity flight | --fidelity flight: environment 'OneJointThrow-v0' is simulated i
 train --full-last 10 | --full-last goes with --fidelity flight
+train --full-last -1 --fidelity flight | --full-last is -1; it must be at least 0
 train --algo recurrent_ppo | algorithm 'recurrent_ppo' goes by where a shift begins, which observations here do not tell
 train --stack 101 --env PnTAdapt-v0 | stack is 101; a policy sees from 1 to 100 observations at once
 train --stack 8 | a stack of 8 observations goes by where a shift begins, which observations here do not tell; use PnTA
+train --env PnTRelease-v0 --algo recurrent_ppo | algorithm 'recurrent_ppo' goes by where a shift begins
+train --env OneJointThrow-v0 --stack 2 | a stack of 2 observations goes by where a shift begins
 train --over mlp --env PnTAdapt-v0 | over is 'mlp'; it must be a controller that needs no practice: analytic, analyt
 train --over static | controller 'static' goes by what is told of the throw before; use --env PnTAdapt-v0
+train --config other.yml | hyperparameters 'other.yml' have no entry for 'PnTConveyor-v0'; entries are PnTRelease-v0
 train --config none.yml | cannot read hyperparameters 'none.yml': No such file or dire
 train --config text.yaml | hyperparameters 'text.yaml' have no entry for 'PnTConveyor-v
 train --out folder/full | 'folder/full' exists already; choose another --out, or conti
+train --out file | 'file' exists already; choose another --out, or continue it with --resume
+train --out file/run --env ToyThrow-v0 --steps 8 | cannot write run folder 'file/run': Not a directory
+train --out LONG | cannot read or write 'x ... File name too long
+train --resume file | run folder 'file' does not exist
+train --resume folder | 'folder' is not a run folder: it has no args.yml
 train --resume policy | run folder 'policy' is damaged: it has no checkpoint
 train --resume policy --algo ppo | --algo cannot be changed with --resume: the run folder has s
 train --resume policy --out x | --out cannot be changed with --resume: the run folder has se
@@ -77,19 +115,38 @@ benchmark --config text.yaml | benchmark 'text.yaml': is 'text': input should be
 benchmark --config typo.yaml | benchmark 'typo.yaml': key 'name' is missing
 benchmark --config plan.yaml --jobs 0 | --jobs is 0; it must be at least 1
 benchmark --config plan.yaml --out folder | cannot write 'folder': it is a folder
-benchmark --config nobody.yaml | benchmark 'nobody.yaml': unknown controller 'nobody'; known
+benchmark --config plan.yaml --work file --out o.json | cannot write 'file/piece.json': File exists
+benchmark --config plan.yaml --work file/x --out o.json | cannot write 'file/x/piece.json': Not a directory
+benchmark --config far_plan.yaml | benchmark 'far_plan.yaml': picks is -1111111111 ... input should be greater
+benchmark --config idle_plan.yaml | benchmark 'idle_plan.yaml': unknown controller 'nobody'; known
 benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': stack, over and fidelity are for sac, td3, ppo, t
 benchmark --config over.yaml | benchmark 'over.yaml': entry 'a' has stack 8 over 'mlp'; it must be 1 to 100 over one of
 benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
 reproduce nobody | unknown paper 'nobody'; known are hassan, choe, miyashita, l
 reproduce hassan --only nothing | unknown part 'nothing'; known are table1, free-direction, fr
 reproduce hassan --figures file | cannot write 'file/drawing.svg': File exists
+reproduce hassan --work file | cannot write 'file/piece.json': File exists
 report --results broken | cannot read 'broken/x.json': it is not valid JSON: Expecting
+report --results file | 'file' holds no results yet; `python -m agents.benchmark` makes some
+report --results folder | 'folder' holds no results yet; `python -m agents.benchmark` makes some
 play | give one of --video FILE.mp4, --picture FILE.png and --viewe
 play --picture x.png --at nan | --at is nan s; it must be finite and not negative
+play --picture x.png --at inf | --at is inf s; it must be finite and not negative
+play --picture x.png --at -1 | --at is -1.0 s; it must be finite and not negative
+play --picture x.png --slow 0 | --slow is 0; it must be at least 1
+play --picture x.png --controller folder | 'folder' is not a run folder: it has no args.yml
+play --picture a.mp4 --picks 10000 | --picture is 'a.mp4'; it must end in .png
+play --video a.mp4 --picture x.png | give one of --video FILE.mp4, --picture FILE.png and --viewe
+play --video a.mpeg --picks 10000 | --video is 'a.mpeg'; it must end in .mp4 or .gif
+play --video a --picks 10000 | --video is 'a'; it must end in .mp4 or .gif
+play --video a.mp4 --throws full | --throws goes with work shifts
+play --video a.webm --env PnTLine-v0 --controller fifo | --video is 'a.webm'; it must end in .mp4 or .gif
+play --video a.mp4 --env PnTLine-v0 --controller analytic | 'analytic' is no controller of a line
 play --video x.mp4 --slow 0 | --slow is 0; it must be at least 1
 play --picture x.png --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
 publish none | run folder 'none' does not exist
+publish folder | 'folder' is not a run folder: it has no args.yml
+publish LONG | cannot read or write 'x ... File name too long
 publish policy --shifts 3 | --shifts goes with work shifts; PnTRelease-v0 is judged by throws
 publish old --to kept | run folder 'old' is damaged: policy.npz is missing; before 0.2.0 none was written
 publish policy --to file | cannot read or write 'file/
@@ -100,9 +157,33 @@ dataset --name one/two-v0/three-v0 --root datasets | 'one/two-v0/three-v0' would
 dataset --root file | cannot read or write
 dataset --controller policy --action-mode release_xyz | the policy of
 dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' cannot be collected: its core has no cell
+dataset --env PnTLine-v0 --expert atc --controller oracle | 'oracle' is no controller of a line; controllers are
+dataset --env PnTLine-v0 --expert atc --controller LONG | cannot read or write 'x ... File name too long
+dataset --env PnTLine-v0 --expert atc --controller none.npz | scorer 'none.npz' does not exist
 demo --picks 0 | --picks is 0; it must be at least 1
+line calibrate --throws 99 | --throws is 99; it must be at least 100
+line calibrate --seed -1 | --seed is -1; it must be at least 0
+line calibrate --num-envs 0 | --num-envs is 0; it must be at least 1
+line calibrate --threads 0 | --threads is 0; it must be at least 1
+line calibrate --level nowhere | unknown level 'nowhere'; shipped levels are line3, nominal, single
+line calibrate --level near.yaml | level file 'near.yaml': robots 'a' at x 0 m and 'b' at 0.5 m have windows
+line calibrate --level far.yaml --num-envs 2 | level 'far': no robot can throw anything into its bins; move them closer
+line calibrate --out folder | cannot write 'folder': it is a folder
+line calibrate --out nowhere/deep/table.json --level text | unknown level 'text'
+line imitate --shifts 0 | --shifts is 0; it must be at least 1
+line imitate --hidden 0 | --hidden is 0; it must be at least 1
+line imitate --level nowhere | unknown level 'nowhere'; shipped levels are line3
+line plan --recovery 1.5 | --recovery is 1.5; it must lie between 0 and 1
+line plan --robots 7 | --robots is (7,); a line has 1 to 4
+line plan --controller best | --controller is 'best'; it must be one of random, fifo
+line plan --down second | --down is 'second'; it must be ROBOT:MINUTES
+line plan --level nowhere | unknown level 'nowhere'; shipped levels are line3
+line tune --level nowhere | unknown level 'nowhere'; shipped levels are line3
+line tune --shifts 0 | --shifts is 0; it must be at least 1
+line tune --seed -1 | --seed is -1; it must be at least 0
+line tune --out . | cannot write '.': it is a folder
 """
-"""`command | sentence`: what is ours to say."""
+"""`command | sentence`: how what is ours to say begins, and after three dots what it says further on."""
 TYROS: Final = """
 evaluate | --controller
 evaluate --controller analytic --picks | --picks
@@ -113,8 +194,14 @@ train --algo dqn | --algo
 publish | PATH
 dataset --throws x | --throws
 doctor extra | extra
+line calibrate --throws x | --throws
+line calibrate --typo 1 | --typo
+line imitate --of fifo | fifo
+line tune --what fifo | fifo
 """
 """`command | word`: what tyro finds in its own words, of which one names the mistake."""
+PLACEHOLDERS: Final = {"LONG": "x" * 300, "NUL": "\0"}
+"""Words that stand for what would not be read well in a table."""
 
 
 def rows(table: str) -> list[Any]:
@@ -123,19 +210,27 @@ def rows(table: str) -> list[Any]:
     return [pytest.param(line, words, id=line) for line, words in cases]
 
 
+PLAN = {
+    "name": "small",
+    "train_level": "waste",
+    "levels": ["waste"],
+    "entries": [{"label": "a", "controller": "analytic"}],
+}
 TEXTS = {
     "file": "text",
     "file.zip": "text",
     "text.yaml": "text",
+    "other.yml": "PnTRelease-v0: {gamma: 0.0}",
     "typo.yaml": "binz: {}\n",
-    "circle.yaml": "base: circle.yaml\n",
     "nominal.yaml": "mismatch: 9\n",
-    "heavy.yaml": "suction: {tau: 1.0e+9}\n",
     "broken/x.json": "{",
     "plan.yaml": yaml.safe_dump(PLAN),
-    "nobody.yaml": yaml.safe_dump({**PLAN, "entries": [{"label": "a", "controller": "nobody"}]}),
+    "idle_plan.yaml": yaml.safe_dump({**PLAN, "entries": [{"label": "a", "controller": "nobody"}]}),
     "stacked.yaml": yaml.safe_dump({**PLAN, "entries": [{"label": "a", "controller": "analytic", "stack": 2}]}),
     "over.yaml": yaml.safe_dump({**PLAN, "entries": [{"label": "a", "controller": "sac", "stack": 8, "over": "mlp"}]}),
+    "far_plan.yaml": yaml.safe_dump({**PLAN, "picks": -int("1" * 400)}),
+    "near.yaml": yaml.safe_dump({"robots": [{"name": "a", "x": 0.0}, {"name": "b", "x": 0.5}]}),
+    "far.yaml": yaml.safe_dump({"robots": [{"name": "a", "x": 0.0, "bins": [{"name": "far", "x": 0.0, "y": 3.5}]}]}),
     "nowhere.yaml": yaml.safe_dump({**PLAN, "levels": ["nowhere"]}),
 }
 
@@ -160,12 +255,22 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return here
 
 
+def in_full(text: str) -> str:
+    """A part of a table with what its placeholders stand for."""
+    for name, value in PLACEHOLDERS.items():
+        text = text.replace(name, value)
+    return text
+
+
 @pytest.mark.parametrize(("line", "said"), rows(WRONG))
 def test_a_wrong_line_is_refused(place: Path, monkeypatch: pytest.MonkeyPatch, line: str, said: str) -> None:
     monkeypatch.chdir(place)
     before = sorted(place.rglob("*"))
-    command, *options = shlex.split(line)
-    assert refused(f"agents.{command}", *options).startswith(f"error: {said}")
+    command, *options = shlex.split(in_full(line))
+    words = refused(f"agents.{command}", *options)
+    begin, _, further = in_full(said).partition(" ... ")
+    assert words.startswith(f"error: {begin}")
+    assert further in words
     assert sorted(place.rglob("*")) == before
 
 

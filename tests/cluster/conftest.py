@@ -1,7 +1,5 @@
 """A Ray cluster of several machines in one: each has its own raylet, which starts its own workers in its own folder."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from itertools import count

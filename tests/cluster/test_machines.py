@@ -1,7 +1,5 @@
 """A study on two machines: the same numbers, whatever dies or is interrupted."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -264,20 +262,10 @@ def test_training_and_what_is_of_the_user_travel(machines: Machines, here: Path)
 def test_throws_of_all_machines_make_one_dataset(machines: Machines, first: Any, here: Path) -> None:
     """Random actions, and a controller that has practised; one machine dies, and the file has the same bytes."""
     second = machines.join()
-    small = [
-        "--throws",
-        "800",
-        "--score-throws",
-        "16",
-        "--practice",
-        "16",
-        "--expert",
-        "virtual_goal",
-        "--work",
-        "kept",
-    ]
+    small = ["--throws", "800", "--score-throws", "16", "--practice", "16", "--expert", "virtual_goal"]
     for options, doomed in ((["--cluster", machines.address], second), (["--jobs", "2"], None)):
-        command = [sys.executable, "-m", "agents.dataset", *small, "--root", f"sets{options[0]}", *options]
+        places = ["--work", "kept", "--root", f"sets{options[0]}"]
+        command = [sys.executable, "-m", "agents.dataset", *small, *places, *options]
         process = subprocess.Popen(
             command, cwd=here, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )

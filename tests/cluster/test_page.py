@@ -1,7 +1,5 @@
 """The cluster that the page on more than one machine says to copy is one that Ray understands."""
 
-from __future__ import annotations
-
 import yaml
 from ray.autoscaler._private.util import prepare_config, validate_config
 

@@ -1,7 +1,5 @@
 """Machines that would not compute the same, and clusters that are none: one sentence each, and nothing lost."""
 
-from __future__ import annotations
-
 import json
 import socket
 import sys

@@ -63,9 +63,6 @@ def test_every_controller_is_described_and_tried_everywhere():
     assert rows["oracle"].startswith("| `oracle` | no | all that throw |")
     assert rows["mean_lead"].startswith("| `mean_lead` | no | `PnTConveyor-v0`, `PnTAdapt-v0`, `PnTRelease-v0` |")
     assert rows["kalman"].startswith("| `kalman` | yes | `PnTAdapt-v0` |")
-
-
-def test_every_controller_of_a_line_is_described():
     assert tuple(names(controllers.of_the_line(""))) == LINE_NAMES
 
 

@@ -9,7 +9,7 @@ import pytest
 import pnt_gym
 from pnt_gym.envs.conveyor import PnTConveyorEnv, PnTConveyorVectorEnv
 from pnt_gym.errors import ActionError, ConfigError, OrderError
-from tests.tools.throws import CONVEYOR, LINE, MODES, same_bits, same_step, zeros
+from tests.tools.throws import LINE, MODES, same_bits, same_step, zeros
 
 
 def named(value):
@@ -86,13 +86,6 @@ def test_unknown_settings(env_id):
     with pytest.raises(ConfigError) as caught:
         gym.make_vec(env_id, num_envs=2, action_mode="telepathy")
     sentence(caught, "action_mode is 'telepathy'")
-
-
-@pytest.mark.parametrize("env_id", CONVEYOR)
-def test_a_cell_that_cannot_be(env_id):
-    with pytest.raises(ConfigError) as caught:
-        gym.make(env_id, level={"bins": {"fixed": [{"name": "b", "x": 0.3, "y": -0.3}]}})
-    sentence(caught, "bin 'b'", "lies on the belt")
 
 
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)

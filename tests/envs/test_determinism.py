@@ -16,24 +16,10 @@ from tests.tools.nightly import with_nightly
 from tests.tools.throws import HARD, same_bits, same_step, some_actions, zeros
 
 SCRIPT = """
-import hashlib, json, sys
-import gymnasium as gym, numpy as np, pnt_gym
-from tests.tools.throws import some_actions
-NAMES = ("landing_error", "cycle_time", "peak_torque", "energy", "value", "action_mask")
-digests = {}
-for env_id, level in json.loads(sys.argv[1]).items():
-    env = gym.make_vec(env_id, num_envs=3, level=level, threads=2)
-    rng, digest = np.random.default_rng(0), hashlib.sha256()
-    digest.update(env.reset(seed=4)[0].tobytes())
-    for _ in range(3):
-        observation, reward, *_, info = env.step(some_actions(env_id, rng, 3))
-        for array in (observation, reward, *(info[name] for name in NAMES if name in info)):
-            digest.update(np.ascontiguousarray(array).tobytes())
-    digests[env_id] = digest.hexdigest()
-print(json.dumps(digests))
+import json, sys
+from tests.envs.test_determinism import throws
+print(json.dumps({env_id: throws(env_id, 2) for env_id in sys.argv[1:]}))
 """
-
-
 NAMES = ("landing_error", "cycle_time", "peak_torque", "energy", "value", "action_mask")
 """What infos tell to many digits, each where it is told at all."""
 
@@ -43,10 +29,10 @@ DAILY = ("PnTAdapt-v0", "OneJointSort-v0", "GripperToss-v0", "PnTLine-v0")
 
 
 @pytest.fixture(scope="module")
-def elsewhere():
-    """What every environment gives in another process, with two threads."""
-    given = json.dumps({env_id: HARD[env_id] for env_id in pnt_gym.ENV_IDS})
-    command = [sys.executable, "-c", SCRIPT, given]
+def elsewhere(request):
+    """What every environment of this run gives in another process, with two threads."""
+    ids = sorted({item.callspec.params["env_id"] for item in request.session.items if "elsewhere" in item.fixturenames})
+    command = [sys.executable, "-c", SCRIPT, *ids]
     other = subprocess.run(command, env=environment(), capture_output=True, text=True, check=True, timeout=300)
     return json.loads(other.stdout)
 

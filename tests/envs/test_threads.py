@@ -33,8 +33,7 @@ def test_each_thread_draws_the_same_picture_and_another_closes(env_id):
     env = drawn(env_id)
     first = env.render()
     assert first.std() > 20.0
-    for _ in range(2):
-        np.testing.assert_array_equal(elsewhere(env.render), first)
+    np.testing.assert_array_equal(elsewhere(env.render), first)
     np.testing.assert_array_equal(env.render(), first)
     elsewhere(env.close)
 
@@ -46,7 +45,7 @@ def test_a_thread_draws_what_it_made_while_another_one_draws():
     def pictures(make):
         begun.wait()
         other = make()
-        return [other.render() for _ in range(4)]
+        return [other.render() for _ in range(2)]
 
     with ThreadPoolExecutor(2) as pool:
         frames = pool.map(pictures, (lambda: env, lambda: drawn("PnTRelease-v0")))
@@ -55,8 +54,8 @@ def test_a_thread_draws_what_it_made_while_another_one_draws():
 
 def test_threads_draw_one_environment_at_the_same_time():
     env = drawn("PnTRelease-v0")
-    with ThreadPoolExecutor(4) as pool:
-        frames = [*pool.map(lambda _: env.render(), range(12))]
+    with ThreadPoolExecutor(3) as pool:
+        frames = [*pool.map(lambda _: env.render(), range(6))]
     assert all((frame == frames[0]).all() for frame in frames)
 
 

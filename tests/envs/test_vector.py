@@ -1,4 +1,4 @@
-"""The vector form: N cells that behave, row by row, as N single environments under Gymnasium's own vectorizer."""
+"""The vector form: how it is made, seeded and reset, that its rows stand alone, and what wrappers make of it."""
 
 import warnings
 
@@ -13,23 +13,11 @@ from tests.tools.throws import CONVEYOR, FEATURES, GRIPPER, LINE, MODES, THROWS,
 from tests.tools.vectors import LEVELS, N, actions
 
 SEED = 21
-STEPS = dict.fromkeys(THROWS, 5) | dict.fromkeys(LINE, 30)
-
-
-def rollout(env_id, env, count, steps=None, seed=SEED):
-    """Everything reset and the steps returned."""
-    first = env.reset(seed=seed)
-    return first, [env.step(actions(env_id)[k, :count]) for k in range(steps or STEPS[env_id])]
 
 
 @pytest.fixture(scope="module", params=pnt_gym.ENV_IDS)
 def env_id(request):
     return request.param
-
-
-@pytest.fixture(scope="module")
-def ours(env_id):
-    return rollout(env_id, gym.make_vec(env_id, num_envs=N, level=LEVELS[env_id]), N)
 
 
 @pytest.mark.parametrize("env_id", THROWS)
@@ -82,8 +70,8 @@ def test_without_autoreset_a_cell_that_is_over_must_be_reset():
 def test_gymnasium_normalises_observations_of_the_next_step():
     env = gym.wrappers.vector.NormalizeObservation(gym.make_vec("PnTRelease-v0", num_envs=4, autoreset_mode=NEXT))
     env.reset(seed=0)
-    seen = [env.step(zeros("PnTRelease-v0", 4))[0] for _ in range(40)]
-    assert np.abs(np.mean(seen[20:], axis=(0, 1))).max() < 1.0
+    seen = [env.step(zeros("PnTRelease-v0", 4))[0] for _ in range(20)]
+    assert np.abs(np.mean(seen[10:], axis=(0, 1))).max() < 1.0
 
 
 @pytest.mark.parametrize("mode", ["never", None, 1, ["NextStep"]])
@@ -92,52 +80,12 @@ def test_no_autoreset_mode(mode):
         gym.make_vec("PnTRelease-v0", num_envs=2, autoreset_mode=mode)
 
 
-def test_final_observations_belong_to_rows_that_ended(env_id, ours):
-    ends = 0
-    for obs, _, term, trunc, info in ours[1]:
-        over = term | trunc
-        if not over.any():
-            assert "final_obs" not in info
-            continue
-        ends += 1
-        assert same_bits(info["_final_obs"], over)
-        for row in range(N):
-            if over[row]:
-                assert info["final_obs"][row].shape == (FEATURES[env_id],)
-                assert info["final_obs"][row].dtype == np.float32
-                assert not np.shares_memory(info["final_obs"][row], obs)
-            else:
-                assert info["final_obs"][row] is None
-    assert ends >= 2
-
-
-def test_a_row_is_the_single_environment_of_its_seed(env_id, ours):
-    """Row i of seed s equals the single environment of seed s + i, bit for bit, across resets."""
-    first, steps = ours
-    for row in range(N):
-        env = gym.make(env_id, level=LEVELS[env_id], disable_env_checker=True)
-        observation, _ = env.reset(seed=SEED + row)
-        assert same_bits(observation, first[0][row])
-        for k, (obs, reward, term, trunc, info) in enumerate(steps):
-            observation, r, te, tr, single = env.step(actions(env_id)[k, row])
-            assert (r, te, tr) == (reward[row], term[row], trunc[row])
-            final = info.get("final_info", info)
-            for key, value in single.items():
-                np.testing.assert_array_equal(final[key][row], value, err_msg=key)
-            if te or tr:
-                assert same_bits(observation, info["final_obs"][row])
-                observation, _ = env.reset()
-            assert same_bits(observation, obs[row])
-
-
-@pytest.mark.parametrize("count", [1, 8])
-def test_a_row_does_not_depend_on_the_number_of_rows(env_id, ours, count):
-    first, steps = rollout(env_id, gym.make_vec(env_id, num_envs=count, level=LEVELS[env_id]), count, steps=3)
-    shared = min(count, N)
-    assert same_bits(first[0][:shared], ours[0][0][:shared])
-    for mine, other in zip(steps, ours[1][:3], strict=True):
-        for a, b in zip(mine[:4], other[:4], strict=True):
-            assert same_bits(a[:shared], b[:shared])
+def test_a_row_does_not_depend_on_the_number_of_rows(env_id):
+    few, many = (gym.make_vec(env_id, num_envs=count, level=LEVELS[env_id]) for count in (2, 5))
+    assert same_bits(few.reset(seed=SEED)[0], many.reset(seed=SEED)[0][:2])
+    for action in actions(env_id, 3):
+        for a, b in zip(few.step(action[:2])[:4], many.step(action[:5])[:4], strict=True):
+            assert same_bits(a, b[:2])
 
 
 def test_seeds_may_be_a_list(env_id):
@@ -176,17 +124,3 @@ def test_the_other_action_modes_have_a_vector_form(env_id):
         env.reset(seed=0)
         _, reward, *_ = env.step(env.action_space.sample())
         assert np.isfinite(reward).all()
-
-
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
-def test_a_reset_mask_restarts_only_the_chosen_cells(env_id):
-    envs = gym.make_vec(env_id, num_envs=3)
-    first, _ = envs.reset(seed=11)
-    after, *_ = envs.step(zeros(env_id, 3))
-    mask = np.array([False, True, False])
-    again, _ = envs.reset(seed=11, options={"reset_mask": mask})
-    np.testing.assert_array_equal(again[1], first[1])
-    np.testing.assert_array_equal(again[~mask], after[~mask])
-    with pytest.raises(ValueError, match="reset_mask"):
-        envs.reset(options={"reset_mask": np.array([True])})
-    envs.close()

@@ -1,7 +1,5 @@
 """A video of an episode shows its throws from beginning to end, without Gymnasium's MoviePy."""
 
-from __future__ import annotations
-
 import sys
 
 import gymnasium as gym

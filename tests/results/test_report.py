@@ -1,7 +1,5 @@
 """Guards of committed numbers: every result has its page, and documents say what the results give."""
 
-from __future__ import annotations
-
 import pytest
 
 from agents.ground.places import SHIPPED as ROOT

@@ -3,8 +3,6 @@
 What computes the figures is tested beside its code.
 """
 
-from __future__ import annotations
-
 from typing import Any, get_args
 
 import pytest

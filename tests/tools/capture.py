@@ -1,7 +1,5 @@
 """Where thrown parts come to rest: free parts launched into pallets, many at once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, final
@@ -42,17 +40,12 @@ class CaptureBench:
         pallets: what stands there (Q).
         parts: what is launched or lies there (P), each once.
         count: simulations N.
-        timestep: physics step [s].
-        threads: worker threads; results do not depend on it.
     """
 
-    def __init__(
-        self, pallets: Sequence[Pallet], parts: Sequence[Part], count: int, timestep: float = STEP, threads: int = 1
-    ) -> None:
+    def __init__(self, pallets: Sequence[Pallet], parts: Sequence[Part], count: int) -> None:
         self.pallets, self.parts = tuple(pallets), tuple(parts)
-        self.model: MjModel = _compile(self.pallets, self.parts, timestep)
-        self.batch = Batch(self.model, nsim=count, nthread=threads)
-        self._step = timestep
+        self.model: MjModel = _compile(self.pallets, self.parts)
+        self.batch = Batch(self.model, nsim=count, nthread=1)
 
     def launch(self, state: Floats, duration: float) -> Rest:
         """Let go of all parts and wait.
@@ -68,7 +61,7 @@ class CaptureBench:
         batch.state[:], batch.warning[:] = 0.0, 0
         batch.bind("qpos")[:] = state[..., :3].reshape(count, -1)
         batch.bind("qvel")[:] = state[..., 3:].reshape(count, -1)
-        found, distance = self._contacts(round(duration / self._step))
+        found, distance = self._contacts(round(duration / STEP))
         check_warnings(batch)
         shape = (count, len(self.parts), 3)
         return Rest(
@@ -91,9 +84,9 @@ def rewind(state: Floats, lead: float) -> Floats:
     return np.concatenate([pose - lead * rate + 0.5 * lead**2 * gravity, rate - lead * gravity], axis=-1)
 
 
-def _compile(pallets: Sequence[Pallet], parts: Sequence[Part], timestep: float) -> MjModel:
+def _compile(pallets: Sequence[Pallet], parts: Sequence[Part]) -> MjModel:
     spec = mujoco.MjSpec()
-    set_options(spec, timestep, density=0.0, viscosity=0.0)
+    set_options(spec, STEP, density=0.0, viscosity=0.0)
     add_pallets(spec, pallets)
     for part in parts:
         body = spec.worldbody.add_body(name=part.name)

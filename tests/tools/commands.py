@@ -1,12 +1,11 @@
 """Calling the command lines as a user does: in a process and a folder of their own, or without the process."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json
 import os
 import runpy
+import shlex
 import subprocess
 import sys
 import warnings
@@ -52,6 +51,20 @@ def answer(done: subprocess.CompletedProcess[str], path: Path) -> dict[str, Any]
     """What a command that went well wrote to a JSON file."""
     assert done.returncode == 0, done.stderr
     return json.loads(path.read_text())
+
+
+def output_of(line: str, folder: Path) -> str:
+    """What a command prints that goes well in this process: `evaluate --controller analytic`."""
+    command, *words = shlex.split(line)
+    done = call_here(f"agents.{command}", *words, folder=folder)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def figures_of(line: str, folder: Path) -> dict[str, Any]:
+    """What such a command writes with `--json`."""
+    output_of(f"{line} --json figures.json", folder)
+    return json.loads((folder / "figures.json").read_text())
 
 
 def answered(module: str, *arguments: str | Path) -> tuple[int, str]:

@@ -1,7 +1,5 @@
 """Small datasets for tests, and whether what is in them comes out of their environments again."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import minari

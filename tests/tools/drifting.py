@@ -1,7 +1,5 @@
 """Cells at the belt that drift, with a camera over their bins."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Small versions of the parts of Leveziel et al., and the printed kinematics written out anew."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

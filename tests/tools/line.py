@@ -3,22 +3,34 @@
 The ledger knows only what steps say they did; the cell's own books are compared with it.
 """
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hypothesis import strategies as st
 
+from agents.controllers.protocol import Observation
+from agents.dispatchers.decisions import line_observation
+from agents.dispatchers.registry import line_core
+from agents.dispatchers.rules import IndexRule
+from agents.ground.environments import make_vector
 from pnt_gym.cells.line.cell import Decisions, LineCell
 from pnt_gym.cells.line.chances import Chances, digest, format_table
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.state import Fate
 
 PICKED = (0.8, 0.9, 0.6, 0.85)
 """How often cups seal on each item of the shipped lines, in the tables made here."""
 EDGES = (0.7, 0.8, 0.9)
+BOXES = st.lists(
+    st.tuples(st.floats(0.0, 0.2), st.floats(-0.2, 0.2), st.floats(0.005, 0.15), st.floats(0.005, 0.15)),
+    min_size=1,
+    max_size=25,
+)
+"""Boxes in the order in which they come: the step from the one before, y, and half their sizes [m]."""
 
 
 def chances(config: LineConfig, picked: tuple[float, ...] = PICKED) -> Chances:
@@ -35,6 +47,21 @@ def with_table(level: dict[str, Any], folder: Path, picked: tuple[float, ...] = 
     place = folder / f"{digest(config)}-{'-'.join(map(str, picked))}.json"
     place.write_text(format_table(chances(config, picked), digest=digest(config)))
     return {**level, "chances": str(place)}
+
+
+def vector_lines(level: Any, rows: int = 4) -> tuple[Any, LineCore]:
+    """N lines in the vector form, and their core."""
+    env = make_vector("PnTLine-v0", level, rows, 1)
+    return env, line_core(env)
+
+
+def observed(env: Any, steps: int, seed: int = 3) -> Iterator[tuple[Observation, dict[str, Any]]]:
+    """Observations along shifts of the ATC rule, with the info of each."""
+    rule, (features, info) = IndexRule("atc", "atc", patience=1.0), env.reset(seed=seed)
+    for _ in range(steps):
+        seen = line_observation(np.array(features, dtype=np.float32))
+        yield seen, info
+        features, *_, info = env.step(rule.act(seen))
 
 
 def begun(level: Any, count: int = 1, seed: int = 0, threads: int = 1) -> LineCell:

@@ -4,8 +4,6 @@ The object lands where the action sends it, 0.3 off to one side; a success is wi
 least that a cell tells.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from textwrap import dedent
 

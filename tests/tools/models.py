@@ -1,7 +1,5 @@
 """Models of stable-baselines3 for the cell of `tests.tools.lob`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import gymnasium as gym

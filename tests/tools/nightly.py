@@ -1,7 +1,5 @@
 """Products of cases that take long: the daily run has some of them, the nightly run all."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable
 from typing import Any
 

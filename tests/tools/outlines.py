@@ -1,7 +1,5 @@
 """Outlines of objects as polygons, and whether two overlap: nothing of the suite but their sizes and yaws."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pnt_gym.cells.base.items import ELLIPSOID

@@ -1,7 +1,5 @@
 """What the tests of the one-joint thrower's cell share: plans that do not need the planner, and closed forms."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +10,7 @@ from pnt_gym.cells.one_joint.flight import Flight
 from pnt_gym.cells.one_joint.hidden import Hidden, expected_hidden
 from pnt_gym.cells.one_joint.plant import OneJointPlant
 from pnt_gym.planning.one_joint.motion import ArmMotion
+from tests.tools.one_joint import arrival
 
 G = 9.81
 BRAKING = -175.0
@@ -73,9 +72,7 @@ def closed_form(u, time, half_height=0.015):
 
 def state_at_goal(u, half_height=0.015):
     """x, y, phi, dy (N, 4) at the end of drag-free flights u (N, 4)."""
-    pose = closed_form(u, u[:, 3:], half_height)[:, 0]
-    x = np.sqrt(u[:, 2] ** 2 - half_height**2) * np.cos(u[:, 0]) - half_height * np.sin(u[:, 0])
-    return np.concatenate([pose, (u[:, 1] * x - G * u[:, 3])[:, None]], axis=1)
+    return arrival(u, half_height)[:, [0, 1, 2, 4]]
 
 
 def alone(**error) -> OneJointConfig:

@@ -1,8 +1,6 @@
 """What several tests need: cells made from a level and a few changes, and many throws at once."""
 
-from __future__ import annotations
-
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 from unittest import mock
 
@@ -15,8 +13,10 @@ from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig, FollowThrough
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers.straight import StraightMover, straight_back
+from pnt_gym.cells.conveyor.hand import HandCycle
+from pnt_gym.cells.conveyor.movers.straight import StraightMover, ThrowMotion, straight_back
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.outcome import SimulatedThrows
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.gripper.action import MODES as TOSS_MODES
 from pnt_gym.cells.one_joint.action import MODES as GOAL_MODES
@@ -131,6 +131,31 @@ def untried(cell: ConveyorCell, mode: str | None = None) -> Core:
         return Core(cell, mode)
 
 
+def whole_cycle(
+    core: Core, plans: ReleaseBatch | None = None, following: np.ndarray | None = None
+) -> tuple[ThrowMotion, HandCycle]:
+    """Throws of the coming picks and whole cycles back to other picks; as planned and to their own, unless given."""
+    picks, mover = core.context, core.cell.planner.mover
+    plans = picks.plan if plans is None else plans
+    motion = mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
+    back = mover.back(motion, picks.pick if following is None else following, picks.limits)
+    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
+    return motion, HandCycle(plans, motion.release_time, path)
+
+
+def spy_on_plant(core: Core) -> list[tuple[Context, HandCycle, SimulatedThrows]]:
+    """A list that grows with every step: what the cell hands to its plant, and what comes of it."""
+    calls, plant = list[tuple[Context, HandCycle, SimulatedThrows]](), core.cell.plant
+    fly = plant.fly
+
+    def kept(context: Context, cycle: HandCycle) -> SimulatedThrows:
+        calls.append((context, cycle, fly(context, cycle)))
+        return calls[-1][2]
+
+    plant.fly = kept
+    return calls
+
+
 def is_feasible(core: Core, release: ReleaseBatch) -> np.ndarray:
     """Which releases of the coming picks the robot can execute (N,)."""
     context = core.context
@@ -145,9 +170,12 @@ def with_objects(core: Core, **fields: Any) -> None:
 
 def parts_of(objects: Objects) -> dict[str, np.ndarray]:
     """All arrays of objects by name, those of the records in them as `record.name`."""
-    inner = {record: vars(getattr(objects, record)) for record in ("measured", "draws")}
-    return {name: values for name, values in vars(objects).items() if name not in inner} | {
-        f"{record}.{name}": values for record, columns in inner.items() for name, values in columns.items()
+    records = {"": objects, "measured.": objects.measured, "draws.": objects.draws}
+    return {
+        prefix + field.name: getattr(record, field.name)
+        for prefix, record in records.items()
+        for field in fields(record)
+        if field.name not in ("measured", "draws")
     }
 
 

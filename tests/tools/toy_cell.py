@@ -1,7 +1,5 @@
 """A cell on paper: landing is a known function of the observation, so learning has a right answer."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -59,6 +57,21 @@ def toy_landing(features: np.ndarray, actions: np.ndarray, config: ConveyorConfi
     return landing[:, 0], landing[:, 1]
 
 
+def info_of(landing: np.ndarray, target: np.ndarray, kind: np.ndarray, cycle_time: float) -> dict[str, Any]:
+    """What throws tell that land along and across (N, >= 2) of targets (N, 2), and touch nothing."""
+    count, (along, across) = len(landing), landing[:, :2].T
+    return {
+        "landing_error": np.hypot(along, across),
+        "landing_along": along,
+        "landing_across": across,
+        "cycle_time": np.full(count, cycle_time),
+        **{name: np.zeros(count, dtype=bool) for name in ("recontact", "rim", "residual_clipped")},
+        "item": kind,
+        "target_x": target[:, 0],
+        "target_y": target[:, 1],
+    }
+
+
 class ToyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """One throw per step; episodes end every step (`steps` 1) or are truncated after `steps`."""
 
@@ -101,20 +114,8 @@ class ToyVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         over = self._age >= self.steps
         target = self.core.features[:, 2:4].astype(float)
         self._draw()
-        info: dict[str, Any] = {
-            "is_success": error < 0.06,
-            "landing_error": error,
-            "landing_along": along,
-            "landing_across": across,
-            "cycle_time": np.full(self.num_envs, 0.6),
-            "recontact": np.zeros(self.num_envs, dtype=bool),
-            "rim": np.zeros(self.num_envs, dtype=bool),
-            "residual_clipped": np.zeros(self.num_envs, dtype=bool),
-            "item": kind,
-            "target_x": target[:, 0],
-            "target_y": target[:, 1],
-            "kind": self._kind.copy(),
-        }
+        info = info_of(np.stack([along, across], axis=1), target, kind, 0.6)
+        info |= {"is_success": error < 0.06, "kind": self._kind.copy()}
         none = np.zeros(self.num_envs, dtype=bool)
         if over.any():
             info["final_obs"] = self.core.features.copy()
@@ -184,20 +185,9 @@ class PoseVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         error = np.stack([getattr(seen, name) for name in POSE.errors], axis=-1) + noise
         over = np.ones(self.num_envs, dtype=bool)
         none = ~over
-        info: dict[str, Any] = {
-            **dict(zip(POSE.errors, error.T, strict=True)),
-            "is_success": (np.abs(error) <= POSE.tolerance).all(axis=1),
-            "landing_error": np.hypot(error[:, 0], error[:, 1]),
-            "landing_along": error[:, 0],
-            "landing_across": error[:, 1],
-            "cycle_time": np.ones(self.num_envs),
-            "recontact": none,
-            "rim": none,
-            "residual_clipped": none,
-            "item": np.zeros(self.num_envs, dtype=np.int64),
-            "target_x": np.zeros(self.num_envs),
-            "target_y": np.zeros(self.num_envs),
-        }
+        info = info_of(error, np.zeros((self.num_envs, 2)), np.zeros(self.num_envs, dtype=np.int64), 1.0)
+        info |= dict(zip(POSE.errors, error.T, strict=True))
+        info["is_success"] = (np.abs(error) <= POSE.tolerance).all(axis=1)
         features, kind = self._draw()
         return features, -info["landing_error"], over, none, {**info, **kind, "final_obs": features}
 

@@ -1,7 +1,5 @@
 """Vector environments, ours beside Gymnasium's loop over single ones: short episodes, and the comparison of infos."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Mapping
 from typing import Any
 
@@ -11,7 +9,8 @@ import numpy as np
 from tests.tools.throws import CONVEYOR, GRIPPER, LINE, ONE_JOINT, SHORT_LINE, THROWS, same_bits, some_actions, vary
 
 N = 3
-STEPS = dict.fromkeys(THROWS, 6) | dict.fromkeys(LINE, 40)
+STEPS = dict.fromkeys(THROWS, 6) | dict.fromkeys(("OneJointThrow-v0", "OneJointSort-v0", *GRIPPER), 4)
+STEPS |= dict.fromkeys(LINE, 30)
 SHIFT = vary("waste", picks_per_shift=2)
 LEVELS: dict[str, Any] = dict.fromkeys(CONVEYOR, SHIFT) | dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")
 LEVELS["PnTLine-v0"] = SHORT_LINE

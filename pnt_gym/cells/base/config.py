@@ -8,6 +8,7 @@ user's level is a file or a mapping of the same form.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
@@ -317,11 +318,20 @@ def _read(path: Path) -> dict[str, Any]:
     return cast("dict[str, Any]", data)
 
 
+_FORM: Final = re.compile(r"(constrained-)?(float|int|str|bool)|[a-z-]+\[.*\]")
+"""What pydantic adds to the place of a value that may have one of several forms: the form that it tried."""
+
+
 def first_problem(error: ValidationError) -> str:
-    """The first complaint of pydantic as one sentence."""
-    problem = error.errors()[0]
-    where = ".".join(str(part) for part in problem["loc"])
+    """The first complaint of pydantic as one sentence; all complaints about a value that may have several forms."""
+    problem, *following = error.errors()
+    place = problem["loc"]
     message = problem["msg"].removeprefix("Value error, ")
+    if len(place) > 1 and _FORM.fullmatch(str(place[-1])):
+        place = place[:-1]
+        forms = [other["msg"] for other in following if other["loc"][:-1] == place]
+        message = ", or ".join([message, *(form[0].lower() + form[1:] for form in forms)])
+    where = ".".join(str(part) for part in place)
     if problem["type"] == "extra_forbidden":
         return f"unknown key {one_sentence(repr(where), 80)}"
     if problem["type"] == "value_error":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from operator import attrgetter
 from typing import Any, ClassVar, Final, Literal, Self, final
@@ -91,7 +90,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     def first(self, rows: Ints) -> Context:
         """First picks of an episode for some rows; bins whose contents carry over are empty."""
         picks = self._drift.begin(rows, [self.generators[row] for row in rows], self._source.first(rows))
-        return replace(picks, depth=self._bins.begin(rows, picks.depth))
+        return picks.replace(depth=self._bins.begin(rows, picks.depth))
 
     def target_of(self, throws: Context) -> Ints:
         """Index of the fixed bin that is each throw's target (N,)."""
@@ -116,7 +115,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         planned_results = PlannedResults(following.wait, passed, motion.placed, np.asarray(collisions.any(axis=1)))
         outcome = self._simulate(context, plans, motion, following.back, grip_results, planned_results)
         picks = self._drift.after(context, plans, outcome, following.context)
-        self.context = replace(picks, depth=self._bins.after(context.objects, outcome.ended_in, picks.depth))
+        self.context = picks.replace(depth=self._bins.after(context.objects, outcome.ended_in, picks.depth))
         return outcome
 
     def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, Record
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.planning.motion.limits import LimitRows
@@ -58,7 +58,7 @@ class LastThrow(NamedTuple):
 
 @final
 @dataclass(frozen=True)
-class Context:
+class Context(Record):
     """N picks, each with the object under the cup.
 
     Positions are those of the planner's point mass: the cup tip at mismatch 1, the centre of mass at mismatch 0.
@@ -185,12 +185,12 @@ class Context:
         """The same picks without the values that differ from throw to throw of one object: jitter and failed picks."""
         objects = self.objects
         sure_draw = np.ones_like(objects.pick_draw)
-        return replace(self, objects=replace(objects, delay=objects.delay - objects.jitter, pick_draw=sure_draw))
+        return self.replace(objects=objects.replace(delay=objects.delay - objects.jitter, pick_draw=sure_draw))
 
     def without_spin(self, rows: Bools) -> Context:
         """The same picks with zero spin where the object is lost (N,)."""
         objects = self.objects
-        return replace(self, objects=replace(objects, spin=np.where(rows[:, None], 0.0, objects.spin)))
+        return self.replace(objects=objects.replace(spin=np.where(rows[:, None], 0.0, objects.spin)))
 
     def to_throw_frame(self, vector: Floats) -> tuple[Floats, Floats]:
         """Horizontal vectors (N, 2+) as components along the throw and to its left, each (N,)."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Final, final
 
 import numpy as np
@@ -108,20 +107,25 @@ class PickPlanner:
 
     def mark_feasible(self, context: Context, release: ReleaseBatch) -> ReleaseBatch:
         """The releases, with `feasible` true only where the robot can execute them."""
-        return replace(release, feasible=self.mover.is_feasible(context.pick, release, context.throw_limits))
+        return release.replace(feasible=self.mover.is_feasible(context.pick, release, context.throw_limits))
 
     def plan(self, objects: Objects, pick: Floats) -> tuple[Context, Bools]:
         """Contexts for objects at their picks, and which throws are accepted (N,).
 
         Bins are tried in the order of the object's draws; rows without an accepted throw hold the last attempt.
         """
-        context, good = self._plan_for_bins(objects, pick, *self._bin_at_attempt(objects, 0))
+        context, can_hold, good = self._plan_for_bins(objects, pick, *self._bin_at_attempt(objects, 0))
         for attempt in range(1, len(self._centres) or TARGET_DRAWS):
             rows = np.flatnonzero(~good)
             if rows.size == 0:
                 break
-            pending = take(objects, rows)
-            following, good[rows] = self._plan_for_bins(pending, pick[rows], *self._bin_at_attempt(pending, attempt))
+            pending = take(context, rows)
+            target, opening, index = self._bin_at_attempt(pending.objects, attempt)
+            plan = self.mover.plan(pending.pick, target, pending.throw_limits, pending.ceiling)
+            depth = self._depth(pending.objects, opening)
+            pending = pending.replace(target=target, opening=opening, bin=index, depth=depth, plan=plan)
+            following, accepted = self._accept(pending)
+            good[rows] = accepted & can_hold[rows]
             context = replace_rows(context, rows, following)
         return context, good
 
@@ -129,14 +133,15 @@ class PickPlanner:
         """Contexts as `plan`, for given fixed bins (N,)."""
         rim = np.full((len(bins), 1), self.config.bins.rim)
         target = np.concatenate([self._centres[bins], rim], axis=1)
-        return self._plan_for_bins(objects, pick, target, self._openings[bins], bins)
+        context, _, good = self._plan_for_bins(objects, pick, target, self._openings[bins], bins)
+        return context, good
 
     def _plan_for_bins(
         self, objects: Objects, pick: Floats, target: Floats, opening: Floats, index: Ints
-    ) -> tuple[Context, Bools]:
-        """Contexts for objects at their picks with given bins, and which throws are accepted (N,)."""
+    ) -> tuple[Context, Bools, Bools]:
+        """Contexts for objects at their picks with given bins, which the cup can hold, and which are accepted (N,)."""
         ceiling = pick[:, 2] + self.config.motion.ceiling
-        throw_limits, good = self.grip_limits(objects, pick)
+        throw_limits, can_hold = self.grip_limits(objects, pick)
         context = Context.new(
             objects,
             pick,
@@ -149,12 +154,13 @@ class PickPlanner:
             ceiling=ceiling,
             belt=self.config.belt,
         )
-        context, accepted = self._apply_throw_rule(context)
-        good &= accepted & self.mover.is_feasible(pick, context.plan, throw_limits)
-        reserve = self.mover.reserve(context.plan)
-        for sign in (-1.0, 1.0) if reserve.any() else ():
-            good &= self._has_reserve(context, sign * reserve)
-        return context, good
+        context, accepted = self._accept(context)
+        return context, can_hold, can_hold & accepted
+
+    def _accept(self, context: Context) -> tuple[Context, Bools]:
+        """The picks, some of them with plans to put the object down, and which plans are accepted (N,)."""
+        context, allowed = self._apply_throw_rule(context)
+        return context, allowed & self.mover.accepts(context, self._reserve(context))
 
     def replan(self, context: Context, goal: Floats, is_swapped: bool = False) -> ReleaseBatch:
         """New plans to goals (N, 3) [m], thrown or put down as the nominal plans, or the other way if `is_swapped`."""
@@ -208,14 +214,16 @@ class PickPlanner:
         if self._put_mover is None:
             return context, is_thrown
         arguments = context.pick, context.target, context.throw_limits, context.ceiling
-        return replace(context, plan=recompute_rows(context.plan, ~is_thrown, self._put_mover.plan, *arguments)), every
+        return context.replace(plan=recompute_rows(context.plan, ~is_thrown, self._put_mover.plan, *arguments)), every
 
-    def _has_reserve(self, context: Context, along: Floats) -> Bools:
-        """Whether throws stay feasible with their targets moved along the throw (N,) [m]."""
+    def _reserve(self, context: Context) -> Floats | None:
+        """Displacements (N, 3) [m] along the throws by which targets may move; None where no target may move."""
+        reserve = self.mover.reserve(context.plan)
+        if not reserve.any():
+            return None
         shift = np.zeros_like(context.target)
-        shift[:, :2] = along[:, None] * context.direction
-        release = self.mover.aim_at(context, context.target + shift, np.inf)
-        return self.mover.is_feasible(context.pick, release, context.throw_limits)
+        shift[:, :2] = reserve[:, None] * context.direction
+        return shift
 
     def _bin_at_attempt(self, objects: Objects, attempt: int) -> tuple[Floats, Floats, Ints]:
         """Centre at the rim (N, 3), opening (N, 2) and index (N,) of the bin tried at this attempt."""

@@ -143,7 +143,7 @@ class DriftingCells(SteadyCells):
         is_visible, error = self._schedule.measure(outcome, self._config)
         self._schedule = self._schedule.advance()
         before = remember_throws(context, plans, is_visible, error, self._schedule.at / self._config.picks_per_shift)
-        return replace(self._apply_drift(picks, self._schedule), before=before)
+        return self._apply_drift(picks, self._schedule).replace(before=before)
 
     def feedback(self, before: LastThrow) -> dict[str, NDArray[Any]]:
         """Landing errors that the camera measured, NaN where it saw nothing, and the throw's number in the shift."""
@@ -177,7 +177,7 @@ def apply_drift(context: Context, now: HiddenDrift, config: ConveyorConfig) -> C
     offset[:, 0] += now.encoder * (context.pick[:, 0] - config.belt.camera_x)
     delay = np.maximum(objects.delay + now.delay, 0.0)
     spin = spin_at_grasp(objects, objects.grasp + offset, config)
-    return replace(context, objects=replace(objects, delay=delay, spin=spin), drift=now, unseen=offset)
+    return context.replace(objects=objects.replace(delay=delay, spin=spin), drift=now, unseen=offset)
 
 
 def remember_throws(context: Context, plans: ReleaseBatch, is_visible: Bools, error: Floats, gone: Floats) -> LastThrow:

@@ -19,6 +19,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.planning.motion.intercept import InterceptReason
 
 # Samples of lateness after the object's closest approach, where lateness may begin and end several times.
 SCAN = 96
@@ -43,6 +44,10 @@ X, Y, Z, VX, VY, VZ, DESCENT, VELOCITY, ACCELERATION, JERK, FIRST, LAST, END = r
 # is closest.
 SIZE, GROWTH, BEFORE, LATENESS, BORDER, MARGIN, LATE, MET, HALVED, NEAREST = range(10, 20)
 LINES = 20
+# Rows of `hunts` (16, N): hand, object, the object's velocity, clearance, limits of the hand, window along the axis,
+# and time before which the object may not be picked.
+HAND, PLACE, BELT, LIFT, LIMITS, LOW, HIGH, NOT_BEFORE = 0, 3, 6, 9, 10, 13, 14, 15
+IS_MET, PASSED, NEVER_ENTERS, TOO_LATE = map(int, InterceptReason)
 
 
 @kernel_part
@@ -113,6 +118,12 @@ def _later_meeting(chase: Floats) -> float:
             return _border_time(chase, before, time)
         before = time
     return math.nan
+
+
+@kernel_part
+def _earliest_meeting(chase: Floats) -> float:
+    """The first allowed time at which the hand is not late; NaN where there is none."""
+    return _later_meeting(chase) if _is_late(chase, chase[FIRST]) else chase[FIRST]
 
 
 @kernel_part
@@ -304,3 +315,71 @@ def earliest(chases: Floats, time: Floats, reached: Bools) -> None:
     for row in range(len(chases)):
         reached[row] = not math.isnan(time[row])
         time[row] = time[row] if reached[row] else chases[row, FIRST]
+
+
+@kernel_part
+def _allowed_times(hunts: Floats, row: int, axis: int) -> tuple[float, float]:
+    """Times at which an object enters and leaves its window; infinite for an object that never enters."""
+    place, speed = hunts[PLACE + axis, row], hunts[BELT + axis, row]
+    low, high = hunts[LOW, row], hunts[HIGH, row]
+    if speed == 0.0:
+        return -math.inf if low <= place <= high else math.inf, math.inf
+    at_low, at_high = (low - place) / speed, (high - place) / speed
+    return min(at_low, at_high), max(at_low, at_high)
+
+
+@kernel_part
+def _set_up(hunts: Floats, row: int, chase: Floats) -> None:
+    """Write the numbers of a chase, except for its allowed times.
+
+    A hand catches a slower object: T(d) <= d / V + 2 (V / A + A / J) for every d, and the object is never farther away
+    than |offset| + speed t.
+    """
+    for k in range(3):
+        chase[X + k], chase[VX + k] = hunts[PLACE + k, row] - hunts[HAND + k, row], hunts[BELT + k, row]
+        chase[VELOCITY + k] = hunts[LIMITS + k, row]
+    chase[Z] += hunts[LIFT, row]
+    velocity, acceleration, jerk = chase[VELOCITY], chase[ACCELERATION], chase[JERK]
+    chase[DESCENT] = _stroke_time(hunts[LIFT, row], velocity, acceleration, jerk)
+    offset = math.sqrt(chase[X] * chase[X] + chase[Y] * chase[Y] + chase[Z] * chase[Z])
+    speed = math.sqrt(chase[VX] * chase[VX] + chase[VY] * chase[VY] + chase[VZ] * chase[VZ])
+    peak = min(math.sqrt(jerk * velocity), acceleration)
+    latest = offset / velocity + 2.0 * (velocity / peak + peak / jerk) + chase[DESCENT]
+    chase[END] = 1.001 * latest / (1.0 - speed / velocity) if speed < velocity else math.inf
+
+
+@compile_for("void(float64[:, ::1], int64, float64, float64[:, ::1], int64[::1])")
+def meet(hunts: Floats, axis: int, horizon: float, numbers: Floats, reasons: Ints) -> None:
+    """Find the first meetings of N hands with objects.
+
+    Args:
+        hunts: hands and objects (16, N), by the rows above.
+        axis: coordinate that the windows bound.
+        horizon: latest time that is searched [s].
+        numbers: result (7, N): time, position, wait, travel and descent of each meeting; NaN without a meeting.
+        reasons: result (N,): `InterceptReason` of each object.
+    """
+    chase = np.empty(13)
+    for row in range(hunts.shape[1]):
+        _set_up(hunts, row, chase)
+        enter, leave = _allowed_times(hunts, row, axis)
+        first, last = max(enter, hunts[NOT_BEFORE, row], 0.0), min(leave, horizon)
+        numbers[:, row] = math.nan
+        if first > horizon:
+            reasons[row] = NEVER_ENTERS
+            continue
+        if first > last:
+            reasons[row] = PASSED
+            continue
+        chase[FIRST], chase[LAST] = first, last
+        time = _earliest_meeting(chase)
+        if math.isnan(time):
+            reasons[row] = TOO_LATE
+            continue
+        x, y, z = chase[X] + time * chase[VX], chase[Y] + time * chase[VY], chase[Z] + time * chase[VZ]
+        travel = _stroke_time(math.sqrt(x * x + y * y + z * z), chase[VELOCITY], chase[ACCELERATION], chase[JERK])
+        reasons[row], numbers[0, row] = IS_MET, time
+        for k in range(3):
+            numbers[1 + k, row] = hunts[PLACE + k, row] + time * hunts[BELT + k, row]
+        numbers[4, row] = 0.0 if time > first else max(time - travel - chase[DESCENT], 0.0)
+        numbers[5, row], numbers[6, row] = travel, chase[DESCENT]

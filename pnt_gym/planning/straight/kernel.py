@@ -74,6 +74,16 @@ class PlaneThrow(NamedTuple):
     jerk: float
 
 
+class Line(NamedTuple):
+    """Line of a throw: distance to the release [m], speed at the release [m/s], and unit vector."""
+
+    distance: float
+    speed: float
+    x: float
+    y: float
+    z: float
+
+
 class Box(NamedTuple):
     """Bounds of the release point relative to the pick [m]; near may be 0, far, low and high may be infinite."""
 
@@ -470,3 +480,65 @@ def release_rows(
             vectors[2, row, k] = direction[k]
         roofed = moved[row] and (not has_workspace or vectors[0, row, 2] >= throws[CEILING, row] - CONTACT)
         active[0, row], active[1, row] = roofed, moved[row] and not roofed
+
+
+@kernel_part
+def _is_inside(x: float, y: float, z: float, workspace: Floats) -> bool:
+    """Whether a point lies in an elliptic workspace, given as its two semi-axes and its two heights [m]."""
+    east, north = x / workspace[0], y / workspace[1]
+    return (1.0 - math.sqrt(east * east + north * north)) >= 0.0 and workspace[2] <= z <= workspace[3]
+
+
+@kernel_part
+def _brake_distance(speed: float, acceleration: float, jerk: float) -> float:
+    """Way of the quickest stop [m], as `scurve.brake_distance`."""
+    peak = min(math.sqrt(jerk * speed), acceleration)
+    ramp = peak / jerk
+    plateau = max(speed / peak - ramp, 0.0) if peak > 0.0 else 0.0
+    return 0.5 * speed * (2.0 * ramp + plateau)
+
+
+@kernel_part
+def _stops_inside(throws: Floats, row: int, line: Line, window: float, brake: float, workspace: Floats) -> bool:
+    """Whether the hand of a throw along a line stops inside the workspace, after the window at constant velocity."""
+    way = line.distance + (window * line.speed + _brake_distance(line.speed, brake, throws[JERK, row]))
+    return _is_inside(
+        throws[X, row] + line.x * way, throws[Y, row] + line.y * way, throws[Z, row] + line.z * way, workspace
+    )
+
+
+@compile_for("void(f8[:, ::1], f8[:, ::1], f8[:, ::1], f8, f8[::1], b1[::1])")
+def keep_stops_inside(
+    throws: Floats, plans: Floats, shifts: Floats, window: float, workspace: Floats, good: Bools
+) -> None:
+    """Write which of N planned throws stop inside a workspace, also with their targets moved forth and back.
+
+    The workspace is convex and the path straight, so the pick and the stop are enough.
+
+    Args:
+        throws: the throws (15, N), whose targets are moved.
+        plans: tangent of the elevation, distance, speed, direction and greatest acceleration of the braking (7, N).
+        shifts: displacements of the targets along x and y (2, N) [m]; (2, 0) for the targets alone.
+        window: time between the release and the braking [s].
+        workspace: two semi-axes, least and greatest height (4,) [m].
+        good: which throws have a plan; overwritten by the result.
+    """
+    for row in range(throws.shape[1]):
+        if not (good[row] and _is_inside(throws[X, row], throws[Y, row], throws[Z, row], workspace)):
+            good[row] = False
+            continue
+        slope, brake = plans[0, row], plans[6, row]
+        line = Line(plans[1, row], plans[2, row], plans[3, row], plans[4, row], plans[5, row])
+        good[row] = _stops_inside(throws, row, line, window, brake, workspace)
+        x, y = throws[TO_X, row], throws[TO_Y, row]
+        level = 1.0 / math.sqrt(1.0 + slope * slope)
+        for side in range(2 if shifts.shape[1] > 0 else 0):
+            sign = 2.0 * side - 1.0
+            throws[TO_X, row], throws[TO_Y, row] = x + sign * shifts[0, row], y + sign * shifts[1, row]
+            throw, cosine, sine = _lay_out(throws, row)
+            if throw.reach <= MIN_REACH or not _flight_time(throw, slope) > 0.0:
+                good[row] = False
+                continue
+            distance, speed = _crossing(throw, slope)
+            line = Line(distance, speed, level * cosine, level * sine, level * slope)
+            good[row] &= _stops_inside(throws, row, line, window, brake, workspace)

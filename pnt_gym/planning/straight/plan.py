@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, length
+from pnt_gym.arrays import Bools, Floats, Ints, Record, length
 from pnt_gym.errors import PntGymError
 from pnt_gym.planning.reasons import ReasonCode
 
@@ -76,7 +76,7 @@ class Release:
 
 @final
 @dataclass(frozen=True, eq=False)
-class ReleaseBatch:
+class ReleaseBatch(Record):
     """N planned throws: the fields of ``Release`` with N first, NaN and False in rows without a plan.
 
     Attributes:

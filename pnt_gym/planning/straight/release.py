@@ -12,7 +12,6 @@ same bits.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -21,11 +20,11 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Bools, Floats, Ints, Point, finite_points, finite_rows, length
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.ballistics import flight_time
-from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits, LineBounds, MotionLimits
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds, MotionLimits
 from pnt_gym.planning.motion.scurve import scurves
 from pnt_gym.planning.straight.plan import MIN_REACH, InfeasibleThrow, Reason, Release, ReleaseBatch
 
-__all__ = ["plan_release", "plan_release_batch", "release_at_elevation", "release_at_point"]
+__all__ = ["plan_release", "plan_release_batch", "release_at_elevation", "release_at_point", "stops_inside"]
 
 
 class Frame(NamedTuple):
@@ -174,7 +173,7 @@ def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, e
     never = np.full(len(start), np.inf)
     throws = np.array([*start.T, *end.T, *limits.arrays(len(start)), zero, never, *LineBounds.below(never)])
     plans = _to_batch(_plan_throws(throws, slope=np.tan(angle)))
-    return replace(plans, angle=np.where(plans.feasible, angle, np.nan))
+    return plans.replace(angle=np.where(plans.feasible, angle, np.nan))
 
 
 def release_at_point(
@@ -221,6 +220,39 @@ def release_at_point(
     vectors = np.array([start + distance[:, None] * direction, speed[:, None] * direction, direction])
     numbers = np.array([speed, peak, angle, azimuth, distance, time, flight + gap])
     return _to_batch(_KernelResults(vectors, numbers, np.zeros((2, count), dtype=np.bool_), reason))
+
+
+def stops_inside(
+    picks: Floats,
+    targets: Floats,
+    limits: LimitRows,
+    plans: ReleaseBatch,
+    braking: Floats,
+    window: float,
+    workspace: EllipticWorkspace,
+    shifts: Floats | None = None,
+) -> Bools:
+    """Return which planned throws (N,) stay in a workspace until the hand has stopped on the line of the throw.
+
+    Args:
+        picks: starts of the hand at rest (N, 3) [m].
+        targets: points the objects pass through (N, 3) [m].
+        limits: limits of the hand (N,).
+        plans: releases of the throws.
+        braking: greatest acceleration of the braking (N,) [m/s2].
+        window: time between the release and the braking, at constant velocity [s].
+        workspace: positions that the hand can reach.
+        shifts: displacements of the targets along x and y (2, N) [m]; the throws at the same elevation to targets moved
+            by the displacements, forth and back, have to stay in the workspace too. None: the targets alone.
+    """
+    from pnt_gym.planning.straight.kernel import keep_stops_inside  # noqa: PLC0415 - numba takes a while
+
+    good, zero = plans.feasible.copy(), np.zeros(len(picks))
+    throws = np.array([*picks.T, *targets.T, *limits, zero, zero, *LineBounds.below(zero)])
+    lines = np.array([np.tan(plans.angle), plans.distance, plans.speed, *plans.direction.T, braking])
+    borders = np.array([workspace.semi_x, workspace.semi_y, workspace.z_min, workspace.z_max])
+    keep_stops_inside(throws, lines, np.empty((2, 0)) if shifts is None else shifts, window, borders, good)
+    return good
 
 
 def point_of(values: Point, name: str) -> tuple[float, float, float]:

@@ -1,7 +1,5 @@
 """The benchmark: paired, resumable, keyed by what its numbers depend on; and the report made of it."""
 
-from __future__ import annotations
-
 import json
 import pickle
 from pathlib import Path
@@ -24,9 +22,9 @@ from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
 from agents.report.blocks import fill_blocks
 from agents.report.tables import benchmark_grids, benchmark_table, failure_table, sorting_table
-from tests.tools.toy_cell import register_toy
+from benchmarks.kill_trials.commands import LEARNER
+from tests.tools.nightly import with_nightly
 
-register_toy()
 PLAN: dict[str, Any] = {
     "name": "small",
     "env": "ToyThrow-v0",
@@ -46,6 +44,9 @@ PLAN: dict[str, Any] = {
     "floors": {"waste": "ridge"},
 }
 
+BARE: dict[str, Any] = {"learned": [], "references": [], "floors": {}}
+"""Of a plan that compares nothing."""
+
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
@@ -62,11 +63,6 @@ def test_every_line_of_the_plan_is_there(done: dict[str, Any]) -> None:
     assert lines == {(*line, level) for line in expected for level in ("waste", "unseen")}
     seeds = {row["label"]: row["seeds"] for row in done["table"]}
     assert seeds == {"analytic": [0], "oracle": [0], "goal": [0, 1], "ridge": [0, 1]}
-
-
-def test_all_threw_the_same_objects(done: dict[str, Any]) -> None:
-    for level in ("waste", "unseen"):
-        assert len({tuple(r["columns"]["item"]) for r in done["results"] if r["level"] == level}) == 1
 
 
 def test_intervals_hold_the_difference_and_the_learner_wins(done: dict[str, Any]) -> None:
@@ -189,8 +185,7 @@ def test_a_level_of_the_users_is_done_as_it_was_when_planned(tmp_path: Path, mon
     Path("base.yaml").write_text(yaml.safe_dump({"base": "waste", "mismatch": 0.5}))
     Path("mild.yaml").write_text(yaml.safe_dump({"base": "base.yaml", "picks_per_shift": 3}))
     few = {"levels": ["mild.yaml", "unseen"], "train_level": "mild.yaml", "picks": 16}
-    alone = {"entries": PLAN["entries"][1:2], "learned": [], "references": [], "floors": {}}
-    first, second = pieces(Plan.model_validate({**PLAN, **few, **alone}))
+    first, second = pieces(Plan.model_validate({**PLAN, **few, **BARE, "entries": PLAN["entries"][1:2]}))
     assert str(tmp_path).encode() not in pickle.dumps(first)
     before = run_piece(first, tmp_path)
     Path("base.yaml").unlink()
@@ -205,8 +200,7 @@ def test_a_level_of_the_users_is_done_as_it_was_when_planned(tmp_path: Path, mon
 def test_what_lies_on_this_machine_alone_is_refused(here: Path) -> None:
     Path("weights").write_text("1")
     own = {"label": "own", "controller": "theirs:Better", "options": {"gain": 0.5}}
-    plan = {**PLAN, "env": "lob:Lob-v0", "levels": ["home"], "train_level": "home", "entries": [own]}
-    plan |= {"learned": [], "references": [], "floors": {}}
+    plan = {**PLAN, **BARE, "env": "lob:Lob-v0", "levels": ["home"], "train_level": "home", "entries": [own]}
     assert needs(Plan.model_validate(plan)) == Needs(("lob", "theirs"), torch=False)
     assert needs(Plan.model_validate(PLAN)) == Needs((), torch=False)
     fitted = {**plan, "entries": [own, {"label": "mlp", "controller": "mlp", "throws": [16]}]}
@@ -218,15 +212,9 @@ def test_what_lies_on_this_machine_alone_is_refused(here: Path) -> None:
 
 
 def test_a_level_may_take_more_throws_than_the_others(tmp_path: Path) -> None:
-    alone = {
-        "entries": PLAN["entries"][:1],
-        "learned": [],
-        "references": [],
-        "floors": {},
-        "levels": ["waste", "unseen"],
-    }
-    (few,) = pieces(Plan.model_validate({**PLAN, **alone, "picks": 16}))
-    (more,) = pieces(Plan.model_validate({**PLAN, **alone, "picks": 16, "picks_on": {"unseen": 48}}))
+    alone = {**PLAN, **BARE, "entries": PLAN["entries"][:1], "picks": 16}
+    (few,) = pieces(Plan.model_validate(alone))
+    (more,) = pieces(Plan.model_validate({**alone, "picks_on": {"unseen": 48}}))
     assert more.cost == few.cost + 32
     before, after = (run_piece(piece, tmp_path)["results"] for piece in (few, more))
     assert [len(r["columns"]["outcome"]) for r in after] == [16, 48]
@@ -235,18 +223,10 @@ def test_a_level_may_take_more_throws_than_the_others(tmp_path: Path) -> None:
 
 
 def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = {
-        "policy": "MlpPolicy",
-        "learning_starts": 16,
-        "batch_size": 16,
-        "buffer_size": 500,
-        "gradient_steps": -1,
-        "gamma": 0.0,
-        "policy_kwargs": {"net_arch": [8]},
-    }
-    monkeypatch.setattr("agents.benchmark.entries.hyperparameters", lambda *_: settings)
+    more = {"policy": "MlpPolicy", "learning_starts": 16, "batch_size": 16, "buffer_size": 500, "gradient_steps": -1}
+    monkeypatch.setattr("agents.benchmark.entries.hyperparameters", lambda *_: LEARNER | more)
     sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0]}
-    small = {**PLAN, "entries": [sac], "learned": [], "references": [], "floors": {}, "levels": ["waste"], "picks": 16}
+    small = {**PLAN, **BARE, "entries": [sac], "levels": ["waste"], "picks": 16}
     (piece,) = pieces(Plan.model_validate(small))
     first = run_piece(piece, tmp_path)["results"]
     assert [r["throws"] for r in first] == [32, 64]
@@ -260,7 +240,6 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
     ("change", "said"),
     [
         ({"nme": "x"}, "unknown key 'nme'"),
-        ({"entries": [{"label": "a", "controller": "nobody"}]}, "unknown controller 'nobody'"),
         ({"entries": [{"label": "a", "controller": "ridge"}]}, r"has throws \(0,\)"),
         (
             {"entries": [{"label": "../up", "controller": "analytic"}]},
@@ -268,9 +247,7 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
         ),
         ({"learned": [{"label": "ridge", "throws": 7}]}, "no entry gives 'ridge' after 7 throws"),
         ({"floors": {"waste": "nobody"}}, "no entry is labelled 'nobody'"),
-        ({"picks": 0}, "picks is 0: input should be greater"),
         ({"picks_on": {"tight": 500}}, "picks_on.tight: no entry is evaluated there, but on "),
-        ({"entries": [{"label": "a", "controller": "analytic", "fidelity": "flight"}]}, "fidelity are for sac"),
     ],
 )
 def test_bad_plans_are_explained(tmp_path: Path, change: dict[str, Any], said: str) -> None:
@@ -280,19 +257,16 @@ def test_bad_plans_are_explained(tmp_path: Path, change: dict[str, Any], said: s
     assert "\n" not in str(refused.value)
 
 
-def test_missing_and_damaged_plans_are_explained(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="cannot read benchmark"):
-        read_plan(tmp_path / "none.yaml")
-    (tmp_path / "bad.yaml").write_text("a: [")
-    with pytest.raises(UsageError, match="not valid YAML"):
-        read_plan(tmp_path / "bad.yaml")
+PLANS = ("benchmark", "benchmark_quick", "benchmark_adapt", "benchmark_line_quick", "benchmark_line")
 
 
-@pytest.mark.parametrize("name", ["benchmark", "benchmark_quick", "benchmark_adapt"])
+@pytest.mark.parametrize("name", with_nightly(PLANS, PLANS[:-1]))
 def test_shipped_plans_hold_together(name: str) -> None:
     plan = read_plan(ROOT / "configs" / f"{name}.yaml")
+    made = pieces(plan)
     assert plan.name == name
-    assert len({job.file for job in jobs(plan)}) == len(jobs(plan)) == len(pieces(plan))
+    assert len({job.file for job in jobs(plan)}) == len(jobs(plan)) == len(made)
+    assert len({(piece.name, piece.key) for piece in made}) == len({piece.name for piece in made}) == len(made)
 
 
 def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: Path) -> None:
@@ -332,11 +306,3 @@ def test_what_was_changed_in_a_readme_is_written_anew(done: dict[str, Any], tmp_
     changed = fresh.replace(" mm |", " km |", 1)
     assert changed != fresh
     assert fill_blocks(fresh, tmp_path) == fill_blocks(changed, tmp_path) == fresh
-    with pytest.raises(UsageError, match="no table 'unknown'"):
-        fill_blocks("<!-- table:unknown -->\n<!-- /table -->\n", tmp_path)
-
-
-def test_report_without_results_says_how_to_get_some(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"holds no results yet.*agents\.benchmark"):
-        report(ReportArguments(results=tmp_path, readme=tmp_path / "README.md"))
-    assert not list(tmp_path.iterdir())

@@ -1,7 +1,5 @@
 """The benchmark of lines: whole shifts, the same for all, compared shift by shift."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable
@@ -14,7 +12,7 @@ import pytest
 import yaml
 
 from agents.benchmark.compare import assemble
-from agents.benchmark.plan import Plan, needs, pieces, read_plan
+from agents.benchmark.plan import Plan, needs, pieces
 from agents.benchmark.run import run_piece
 from agents.dispatchers.registry import line_controller, line_core
 from agents.ground.cli import UsageError
@@ -25,8 +23,7 @@ from agents.judging.work_shifts.data import LISTS, MEANS, run_shifts
 from agents.judging.work_shifts.results import summarise
 from agents.learning.runs import RunFolder
 from agents.report.__main__ import benchmark_chapter
-from tests.tools.commands import call_here
-from tests.tools.nightly import with_nightly
+from tests.tools.commands import output_of
 
 SMALL = {"n_envs": 2, "n_steps": 4, "batch_size": 8, "policy_kwargs": {"net_arch": [8]}}
 LONG = "configs/rl/residual_ppo_long.yml"
@@ -114,9 +111,8 @@ def test_settings_of_an_entry_are_its_own(done: dict[str, Any]) -> None:
 
 def test_what_is_trained_is_what_the_command_trains(done: dict[str, Any], work: Path) -> None:
     (work / "own.yml").write_text(yaml.safe_dump({"PnTLine-v0": {**_shipped(), **SMALL}}))
-    given = ["--env", "PnTLine-v0", "--level", "one.yaml", "--algo", "residual_ppo", "--config", "own.yml"]
-    more = ["--steps", "20", "--num-envs", "2", "--checkpoint-every", "8", "--seed", "1", "--eval-picks", "0"]
-    assert call_here("agents.train", *given, *more, "--out", "run", folder=work).returncode == 0
+    what = "--env PnTLine-v0 --level one.yaml --algo residual_ppo --config own.yml --seed 1 --out run"
+    output_of(f"train {what} --steps 20 --num-envs 2 --checkpoint-every 8 --eval-picks 0", work)
     (folder,) = work.glob("ppo-one-8-20-seed1-*-run")
     theirs, ours = (np.load(RunFolder(place).checkpoints[1] / "policy.npz") for place in (work / "run", folder))
     assert RunFolder(folder).checkpoints[1].name == "00000008"
@@ -126,8 +122,7 @@ def test_what_is_trained_is_what_the_command_trains(done: dict[str, Any], work: 
 
 def test_what_is_searched_is_what_the_command_finds(done: dict[str, Any], work: Path) -> None:
     """The least search is a generation, whose index is judged on the same shifts."""
-    given = ["--level", "one.yaml", "--what", "index", "--generations", "1", "--seed", "1", "--out", "rules.yaml"]
-    assert call_here("agents.line tune", *given, folder=work).returncode == 0
+    output_of("line tune --level one.yaml --what index --generations 1 --seed 1 --out rules.yaml", work)
     settings = yaml.safe_load((work / "rules.yaml").read_text())["one"]["index"]
     with closing(make_vector("PnTLine-v0", str(work / "one.yaml"), 2, 1)) as env:
         index = line_controller("index", line_core(env), **settings)
@@ -183,21 +178,16 @@ def test_what_is_known_is_not_measured_again(levels: Path) -> None:
     entries = [PLAN["entries"][0], {**PLAN["entries"][5], "throws": [8], "seeds": [0]}]
     plan = {**PLAN, "entries": entries, "learned": [], "references": []}
     Path("plan.yaml").write_text(yaml.safe_dump(plan))
-    command = ("agents.benchmark", "--config", "plan.yaml", "--jobs", "1", "--out", "out.json", "--work", "kept")
-    first = call_here(*command, folder=levels)
-    assert first.returncode == 0, first.stderr
-    assert "over fifo" in first.stdout
+    line = "benchmark --config plan.yaml --jobs 1 --out out.json --work kept"
+    first = output_of(line, levels)
+    assert "over fifo" in first
     found = Path("out.json").read_bytes()
-    again = call_here(*command, folder=levels)
-    assert "done:" in first.stdout
-    assert "done:" not in again.stdout
+    assert "done:" in first
+    assert "done:" not in output_of(line, levels)
     assert Path("out.json").read_bytes() == found
     Path("plan.yaml").write_text(yaml.safe_dump({**plan, "entries": [*entries, PLAN["entries"][1]]}))
-    more = call_here(*command, folder=levels)
-    assert sorted(line.split()[1] for line in more.stdout.splitlines() if line.startswith("done:")) == [
-        "atc-one-0-seed0",
-        "atc-three-0-seed0",
-    ]
+    added = {row.split()[1] for row in output_of(line, levels).splitlines() if row.startswith("done:")}
+    assert added == {"atc-one-0-seed0", "atc-three-0-seed0"}
 
 
 @pytest.mark.usefixtures("levels")
@@ -252,7 +242,6 @@ GUIDED = {"label": "guided", "controller": "guided_beam"}
         ({"entries": [{"label": "o", "controller": "my:Own"}]}, "entry 'o': module 'my' cannot be imported"),
         ({"entries": [{"label": "s", "controller": "none.npz"}]}, "none.npz"),
         ({"entries": [{**FIFO, "options": {"patience": 2}}]}, "controller 'fifo' has no settings patience"),
-        ({"entries": [{**GUIDED, "options": {"guide": "atc"}}]}, "guided_beam has guide 'atc'; guides are index"),
         ({"entries": [{**GUIDED, "options": {"guide": "none.npz"}}]}, "scorer 'none.npz' does not exist"),
         ({"entries": [{**PPO, "config": "none.yml"}]}, "cannot read hyperparameters 'none.yml'"),
         ({"entries": [{**FIFO, "online": True}]}, "online goes with throws"),
@@ -291,14 +280,6 @@ def test_what_was_learned_on_this_machine_stays_here() -> None:
     guided = {"label": "guided", "controller": "guided_beam", "options": {"guide": SCORER}, "levels": ["one.yaml"]}
     with pytest.raises(UsageError, match=r"entry 'guided': guide .* lies on this machine alone"):
         needs(Plan.model_validate({**alone, "entries": [guided]}))
-
-
-@pytest.mark.parametrize("name", with_nightly(("benchmark_line", "benchmark_line_quick"), ["benchmark_line_quick"]))
-def test_shipped_plans_of_lines_hold_together(name: str) -> None:
-    plan = read_plan(SHIPPED / "configs" / f"{name}.yaml")
-    made = pieces(plan)
-    assert plan.name == name
-    assert len({(piece.name, piece.key) for piece in made}) == len({piece.name for piece in made}) == len(made)
 
 
 def test_the_report_has_tables_and_figures(done: dict[str, Any]) -> None:

@@ -1,7 +1,5 @@
 """The network that learns in context: what it learns from, and that numpy carries out what torch has trained."""
 
-from __future__ import annotations
-
 from itertools import islice
 
 import numpy as np
@@ -48,14 +46,6 @@ def test_numpy_carries_out_what_torch_has_trained() -> None:
         np.testing.assert_allclose(ours.predict(memory, thrown), expected, atol=2e-7)
     assert np.abs(expected).max() > 1e-3
     assert ours.size == SIZE
-
-
-def test_a_network_survives_its_state() -> None:
-    state = network()
-    again = Recurrent.from_state(Recurrent.from_state(state).state()).state()
-    assert again.keys() == state.keys()
-    for name, values in state.items():
-        np.testing.assert_array_equal(again[name], values)
 
 
 def test_a_state_that_holds_no_network_is_refused() -> None:

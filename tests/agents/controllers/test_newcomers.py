@@ -1,7 +1,5 @@
 """Kinds that nobody has practised, against throws on paper with a known truth."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,10 +1,7 @@
 """newton_goal where the error follows the shift, where it does not, and where a throw cannot be had."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,15 +10,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.stats import norm
 
-from agents.controllers import Learner, load_state, make_controller, save_state
 from agents.controllers.bucket_table import virtual_goal
 from agents.controllers.newton import NewtonGoal
 from agents.controllers.protocol import Learner as LearnerProtocol
 from agents.controllers.response import Response, gauss_newton, log_chance
-from agents.ground.cli import UsageError
-from agents.judging.loop import practise, throw_held_out
-from agents.judging.throws.data import summary
-from tests.tools.toy_cell import POSE, PoseVectorEnv, ToyVectorEnv, observation_of, outcome_of
+from tests.tools.toy_cell import POSE, observation_of, outcome_of
 
 Errors = Callable[[np.ndarray], np.ndarray]
 """Errors (N, 4) in tolerances of actions (N, 4)."""
@@ -183,12 +176,6 @@ def test_what_is_kept_can_be_had_though_the_map_promises_more_beyond() -> None:
     assert -0.1 <= newton.act(ONE)[0, 2] < 0.0
 
 
-def test_unmeasured_throws_leave_the_shift_where_it_was() -> None:
-    newton = NewtonGoal(POSE)
-    newton.learn(outcome_of(ONE, np.zeros((1, 4)), np.full((1, 4), np.nan)))
-    assert not newton.act(ONE).any()
-
-
 def test_cells_are_kept_apart() -> None:
     newton = NewtonGoal(POSE)
     newton.learn(outcome_of(ONE, np.zeros((1, 4)), np.full((1, 4), 0.02)))
@@ -242,50 +229,6 @@ def test_newton_ends_within_the_actions_at_the_smallest_error() -> None:
     np.testing.assert_allclose(gauss_newton(response, np.ones(2), shift[0]), [-0.5, 0.3], atol=1e-4)
     far = Response(shift, np.array([[2.5, 0.0]]))
     np.testing.assert_allclose(gauss_newton(far, np.ones(2), shift[0]), [-1.0, 0.0], atol=1e-3)
-
-
-def test_two_numbers_are_learned_under_heavy_scatter() -> None:
-    """The toy conveyor: most of an error is not the cell's but the throw's own."""
-    env, error = ToyVectorEnv(8), {}
-    for name in ("analytic", "newton_goal"):
-        controller = make_controller(name, env)
-        practise(controller, env, 160, 0)
-        error[name] = summary(throw_held_out(controller, env, 400, 0))["landing_error_mean_m"]
-    assert error["newton_goal"] < 0.95 * error["analytic"]
-
-
-def test_four_numbers_are_learned_by_name() -> None:
-    env = PoseVectorEnv()
-    controller = make_controller("newton_goal", env)
-    practise(controller, env, 96, 0)
-    left = throw_held_out(controller, env, 96, 0)
-    assert left.is_success.mean() > 0.99
-
-
-@pytest.mark.parametrize("practised", [False, True])
-def test_state_survives_a_file(tmp_path: Path, practised: bool) -> None:
-    env = PoseVectorEnv()
-    first, second = make_controller("newton_goal", env), make_controller("newton_goal", env)
-    assert isinstance(first, Learner)
-    assert isinstance(second, Learner)
-    if practised:
-        practise(first, env, 40, 0)
-    save_state(first, tmp_path / "state.npz")
-    load_state(second, tmp_path / "state.npz")
-    features, info = env.reset(seed=3)
-    seen = observation_of(features, info["kind"])
-    assert np.array_equal(first.act(seen), second.act(seen))
-    assert first.act(seen).any() == practised
-    for key, value in first.state().items():
-        assert np.array_equal(value, second.state()[key])
-
-
-def test_state_of_another_cell_is_refused(tmp_path: Path) -> None:
-    four = make_controller("newton_goal", PoseVectorEnv())
-    assert isinstance(four, Learner)
-    save_state(four, tmp_path / "state.npz")
-    with pytest.raises(UsageError, match="shifts of 4 numbers; here they have 2"):
-        load_state(make_controller("newton_goal", ToyVectorEnv(2)), tmp_path / "state.npz")
 
 
 def test_reset_forgets_everything_and_repeats_itself() -> None:

@@ -1,7 +1,5 @@
 """The oracle: it finds the root of whatever a throw answers, and knows when to stop."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import closing
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Trackers of a shift against shifts on paper with a known truth."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -13,7 +11,6 @@ from agents.controllers.recurrent import LAYERS
 from agents.controllers.trackers import (
     RIDGE_FEATURES,
     Kalman,
-    NoTracker,
     RecursiveRidge,
     RunningMean,
     Tracker,
@@ -83,13 +80,6 @@ def test_effects_are_those_of_pencil_and_paper() -> None:
     np.testing.assert_allclose(effect[:, :, 3], way[:, None] * effect[:, :, 1], atol=1e-12)
     assert not across[:, 0].any()
     assert (along[:, 0] > seen["release_speed"] * np.cos(seen["elevation"]) * 0.99).all()  # later is also higher
-
-
-def test_nothing_expects_nothing() -> None:
-    tracker = NoTracker()
-    tracker.begin(everyone(3))
-    tracker.learn(throws(3), np.ones((3, 2)), everyone(3))
-    assert not tracker.effect(throws(3)).any()
 
 
 def test_a_running_mean_is_the_mean() -> None:
@@ -284,11 +274,3 @@ def test_a_landing_that_a_rim_threw_off_moves_the_estimate_little(name: str) -> 
         moved.append(np.abs(tracker.effect(asked) - before).max())
     assert moved[1] < 0.012
     assert moved[1] < 2.0 * moved[0]
-
-
-def test_a_network_that_has_not_studied_expects_nothing_and_learns_nothing() -> None:
-    tracker = InContext(CAMERA)
-    tracker.begin(everyone(2))
-    tracker.learn(throws(2), np.full((2, 2), 0.02), everyone(2))
-    assert not tracker.effect(throws(2)).any()
-    assert tracker.state() == {}

@@ -1,7 +1,5 @@
 """Folders for datasets: an empty one, and one with a dataset that the command has made."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Throws in chunks: neither who makes them nor a stop on the way changes what they are."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import closing
 from itertools import chain, islice
@@ -35,11 +33,12 @@ def test_neither_processes_nor_cells_change_what_is_thrown(here: Path, monkeypat
 
 def test_chunks_follow_each_other_and_each_throws_otherwise(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("agents.data.collection.CHUNK", 6)
+    monkeypatch.setattr("agents.data.offline.PIECE", 4)
     dataset = collected("--throws", "15")
     chunks = [[*islice(episode_seeds("dataset", 0, n), count)] for n, count in enumerate((6, 6, 3))]
     assert [told["seed"] for told in known(dataset)] == [*chain(*chunks)]
     assert len({tuple(episode.actions[0]) for episode in dataset.iterate_episodes()}) == 15
-    assert replayed(dataset) == [(True, False)] * 15
+    assert replayed(dataset) == [(True, False)] * dataset.storage.metadata["total_episodes"]
 
 
 @pytest.mark.parametrize("after", [0, 4])

@@ -1,7 +1,5 @@
 """Datasets of throws: what Minari reads back is what the environment gives again."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import socket
@@ -30,16 +28,19 @@ pytestmark = pytest.mark.usefixtures("worker_here")
 BLOCKS = re.findall(r"```python\n(.*?)```", (SHIPPED / "docs" / "datasets.md").read_text(), flags=re.DOTALL)
 
 
-def test_every_throw_comes_again_bit_for_bit(sets: Path) -> None:
-    dataset = minari.load_dataset(NAME)
+@pytest.fixture
+def dataset(sets: Path) -> minari.MinariDataset:
+    return minari.load_dataset(NAME)
+
+
+def test_every_throw_comes_again_bit_for_bit(dataset: minari.MinariDataset) -> None:
     assert (dataset.total_episodes, dataset.total_steps) == (22, 22)
     assert replayed(dataset) == [(True, False)] * 22
     assert len({tuple(episode.actions[0]) for episode in dataset.iterate_episodes()}) == 22
 
 
-def test_what_was_no_throw_stands_there_too(sets: Path) -> None:
+def test_what_was_no_throw_stands_there_too(dataset: minari.MinariDataset) -> None:
     """With what it cost, and without a landing."""
-    dataset = minari.load_dataset(NAME)
     columns, episodes = dataset.storage.metadata["columns"]["outcome"], [*dataset.iterate_episodes()]
     told = {name: [episode.infos["outcome"][1, columns.index(name)] for episode in episodes] for name in columns}
     picked, dropped = (np.array(told[name]) == 1.0 for name in ("picked", "dropped"))
@@ -52,8 +53,8 @@ def test_what_was_no_throw_stands_there_too(sets: Path) -> None:
     assert all(np.isfinite(episode.rewards).all() for episode in episodes)
 
 
-def test_seeds_are_those_of_no_other_use(sets: Path) -> None:
-    seeds = [told["seed"] for told in known(minari.load_dataset(NAME))]
+def test_seeds_are_those_of_no_other_use(dataset: minari.MinariDataset) -> None:
+    seeds = [told["seed"] for told in known(dataset)]
     assert seeds == [*islice(episode_seeds("dataset", 0, 0), 22)]
     assert not {*seeds} & {*islice(episode_seeds("dataset", 0, 1), 1000)}
     assert not {*seeds} & {
@@ -64,8 +65,7 @@ def test_seeds_are_those_of_no_other_use(sets: Path) -> None:
     assert highest + 100_000 < LEAST_SEED <= min(seeds)
 
 
-def test_what_is_hidden_is_the_truth_and_not_what_is_seen(sets: Path) -> None:
-    dataset = minari.load_dataset(NAME)
+def test_what_is_hidden_is_the_truth_and_not_what_is_seen(dataset: minari.MinariDataset) -> None:
     names = dataset.storage.metadata["columns"]["hidden"]
     assert names == [one.name for one in HIDDEN]
     hidden = np.array([episode.infos["hidden"][1] for episode in dataset.iterate_episodes()])
@@ -77,8 +77,7 @@ def test_what_is_hidden_is_the_truth_and_not_what_is_seen(sets: Path) -> None:
     assert (delay < 0.1).all()
 
 
-def test_it_says_what_it_is(sets: Path) -> None:
-    dataset = minari.load_dataset(NAME)
+def test_it_says_what_it_is(sets: Path, dataset: minari.MinariDataset) -> None:
     told = dataset.storage.metadata
     assert dataset.env_spec.id == "PnTRelease-v0"
     assert dataset.env_spec.kwargs == {"level": "waste"}
@@ -95,8 +94,7 @@ def test_it_says_what_it_is(sets: Path) -> None:
     assert str(sets) not in str(told)
 
 
-def test_the_scores_are_mean_returns_on_other_throws(sets: Path) -> None:
-    dataset = minari.load_dataset(NAME)
+def test_the_scores_are_mean_returns_on_other_throws(dataset: minari.MinariDataset) -> None:
     told, env = dataset.storage.metadata, gym.make("PnTRelease-v0", level="waste")
     random, returns = np.random.default_rng(stream_seed("evaluate", 0, 0)), []
     seeds = [*islice(episode_seeds("evaluate", 0, 0), 8)]
@@ -238,32 +236,9 @@ def test_the_expert_is_the_policy_that_ships(here: Path) -> None:
     assert reward[np.isfinite(error)].mean() > 1.0
 
 
-@pytest.mark.parametrize(("library", "extra"), [("minari", "data"), ("h5py", "data"), ("PIL", "video")])
-def test_a_missing_library_is_one_sentence(
-    here: Path, monkeypatch: pytest.MonkeyPatch, library: str, extra: str
-) -> None:
-    monkeypatch.setitem(sys.modules, library, None)
-    monkeypatch.delitem(sys.modules, "agents.data.offline", raising=False)
-    monkeypatch.delattr("agents.data.offline", raising=False)
-    assert refused(*SMALL) == f"error: this needs {library}: pip install 'pnt_gym[{extra}]'\n"
-
-
-def test_a_cluster_without_ray_is_one_sentence(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "ray", None)
-    words = refused(*SMALL, "--throws", "4", "--cluster", "auto")
-    assert words == "error: this needs ray: pip install 'pnt_gym[cluster]'\n"
-    assert not [path for path in here.rglob("*") if path.is_file()]
-
-
 @pytest.mark.parametrize("block", BLOCKS[:2], ids=["replay", "learn"])
 def test_the_page_does_what_it_says(sets: Path, block: str, capsys: pytest.CaptureFixture[str]) -> None:
     for many, few in (("steps=4000", "steps=4"), ("steps=2000", "steps=4"), ("picks=500", "picks=16")):
         block = block.replace(many, few)
     exec(compile(block, "datasets.md", "exec"), {"__name__": "page"})
     assert "fit" not in block or 0.0 < float(capsys.readouterr().out) < 1.0
-
-
-def test_who_ships_knowing_does_not_practise_first(here: Path) -> None:
-    (here / "quick.yaml").write_text("base: waste\nfidelity: flight\n")
-    made = collected("--env", "PnTAdapt-v0", "--level", "quick.yaml", "--controller", "ema", "--throws", "8")
-    assert made.storage.metadata["pnt_gym"]["practice"] == 0

@@ -1,7 +1,5 @@
 """Datasets of decisions at a line of robots: masks, what is hidden, and shifts that come again."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys
@@ -18,7 +16,7 @@ from agents.data.collection import Collection, ControllerRecipe
 from agents.ground.places import SHIPPED
 from agents.jobs.work import Job
 from pnt_gym.cells.line.config import LineConfig
-from tests.tools.commands import answered, refused
+from tests.tools.commands import refused
 from tests.tools.datasets import SMALL, collected, column, known, replayed
 from tests.tools.line import with_table
 from tests.tools.throws import SHORT_LINE
@@ -130,23 +128,6 @@ def test_neither_processes_nor_lines_beside_change_what_is_decided(
     assert one.total_steps >= 40
 
 
-def test_what_is_stopped_goes_on(levels: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def stopped(*_: Any) -> None:
-        raise KeyboardInterrupt
-
-    options = (*LINE, "--level", "value.yaml", "--controller", "spt", "--throws", "20")
-    with monkeypatch.context() as patch:
-        patch.setattr("agents.data.offline.write", stopped)
-        assert answered(*SMALL, *options, "--name", "a_b/c-v0") == (130, "interrupted\n")
-    kept = {path: path.stat().st_mtime_ns for path in (levels / "kept").iterdir()}
-    with monkeypatch.context() as patch:
-        patch.setattr("agents.data.offline.write", stopped)
-        answered(*SMALL, *options, "--name", "a_b/c-v0")
-    assert {path: path.stat().st_mtime_ns for path in (levels / "kept").iterdir()} == kept
-    assert replayed(collected(*options)) == [(False, True)] * 2
-    assert not (levels / "kept").exists()
-
-
 def test_another_table_of_throws_in_the_same_file_is_another_dataset(levels: Path) -> None:
     level = with_table({"base": "single", "duration": 5.0}, levels)
     config, file = LineConfig.load(level), Path(level["chances"])
@@ -206,14 +187,6 @@ def test_whoever_decides_on_a_line_collects(controller: str, name: str) -> None:
     dataset = collected(*LINE, "--level", "value.yaml", "--controller", controller, "--throws", "9")
     assert dataset.storage.metadata["algorithm_name"] == name
     assert {*replayed(dataset)} == {(False, True)}
-
-
-@pytest.mark.usefixtures("here")
-@pytest.mark.parametrize("name", ["oracle", "x" * 5000, "none.npz"])
-def test_whoever_decides_on_no_line_is_refused_in_one_sentence(name: str) -> None:
-    words = refused(*SMALL, *LINE, "--level", "value", "--controller", name)
-    assert words.startswith("error: ")
-    assert len(words.splitlines()) == 1
 
 
 @pytest.mark.usefixtures("own")

@@ -1,23 +1,10 @@
 """How a dataset is written and what it may be called."""
 
-from __future__ import annotations
-
-from itertools import islice
-from pathlib import Path
-
 import pytest
 
-from agents.data.episodes import episode_seeds
 from agents.data.offline import check_name, proper_name
 from agents.ground.cli import UsageError
-from tests.tools.datasets import NAME, collected, known, replayed
-
-
-def test_pieces_follow_each_other(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("agents.data.offline.PIECE", 3)
-    dataset = collected("--throws", "8")
-    assert [told["seed"] for told in known(dataset)] == [*islice(episode_seeds("dataset", 0, 0), 8)]
-    assert dataset.storage.metadata["total_episodes"] == len(replayed(dataset)) == 8
+from tests.tools.datasets import NAME
 
 
 @pytest.mark.parametrize(

@@ -1,21 +1,19 @@
 """Looking ahead at a line: what planners take, alone and beside a scorer."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from agents.dispatchers.decisions import line_observation
 from agents.dispatchers.lookahead import Beam, GuidedBeam
 from agents.dispatchers.outlook import TRUTH, observe_outlook
-from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers.registry import line_controller
 from agents.dispatchers.scored import ScoreController
 from agents.dispatchers.settings import settings
 from agents.ground.cli import UsageError
-from agents.ground.environments import make_vector
 from pnt_gym.arrays import take
 from pnt_gym.cells.line.observation import decoded
 from pnt_gym.cells.line.state import CHOICES
+from tests.tools.line import vector_lines
 
 LEVEL = {"base": "value", "duration": 10.0}
 THREE = {"base": "skills3", "duration": 10.0}
@@ -23,13 +21,8 @@ WHOLE = {"price": 1.0, "depth": 1, "width": 10**6, "horizon": 4.0}
 """Every plan of two decisions."""
 
 
-def lines(level=LEVEL, rows=4):
-    env = make_vector("PnTLine-v0", level, rows, 1)
-    return env, line_core(env)
-
-
 def test_a_beam_of_one_decision_takes_the_first_choice():
-    env, core = lines()
+    env, core = vector_lines(LEVEL)
     env.reset(seed=3)
     beam = Beam("beam", core, price=core.config.price_of_time, depth=0)
     assert (beam.act(None) == 0).all()  # choices stand in the order of value less the price of their time
@@ -37,7 +30,7 @@ def test_a_beam_of_one_decision_takes_the_first_choice():
 
 def test_a_beam_that_leaves_to_others_counts_their_objects_for_less():
     # Robots that are alike: whatever the first two can take somebody can after them, and nobody comes after the third.
-    env, core = lines({"base": "line3", "duration": 10.0})
+    env, core = vector_lines({"base": "line3", "duration": 10.0})
     env.reset(seed=4)
     leaving, cheaper = Beam("price_beam", core, price=1.0, share=0.6), Beam("beam", core, price=2.5)
     plain, whose = Beam("beam", core, price=1.0), []
@@ -51,7 +44,7 @@ def test_a_beam_that_leaves_to_others_counts_their_objects_for_less():
 
 
 def test_a_beam_knows_nothing_that_is_hidden():
-    env, core = lines(THREE)
+    env, core = vector_lines(THREE)
     env.reset(seed=3)
     beams = [Beam("beam", core), Beam("joint_beam", core, joint=True)]
     before = [beam.act(None) for beam in beams]
@@ -65,7 +58,7 @@ def test_a_beam_knows_nothing_that_is_hidden():
 
 
 def test_an_outlook_holds_what_sensors_report_and_no_truth():
-    env, core = lines(THREE)
+    env, core = vector_lines(THREE)
     env.reset(seed=3)
     known = observe_outlook(core)
     objects, sight = known.objects, known.sight
@@ -92,7 +85,7 @@ def indifferent():
 
 @pytest.mark.parametrize("level", [LEVEL, THREE])
 def test_without_trust_or_with_one_choice_the_guide_decides(level):
-    env, core = lines(level)
+    env, core = vector_lines(level)
     own = line_controller("index", core, weights={"pick_x": 0.7, "cycle": -0.4})
     for changes in ({"trust": 0.0}, {"few": 1}):
         guided = GuidedBeam("guided_beam", core, own, **changes)
@@ -101,7 +94,7 @@ def test_without_trust_or_with_one_choice_the_guide_decides(level):
 
 
 def test_without_a_guide_of_any_opinion_the_best_plan_decides():
-    env, core = lines()
+    env, core = vector_lines(LEVEL)
     beam, guided = Beam("beam", core, **WHOLE), GuidedBeam("guided_beam", core, indifferent(), few=CHOICES, **WHOLE)
     differs = 0
     for seen in met(env, 3):
@@ -112,7 +105,7 @@ def test_without_a_guide_of_any_opinion_the_best_plan_decides():
 
 def test_what_is_added_to_the_scores_is_what_plans_are_worth():
     """Plans of one decision are worth value x chance less the price of their time."""
-    env, core = lines(THREE)
+    env, core = vector_lines(THREE)
     own = line_controller("index", core, weights={"pick_x": 3.0})
     guided = GuidedBeam("guided_beam", core, own, few=3, trust=8.0, price=0.5, depth=0)
     moved = 0
@@ -133,14 +126,14 @@ def test_it_has_the_price_and_share_of_the_beam_that_leaves_to_others():
     assert set(its) == {"price", "share"}
 
 
-@pytest.mark.parametrize("guide", ["atc", "beam", "random"])
-def test_only_what_scores_choices_can_guide(guide):
-    _, core = lines()
-    with pytest.raises(UsageError, match=f"guided_beam has guide '{guide}'; guides are index"):
+@pytest.mark.parametrize(
+    ("guide", "said"),
+    [
+        *[(name, f"guided_beam has guide '{name}'; guides are index") for name in ("atc", "beam", "random")],
+        ("nowhere", "'nowhere' is no controller of a line"),
+    ],
+)
+def test_only_what_scores_choices_can_guide(guide, said):
+    _, core = vector_lines(LEVEL)
+    with pytest.raises(UsageError, match=said):
         line_controller("guided_beam", core, guide=guide)
-
-
-def test_a_guide_that_is_nowhere_is_named():
-    _, core = lines()
-    with pytest.raises(UsageError, match=r"'nowhere' is no controller of a line"):
-        line_controller("guided_beam", core, guide="nowhere")

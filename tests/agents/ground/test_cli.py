@@ -1,8 +1,5 @@
 """The command lines as a user meets them, on the real cell: some in a process of their own, most in this one."""
 
-from __future__ import annotations
-
-import json
 import signal
 import subprocess
 import sys
@@ -18,7 +15,7 @@ import yaml
 from agents import doctor
 from agents.ground.cli import run
 from agents.learning.runs import RunFolder
-from tests.tools.commands import call, call_here, environment
+from tests.tools.commands import answer, call, call_here, environment, figures_of, output_of
 from tests.tools.nightly import with_nightly
 
 pytestmark = pytest.mark.usefixtures("worker_here")
@@ -29,21 +26,12 @@ CONTRACT = {
 }  # fmt: skip
 
 
-def assert_one_sentence(done: subprocess.CompletedProcess[str], said: str) -> None:
-    assert done.returncode == 2, done.stderr
-    assert "Traceback" not in done.stderr
-    assert done.stderr.startswith("error: ")
-    assert done.stderr.count("\n") == 1
-    assert said in done.stderr
-
-
 @pytest.mark.parametrize(("env", "start"), [("PnTConveyor-v0", call), ("PnTRelease-v0", call_here)])
 def test_evaluate_writes_the_contract(tmp_path: Path, env: str, start: Start) -> None:
-    arguments = ("--env", env, "--controller", "analytic", "--picks", "20", "--num-envs", "8", "--json", "out.json")
-    done = start("agents.evaluate", *arguments, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    line = f"agents.evaluate --env {env} --controller analytic --picks 20 --num-envs 8 --json out.json"
+    done = start(line, folder=tmp_path)
+    data = answer(done, tmp_path / "out.json")
     assert "sorted per minute" in done.stdout
-    data: dict[str, Any] = json.loads((tmp_path / "out.json").read_text())
     assert set(data) >= CONTRACT
     assert (data["env"], data["controller"], data["level"], data["picks"]) == (env, "analytic", "nominal", 20)
     assert len(data["throws"]) == 20
@@ -56,61 +44,17 @@ def test_evaluate_writes_the_contract(tmp_path: Path, env: str, start: Start) ->
 def test_own_level_file(tmp_path: Path) -> None:
     cell = {"items": ["can"], "bins": {"fixed": [{"name": "here", "x": 0.1, "y": 0.4}]}, "motion": {"dwell": 0.2}}
     (tmp_path / "mine.yaml").write_text(yaml.safe_dump(cell))
-    arguments = (
-        "--controller",
-        "analytic",
-        "--picks",
-        "4",
-        "--num-envs",
-        "4",
-        "--level",
-        "mine.yaml",
-        "--json",
-        "o.json",
-    )
-    done = call_here("agents.evaluate", *arguments, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    data = json.loads((tmp_path / "o.json").read_text())
+    data = figures_of("evaluate --controller analytic --picks 4 --num-envs 4 --level mine.yaml", tmp_path)
     assert (data["level"], data["dwell_s"]) == ("mine", 0.2)
     assert {t["item"] for t in data["throws"]} == {"can"}
 
 
-@pytest.mark.parametrize(
-    ("level", "said"),
-    [
-        ({"bins": {"fixed": [{"name": "here", "x": 0.1, "y": 0.4}]}, "gravity": 1}, "unknown key 'gravity'"),
-        ({"bins": {"fixed": [{"name": "b", "x": 0.0, "y": -0.3}]}}, "lies on the belt"),
-    ],
-)
-def test_a_level_that_cannot_be_is_explained(tmp_path: Path, level: dict[str, Any], said: str) -> None:
-    (tmp_path / "bad.yaml").write_text(yaml.safe_dump(level))
-    arguments = ("--controller", "analytic", "--level", "bad.yaml")
-    assert_one_sentence(call_here("agents.evaluate", *arguments, folder=tmp_path), said)
-    assert [path.name for path in tmp_path.iterdir()] == ["bad.yaml"]
-
-
 def test_a_mistake_ends_the_process_in_one_sentence(tmp_path: Path) -> None:
     done = call("agents.evaluate", "--controller", "nobody", folder=tmp_path)
-    assert_one_sentence(done, "'nobody' is neither a controller nor a run folder")
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith("error: 'nobody' is neither a controller nor a run folder")
+    assert done.stderr.count("\n") == 1
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.nightly
-def test_train_resume_evaluate(tmp_path: Path) -> None:
-    start = ("--env", "PnTConveyor-v0", "--steps", "200", "--num-envs", "8", "--out", "run", "--eval-picks", "8")
-    done = call("agents.train", *start, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    for name in ("analytic", "virtual_goal", "learned (sac)"):
-        assert name in done.stdout
-    assert_one_sentence(call_here("agents.train", *start, folder=tmp_path), "'run' exists already")
-    assert_one_sentence(call_here("agents.train", "--resume", "run", folder=tmp_path), "give a larger --steps")
-    more = call_here("agents.train", "--resume", "run", "--steps", "240", "--eval-picks", "0", folder=tmp_path)
-    assert more.returncode == 0, more.stderr
-    assert RunFolder(tmp_path / "run").load_model().num_timesteps == 240
-    judged = call_here("agents.evaluate", "--controller", "run", "--picks", "8", "--json", "o.json", folder=tmp_path)
-    assert judged.returncode == 0, judged.stderr
-    data = json.loads((tmp_path / "o.json").read_text())
-    assert (data["env"], data["level"], data["controller"]) == ("PnTConveyor-v0", "waste", "run")
 
 
 @pytest.mark.parametrize("number", with_nightly((signal.SIGINT, signal.SIGTERM, signal.SIGHUP), [signal.SIGTERM]))
@@ -129,42 +73,8 @@ def test_a_signal_leaves_a_run_that_resume_continues(number: signal.Signals, tmp
     assert "continue with: python -m agents.train --resume run" in said
     assert "Traceback" not in said
     done = RunFolder(tmp_path / "run").load_model().num_timesteps
-    steps = str(done + 16)
-    more = call_here("agents.train", "--resume", "run", "--steps", steps, "--eval-picks", "0", folder=tmp_path)
-    assert more.returncode == 0, more.stderr
+    output_of(f"train --resume run --steps {done + 16} --eval-picks 0", tmp_path)
     assert RunFolder(tmp_path / "run").load_model().num_timesteps == done + 16
-
-
-def test_benchmark_and_report_from_end_to_end(tmp_path: Path) -> None:
-    plan = {
-        "name": "tiny",
-        "train_level": "waste",
-        "levels": ["waste"],
-        "picks": 16,
-        "seeds": [0],
-        "num_envs": 8,
-        "entries": [
-            {"label": "analytic", "controller": "analytic"},
-            {"label": "mean_shift", "controller": "mean_shift", "throws": [16]},
-        ],
-        "learned": [{"label": "mean_shift", "throws": 16}],
-        "references": [{"label": "analytic"}],
-    }
-    (tmp_path / "plan.yaml").write_text(yaml.safe_dump(plan))
-    arguments = ("--config", "plan.yaml", "--jobs", "1", "--out", "results/tiny.json", "--work", "work")
-    first = call_here("agents.benchmark", *arguments, folder=tmp_path)
-    assert first.returncode == 0, first.stderr
-    assert first.stdout.count("done: ") == 2
-    written = (tmp_path / "results" / "tiny.json").read_bytes()
-    again = call_here("agents.benchmark", *arguments, folder=tmp_path)
-    assert "done: " not in again.stdout
-    assert (tmp_path / "results" / "tiny.json").read_bytes() == written
-    page = call_here("agents.report", "--results", "results", "--readme", "none.md", folder=tmp_path)
-    assert page.returncode == 0, page.stderr
-    assert (tmp_path / "results" / "report.html").is_file()
-    assert_one_sentence(
-        call_here("agents.benchmark", "--config", "none.yaml", folder=tmp_path), "cannot read benchmark"
-    )
 
 
 def test_a_warning_is_one_line_while_a_command_runs_and_python_s_own_afterwards(

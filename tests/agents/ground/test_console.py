@@ -1,7 +1,5 @@
 """The command `pnt-gym` and what only it has."""
 
-from __future__ import annotations
-
 import sys
 from importlib import import_module
 
@@ -9,7 +7,6 @@ import pytest
 import yaml
 
 from agents.ground import console
-from agents.ground.places import POLICY, SHIPPED, code_pattern, module_name
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.commands import command_module
 from tests.tools.commands import call
@@ -37,13 +34,6 @@ def test_without_a_word_it_lists_the_commands(say):
     assert code == 0
     assert all(f"  {name}" in out for name in console.COMMANDS)
     assert say("--help")[1] == out
-
-
-@pytest.mark.parametrize("name", console.COMMANDS)
-def test_every_command_says_what_it_takes(say, name):
-    code, out, _ = say(*name.split(), "--help")
-    assert code == 0
-    assert f"usage: pnt-gym {name}" in out
 
 
 @pytest.mark.parametrize("words", ["evaluat", "line", "line calibrat"])
@@ -114,16 +104,3 @@ def test_the_doctor_throws(say):
     code, out, _ = say("doctor")
     assert code == 0
     assert all(name in out for name in ("mujoco", "torch", "MUJOCO_GL", " a second, "))
-
-
-def test_a_missing_library_is_one_sentence(say, monkeypatch):
-    monkeypatch.setitem(sys.modules, "torch", None)
-    code, _, error = say("train", "--steps", "64")
-    assert code == 2
-    assert error == "error: this needs torch: pip install 'pnt_gym[rl]'\n"
-
-
-def test_what_ships_is_there():
-    assert POLICY.is_dir()
-    assert (SHIPPED / "configs" / "rl" / "sac.yml").is_file()
-    assert (module_name("agents.train"), code_pattern("agents/*.py")) == ("agents.train", "agents/*.py")

@@ -1,6 +1,6 @@
 """The figures behind every claim, against scipy and against cases with a known answer."""
 
-from __future__ import annotations
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -22,11 +22,21 @@ def test_wilson_equals_scipy(throws: int, share: float) -> None:
     assert 0.0 <= ours.low <= ours.value <= ours.high <= 1.0
 
 
-def test_wilson_needs_throws() -> None:
-    with pytest.raises(MetricError, match="at least 1 throw"):
-        metrics.wilson(0, 0)
-    with pytest.raises(MetricError, match="5 successes in 3 throws"):
-        metrics.wilson(5, 3)
+@pytest.mark.parametrize(
+    ("figure", "said"),
+    [
+        (lambda: metrics.wilson(0, 0), "at least 1 throw"),
+        (lambda: metrics.wilson(5, 3), "5 successes in 3 throws"),
+        (lambda: metrics.landing([np.nan]), "finite landing"),
+        (lambda: metrics.throughput([True], [0.0]), "positive"),
+        (lambda: metrics.mean_difference([1.0, 2.0], [1.0]), "one length"),
+        (lambda: metrics.interquartile_mean([]), "at least one throw"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_cannot_be_counted_is_refused(figure: Callable[[], object], said: str) -> None:
+    with pytest.raises(MetricError, match=said):
+        figure()
 
 
 def test_landing_figures_are_those_of_the_errors() -> None:
@@ -39,8 +49,6 @@ def test_landing_figures_are_those_of_the_errors() -> None:
 def test_landing_counts_what_was_not_measured() -> None:
     found = metrics.landing([0.03, np.nan, np.inf])
     assert (found.mean, found.unmeasured) == (pytest.approx(0.03), 2)
-    with pytest.raises(MetricError, match="finite landing"):
-        metrics.landing([np.nan])
 
 
 def test_near_is_closer_than_thirty_millimetres() -> None:
@@ -48,10 +56,6 @@ def test_near_is_closer_than_thirty_millimetres() -> None:
     assert metrics.landing([0.0, 0.0299, 0.030, 0.0301, 0.5]).near == pytest.approx(2 / 5)
     assert metrics.landing([0.01, np.nan, 0.2, np.inf]).near == pytest.approx(1 / 2)
     assert (metrics.landing([0.029]).near, metrics.landing([0.031]).near) == (1.0, 0.0)
-
-
-def test_interquartile_mean_ignores_the_tails() -> None:
-    assert metrics.interquartile_mean([-1e6, 1.0, 2.0, 3.0, 4.0, 1e6, 2.5, 2.5]) == pytest.approx(2.5)
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=200))
@@ -78,8 +82,6 @@ def test_recovery_counts_what_nobody_took() -> None:
 def test_throughput_counts_time_of_failed_throws_too() -> None:
     found = metrics.throughput([True, False, True], [0.5, 1.0, 1.5])
     assert (found.attempted, found.sorted, found.cycle_time) == (60.0, 40.0, 1.0)
-    with pytest.raises(MetricError, match="positive"):
-        metrics.throughput([True], [0.0])
 
 
 def test_paired_mean_equals_scipy_bootstrap() -> None:
@@ -131,10 +133,3 @@ def test_interval_covers_the_truth_as_often_as_it_says() -> None:
         hits += found.low <= 1.0 <= found.high
     # 95 % of 200 is 190; the percentile interval of a skewed sample of 80 covers a little less.
     assert 176 <= hits <= 199
-
-
-def test_shapes_are_checked() -> None:
-    with pytest.raises(MetricError, match="one length"):
-        metrics.mean_difference([1.0, 2.0], [1.0])
-    with pytest.raises(MetricError, match="at least one throw"):
-        metrics.interquartile_mean([])

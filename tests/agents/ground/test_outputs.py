@@ -1,7 +1,5 @@
 """What a command writes goes where its user points: through links, to streams and devices; none is replaced."""
 
-from __future__ import annotations
-
 import ast
 import json
 import os

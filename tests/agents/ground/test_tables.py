@@ -1,7 +1,5 @@
 """Tables that print themselves: what stands in a cell is text, whatever it holds."""
 
-from __future__ import annotations
-
 import io
 import re
 from html.parser import HTMLParser

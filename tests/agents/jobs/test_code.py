@@ -1,7 +1,5 @@
 """Digests of the code that a result depends on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What another machine gets: all of the code, what it imports of the user's, and nothing else."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

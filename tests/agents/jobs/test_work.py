@@ -1,7 +1,5 @@
 """Jobs: done once, kept whole or not at all, and under a key of what they depend on."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

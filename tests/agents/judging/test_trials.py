@@ -1,7 +1,5 @@
 """The trial of an environment: found by the config of its levels, the same for every command."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -22,8 +20,7 @@ from agents.judging.trials import open_trial, trial_class, trial_of
 from agents.judging.work_shifts.trial import ShiftTrial
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import LevelConfig
-from tests.tools.commands import call_here
-from tests.tools.toy_cell import register_toy
+from tests.tools.commands import output_of
 
 
 class Halves(Record):
@@ -62,7 +59,6 @@ def test_configs_and_trials_are_known_without_opening_an_environment(env_id: str
 
 
 def test_the_config_of_an_environment_that_cannot_tell_is_asked_of_its_core() -> None:
-    register_toy()
     assert config_of("ToyThrow-v0", "waste").name == "waste"
 
 
@@ -72,15 +68,10 @@ def test_a_kind_of_task_that_there_is_not_is_one_sentence() -> None:
 
 
 @pytest.mark.parametrize(
-    "given",
-    [
-        ("--controller", "analytic", "--picks", "16"),
-        ("--env", "PnTLine-v0", "--controller", "fifo", "--shifts", "1", "--num-envs", "1", "--throws", "table"),
-    ],
+    "words", ["analytic --picks 16", "fifo --env PnTLine-v0 --shifts 1 --num-envs 1 --throws table"]
 )
-def test_an_evaluation_opens_its_environment_once(tmp_path: Path, opened: list[Any], given: tuple[str, ...]) -> None:
-    done = call_here("agents.evaluate", *given, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+def test_an_evaluation_opens_its_environment_once(tmp_path: Path, opened: list[Any], words: str) -> None:
+    output_of(f"evaluate --controller {words}", tmp_path)
     assert len(opened) == 1
 
 

@@ -1,7 +1,5 @@
 """How controllers of a line are judged: by command, from Python, and on the same streams."""
 
-from __future__ import annotations
-
 from io import StringIO
 
 import gymnasium as gym
@@ -9,16 +7,16 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers.registry import line_controller
 from agents.dispatchers.rules import IndexRule
 from agents.ground.cli import UsageError
-from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
 from agents.judging.trials import trial_of
 from agents.judging.work_shifts.data import Shifts, run_shifts
 from agents.judging.work_shifts.record import ShiftRecord
 from pnt_gym.cells.line.observation import decoded
-from tests.tools.commands import answer, call_here
+from tests.tools.commands import figures_of
+from tests.tools.line import vector_lines
 
 LEVEL = {"base": "value", "duration": 10.0}
 CONTRACT = {
@@ -28,27 +26,10 @@ CONTRACT = {
 }  # fmt: skip
 
 
-def lines(level=LEVEL, rows=4):
-    env = make_vector("PnTLine-v0", level, rows, 1)
-    return env, line_core(env)
-
-
 def test_the_command_writes_the_contract_and_a_picture(tmp_path):
     (tmp_path / "short.yaml").write_text("base: skills3\nduration: 6.0\n")
-    given = (
-        "--env",
-        "PnTLine-v0",
-        "--level",
-        "short.yaml",
-        "--controller",
-        "price",
-        "--shifts",
-        "3",
-        "--num-envs",
-        "2",
-    )
-    run = call_here("agents.evaluate", *given, "--json", "out.json", "--picture", "who.svg", folder=tmp_path)
-    told = answer(run, tmp_path / "out.json")
+    line = "evaluate --env PnTLine-v0 --level short.yaml --controller price --shifts 3 --num-envs 2 --picture who.svg"
+    told = figures_of(line, tmp_path)
     assert set(told) >= CONTRACT
     assert told["shifts"] == len(told["by_shift"]["value_per_min"]) == 3
     assert len(told["throws"]) == told["picks"]
@@ -60,7 +41,7 @@ def test_the_command_writes_the_contract_and_a_picture(tmp_path):
 
 
 def test_the_first_shifts_of_many_are_those_of_few():
-    few, many = (run_shifts(IndexRule("atc", "atc"), lines()[0], count, 5) for count in (4, 9))
+    few, many = (run_shifts(IndexRule("atc", "atc"), vector_lines(LEVEL)[0], count, 5) for count in (4, 9))
     np.testing.assert_array_equal(few.value, many.value[:4])
     assert len(many.value) == 9
 
@@ -68,7 +49,7 @@ def test_the_first_shifts_of_many_are_those_of_few():
 def test_whoever_decides_meets_the_same_objects():
     seen = []
     for name in ("fifo", "atc"):
-        env, core = lines()
+        env, core = vector_lines(LEVEL)
         run_shifts(line_controller(name, core), env, 4, 5)
         env.reset(seed=5)
         seen.append((core.cell.stream.x, core.cell.stream.worth, core.cell.stream.objects.kind))
@@ -77,7 +58,7 @@ def test_whoever_decides_meets_the_same_objects():
 
 
 def test_value_is_what_was_brought_in():
-    env, core = lines()
+    env, core = vector_lines(LEVEL)
     told = trial_of(env).run(line_controller("atc", core), 4, 0).report()
     gained = np.bincount([one["shift"] for one in told["throws"]], [one["value"] for one in told["throws"]])
     np.testing.assert_allclose(60.0 * gained / 10.0, told["by_shift"]["value_per_min"])
@@ -107,7 +88,7 @@ def by_hand():
 
 
 def test_figures_of_shifts_by_hand():
-    _, core = lines({"base": "skills3", "duration": 10.0}, 1)
+    _, core = vector_lines({"base": "skills3", "duration": 10.0}, 1)
     found = ShiftRecord(by_hand(), core, {}).summary()
     assert (found["shifts"], found["picks"], found["picks_per_min"]) == (2, 7, 21.0)
     assert (found["value_per_min"], found["sorted_per_min"], found["recovery"]) == (9.0, 12.0, 0.375)
@@ -125,7 +106,7 @@ def test_figures_of_shifts_by_hand():
 
 
 def test_the_table_has_every_figure():
-    _, core = lines({"base": "skills3", "duration": 10.0}, 1)
+    _, core = vector_lines({"base": "skills3", "duration": 10.0}, 1)
     found = ShiftRecord(by_hand(), core, {}).summary()
     shown = Console(width=120, record=True, file=StringIO())
     shown.print(ShiftRecord.table("x", found))
@@ -146,7 +127,7 @@ def test_the_table_has_every_figure():
 
 
 def test_purity_by_bin_is_that_of_all_bins():
-    env, core = lines({"base": "skills3", "duration": 10.0})
+    env, core = vector_lines({"base": "skills3", "duration": 10.0})
     told = trial_of(env).run(line_controller("random", core), 4, 0).report()
     in_time = [one for one in told["throws"] if one["ended_in"] >= 0 and one["start"] + one["cycle_time"] <= 10.0]
     held = {name: 0.0 for name in told["purity_by_bin"]}
@@ -158,7 +139,7 @@ def test_purity_by_bin_is_that_of_all_bins():
 
 
 def test_rules_take_what_their_name_says():
-    env, core = lines()
+    env, core = vector_lines(LEVEL)
     features, _ = env.reset(seed=2)
     own = decoded(features).choices
     there = own["real"] > 0.5
@@ -168,7 +149,7 @@ def test_rules_take_what_their_name_says():
 
 
 def test_price_leaves_to_others_what_they_can_take():
-    env, _ = lines({"base": "skills3", "duration": 10.0})
+    env, _ = vector_lines({"base": "skills3", "duration": 10.0})
     features, _ = env.reset(seed=2)
     own = decoded(features)
     plain, leaving = (IndexRule("price", "atc", 1.0, share).worth(own) for share in (0.0, 0.5))
@@ -178,39 +159,10 @@ def test_price_leaves_to_others_what_they_can_take():
     np.testing.assert_array_equal(leaving[~shared], plain[~shared])
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        (("--controller", "mlp"), "is no controller of a line"),
-        (("--controller", "atc", "--picks", "9"), "--picks goes with throws"),
-        (("--controller", "atc", "--release", "ridge"), "set `throws` to 'flight' or 'full'"),
-        (("--controller", "atc", "--shifts", "0"), "--shifts is 0"),
-        (("--controller", "atc", "--level", "waste"), "unknown level 'waste'"),
-        (("--controller", "atc", "--throws", "flight", "--release", "atc"), "'atc' is neither a controller"),
-    ],
-)
-def test_bad_usage_is_one_sentence(given, said, tmp_path):
-    run = call_here("agents.evaluate", "--env", "PnTLine-v0", *given, folder=tmp_path)
-    assert run.returncode == 2
-    assert said in run.stderr
-    assert len(run.stderr.strip().splitlines()) == 1
-
-
-def test_shifts_are_not_for_throws(tmp_path):
-    run = call_here(
-        "agents.evaluate", "--env", "PnTRelease-v0", "--controller", "analytic", "--shifts", "2", folder=tmp_path
-    )
-    assert (run.returncode, "--shifts goes with work shifts" in run.stderr) == (2, True)
-
-
 def test_a_learned_release_goes_on_the_line(tmp_path):
     (tmp_path / "short.yaml").write_text("base: single\nduration: 5.0\n")
-    given = ("--env", "PnTLine-v0", "--level", "short.yaml", "--controller", "atc", "--shifts", "1", "--num-envs", "1")
-    told = []
-    for release in ("analytic", "analytic_height"):
-        more = ("--throws", "flight", "--release", release, "--json", f"{release}.json")
-        run = call_here("agents.evaluate", *given, *more, folder=tmp_path)
-        told.append(answer(run, tmp_path / f"{release}.json"))
+    line = "evaluate --env PnTLine-v0 --level short.yaml --controller atc --shifts 1 --num-envs 1 --throws flight"
+    told = [figures_of(f"{line} --release {release}", tmp_path) for release in ("analytic", "analytic_height")]
     assert [one["release"] for one in told] == ["analytic", "analytic_height"]
     assert told[0]["throws"][0]["start"] == told[1]["throws"][0]["start"]
 

@@ -1,7 +1,5 @@
 """Run folders: what a command reads of them."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path
@@ -11,11 +9,11 @@ import pytest
 
 from agents.ground.places import POLICY
 from agents.learning.runs import RunFolder
-from tests.tools.commands import call_here
+from tests.tools.commands import output_of
 
 COMMANDS = {
-    "evaluate": ("--controller", "run", "--picks", "8"),
-    "publish": ("run", "--to", "kept", "--picks", "8", "--levels", "waste", "unseen", "--no-video"),
+    "evaluate": "evaluate --controller run --picks 8",
+    "publish": "publish run --to kept --picks 8 --levels waste unseen --no-video",
 }
 
 
@@ -24,8 +22,7 @@ def test_a_command_reads_the_arguments_of_a_run_once(name: str, tmp_path: Path, 
     shutil.copytree(POLICY, tmp_path / "run")
     opened, real = list[str](), os.open
     monkeypatch.setattr(os, "open", lambda path, *rest, **more: opened.append(str(path)) or real(path, *rest, **more))
-    done = call_here(f"agents.{name}", *COMMANDS[name], folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    output_of(COMMANDS[name], tmp_path)
     assert len([path for path in opened if path.endswith("args.yml")]) == 1
 
 

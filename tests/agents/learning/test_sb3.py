@@ -1,7 +1,5 @@
 """New policies start at the analytic planner, and hyperparameters that do not fit are explained."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +14,6 @@ from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
 from agents.learning.windows import DecisionWindow
 from tests.tools.toy_cell import ToyVectorEnv
-
-torch.set_num_threads(1)
 
 
 @pytest.mark.parametrize("algo", RESIDUAL)
@@ -40,20 +36,6 @@ def test_an_environment_in_a_module_has_the_entry_of_its_id(tmp_path: Path) -> N
     file.write_text("default: {gamma: 0.5}\nOwn-v0: {gamma: 0.1}\n")
     assert hyperparameters("sac", "theirs:Own-v0", file) == {"gamma": 0.1}
     assert hyperparameters("sac", "theirs:Other-v0", file) == {"gamma": 0.5}
-
-
-def test_bad_hyperparameters_are_explained(tmp_path: Path) -> None:
-    env = SameStepVecEnv(ToyVectorEnv(4))
-    with pytest.raises(UsageError, match=r"do not fit sac.*no_such_setting"):
-        build("sac", env, {"policy": "MlpPolicy", "no_such_setting": 1}, 0)
-    (tmp_path / "one.yml").write_text("PnTRelease-v0: {gamma: 0.0}")
-    with pytest.raises(UsageError, match="have no entry for 'Nowhere-v0'; entries are PnTRelease-v0"):
-        hyperparameters("sac", "Nowhere-v0", tmp_path / "one.yml")
-    with pytest.raises(UsageError, match="cannot read hyperparameters"):
-        hyperparameters("sac", "PnTRelease-v0", tmp_path / "none.yml")
-    (tmp_path / "bad.yml").write_text("a: [1,")
-    with pytest.raises(UsageError, match="not valid YAML"):
-        hyperparameters("sac", "PnTRelease-v0", tmp_path / "bad.yml")
 
 
 def test_policy_arguments_are_read_and_never_run():

@@ -1,16 +1,12 @@
 """Models that others have trained: single files of stable-baselines3, and folders as RL-Zoo leaves them."""
 
-from __future__ import annotations
-
 import shutil
 from collections import OrderedDict
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import torch
 import yaml
 from stable_baselines3 import A2C, DDPG, PPO, SAC, TD3
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
@@ -20,10 +16,8 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.learning.sb3 import load_policy
 from agents.learning.trained import find_policy, resolve_task
-from tests.tools.commands import answer, call_here
+from tests.tools.commands import figures_of
 from tests.tools.models import Space, model
-
-torch.set_num_threads(1)
 
 
 @pytest.mark.parametrize("algorithm", [SAC, TD3, DDPG, PPO, A2C, "TQC"])
@@ -73,45 +67,31 @@ def test_a_folder_of_rl_zoo_is_understood(zoo: Path) -> None:
 
 
 def test_a_folder_of_rl_zoo_on_the_command_line(zoo: Path, here: Path) -> None:
-    arguments = ("--controller", zoo, "--env", "lob:Lob-v0", "--level", "home", "--picks", "4", "--json", "z.json")
-    assert answer(call_here("agents.evaluate", *arguments, "--trust", folder=here), here / "z.json")["picks"] == 4
+    line = f"evaluate --controller {zoo} --env lob:Lob-v0 --level home --picks 4 --trust"
+    assert figures_of(line, here)["picks"] == 4
     assert resolve_task(str(zoo), None, None, None) == ("OneJointThrow-v0", "ideal", None)
 
 
-def no_model(place: Path) -> None:
-    for file in place.glob("*.zip"):
-        file.unlink()
-
-
-def behind_a_wrapper(place: Path) -> None:
-    (place / "Lob-v0" / "config.yml").write_text("env_wrapper: somebody.Wrapper\n")
-
-
-def code_in_yaml(place: Path) -> None:
-    (place / "Lob-v0" / "args.yml").write_text("!!python/object/apply:os.system ['echo run > ran']\n")
-
-
-def torn_model(place: Path) -> None:
-    data = (place / "Lob-v0.zip").read_bytes()
-    (place / "Lob-v0.zip").write_bytes(data[: len(data) // 2])
-
-
-def torn_statistics(place: Path) -> None:
-    (place / "Lob-v0" / "vecnormalize.pkl").write_bytes(b"nothing")
+CODE = b"!!python/object/apply:os.system ['echo run > ran']\n"
 
 
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (no_model, r"holds neither Lob-v0\.zip nor best_model\.zip"),
-        (behind_a_wrapper, "was trained with env_wrapper"),
-        (code_in_yaml, "cannot be read as RL-Zoo writes it"),
-        (torn_model, r"Lob-v0\.zip is truncated or not a model"),
-        (torn_statistics, "is damaged, or of other observations"),
+        ({"Lob-v0.zip": None, "best_model.zip": None}, r"holds neither Lob-v0\.zip nor best_model\.zip"),
+        ({"Lob-v0/config.yml": b"env_wrapper: somebody.Wrapper\n"}, "was trained with env_wrapper"),
+        ({"Lob-v0/args.yml": CODE}, "cannot be read as RL-Zoo writes it"),
+        ({"Lob-v0.zip": b"PK of nothing"}, r"Lob-v0\.zip is truncated or not a model"),
+        ({"Lob-v0/vecnormalize.pkl": b"nothing"}, "is damaged, or of other observations"),
     ],
 )
-def test_a_damaged_folder_of_rl_zoo_is_one_sentence(zoo: Path, damage: Callable[[Path], None], said: str) -> None:
-    damage(zoo)
+def test_a_damaged_folder_of_rl_zoo_is_one_sentence(zoo: Path, damage: dict[str, bytes | None], said: str) -> None:
+    """Files that are not there, or that hold something else."""
+    for name, content in damage.items():
+        if content is None:
+            (zoo / name).unlink()
+        else:
+            (zoo / name).write_bytes(content)
     with pytest.raises(UsageError, match=said) as refused:
         make_controller(str(zoo), make_vector("lob:Lob-v0"), trust=True)
     assert "\n" not in str(refused.value)

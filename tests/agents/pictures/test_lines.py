@@ -1,7 +1,5 @@
 """Pictures of shifts at a line."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import imageio.v3 as iio
@@ -14,10 +12,9 @@ from agents.judging.trials import open_trial, trial_of
 from agents.judging.work_shifts.data import run_shifts
 from agents.judging.work_shifts.gantt import gantt
 from pnt_gym.cells.line.view import LineView
-from tests.tools.commands import call_here
+from tests.tools.commands import output_of
 
 LEVEL = {"base": "skills3", "duration": 8.0}
-FILM = ("--env", "PnTLine-v0", "--level", "skills3", "--controller", "fifo", "--throws", "flight", "--video")
 
 
 def test_who_took_what_has_a_row_for_each_robot():
@@ -64,9 +61,9 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("opengl", "quick")
 @pytest.mark.parametrize("command", ["evaluate", "play"])
 def test_a_line_is_filmed(tmp_path: Path, command: str) -> None:
-    more = ("--shifts", "1", "--num-envs", "2") if command == "evaluate" else ()
-    done = call_here(f"agents.{command}", *FILM, "a.mp4", *more, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    more = "--shifts 1 --num-envs 2" if command == "evaluate" else ""
+    line = "--env PnTLine-v0 --level skills3 --controller fifo --throws flight --video a.mp4"
+    output_of(f"{command} {line} {more}", tmp_path)
     frames = iio.imread(tmp_path / "a.mp4")
     assert frames.shape[1:] == (64, 128, 3)
     assert 0.5 * 30 <= len(frames) <= 2.0 * 30
@@ -76,31 +73,7 @@ def test_a_line_is_filmed(tmp_path: Path, command: str) -> None:
 
 @pytest.mark.usefixtures("opengl", "quick")
 def test_a_picture_is_of_a_moment_of_the_shift(tmp_path: Path) -> None:
-    given = ("--env", "PnTLine-v0", "--controller", "fifo", "--picture")
     for moment in ("0", "1.5"):
-        done = call_here("agents.play", *given, f"{moment}.png", "--at", moment, folder=tmp_path)
-        assert done.returncode == 0, done.stderr
+        output_of(f"play --env PnTLine-v0 --controller fifo --picture {moment}.png --at {moment}", tmp_path)
     one, other = (iio.imread(tmp_path / f"{moment}.png").astype(int) for moment in ("0", "1.5"))
     assert (np.abs(one - other).max(axis=2) > 40).any()
-
-
-@pytest.mark.parametrize(
-    ("command", "given", "said"),
-    [
-        ("evaluate", (*FILM, "a.mpeg"), "--video is 'a.mpeg'; it must end in .mp4 or .gif"),
-        ("play", (*FILM, "a.webm"), "--video is 'a.webm'; it must end in .mp4 or .gif"),
-        (
-            "evaluate",
-            ("--controller", "analytic", "--video", "a.mp4"),
-            "--video goes with work shifts; PnTConveyor-v0 is judged by throws",
-        ),
-        ("play", ("--throws", "full", "--video", "a.mp4"), "--throws goes with work shifts"),
-        ("play", (*FILM[:4], "--controller", "analytic", "--video", "a.mp4"), "'analytic' is no controller of a line"),
-    ],
-)
-def test_what_cannot_be_filmed_is_refused_in_one_sentence(tmp_path: Path, command: str, given: tuple[str], said: str):
-    done = call_here(f"agents.{command}", *given, folder=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.startswith(f"error: {said}")
-    assert done.stderr.count("\n") == 1
-    assert not any(tmp_path.iterdir())

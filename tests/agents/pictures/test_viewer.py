@@ -1,7 +1,5 @@
 """`python -m agents.play --viewer`: the page is served, throws are shown, what differs between them is drawn beside."""
 
-from __future__ import annotations
-
 import re
 import signal
 import subprocess
@@ -114,7 +112,7 @@ def test_a_choice_that_cannot_be_is_told_and_the_one_before_goes_on(monkeypatch:
         def __init__(self, _: Any, plugins: list[Any]) -> None:
             self._wishes = plugins[-1]
 
-        def __enter__(self) -> Launched:
+        def __enter__(self) -> Any:
             return self
 
         def __exit__(self, *_: object) -> None: ...

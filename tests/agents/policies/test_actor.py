@@ -1,7 +1,5 @@
 """Policies as numbers: they act as the models of stable-baselines3 that they are of, and carry nothing else."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,7 +19,6 @@ from agents.policies.networks import ACTIVATIONS, activate
 from agents.policies.weights import actor_of
 from tests.tools.models import Space
 
-torch.set_num_threads(1)
 LOW, HIGH = np.array([-2.0, -0.5], np.float32), np.array([1.0, 0.75], np.float32)
 RESIDUAL = [SAC, TD3, PPO, "TQC"]
 NETWORKS: list[dict[str, Any]] = [
@@ -44,7 +41,10 @@ def model(algorithm: Any, settings: dict[str, Any], **more: Any) -> Any:
     """A model whose actions are spread over their range and, where they are clipped, beyond it."""
     if algorithm == "TQC":
         algorithm = pytest.importorskip("sb3_contrib").TQC
-    made = algorithm("MlpPolicy", Wide(), policy_kwargs=dict(settings), device="cpu", seed=1, **more)
+    return stirred(algorithm("MlpPolicy", Wide(), policy_kwargs=dict(settings), device="cpu", seed=1, **more))
+
+
+def stirred(made: Any) -> Any:
     with torch.no_grad():
         for parameter in made.policy.parameters():
             parameter.add_(torch.randn_like(parameter), alpha=parameter.shape[-1] ** -0.5)
@@ -101,11 +101,7 @@ RECURRENT: list[dict[str, Any]] = [
 def recurrent(settings: dict[str, Any]) -> Any:
     """A recurrent model whose memory counts."""
     algorithm = pytest.importorskip("sb3_contrib").RecurrentPPO
-    made = algorithm("MlpLstmPolicy", Wide(), policy_kwargs=dict(settings), device="cpu", seed=1)
-    with torch.no_grad():
-        for parameter in made.policy.parameters():
-            parameter.add_(torch.randn_like(parameter), alpha=parameter.shape[-1] ** -0.5)
-    return made
+    return stirred(algorithm("MlpLstmPolicy", Wide(), policy_kwargs=dict(settings), device="cpu", seed=1))
 
 
 @pytest.mark.parametrize("settings", RECURRENT, ids=lambda s: str(s["lstm_hidden_size"]))
@@ -196,31 +192,6 @@ def actor() -> Actor:
     return actor_of(model(TD3, {"net_arch": [8]}))
 
 
-def torn(file: Path, actor: Actor) -> None:
-    file.write_bytes(file.read_bytes()[:-300])
-
-
-def empty(file: Path, actor: Actor) -> None:
-    file.write_bytes(b"")
-
-
-def text(file: Path, actor: Actor) -> None:
-    file.write_text("weights")
-
-
-def one_array(file: Path, actor: Actor) -> None:
-    with file.open("wb") as out:
-        np.save(out, actor.low)
-
-
-def a_pickle(file: Path, actor: Actor) -> None:
-    file.write_bytes(pickle.dumps(actor))
-
-
-def objects(file: Path, actor: Actor) -> None:
-    np.savez(file, **{**parts(actor), "low": np.array([actor], dtype=object)})
-
-
 def parts(actor: Actor) -> dict[str, Any]:
     ((weight_0, bias_0), (weight_1, bias_1)) = actor.layers
     layers = {"weight_0": weight_0, "bias_0": bias_0, "weight_1": weight_1, "bias_1": bias_1}
@@ -241,8 +212,21 @@ def other(**changes: Any) -> Callable[[Path, Actor], None]:
     return damage
 
 
+def one_array(file: Path, actor: Actor) -> None:
+    with file.open("wb") as out:
+        np.save(out, actor.low)
+
+
+FILES = {
+    "torn": lambda file, _: file.write_bytes(file.read_bytes()[:-300]),
+    "empty": lambda file, _: file.write_bytes(b""),
+    "text": lambda file, _: file.write_text("weights"),
+    "one array": one_array,
+    "a pickle": lambda file, actor: file.write_bytes(pickle.dumps(actor)),
+    "objects": lambda file, actor: np.savez(file, **{**parts(actor), "low": np.array([actor], dtype=object)}),
+}
+"""What makes no policy of a file."""
 DAMAGES = [
-    torn, empty, text, one_array, a_pickle, objects,
     other(weight_0=None), other(weight_1=None), other(bias_1=None), other(low=None), other(activation=None),
     other(weight_0=lambda a: a.layers[0][0].T), other(weight_0=lambda a: a.layers[0][0].astype(np.float64)),
     other(weight_0=lambda a: a.layers[0][0] * np.float32(np.nan)), other(bias_0=lambda a: a.layers[0][1][:1]),
@@ -259,7 +243,7 @@ def test_the_parts_as_they_are_make_a_policy(actor: Actor, tmp_path: Path) -> No
     np.testing.assert_array_equal(found(seen()), replace(actor, bound=1.0)(seen()))
 
 
-@pytest.mark.parametrize("damage", DAMAGES, ids=lambda d: d.__name__)
+@pytest.mark.parametrize("damage", [*FILES.values(), *DAMAGES], ids=[*FILES, *(d.__name__ for d in DAMAGES)])
 def test_what_is_no_policy_is_refused(damage: Any, actor: Actor, tmp_path: Path) -> None:
     file = tmp_path / "policy.npz"
     actor.save(file)

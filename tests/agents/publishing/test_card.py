@@ -1,7 +1,5 @@
 """Cards of published policies: what hubs read, and what of a training is drawn."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -88,11 +86,6 @@ def test_the_curve_is_that_of_the_training(tmp_path: Path) -> None:
     np.testing.assert_allclose(right.lines[0].get_xydata(), rows[:, [0, 3]] * [1, 1000])
     assert left.get_ylim()[0] == right.get_ylim()[0] == 0.0
     assert (left.get_ylabel(), right.get_ylabel()) == ("success [%]", "landing error, mean [mm]")
-
-
-def test_the_curve_of_a_line_is_its_value(tmp_path: Path) -> None:
-    rows = np.array([[4096, 1.5, 0.25, 100.0, 0.3], [8192, 3.0, 0.5, 110.0, 0.4]])
-    np.savetxt(tmp_path / "progress.csv", rows, delimiter=",", header="throws,...", comments="")
     left, right = curve(tmp_path / "progress.csv", ShiftTrial).axes
     np.testing.assert_allclose(right.lines[0].get_xydata(), rows[:, [0, 3]])
     assert (left.get_xlabel(), right.get_ylabel()) == ("decisions", "value per minute")

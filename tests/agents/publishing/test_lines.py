@@ -1,7 +1,5 @@
 """Policies that choose at a line are published like others: card, film, and a graph that makes the same choices."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,10 +12,8 @@ import yaml
 
 from agents import publish
 from agents.controllers.protocol import Observation
-from agents.dispatchers.rules import IndexRule
 from agents.dispatchers.scored import ScoreController, choice_mask, run_scores
 from agents.ground.cli import UsageError
-from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
 from agents.learning.runs import RunFolder
 from agents.policies.actor import Actor
@@ -31,7 +27,8 @@ from pnt_gym.cells.base.canvas import Picture
 from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.line.observation import ENTRIES
 from pnt_gym.cells.line.state import CHOICES
-from tests.tools.commands import call_here, refused
+from tests.tools.commands import output_of, refused
+from tests.tools.line import observed, vector_lines
 from tests.tools.nightly import with_nightly
 
 LEVEL = {"base": "skills3_burst", "name": "brief", "duration": 5.0}
@@ -41,13 +38,8 @@ SMALL = {"n_steps": 4, "batch_size": 8, "policy_kwargs": {"net_arch": [8, 8]}}
 @pytest.fixture(scope="module")
 def seen() -> np.ndarray:
     """Observations (N, ENTRIES) along shifts of the ATC rule."""
-    env, worker, found = make_vector("PnTLine-v0", LEVEL, 8, 1), IndexRule("atc", "atc"), list[np.ndarray]()
-    features, _ = env.reset(seed=4)
-    for _ in range(12):
-        found.append(np.array(features, dtype=np.float32))
-        features, *_ = env.step(worker.act(Observation(found[-1], np.zeros(8, dtype=np.int64))))
-    env.close()
-    return np.concatenate(found)
+    env, _ = vector_lines(LEVEL, 8)
+    return np.concatenate([known.features for known, _ in observed(env, 12, seed=4)])
 
 
 def layers(*sizes: int, seed: int = 0) -> Any:
@@ -104,10 +96,8 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     place = tmp_path_factory.mktemp(request.param)
     (place / "brief.yaml").write_text(yaml.safe_dump(LEVEL))
     (place / "own.yml").write_text(yaml.safe_dump({"PnTLine-v0": SMALL}))
-    given = ("--env", "PnTLine-v0", "--level", "brief.yaml", "--algo", request.param, "--config", "own.yml")
-    more = ("--steps", "16", "--num-envs", "2", "--eval-picks", "0", "--out", "run")
-    done = call_here("agents.train", *given, *more, folder=place)
-    assert done.returncode == 0, done.stderr
+    what = f"--env PnTLine-v0 --level brief.yaml --algo {request.param} --config own.yml"
+    output_of(f"train {what} --steps 16 --num-envs 2 --eval-picks 0 --out run", place)
     return place / "run"
 
 

@@ -1,7 +1,5 @@
 """`policy.onnx`: the runtime finds in it the actions that stable-baselines3 finds in the model."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Tables and the figure of a benchmark of lines, and of what throwing makes of an order."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The report's chapters on reproduced papers, from a record made here: it prints what the record holds."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The table and the figure of a benchmark of shifts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from agents.report.figures import over_the_shift

@@ -1,7 +1,5 @@
 """The tables of studies: cells by templates, columns across an axis, a dash for what is missing; and the figure."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Verdicts: computed from the published figure, ours, and a tolerance."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any

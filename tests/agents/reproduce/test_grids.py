@@ -1,7 +1,5 @@
 """Tables of text made from rows of figures."""
 
-from __future__ import annotations
-
 from agents.ground.drawings import dress, subplots
 from agents.reproduce.finding import Row
 from agents.reproduce.grids import table_findings

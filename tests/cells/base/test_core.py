@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from gymnasium.spaces import Box
 
 from pnt_gym.cells.base.action import ActionMode, Modes, by_name
 from pnt_gym.cells.base.cell import Cell
@@ -93,8 +92,8 @@ class PaperCell(Cell[PaperConfig, PaperContext, PaperPlans, PaperVerdict]):
     features = 3
     item_names = ("stone",)
 
-    def __init__(self, count: int, throws: int, threads: int = 1, early: bool = False) -> None:
-        super().__init__(PaperConfig(), count, threads)
+    def __init__(self, count: int, throws: int, early: bool = False) -> None:
+        super().__init__(PaperConfig(), count, 1)
         self.planner = PaperPlanner(self.config)
         self.episode, self.terminates = throws, throws == 1
         self.throws, self._early = 0, early
@@ -132,55 +131,12 @@ class PaperCell(Cell[PaperConfig, PaperContext, PaperPlans, PaperVerdict]):
 
 
 class PaperEnv(ThrowEnv):
-    throws = 1
-
     @classmethod
     def make_cell(cls, level: object, count: int, threads: int) -> PaperCell:
-        return PaperCell(count, cls.throws)
-
-
-class LongPaperEnv(PaperEnv):
-    throws = 2
+        return PaperCell(count, 1)
 
 
 PaperVectorEnv = vector_form(PaperEnv)
-LongPaperVectorEnv = vector_form(LongPaperEnv)
-
-
-@pytest.mark.parametrize("throws", [1, 2])
-def test_an_episode_of_one_throw_terminates_and_a_longer_one_is_truncated(throws: int) -> None:
-    env = (PaperEnv, LongPaperEnv)[throws - 1]()
-    for _ in range(2):
-        env.reset(seed=0)
-        ends = [env.step(np.zeros(3))[2:4] for _ in range(throws)]
-        assert ends == [(False, False)] * (throws - 1) + [(throws == 1, throws > 1)]
-
-
-@pytest.mark.parametrize("throws", [1, 2])
-def test_a_row_of_the_vector_is_the_single_environment(throws: int) -> None:
-    vector = (PaperVectorEnv, LongPaperVectorEnv)[throws - 1](3)
-    actions = np.random.default_rng(0).uniform(-1, 1, (4, 3, 3))
-    first, _ = vector.reset(seed=5)
-    steps = [vector.step(a) for a in actions]
-    for row in range(3):
-        env = (PaperEnv, LongPaperEnv)[throws - 1]()
-        observation, _ = env.reset(seed=5 + row)
-        assert same_bits(observation, first[row])
-        for k, (after, reward, over, cut, info) in enumerate(steps):
-            observation, alone, *end, told = env.step(actions[k, row])
-            assert (alone, end) == (reward[row], [over[row], cut[row]])
-            assert told["landing_error"] == info["landing_error"][row]
-            if any(end):
-                assert same_bits(info["final_obs"][row], observation)
-                observation, _ = env.reset()
-            assert same_bits(observation, after[row])
-
-
-def test_spaces_come_from_the_core() -> None:
-    env = PaperVectorEnv(2)
-    assert env.num_envs == 2
-    assert env.single_action_space == Box(-1.0, 1.0, (3,), np.float32)
-    assert env.observation_space.shape == (2, 3)
 
 
 def test_pictures_come_from_the_cores_view() -> None:
@@ -223,17 +179,6 @@ def test_an_episode_ends_with_its_last_throw_or_earlier() -> None:
     assert episodes.count_throws().tolist() == [True, False, False]
     assert episodes.begin(np.array([0]), seeded=False).size == 0
     assert episodes.begin(np.array([0]), seeded=True).tolist() == [0]
-
-
-@pytest.mark.parametrize(("count", "threads", "said"), [(0, 1, "num_envs is 0"), (1, -1, "threads is -1")])
-def test_counts_below_one_are_named(count: int, threads: int, said: str) -> None:
-    with pytest.raises(ConfigError, match=said):
-        PaperCell(count, 1, threads)
-
-
-def test_an_unknown_action_mode_is_answered_with_the_cells_own() -> None:
-    with pytest.raises(ConfigError, match=r"action_mode is 'pull'; it must be one of push, nudge"):
-        Core(PaperCell(1, 1), "pull")
 
 
 def test_the_default_mode_is_the_cells_first() -> None:

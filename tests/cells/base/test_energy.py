@@ -39,15 +39,3 @@ def test_steps_of_a_leapfrog_cost_the_same():
 def test_one_motor_does_not_live_on_what_another_brakes():
     torque, speed = np.array([[[2.0, -2.0]]]), np.array([[[3.0, 3.0]]])
     assert work_of_steps(torque, speed, np.array([1]), 0.1) == pytest.approx([0.6])
-
-
-def test_what_comes_after_a_throw_changes_no_bit():
-    random = np.random.default_rng(0)
-    torque, speed = random.standard_normal((2, 3, 40, 4))
-    long = [np.concatenate([part, random.standard_normal((3, 500, 4))], axis=1) for part in (torque, speed)]
-    steps = np.array([40, 17, 0])
-    found = work_of_steps(torque, speed, steps, 0.01)
-    assert work_of_steps(*long, steps, 0.01).tobytes() == found.tobytes()
-    assert found[2] == 0.0
-    alone = work_of_steps(torque[1:2, :17], speed[1:2, :17], steps[1:2], 0.01)
-    assert alone.tobytes() == found[1:2].tobytes()

@@ -109,14 +109,3 @@ def test_it_ends_below_its_height_and_keeps_its_last_state():
         np.testing.assert_array_equal(
             seen[row, -(-count // STRIDE) :], np.broadcast_to(after[row], (500 - -(-count // STRIDE), STATE))
         )
-
-
-def test_a_row_does_not_depend_on_the_others():
-    rng = np.random.default_rng(5)
-    objects, state = things(rng), thrown(rng)
-    body = bodies(*objects)
-    together, *_ = flown(state, body, 0.0, 1.0, 300)
-    for row in range(COUNT):
-        seen, steps, alone = np.zeros((1, 300, STATE)), np.zeros(1, dtype=np.int64), state[row : row + 1].copy()
-        fly_down(alone, body[row : row + 1].copy(), np.zeros((1, 2)), np.zeros(1), 1.0, STEP, STRIDE, seen, steps)
-        np.testing.assert_array_equal(alone[0], together[row])

@@ -116,13 +116,6 @@ def test_lying_in_a_bin(position, velocity, inside):
     assert lies.tolist() == [inside]
 
 
-def test_a_flight_lies_where_its_last_step_says():
-    lies = (
-        flight().touchdown(np.array([RIM])).lies_in(np.array([[0.3, 0.4]]), np.array([[0.22, 0.22]]), RIM, RIM - 0.30)
-    )
-    assert lies.tolist() == [False]
-
-
 def test_a_record_depends_on_no_other_row_and_has_zeros_after_its_own_steps():
     model = mujoco.MjModel.from_xml_string(
         "<mujoco><worldbody><body><joint type='slide' axis='0 0 1'/><geom size='0.1'/></body></worldbody></mujoco>"

@@ -1,7 +1,5 @@
 """Where a generator comes to what is asked for, and that looking for it leaves the cell alone."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

@@ -137,17 +137,6 @@ def test_an_infeasible_residual_is_shortened_as_little_as_possible_and_reported(
     np.testing.assert_array_equal(core.step(action).info["residual_clipped"], clipped)
 
 
-def test_a_row_does_not_depend_on_the_other_rows():
-    together = make_core("waste", 12, seed=5)
-    action = np.random.default_rng(6).uniform(-1, 1, (12, 2))
-    all_rows, clipped = together.plan(action)
-    for row in range(12):
-        alone = make_core("waste", 1, seed=5 + row)
-        release, short = alone.plan(action[row : row + 1])
-        assert same_bits(release.position[0], all_rows.position[row])
-        assert short[0] == clipped[row]
-
-
 # Wrong actions.
 
 
@@ -180,12 +169,3 @@ def test_values_outside_are_clipped_and_inside_kept(values):
 def test_lists_and_float32_are_taken():
     np.testing.assert_array_equal(clip_actions([[0.5, -2.0]], 1, 2, "release_point"), [[0.5, -1.0]])
     assert clip_actions(np.zeros((1, 3), dtype=np.float32), 1, 3, "release_xyz").dtype == np.float64
-
-
-def test_words_are_no_action():
-    with pytest.raises(ActionError, match="action"):
-        clip_actions([["left", "right"]], 1, 2, "release_point")
-    with pytest.raises(ActionError, match="action"):
-        clip_actions([[0.0, 0.0], [0.0]], 2, 2, "release_point")
-    with pytest.raises(ActionError, match="action"):
-        clip_actions(None, 1, 2, "release_point")

@@ -5,16 +5,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pnt_gym.arrays import replace_rows, take
-from pnt_gym.cells.conveyor.belt.sources import SHORTEST_QUEUE, BeltPicks
-from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import NO_SPREAD, is_feasible, item, make_core, planned, same_bits, vary
+from tests.tools.throws import is_feasible, make_core, planned, same_bits, vary
 
 COUNT, PICKS = 8, 15
 
@@ -86,13 +84,6 @@ def test_objects_keep_their_order_and_their_gaps(shift):
         np.testing.assert_allclose(-np.diff(stream.queue_x, axis=1), stream.queue.draws.gap[:, 1:], atol=1e-9)
 
 
-def test_no_object_is_thrown_twice(shift):
-    _, history = shift
-    thrown = np.array([before.objects.mass for before, *_ in history])
-    for row in range(COUNT):
-        assert len(set(thrown[:, row])) == PICKS
-
-
 def test_picks_lie_in_the_window_and_in_their_lane(shift):
     core, history = shift
     low, high = core.config.belt.pick_x
@@ -105,16 +96,6 @@ def test_picks_lie_in_the_window_and_in_their_lane(shift):
         assert (info["wait_time"] >= 0.0).all()
         thrown = info["cycle_time"] > before.plan.time + info["wait_time"] + core.config.motion.dwell
         assert (thrown | ~info["picked"]).all()
-
-
-def test_objects_let_go_are_counted(shift):
-    core, history = shift
-    passed = np.array([h[-1] for h in history])
-    assert (passed >= 0).all()
-    for (*_, before), (_, _, _, info, *_) in pairwise(history):
-        np.testing.assert_array_equal(info["passed"], before)
-    if core.config.name == "waste_plain" and core.config.dispatch == "first":
-        assert passed.sum() > 0  # random bins out of reach make the hand pass objects by
 
 
 def test_a_slow_belt_makes_the_hand_wait_and_a_fast_one_lets_objects_pass():
@@ -217,39 +198,6 @@ def test_a_belt_on_which_objects_are_too_far_apart_says_so():
         make_core(vary("nominal", belt=belt), 1, picks="belt")
 
 
-def test_a_row_of_contexts_does_not_depend_on_the_others():
-    config = ConveyorConfig.load("waste")
-    objects = take(PickPlanner(config).draw([np.random.default_rng(0)], np.arange(1), 40), 0)
-    x = np.linspace(-0.3, 0.3, 40)
-    together, good = planned(config, objects, x)
-    for k in (0, 13, 39):
-        alone, fits = planned(config, take(objects, slice(k, k + 1)), x[k : k + 1])
-        assert fits[0] == good[k]
-        assert same_bits(alone.target[0], together.target[k])
-        assert same_bits(alone.plan.position[0], together.plan.position[k])
-
-
-def test_resetting_some_rows_leaves_the_others_alone():
-    cell = ConveyorCell(ConveyorConfig.load("nominal"), 3, "belt")
-    cell.reset(np.arange(3), [np.random.default_rng(i) for i in range(3)])
-    before = cell.context.pick.copy()
-    cell.reset(np.array([1]), [np.random.default_rng(9)])
-    assert same_bits(cell.context.pick[[0, 2]], before[[0, 2]])
-    assert not same_bits(cell.context.pick[1], before[1])
-    # Derived values belong to the new rows.
-    expected = np.linalg.norm((cell.context.target - cell.context.pick)[:, :2], axis=1)
-    np.testing.assert_allclose(cell.context.distance, expected, rtol=1e-14)
-
-
-def test_the_queue_is_longer_than_any_pick_needs():
-    """Objects ahead of the hand are known: the first episode finds its object without drawing many queues."""
-    config = ConveyorConfig.load("nominal_plain")
-    source = BeltPicks(PickPlanner(config), [np.random.default_rng(i) for i in range(20)])
-    context = source.first(np.arange(20))
-    assert source.stream.queue_x.shape == (20, SHORTEST_QUEUE)
-    assert (source.stream.queue_x[:, 0] < context.pick[:, 0]).all()
-
-
 def test_preview_changes_nothing():
     one, two = (make_core("nominal", 3, picks="belt", seed=2) for _ in range(2))
     one.preview(np.ones((3, 2)))
@@ -257,24 +205,3 @@ def test_preview_changes_nothing():
         a, b = one.step(np.zeros((3, 2))), two.step(np.zeros((3, 2)))
         assert same_bits(a.observation, b.observation)
         assert same_bits(a.reward, b.reward)
-
-
-def test_without_spread_the_same_throw_is_the_same():
-    """One item, one lane, no spread: nothing random is left in the object."""
-    base = {"items": ["ball"], "extra_items": [item("ball")], "spread": NO_SPREAD}
-    context = make_core(vary("nominal_plain", **base), 20).context
-    for name in ("mass", "com_depth", "seal", "drag"):
-        assert np.ptp(getattr(context.objects, name)) == 0.0
-
-
-def test_rows_are_taken_and_put_back():
-    context = make_core("nominal_plain", 4).context
-    rows = np.array([2, 0])
-    part = take(context, rows)
-    assert same_bits(part.objects.size, context.objects.size[rows])
-    assert part.belt_speed == context.belt_speed
-    other = take(context, np.array([1, 3]))
-    changed = replace_rows(context, rows, other)
-    assert same_bits(changed.pick[rows], other.pick)
-    assert same_bits(changed.plan.velocity[rows], other.plan.velocity)
-    assert not same_bits(changed.pick, context.pick)

@@ -91,29 +91,6 @@ def test_the_planners_own_world_and_the_order_alone_are_plain_too():
     assert ideal["bins.emptied"] is dense["bins.emptied"] is None
 
 
-def test_a_file_holds_only_differences_from_the_defaults(tmp_path):
-    path = tmp_path / "mine.yaml"
-    path.write_text("belt: {speed: 0.4}\nbins: {fixed: [{name: box, x: 0.3, y: 0.4}]}\n")
-    config = ConveyorConfig.load(path)
-    assert config.name == "mine"
-    assert config.belt.speed == 0.4
-    smallest = ConveyorConfig.load(SMALLEST)
-    assert config.model_copy(update={"name": "custom", "belt": smallest.belt}) == smallest
-
-
-def test_a_config_and_a_mapping_are_taken_as_they_are():
-    config = ConveyorConfig.load("waste")
-    assert ConveyorConfig.load(config) == config
-    assert ConveyorConfig.load(SMALLEST) == ConveyorConfig.load({**SMALLEST})
-    assert ConveyorConfig.load(config, mismatch=0.5).mismatch == 0.5
-    assert ConveyorConfig.load(config, mismatch=0.5).model_copy(update={"mismatch": 1.0}) == config
-
-
-def test_a_config_cannot_be_changed_in_place():
-    with pytest.raises(ValueError, match="frozen"):
-        ConveyorConfig.load("nominal").mismatch = 2.0
-
-
 WRONG = {
     "unknown key": ({"colour": "red"}, "unknown key 'colour'"),
     "unknown key inside": ({"belt": {"sped": 0.2}}, "unknown key 'belt.sped'"),
@@ -153,6 +130,35 @@ WRONG = {
     "item without a bin": ({"bins": {"fixed": [{**BIN, "accepts": ["paper"]}]}}, "no bin accepts item 'metal_can'"),
     "item too heavy for its seal": ({"extra_items": [item("rock", mass=2.0)]}, "seal_force of 'rock'"),
     "item without a size": ({"extra_items": [item("thing", size=(0.1, 0.0, 0.1))]}, "extra_items.0.size.1 is 0"),
+    "bins that are never emptied": ({"bins": {"emptied": 0}}, "bins.emptied is 0"),
+    "emptied after a part": ({"bins": {"emptied": 2.5}}, "bins.emptied is 2.5"),
+    "nothing but air": ({"bins": {"packing": 0.0}}, "bins.packing is 0"),
+    "packed with more than all": ({"bins": {"packing": 1.1}}, "bins.packing is 1.1"),
+    "unknown planner": ({"planner": "curved"}, "planner is 'curved': input should be 'straight', 'free_direction', "
+     "'horizontal', 'pick_and_place', 'ellipse' or 'auto'"),
+    "unknown neighbours": ({"belt": {"neighbours": "walls"}}, "neighbours is 'walls': input should be 'ghosts' or "),
+    "safety below one": ({"grip": {"safety": 0.5}}, "grip.safety is 0.5: .* equal to 1, or input should be 'surface'"),
+    "safety above ten": ({"grip": {"safety": 11.0}}, "grip.safety is 11"),
+    "safety of words": ({"grip": {"safety": "velcro"}}, "grip.safety is 'velcro'"),
+    "lip too soft": ({"cup": {"stiffness": 0.01}}, "cup.stiffness is 0.01: .*0.05"),
+    "lip too stiff": ({"cup": {"stiffness": 1000}}, "cup.stiffness is 1000: .*100"),
+    "lip of words": ({"cup": {"stiffness": "soft"}}, "cup.stiffness"),
+    "too much damping": ({"cup": {"damping": 1.2}}, "cup.damping is 1.2: .*0.95"),
+    "air that sucks": ({"cup": {"blow_off": -0.1}}, "cup.blow_off is -0.1: .*0"),
+    "no drag area": ({"throwable": {"drag_area": 0}}, "throwable.drag_area"),
+    "negative drag shift": ({"throwable": {"drag_shift": -0.1}}, "throwable.drag_shift"),
+    "margin below one": ({"throwable": {"margin": 0.5}}, "throwable.margin"),
+    **{
+        f"confusion: {case}": ({"classifier": {"confusion": confusion}}, message)
+        for case, confusion, message in (
+            ("less than all", {"paper": {"paper": 0.9}}, "of 'paper' sums to 0.9; the shares of an item must sum to 1"),
+            ("more than all", {"paper": {"paper": 0.9, "metal_can": 0.2}}, "sums to 1.1; the shares"),
+            ("a stranger", {"sofa": {"sofa": 1.0}}, "tells of 'sofa', which is not among the items"),
+            ("taken for a stranger", {"paper": {"sofa": 1.0}}, "of 'paper' tells of 'sofa', which is not among"),
+            ("a negative share", {"paper": {"paper": 1.5, "metal_can": -0.5}}, "confusion.paper.paper is 1.5"),
+            ("no number", {"paper": {"paper": "most"}}, "confusion.paper.paper is 'most'"),
+        )
+    },
 }  # fmt: skip
 
 
@@ -170,10 +176,6 @@ def test_a_wrong_value_is_named_in_one_sentence(case):
 def test_a_bin_without_a_place_says_that_the_key_is_missing():
     with pytest.raises(ConfigError, match=r"key 'bins.fixed.0.x' is missing"):
         ConveyorConfig.load({"bins": {"fixed": [{"name": "box", "y": 0.4}]}})
-
-
-def test_a_level_that_says_nothing_is_the_nominal_one():
-    assert ConveyorConfig.load({}) == ConveyorConfig.load("nominal", name="custom")
 
 
 def test_bins_are_fixed_or_random_whatever_the_base_has():
@@ -204,39 +206,23 @@ def test_neighbouring_bins_may_share_a_wall():
     assert len(config.bins.fixed) == 2
 
 
-def test_unknown_levels_and_missing_files():
-    with pytest.raises(
-        ConfigError,
-        match="unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix, drift_mix_far, fast, ",
-    ):
-        ConveyorConfig.load("nowhere")
-    with pytest.raises(ConfigError, match=r"level file 'nowhere\.yaml' does not exist"):
-        ConveyorConfig.load("nowhere.yaml")
-
-
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("content", "message"),
     [
-        ("bins: [1, 2\nbelt: {", "is not valid YAML"),
-        ("- a\n- b\n", "must hold a mapping of settings, it holds list"),
-        ("", "must hold a mapping of settings, it holds NoneType"),
-        ("just text", "must hold a mapping of settings, it holds str"),
-        ("1: 2\n", "unknown key '1'|1"),
+        (b"bins: [1, 2\nbelt: {", "is not valid YAML"),
+        (bytes(range(256)), "is not valid YAML"),
+        (b"- a\n- b\n", "must hold a mapping of settings, it holds list"),
+        (b"", "must hold a mapping of settings, it holds NoneType"),
+        (b"just text", "must hold a mapping of settings, it holds str"),
+        (b"1: 2\n", "unknown key '1'|1"),
     ],
 )
-def test_files_that_hold_no_level(tmp_path, text, message):
+def test_files_that_hold_no_level(tmp_path, content, message):
     path = tmp_path / "cell.yaml"
-    path.write_text(text)
+    path.write_bytes(content)
     with pytest.raises(ConfigError, match=message) as caught:
         ConveyorConfig.load(path)
     assert "\n" not in str(caught.value)
-
-
-def test_a_binary_file_is_no_level(tmp_path):
-    path = tmp_path / "cell.yaml"
-    path.write_bytes(bytes(range(256)))
-    with pytest.raises(ConfigError, match="is not valid YAML"):
-        ConveyorConfig.load(path)
 
 
 def test_a_directory_is_no_level(tmp_path):

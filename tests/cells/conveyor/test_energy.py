@@ -5,11 +5,10 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base.energy import work_between, work_of_steps
-from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
+from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.scene import SENSORS
-from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from pnt_gym.robots.t3kr.kinematics import closed_pose
-from tests.tools.throws import make_core, same_bits, vary
+from tests.tools.throws import make_core, same_bits, vary, whole_cycle
 
 COUNT = 6
 ROWS = np.arange(COUNT)
@@ -19,12 +18,8 @@ ROWS = np.arange(COUNT)
 def begun():
     """A cell of the planner's own world, its coming throws, and their clock."""
     core = make_core("ideal", COUNT, seed=3)
-    cell, picks = core.cell, core.context
-    motion = cell.planner.mover.throw(picks.pick, picks.plan, picks.limits, picks.ceiling)
-    elsewhere = picks.pick + np.array([0.05, 0.02, 0.03])
-    back = cell.planner.mover.back(motion, elsewhere, picks.limits)
-    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
-    clock = ThrowClock.of(picks, HandCycle(picks.plan, motion.release_time, path), core.config)
+    picks, elsewhere = core.context, core.context.pick + np.array([0.05, 0.02, 0.03])
+    clock = ThrowClock.of(picks, whole_cycle(core, following=elsewhere)[1], core.config)
     return core, picks, clock, elsewhere
 
 
@@ -98,10 +93,3 @@ def test_a_faster_throw_costs_more():
         for percent in (30, 45)
     )
     assert (fast > slow).mean() > 0.9
-
-
-def test_energy_does_not_depend_on_the_other_rows():
-    many = make_core("waste", 4, seed=5).step(np.zeros((4, 2))).info["energy"]
-    for row in range(4):
-        alone = make_core("waste", 1, seed=5 + row).step(np.zeros((1, 2))).info["energy"]
-        assert same_bits(alone, many[row : row + 1])

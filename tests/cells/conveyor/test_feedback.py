@@ -1,13 +1,11 @@
 """The camera over the bins: what it tells of every throw for the next one."""
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
 from pnt_gym.cells.conveyor.context import LastThrow
 from pnt_gym.cells.conveyor.observation import FEEDBACK, SHIFT_TABLE, TABLE, decode
 from tests.tools.drifting import ALL, QUICK, actions, cells
-from tests.tools.throws import same_bits, same_step, vary
 
 
 @pytest.fixture(scope="module")
@@ -136,26 +134,3 @@ def test_the_feedback_alone_has_the_names_of_its_table():
     assert [*nothing][26:] == [one.name for one in FEEDBACK]
     assert not any(nothing[one.name].any() for one in FEEDBACK)  # zero is nothing known
     assert len(LastThrow.none(3).error) == 3
-
-
-def test_a_stacked_shift_is_gymnasiums_own_wrapper():
-    env = gym.wrappers.FrameStackObservation(gym.make("PnTAdapt-v0", level={"base": "day", **QUICK}), 3)
-    first, _ = env.reset(seed=0)
-    assert first.shape == (3, 34)
-    second, *_ = env.step(np.zeros(2, dtype=np.float32))
-    assert same_bits(second[-2], first[-1])
-    assert second[-1, -1] > 0.0
-
-
-def test_episodes_end_and_begin_in_step_with_the_shift():
-    env = gym.make("PnTAdapt-v0", level=vary("day", picks_per_shift=3, **QUICK))
-    last, _ = env.reset(seed=2)
-    again = gym.make("PnTAdapt-v0", level=vary("day", picks_per_shift=3, **QUICK))
-    again.reset(seed=2)
-    for gone, over in ((1, False), (2, False), (3, True)):
-        step = env.step(np.zeros(2))
-        assert same_step(step, again.step(np.zeros(2)))
-        last, _, terminated, truncated, _ = step
-        assert last[-1] == np.float32(gone / 3)
-        assert (terminated, truncated) == (False, over)
-    assert not env.reset()[0][26:].any()

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.outcome import PlannedResults, SimulatedThrows, judge
-from pnt_gym.planning.motion.trajectory import JerkTrajectory
-from tests.tools.throws import make_core
+from tests.tools.throws import make_core, whole_cycle
 
 COUNT = 6
 CORE = make_core("ideal", COUNT)
@@ -18,11 +16,7 @@ OPENING = CONTEXT.opening[:, 0]
 
 @pytest.fixture(scope="module")
 def flown() -> SimulatedThrows:
-    cell = CORE.cell
-    motion = cell.planner.mover.throw(CONTEXT.pick, CONTEXT.plan, CONTEXT.limits, CONTEXT.ceiling)
-    back = cell.planner.mover.back(motion, CONTEXT.pick, CONTEXT.limits)
-    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
-    return cell.plant.fly(CONTEXT, HandCycle(CONTEXT.plan, motion.release_time, path))
+    return CORE.cell.plant.fly(CONTEXT, whole_cycle(CORE)[1])
 
 
 def judged(flown, **changes):

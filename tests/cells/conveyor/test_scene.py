@@ -1,7 +1,5 @@
 """The compiled cell: bins and belt where the config says, and walls that hold what is thrown at them."""
 
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 import pytest
@@ -221,15 +219,3 @@ def test_an_object_held_still_stays_where_it_is():
     mujoco.mj_forward(model, data)
     np.testing.assert_allclose(data.xpos[scene.object_body] - data.site(scene.robot.tcp).xpos, before, atol=2e-4)
     np.testing.assert_allclose(np.abs(data.xquat[scene.object_body] @ quat), 1.0, atol=1e-5)
-
-
-def test_unequal_objects_do_not_share_a_simulation():
-    core = make_core("waste", 3, seed=8)
-    context = core.context
-    swapped = replace(context, objects=replace(context.objects, mass=context.objects.mass[::-1].copy()))
-    one = core.cell.pose(0)[0].body_mass.copy()
-    core.cell.context = swapped
-    two = core.cell.pose(0)[0].body_mass.copy()
-    body = core.cell.plant.scene.object_body
-    assert one[body] == context.objects.mass[0]
-    assert two[body] == context.objects.mass[2]

@@ -52,19 +52,6 @@ def test_a_cell_without_drift_is_that_of_the_conveyor_to_the_last_bit(level):
     assert ends == 8
 
 
-def test_a_single_cell_without_drift_is_that_of_the_conveyor_too():
-    config = vary("waste", picks_per_shift=2)
-    told, plain = (gym.make(env_id, level=config) for env_id in ("PnTAdapt-v0", "PnTConveyor-v0"))
-    one, two = (env.reset(seed=5)[0] for env in (told, plain))
-    for action in actions(1, 5)[:, 0]:
-        assert same_bits(one[:26], two)
-        (one, *mine, info), (two, *other, seen) = told.step(action), plain.step(action)
-        assert mine == other
-        assert repr({key: info[key] for key in seen}) == repr(seen)
-        if mine[2]:
-            one, two = told.reset()[0], plain.reset()[0]
-
-
 @pytest.mark.parametrize("env_id", [env_id for env_id in CONVEYOR if env_id != "PnTAdapt-v0"])
 @pytest.mark.parametrize("kind", ["delay", "camera", "encoder", "draught"])
 def test_a_level_that_drifts_is_refused_where_nothing_tells_of_it(env_id, kind):
@@ -180,43 +167,6 @@ def test_shifts_differ_by_seed_and_follow_from_it():
         env.step(action)
     env.reset()
     assert not {*drifts(env)} & {*first}
-
-
-def test_a_row_that_begins_anew_leaves_the_others_in_their_shift():
-    envs = [gym.make_vec("PnTAdapt-v0", num_envs=2, level={"base": "drift_mix", **QUICK}) for _ in range(2)]
-    for env in envs:
-        env.reset(seed=4)
-    for k, action in enumerate(actions(2, 4)):
-        seen = [env.step(action) for env in envs]
-        assert same_bits(seen[0][0][1], seen[1][0][1])
-        assert drifts(envs[0])[1] == drifts(envs[1])[1]
-        if k == 1:
-            begun, _ = envs[0].reset(seed=[50, None], options={"reset_mask": np.array([True, False])})
-            assert begun[0, -1] == 0.0
-            assert begun[1, -1] > 0.0
-
-
-@pytest.mark.parametrize("wish", [{"item": "cork"}, {"item": 3}])
-def test_what_is_asked_for_comes_in_a_shift_of_its_seed(wish):
-    level = {"base": "day", **QUICK}
-    env, single = gym.make_vec("PnTAdapt-v0", num_envs=3, level=level), gym.make("PnTAdapt-v0", level=level)
-    observation, info = env.reset(seed=6, options=wish)
-    asked = {int(kind) for kind in info["kind"]}
-    assert len(asked) == 1
-    shift = drifts(env)
-    assert len({*shift}) == 3
-    moved, *_ = env.step(np.zeros((3, 2)))
-    for row in range(3):
-        assert same_bits(single.reset(seed=6 + row, options=wish)[0], observation[row])
-        assert drifts(single) == [shift[row]]
-        assert same_bits(single.step(np.zeros(2))[0], moved[row])
-    assert not {*shift} & set(drifts_after(env, wish))
-
-
-def drifts_after(env, wish):
-    """Of the shifts that follow when the same is asked for again."""
-    env.reset(options=wish)
-    return drifts(env)
 
 
 # What it does to a throw, and that nobody sees it.

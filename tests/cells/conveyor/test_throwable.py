@@ -72,9 +72,3 @@ def test_a_bound_on_the_margin_is_kept_in_the_worst_direction():
 def test_a_level_of_nothing_to_throw_says_so():
     with pytest.raises(ConfigError, match="no object has a feasible throw"):
         core_of({**MIXED, "items": ["bag"]}, drag_area=2.0)
-
-
-@pytest.mark.parametrize(("key", "value"), [("drag_area", 0), ("drag_shift", -0.1), ("margin", 0.5)])
-def test_no_such_bound(key, value):
-    with pytest.raises(ConfigError, match=rf"throwable\.{key}"):
-        ConveyorConfig.load({"base": "nominal_plain", "throwable": {key: value}})

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from pnt_gym.cells.conveyor.cell import ConveyorCell
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import untried
+from tests.tools.throws import make_core
 
 COUNT, STEPS = 8, 4
 LEVELS = {
@@ -25,18 +23,21 @@ EVERY = pytest.mark.parametrize(
 )
 """All levels with picks of both kinds; daily with the one or the other."""
 SIMULATED = [*product(("full", "flight"), PICKS)]
+PLANNERS = ("free_direction", "horizontal", "pick_and_place", "ellipse")
+ALONE = [*(("blown", {"fidelity": fidelity}, picks) for fidelity, picks in SIMULATED),
+         *(("waste", {"planner": planner}, "belt") for planner in PLANNERS)]  # fmt: skip
+"""Everything at once, and every way to a bin but the straight one, which is the first's."""
 
 
 def core_of(level, picks="belt", rows=range(COUNT), threads=1, **changes):
-    config = ConveyorConfig.load({**LEVELS.get(level, {"base": level}), **changes})
-    core = untried(ConveyorCell(config, len(rows), picks, threads))
-    core.reset(np.arange(len(rows)), [np.random.default_rng([3, row]) for row in rows], seeded=True)
-    return core
+    changed = {**LEVELS.get(level, {"base": level}), **changes}
+    return make_core(changed, len(rows), picks=picks, seed=rows.start, threads=threads)
 
 
-def steps(core, count=STEPS):
-    action = np.random.default_rng(0).uniform(-0.3, 0.3, (count, COUNT, 2))[:, : core.count]
-    return [core.step(one) for one in action]
+def steps(core, count=STEPS, first=0):
+    """Steps with the actions of as many rows as there are, from a first row on."""
+    action = np.random.default_rng(0).uniform(-0.3, 0.3, (count, COUNT, 2))
+    return [core.step(one[first : first + core.count]) for one in action]
 
 
 def same(one, other, rows=slice(None)):
@@ -47,11 +48,13 @@ def same(one, other, rows=slice(None)):
             np.testing.assert_array_equal(a.info[name][rows], values, err_msg=name)
 
 
-@pytest.mark.parametrize(("fidelity", "picks"), SIMULATED)
-def test_a_row_is_the_same_alone_in_a_batch_and_with_other_threads(fidelity, picks):
-    batch = steps(core_of("blown", picks, fidelity=fidelity))
-    same(batch, steps(core_of("blown", picks, threads=2, fidelity=fidelity)))
-    same(batch, steps(core_of("blown", picks, rows=range(1), fidelity=fidelity)), slice(0, 1))
+@pytest.mark.parametrize(("level", "changes", "picks"), ALONE, ids=str)
+def test_a_row_is_the_same_alone_in_a_batch_and_with_other_threads(level, changes, picks):
+    count = STEPS if level == "blown" else 2
+    batch = steps(core_of(level, picks, **changes), count)
+    same(batch, steps(core_of(level, picks, threads=2, **changes), count))
+    alone = core_of(level, picks, rows=range(5, 6), **changes)
+    same(batch, steps(alone, count, first=5), slice(5, 6))
 
 
 @pytest.mark.parametrize("level", with_nightly(LEVELS, ["nominal", "blown"]))
@@ -71,7 +74,7 @@ def test_what_is_lost_is_lost_once_and_numbers_are_numbers(level, picks):
         assert np.isfinite(step.reward).all()
         assert not (info["dropped"] & ~info["picked"]).any()
         assert not (info["is_success"] & (info["dropped"] | ~info["picked"])).any()
-        assert (np.isfinite(info["landing_error"]) | ~info["picked"]).all()
+        np.testing.assert_array_equal(np.isfinite(info["landing_error"]), info["picked"])
         assert (info["ended_in"][~info["picked"]] == -1).all()
         assert (info["sorted"] <= info["is_success"]).all()
         assert (info["energy"] > 0.0).all()
@@ -109,9 +112,22 @@ def test_some_picks_fail_and_a_few_objects_are_lost(level):
     assert 0.002 < dropped[picked].mean() < 0.06
 
 
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTRelease-v0"])
-def test_the_environments_are_good_citizens(env_id):
-    env = gym.make(env_id, level={**LEVELS["blown"], "fidelity": "flight"})
+CITIZENS = [
+    ("PnTConveyor-v0", {**LEVELS["blown"], "fidelity": "flight"}, "release_point"),
+    ("PnTRelease-v0", {"base": "fast"}, "release_point"),
+    ("PnTConveyor-v0", {"base": "light"}, "throw_or_place"),
+    *zip(
+        ("PnTConveyor-v0", "PnTAdapt-v0", "PnTRelease-v0"),
+        ({"base": "nominal", "planner": planner} for planner in PLANNERS[1:]),
+        ("release_point",) * 3,
+        strict=True,
+    ),
+]
+
+
+@pytest.mark.filterwarnings("error", "ignore:level .* stays empty")
+@pytest.mark.parametrize(("env_id", "level", "mode"), CITIZENS, ids=str)
+def test_the_environments_are_good_citizens(env_id, level, mode):
+    env = gym.make(env_id, level=level, action_mode=mode)
     check_env(env.unwrapped, skip_render_check=True)
     env.close()

@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
-from pnt_gym.arrays import take
 from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.base.features import CLIP
@@ -15,7 +13,7 @@ from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.hidden import draw_hidden
 from pnt_gym.robots.gripper import check_pose, inverse_kinematics
-from tests.tools.gripper import fields_equal, made, oracle
+from tests.tools.gripper import made, oracle
 from tests.tools.nightly import with_nightly
 
 COUNT = 100
@@ -183,16 +181,6 @@ def test_an_oracle_succeeds_where_the_planner_misses():
     assert cell.throw(plans).is_success.mean() >= 0.97
 
 
-def test_single_cells_equal_one_batch_and_threads_do_not_matter():
-    rows = 4
-    batch = made("belt", rows, threads=2)
-    together = [batch.throw(batch.context.plans) for _ in range(2)]
-    for row in range(rows):
-        single = made("belt", 1, seed=row)
-        for outcome in together:
-            assert fields_equal(single.throw(single.context.plans), take(outcome, slice(row, row + 1)))
-
-
 def test_observations_of_the_large_cell_are_not_clipped():
     core = Core(GripperCell(GripperConfig.load("belt"), 60))
     core.reset(np.arange(60), [np.random.default_rng(row) for row in range(60)], seeded=True)
@@ -200,21 +188,3 @@ def test_observations_of_the_large_cell_are_not_clipped():
     assert np.abs(seen).max() < CLIP
     assert np.abs(seen.mean(axis=0)).max() < 1.5
     assert seen[:, :12].std(axis=0).max() < 2.0
-
-
-def test_the_environments_single_and_vector_forms_give_the_same_bits():
-    many = gym.make_vec("GripperToss-v0", num_envs=2, level="belt", threads=2)
-    many.reset(seed=7)
-    actions = np.array([[0.2, -0.3, 0.1], [-0.5, 0.4, -0.6]], dtype=np.float32)
-    _, reward, *_, info = many.step(actions)
-    for row in range(2):
-        one = gym.make("GripperToss-v0", level="belt")
-        one.reset(seed=7 + row)
-        _, alone, _, _, own = one.step(actions[row])
-        assert (alone, own["landing_error"], own["slip"]) == (
-            reward[row],
-            info["landing_error"][row],
-            info["slip"][row],
-        )
-        one.close()
-    many.close()

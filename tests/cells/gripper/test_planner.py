@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from pnt_gym.cells.gripper.config import GripperConfig
@@ -99,17 +99,6 @@ def test_a_correction_out_of_reach_is_not_feasible():
     planner = PLANNERS["nominal"]
     kind, place = draws(planner, 10)
     assert not planner.plan(kind, place, np.tile([0.2, 0.0, 0.0], (10, 1))).feasible.any()
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.integers(0, 2), st.floats(-0.06, -0.02), st.floats(-0.03, 0.03))
-def test_a_plan_does_not_depend_on_its_neighbours(kind, x, y):
-    planner = PLANNERS["nominal"]
-    others, places = draws(planner, 7)
-    kinds, place = np.append(others, kind), np.vstack([places, [x, y]])
-    alone, among = planner.plan(kinds[-1:], place[-1:]), planner.plan(kinds, place)
-    for name in vars(alone):
-        np.testing.assert_array_equal(getattr(alone, name)[0], getattr(among, name)[-1])
 
 
 def test_relaxed_pads_touch_the_planned_width_at_the_contact_angle():

@@ -1,7 +1,5 @@
 """Chances of throws by a table: counted as by hand, and met by the throws that go by them."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Levels of lines: those that ship load, and what no line can be is said in one sentence that names the value."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,6 @@ from pnt_gym.errors import ConfigError
 from tests.tools.line import begun, with_table
 
 LEVELS = ("line3", "nominal", "single", "skills3", "skills3_burst", "speed", "value")
-EVERYTHING = ["tray", "can", "paper_ball", "yoghurt_cup"]
 ON_THE_BELT = {"name": "b", "x": 0.3, "y": -0.3}
 ANY = {"name": "any", "x": -0.25, "y": 0.40}
 FAR = {"name": "far", "x": 0.0, "y": 3.5}

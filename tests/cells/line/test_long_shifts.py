@@ -1,7 +1,5 @@
 """Shifts of hours and robots far away: they begin, stay the same lines, cost what short ones do, or are refused."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 import subprocess
@@ -24,7 +22,7 @@ from pnt_gym.cells.line.lie import separate
 from pnt_gym.cells.line.turn_kernel import find_ends
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ConfigError
-from tests.tools.line import begun, decided
+from tests.tools.line import BOXES, begun, decided
 from tests.tools.throws import same_bits
 
 BEGIN = """
@@ -47,14 +45,7 @@ def test_long_shifts_begin_near_and_far_from_the_origin():
     subprocess.run([sys.executable, "-c", BEGIN], check=True, timeout=120.0)
 
 
-boxes = st.lists(
-    st.tuples(st.floats(0.0, 0.2), st.floats(-0.2, 0.2), st.floats(0.005, 0.15), st.floats(0.005, 0.15)),
-    min_size=1,
-    max_size=25,
-)
-
-
-@given(given=boxes, begin=st.floats(-1e6, 1e6), gap=st.sampled_from([0.0, 0.01, 1.0]))
+@given(given=BOXES, begin=st.floats(-1e6, 1e6), gap=st.sampled_from([0.0, 0.01, 1.0]))
 def test_boxes_do_not_overlap_wherever_they_lie(given, begin, gap):
     """By fractions, which round nothing: to half a unit in the last place of a position, or 1e-12 of the distance."""
     steps, y, along, across = (np.array(column) for column in zip(*given, strict=True))

@@ -1,7 +1,5 @@
 """What the robot whose turn it is sees: the line as it stands, decodable, and nothing that no sensor tells."""
 
-from __future__ import annotations
-
 import copy
 from dataclasses import replace
 from typing import Any

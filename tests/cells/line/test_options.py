@@ -1,7 +1,5 @@
 """What robots can choose is what the conveyor's planner says of each case by itself: the same times, the same cases."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -34,11 +32,6 @@ LEVELS = {
         ],
     },
 }
-
-
-@pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    return tmp_path_factory.mktemp("tables")
 
 
 @pytest.mark.parametrize("name", LEVELS)

@@ -1,7 +1,5 @@
 """A shift of a line, decision by decision: nothing is lost or taken twice, robots act in turn, the books are right."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -9,7 +7,6 @@ from hypothesis import strategies as st
 
 from pnt_gym.cells.conveyor.movers.tracking import stop_motion
 from pnt_gym.cells.line.cell import IDLE_TIME
-from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.outcome import shift_figures
 from pnt_gym.cells.line.state import Fate
 from pnt_gym.planning.motion.limits import LimitRows
@@ -24,11 +21,6 @@ LEVELS = {
     "flight": {"base": "skills3_burst", "duration": 6.0, "throws": "flight"},
     "full": {"base": "skills3", "duration": 5.0, "throws": "full"},
 }
-
-
-@pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    return tmp_path_factory.mktemp("tables")
 
 
 def level_of(name, tables):
@@ -293,13 +285,3 @@ def test_the_figures_of_a_shift_are_those_of_its_steps(name, tables):
         np.testing.assert_allclose(one["shift_utilisation"], np.minimum(busy[row] / config.duration, 1.0))
         picks += len(came)
     assert picks > 20
-
-
-def test_a_robot_is_busy_no_longer_than_the_shift(tables):
-    cell, random = begun(level_of("line", tables), 2, 4), np.random.default_rng(4)
-    for _ in shift(cell, random):
-        pass
-    figures = shift_figures(cell.config, cell.state, cell.stream, np.arange(2))
-    assert (figures["shift_utilisation"] <= 1.0).all()
-    assert (figures["shift_utilisation"] > 0.2).all()
-    assert isinstance(cell.config, LineConfig)

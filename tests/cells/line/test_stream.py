@@ -1,7 +1,5 @@
 """What comes along a line's belt: nothing on anything else, as many, as regular, as mixed, as dear as asked for."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -15,7 +13,7 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.lie import separate
 from pnt_gym.cells.line.stream import redraw
 from tests.cells.base.test_records import arrays
-from tests.tools.line import begun, decided, with_table
+from tests.tools.line import BOXES, begun, decided, with_table
 from tests.tools.outlines import outlines, overlap
 from tests.tools.throws import same_bits
 
@@ -71,19 +69,7 @@ def test_objects_that_do_not_give_way_do_overlap(monkeypatch):
     assert overlap(polygons[0, :-1], polygons[0, 1:]).any()
 
 
-boxes = st.lists(
-    st.tuples(
-        st.floats(0.0, 0.2),
-        st.floats(-0.2, 0.2),
-        st.floats(0.005, 0.15),
-        st.floats(0.005, 0.15),
-    ),
-    min_size=1,
-    max_size=25,
-)
-
-
-@given(given=boxes, gap=st.sampled_from([0.0, 0.01, 0.1]))
+@given(given=BOXES, gap=st.sampled_from([0.0, 0.01, 0.1]))
 def test_boxes_give_way_no_farther_than_they_must(given, gap):
     """Against all pairs: nobody lies on anybody, and who was moved touches the gap around somebody before it."""
     steps, y, along, across = (np.array(column) for column in zip(*given, strict=True))

@@ -1,7 +1,5 @@
 """A line in pictures: hands are where the planner has them, objects where the physics left them, and nothing jumps."""
 
-from __future__ import annotations
-
 import copy
 from dataclasses import dataclass
 from itertools import pairwise

@@ -10,7 +10,7 @@ from pnt_gym.cells.one_joint.hidden import expected_hidden
 from pnt_gym.cells.one_joint.measure import CONTACT_TIME, MIN_FRAMES, estimated_state, film
 from pnt_gym.cells.one_joint.pallets import SORTING
 from pnt_gym.cells.one_joint.plant import LATEST_FLIGHT, MARGIN, OneJointPlant
-from tests.tools.thrower import EXAMPLE, RELEASES, WEIGHTS, coming, fly, state_at_goal, throws
+from tests.tools.thrower import EXAMPLE, RELEASES, WEIGHTS, G, closed_form, coming, fly, state_at_goal, throws
 
 IDEAL = OneJointConfig.load("ideal")
 
@@ -30,13 +30,10 @@ def caught():
 
 
 def brute_force(u, goal, weights):
-    """The nearest of a million states of a drag-free flight."""
-    angle, spin, reach, flight = u
-    time = np.linspace(0.0, 1.15 * flight + 0.11, 1_000_000)
-    r = np.sqrt(reach**2 - 0.015**2)
-    x, y = r * np.cos(angle) - 0.015 * np.sin(angle), r * np.sin(angle) + 0.015 * np.cos(angle)
-    rise = spin * x - 9.81 * time
-    states = np.stack([x - spin * y * time, y + spin * x * time - 4.905 * time**2, angle + spin * time, rise], axis=1)
+    """The nearest of many states of a drag-free flight."""
+    time = np.linspace(0.0, 1.15 * u[3] + 0.11, 300_000)
+    pose = closed_form(u[None], time[None])[0]
+    states = np.concatenate([pose, (u[1] * pose[0, 0] - G * time)[:, None]], axis=1)
     return states[(((states - goal) * weights) ** 2).sum(axis=1).argmin()]
 
 

@@ -217,11 +217,6 @@ def test_the_vertical_speed_decides_whether_the_other_pallets_are_passed():
     np.testing.assert_array_equal(alone, [False, True, True, True, False])
 
 
-@pytest.mark.parametrize("pallet", SORTING, ids=lambda pallet: pallet.name)
-def test_the_chosen_vertical_speed_is_among_the_clear_ones(pallet):
-    assert clear_vertical_speeds(pallet, np.array([pallet.goal[3]]), BLOCK, SORTING, margin=0.015).all()
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -198,34 +198,7 @@ def test_until_it_leaves_a_part_in_contact_stays_in_its_place(by_contact):
     assert np.abs(np.where(held, phi - arm, 0.0)).max() < np.deg2rad(0.5)
 
 
-# Same bits.
-
-
-def hidden_rows(rows):
-    return draw_hidden([np.random.default_rng(int(row)) for row in rows], OneJointConfig.load("nominal"))
-
-
-@pytest.mark.parametrize("release", ["ideal", "contact"])
-def test_a_throw_is_the_same_alone_in_a_batch_and_with_two_threads(release):
-    config, rows = OneJointConfig.load("nominal", release=release), np.arange(len(RELEASES))
-    plan, hidden = throws(RELEASES, np.linspace(0.13, 0.2, len(RELEASES))), hidden_rows(rows)
-    batch, twice = fly(config, plan, hidden), fly(config, plan, hidden, threads=2)
-    goal = state_at_goal(RELEASES)
-    assert batch.pose.tobytes() == twice.pose.tobytes()
-    assert batch.torque.tobytes() == twice.torque.tobytes()
-    for row in rows:
-        one = slice(row, row + 1)
-        single = fly(config, throws(RELEASES[one], np.linspace(0.13, 0.2, len(RELEASES))[one]), hidden_rows(rows[one]))
-        steps = single.pose.shape[1]
-        assert single.pose.tobytes() == batch.pose[one, :steps].tobytes()
-        assert single.nearest(goal[one], WEIGHTS).tobytes() == batch.nearest(goal, WEIGHTS)[one].tobytes()
-
-
-def test_throwing_again_gives_the_same_bits():
-    config, plan, hidden = OneJointConfig.load("nominal"), throws(RELEASES), hidden_rows(np.arange(len(RELEASES)))
-    plant, thrown = OneJointPlant(config, len(RELEASES)), coming(plan, hidden)
-    first, again = plant.fly(thrown, plan), plant.fly(thrown, plan)
-    assert first.pose.tobytes() == again.pose.tobytes()
+# A recording.
 
 
 def test_a_recording_plays_the_throw_again():
@@ -250,14 +223,6 @@ def test_an_engine_that_warns_is_an_error(tmp_path, monkeypatch):
     bad = replace(expected_hidden(1, config), radius=np.array([np.nan]))
     with pytest.raises(PhysicsError, match="MuJoCo warned in simulation 0"):
         plant.fly(coming(plan, bad), plan)
-
-
-def test_no_throw_makes_the_engine_warn():
-    for level in ("nominal", "late", "contact"):
-        config = OneJointConfig.load(level)
-        plant, plan = OneJointPlant(config, len(RELEASES)), throws(RELEASES)
-        plant.fly(coming(plan, expected_hidden(len(RELEASES), config)), plan)
-        assert not plant.batch.warning.any(), level
 
 
 def test_without_errors_a_mismatch_of_one_is_the_ideal_world():

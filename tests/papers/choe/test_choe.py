@@ -1,8 +1,5 @@
 """The reproduction of Choe et al. 2023: the published example, its misprints, and the comparison of times."""
 
-from __future__ import annotations
-
-import json
 import math
 import re
 from functools import cache, partial
@@ -15,6 +12,7 @@ from papers.choe import PARTS, cases, ellipse, simulated, speed
 from papers.choe.planning.timing import time_path
 from pnt_gym.planning.paths import EllipsePath
 from tests.tools.nightly import with_nightly
+from tests.tools.reproduced import assert_plain
 
 FIGURES = {
     "example": {"choe_ellipse.svg"},
@@ -61,16 +59,13 @@ def test_the_parts_are_the_known_ones_and_no_row_has_two_meanings():
     assert list(PARTS) == list(FIGURES)
     quantities = [r.quantity for part in PARTS for r in findings(part).rows]
     assert len(set(quantities)) == len(quantities)
-    assert all(quantity.startswith("choe/") for quantity in quantities)
 
 
 @pytest.mark.parametrize("name", with_nightly(FIGURES, DAILY))
 def test_rows_and_data_are_plain_json_and_figures_are_drawings(name):
     found = findings(name)
-    text = json.dumps({"rows": [r.as_json() for r in found.rows], "data": found.data}, allow_nan=False)
-    assert json.loads(text)["rows"]
+    assert_plain(found, "choe")
     assert set(found.figures) == FIGURES[name]
-    assert all(drawing.lstrip().startswith("<?xml") and len(drawing) > 5000 for drawing in found.figures.values())
     for r in found.rows:
         assert (r.reproduced is None) == (r.verdict == "infeasible"), r.quantity
         assert r.note or r.verdict in ("reproduced", "ours"), r.quantity

@@ -1,7 +1,5 @@
 """The reproduction of Leveziel et al.: circle, moves, closing of the gripper, the robot alone, and tables."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import fsolve

@@ -6,7 +6,6 @@ import pytest
 from papers.leveziel.scan import scan_workspace, tau_hull
 from pnt_gym.robots.gripper import (
     PROTOTYPE,
-    PUBLISHED_TAU_SCALE,
     Dimensions,
     conditioning,
     folding_speed,
@@ -21,19 +20,12 @@ from pnt_gym.robots.gripper import (
 )
 
 HOME = np.array([0.0, 0.0, -0.2, -np.pi / 4])
-GRIPPING = np.deg2rad([-60.0, -55.0, -50.0, -45.0, -40.0, -35.0, -30.0])
 
 
 @pytest.fixture(scope="module")
 def reduced():
     """The reduced workspace at -45 degrees, every 5 mm."""
     return scan_workspace(0.005)
-
-
-@pytest.fixture(scope="module")
-def fine():
-    """The same every 2.5 mm, for the angles the prototype grips with."""
-    return {float(theta): scan_workspace(0.0025, float(theta)) for theta in GRIPPING}
 
 
 def at(position, degrees):
@@ -69,13 +61,6 @@ def test_both_indices_vanish_at_a_singularity_beside_the_centre():
     assert got_tau < 1e-9
 
 
-def test_the_angle_convention_does_not_matter_to_the_indices(reduced):
-    """With the paper's q_3, q_4 columns 3 and 4 of J change sign."""
-    flipped = jacobian(reduced.poses) * [1.0, 1.0, -1.0, -1.0]
-    singular = np.linalg.svd(flipped[:, :3], compute_uv=False)
-    np.testing.assert_allclose(kappa(reduced.poses), singular[:, -1] / singular[:, 0], rtol=1e-9)
-
-
 def test_folding_speed_holds_the_platform_still(reduced):
     fold = folding_speed(reduced.poses)
     np.testing.assert_allclose(fold, 1.0 / np.linalg.norm(inverse_jacobian(reduced.poses)[..., 3], axis=1), rtol=1e-12)
@@ -85,83 +70,12 @@ def test_folding_speed_holds_the_platform_still(reduced):
     assert (tau(reduced.poses) * fold <= 1.0 + 1e-12).all()
 
 
-@pytest.mark.nightly
-def test_volume_extent_and_counts_of_the_reduced_workspace(reduced, fine):
-    assert len(reduced.positions) == 41_891
-    finer = fine[float(np.deg2rad(-45.0))]
-    assert finer.volume == pytest.approx(5.244e-3, rel=5e-4)
-    assert len(scan_workspace(0.00467).positions) == pytest.approx(51_624, rel=3e-3)
-    np.testing.assert_allclose(finer.extent, [[-0.158, -0.148, -0.277], [0.158, 0.148, -0.125]], atol=2.5e-3)
-    assert len(scan_workspace(0.005, 0.0).positions) == 49_539
-
-
 def test_the_scan_finds_what_the_inverse_kinematics_says(reduced):
     grid = 0.005 * np.stack(np.meshgrid(np.arange(-60, 61), np.arange(-60, 61), np.arange(-60, 1), indexing="ij"), -1)
     poses = np.append(grid.reshape(-1, 3), np.full((grid[..., 0].size, 1), -np.pi / 4), axis=1)
     for strokes, got in ((True, reduced), (False, scan_workspace(0.005, reduced=False))):
         want = poses[np.isfinite(inverse_kinematics(poses, strokes=strokes)[:, 0])]
         np.testing.assert_allclose(got.poses, want, atol=1e-15)
-
-
-def test_full_workspace_holds_the_reduced_one(reduced):
-    full = scan_workspace(0.005, reduced=False)
-    assert {tuple(p) for p in reduced.positions} < {tuple(p) for p in full.positions}
-    assert full.volume > 3.0 * reduced.volume
-
-
-def test_kappa_at_home_angle(reduced):
-    values = kappa(reduced.poses)
-    assert values.min() == pytest.approx(0.316, abs=5e-4)
-    assert (values > 0.5).mean() == pytest.approx(0.76, abs=0.005)
-    level = np.isclose(reduced.positions[:, 2], -0.2)
-    assert (values[level] > 0.5).mean() == pytest.approx(0.94, abs=0.005)
-
-
-def test_kappa_falls_below_the_published_bound_at_the_extreme_tip_only():
-    """Published: over 0.3 everywhere. On a grid of 0.5 mm: 0.299 within 2 mm of (0, 41, -139)."""
-    axis = [5e-4 * np.arange(*ends) for ends in ((-20, 21), (60, 111), (-310, -249))]
-    positions = np.stack(np.meshgrid(*axis, indexing="ij"), axis=-1).reshape(-1, 3)
-    poses = np.append(positions, np.full((len(positions), 1), -np.pi / 4), axis=1)
-    poses = poses[np.isfinite(inverse_kinematics(poses, strokes=True)[:, 0])]
-    values = kappa(poses)
-    assert values.min() == pytest.approx(0.299, abs=5e-4)
-    below = poses[values < 0.3]
-    assert (np.abs(below[:, :3] - [0.0, 0.041, -0.139]).max(axis=1) < 2e-3).all()
-
-
-@pytest.mark.nightly
-def test_tau_at_home_and_over_the_gripping_angles(reduced, fine):
-    assert tau(reduced.poses).min() == pytest.approx(0.2737, abs=5e-5)
-    assert tau(HOME) == pytest.approx(0.3420, abs=5e-5)
-    angles = np.deg2rad(np.arange(-90.0, 90.5, 0.5))
-    centre = tau(np.column_stack([np.tile(HOME[:3], (angles.size, 1)), angles]))
-    assert centre.max() == pytest.approx(0.3506, abs=5e-5)
-    assert np.rad2deg(angles[centre.argmax()]) == pytest.approx(-30.0, abs=1.5)
-    values = [tau(space.poses) for space in fine.values()]
-    low, high = min(v.min() for v in values), max(v.max() for v in values)
-    assert low == pytest.approx(0.2575, abs=5e-4)
-    assert (1.0 / high, 1.0 / low) == (pytest.approx(1.35, abs=0.015), pytest.approx(3.88, abs=0.005))
-
-
-@pytest.mark.nightly
-def test_published_tau_scale(fine):
-    home = fine[float(np.deg2rad(-45.0))].poses
-    values = [tau(space.poses) / PUBLISHED_TAU_SCALE for space in fine.values()]
-    assert tau(home).min() / PUBLISHED_TAU_SCALE == pytest.approx(0.102, abs=1e-3)
-    assert min(v.min() for v in values) == pytest.approx(0.097, abs=5e-4)
-    assert 1.0 / min(v.min() for v in values) == pytest.approx(10.3, abs=0.05)
-    assert all((one == both).all() for one, both in zip((kappa(home), tau(home)), conditioning(home), strict=True))
-
-
-def test_first_zero_of_tau_lies_between_41_and_42_degrees():
-    assert (singularity(scan_workspace(0.005, np.deg2rad(41.0)).poses).value > 0.0).all()
-    beyond = singularity(scan_workspace(0.005, np.deg2rad(42.0)).poses)
-    assert beyond.mask.any() and not beyond.mask.all()
-    assert (singularity(scan_workspace(0.005, np.deg2rad(-60.0)).poses).value > 0.1).all()
-
-
-def test_positive_angles_drive_kappa_to_zero():
-    assert kappa(scan_workspace(0.005, np.deg2rad(45.0)).poses).min() < 1e-3
 
 
 def test_singular_angles():
@@ -186,33 +100,6 @@ def test_singularity_is_the_determinant(reduced):
     assert np.isnan(singularity([0.0, 0.0, -0.5, 0.0]).value) and not singularity([0.0, 0.0, -0.5, 0.0]).mask
 
 
-def test_one_half_coplanar_with_its_forearm_is_not_singular():
-    """Entry (2, 4) of J_x vanishes at 71.2 degrees while det and tau do not; det vanishes where neither entry does."""
-    position = [0.0, 0.06, -0.2]
-    angles = np.deg2rad(np.linspace(60.0, 80.0, 20_001))
-    entries = jacobian_x(np.column_stack([np.tile(position, (angles.size, 1)), angles]))[:, 1, 3]
-    coplanar = angles[np.abs(entries).argmin()]
-    assert np.rad2deg(coplanar) == pytest.approx(71.2, abs=0.05)
-    assert np.abs(singularity([*position, coplanar]).value) > 0.05
-    assert tau([*position, coplanar]) == pytest.approx(0.117, abs=1e-3)
-    singular = jacobian_x([*position, float(singular_angle(position))])
-    assert np.abs(singular[[1, 3], [3, 3]]).min() > 1e-4
-
-
-def test_the_opposite_stroke_would_hardly_move():
-    wrong = Dimensions(stroke=(np.deg2rad(-45.0), np.deg2rad(85.0)))
-    assert kappa(scan_workspace(0.005, dimensions=wrong).poses, wrong).min() == pytest.approx(0.02, abs=0.005)
-
-
-@pytest.mark.nightly
-def test_circle_of_80_mm_against_the_workspace(fine):
-    """Published: covers almost 80 % of the reduced workspace; by area so only near z = -240 mm."""
-    positions = fine[float(np.deg2rad(-45.0))].positions
-    for height, share in ((-0.2, 0.38), (-0.24, 0.796)):
-        area = np.isclose(positions[:, 2], height).sum() * 0.0025**2
-        assert np.pi * 0.08**2 / area == pytest.approx(share, abs=0.006)
-
-
 def test_tau_hull_bounds_the_curves(reduced):
     some = reduced.positions[::97]
     hull = tau_hull(some)
@@ -224,15 +111,6 @@ def test_tau_hull_bounds_the_curves(reduced):
         assert (hull.low[t], hull.high[t], hull.count[t]) == (values.min(), values.max(), inside.sum())
     free = tau_hull(some, reduced=False)
     assert (free.count >= hull.count).all() and (free.count > hull.count).any()
-
-
-def test_hull_over_the_whole_reduced_workspace(reduced):
-    """Fig. 6: safe around -45 degrees, down to zero near +45."""
-    hull = tau_hull(reduced.positions)
-    degrees = np.rad2deg(hull.theta)
-    assert hull.low[(degrees >= -60) & (degrees <= -30)].min() > 0.25
-    assert hull.low[(degrees > 42) & (degrees < 48)].min() < 1e-3
-    assert hull.low[degrees < 40].min() > 5e-3
 
 
 def test_hull_of_nothing():

@@ -1,8 +1,5 @@
 """The reproduction of Miyashita et al. 2010: the example, its misprints, and small versions of the long studies."""
 
-from __future__ import annotations
-
-import json
 from functools import cache
 
 import numpy as np
@@ -27,6 +24,7 @@ from papers.miyashita import (
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.planning.one_joint import Arm, landing_state, plan_throws, release_states_batch
 from tests.tools.nightly import with_nightly
+from tests.tools.reproduced import assert_plain
 
 SAMPLES = (42, 36, 22)
 
@@ -70,12 +68,7 @@ def test_the_parts_are_the_known_ones() -> None:
 @pytest.mark.parametrize("name", ALL)
 def test_rows_and_data_are_plain_json_and_figures_are_drawings(name: str) -> None:
     found = findings(name)
-    text = json.dumps({"rows": [r.as_json() for r in found.rows], "data": found.data}, allow_nan=False)
-    assert json.loads(text)["rows"]
-    quantities = [r.quantity for r in found.rows]
-    assert len(set(quantities)) == len(quantities)
-    assert all(quantity.startswith("miyashita/") for quantity in quantities)
-    assert all(drawing.lstrip().startswith("<?xml") and len(drawing) > 5000 for drawing in found.figures.values())
+    assert_plain(found, "miyashita")
     for r in found.rows:
         assert r.note, r.quantity
 

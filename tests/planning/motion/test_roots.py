@@ -19,11 +19,3 @@ def test_the_end_that_holds_may_be_the_greater_one():
     inside, outside = bisect(lambda x: x > SHIFT, HIGH, LOW, 60)
     np.testing.assert_allclose(inside, SHIFT, atol=1e-15)
     assert (outside <= SHIFT).all()
-
-
-def test_a_row_gets_the_same_bits_alone():
-    def search(shift, low, high):
-        return bisect(lambda x: x < shift, low, high, 9)[0]
-
-    many = search(SHIFT, LOW, HIGH)
-    assert all(search(SHIFT[k : k + 1], LOW[k : k + 1], HIGH[k : k + 1])[0] == many[k] for k in range(50))

@@ -1,6 +1,6 @@
+import hashlib
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from papers.common.fastest import fastest_motion
 from pnt_gym.arrays import take
 from pnt_gym.planning import GRAVITY, JerkTrajectory, MotionLimits, min_time_scurve
 from pnt_gym.planning.motion.transfer import PIECES, Band, Transfers, fast_transfer
+from tests.tools.commands import environment
 
 
 def units(rng, count):
@@ -219,30 +220,18 @@ def test_row_does_not_depend_on_its_batch():
         same(plan(rows), taken(whole, rows))
 
 
-THREADS = """
-import hashlib
-import numpy as np
-from test_transfer import cases
-from pnt_gym.planning.motion.transfer import fast_transfer
-moves = fast_transfer(*cases(70, seed=9)[:4])
-print(hashlib.sha256(moves.duration.tobytes() + moves.jerks.tobytes()).hexdigest())
-"""
+def fingerprint():
+    moves = fast_transfer(*cases(70, seed=9)[:4])
+    return hashlib.sha256(moves.duration.tobytes() + moves.jerks.tobytes()).hexdigest()
 
 
 def test_one_thread_gives_the_bits_of_two():
-    here = Path(__file__).parent
-    prints = set()
-    for threads in "12":
-        names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-        found = subprocess.run(
-            [sys.executable, "-c", THREADS],
-            env={"PYTHONPATH": f"{here}:{here.parents[2]}", **dict.fromkeys(names, threads)},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        prints.add(found.stdout)
-    assert len(prints) == 1
+    """Tests run with one thread (`tests/conftest.py`); another process has two."""
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    code = "from tests.planning.motion.test_transfer import fingerprint; print(fingerprint())"
+    two = {**environment(), **dict.fromkeys(names, "2")}
+    found = subprocess.run([sys.executable, "-c", code], env=two, capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == fingerprint()
 
 
 def test_a_way_that_cannot_be_gone_is_no_motion():

@@ -152,15 +152,6 @@ def test_the_batch_finds_what_the_single_search_finds():
     assert (batch.reason[batch.feasible] == ThrowReason.FEASIBLE).all()
 
 
-def test_rows_of_a_batch_do_not_depend_on_each_other():
-    z = landing_state(random_releases(64, seed=6))
-    whole = release_states_batch(z)
-    for k in (0, 17, 63):
-        one = release_states_batch(z[k : k + 1])
-        assert np.array_equal(one.u[0], whole.u[k], equal_nan=True)
-        assert one.reason[0] == whole.reason[k]
-
-
 def test_the_jacobian_is_the_derivative():
     u = random_releases(50, seed=7)
     for k in range(4):

@@ -1,4 +1,4 @@
-"""Arcs timed in a batch: on the ellipse, within all limits, a few percent above the optimum, each for itself."""
+"""Arcs timed in a batch: on the ellipse, within all limits, a few percent above the optimum."""
 
 import numpy as np
 import pytest
@@ -95,14 +95,6 @@ def test_it_takes_a_few_percent_more_than_the_quickest_motion_and_never_less(per
     segments = arc_segments(way[None], np.array([top + rise]), limits)
     ratio = float(segments.durations.sum()) / least
     assert 0.998 < ratio < 1.10
-
-
-def test_a_row_alone_gives_the_bits_it_gives_in_a_batch(moved):
-    way, top, limits, path = moved
-    for row in (0, 7, COUNT - 1):
-        one = arc_segments(way[row : row + 1], top[row : row + 1], LimitRows(*(most[row : row + 1] for most in limits)))
-        assert one.durations.tobytes() == path.durations[row : row + 1].tobytes()
-        assert one.jerks.tobytes() == path.jerks[row : row + 1].tobytes()
 
 
 def test_both_files_count_the_pieces_alike():

@@ -73,17 +73,6 @@ def test_released_object_lands_on_the_target_or_its_near_side(offset, percent, t
     assert np.hypot(landing[0], landing[1]) <= np.hypot(offset[0], offset[1]) + 1e-12
 
 
-@given(offsets, percents)
-def test_release_is_the_middle_of_a_minimum_time_stroke(offset, percent):
-    assume(np.hypot(offset[0], offset[1]) > 1e-3)
-    limits = MotionLimits.t3kr(percent)
-    plan = plan_release(np.ones(3), 1.0 + offset, limits)
-    stroke = min_time_scurve(2.0 * plan.distance, limits)
-    assert plan.time == pytest.approx(0.5 * stroke.duration, rel=1e-9)
-    assert plan.speed == pytest.approx(stroke.velocity, rel=1e-9)
-    assert plan.acceleration == pytest.approx(stroke.acceleration, rel=1e-9)
-
-
 @given(offsets, percents, st.floats(0.0, 2.0 * np.pi))
 def test_turning_and_shifting_the_scene_turns_and_shifts_the_plan(offset, percent, turn):
     assume(np.hypot(offset[0], offset[1]) > 1e-2)
@@ -94,25 +83,6 @@ def test_turning_and_shifting_the_scene_turns_and_shifts_the_plan(offset, percen
     moved = plan_release(np.array([0.1, -0.2, 0.3]), rotation @ offset + [0.1, -0.2, 0.3], limits)
     assert moved.time == pytest.approx(plan.time, rel=1e-9)
     np.testing.assert_allclose(moved.velocity, rotation @ plan.velocity, rtol=0, atol=1e-6 * plan.speed)
-
-
-@given(offsets, percents, st.floats(1.05, 3.0))
-def test_more_capable_hands_throw_sooner(offset, percent, factor):
-    assume(np.hypot(offset[0], offset[1]) > 1e-3)
-    limits = MotionLimits.t3kr(percent)
-    slow, quick = (plan_release(np.zeros(3), offset, x) for x in (limits, limits.with_scale(factor)))
-    assert quick.time < slow.time
-
-
-@given(offsets, percents, st.floats(0.01, 0.3), st.floats(0.001, 0.2))
-def test_raising_the_ceiling_never_costs_time(offset, percent, low, more):
-    assume(np.hypot(offset[0], offset[1]) > 1e-2)
-    limits = MotionLimits.t3kr(percent)
-    try:
-        under = plan_release(np.zeros(3), offset, limits, ceiling=low)
-    except InfeasibleThrow:
-        return
-    assert plan_release(np.zeros(3), offset, limits, ceiling=low + more).time <= under.time * (1 + 1e-12)
 
 
 @pytest.mark.parametrize(
@@ -184,13 +154,6 @@ def test_ceiling_at_the_height_of_the_pick_makes_a_level_throw():
     assert plan.ceiling_active
     with pytest.raises(InfeasibleThrow, match="ceiling"):
         plan_release((0.0, 0.0, 1.0), (0.8, 0.0, 1.0), MotionLimits.t3kr(30), ceiling=1.0)
-
-
-def test_inactive_ceiling_changes_nothing():
-    free = plan_release(PICKS[0], TARGET, PAPER_LIMITS)
-    roofed = plan_release(PICKS[0], TARGET, PAPER_LIMITS, ceiling=float(free.position[2]) + 1e-6)
-    assert roofed.time == free.time
-    assert not roofed.ceiling_active
 
 
 def test_workspace_bounds_the_release_point():
@@ -271,6 +234,8 @@ def test_release_at_a_given_point():
     np.testing.assert_allclose(landing, targets, rtol=0, atol=1e-8)
     assert np.isnan(release_at_point(picks, best.position, limits).flight_time).all()
     np.testing.assert_array_equal(given_point.speed, speed_at(given_point.distance, limits))
+    stroke = min_time_scurve(2.0 * best.distance, limits)
+    np.testing.assert_allclose(best.acceleration, stroke.acceleration, rtol=1e-9)
 
 
 def test_release_at_a_point_says_what_is_wrong():

@@ -4,7 +4,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from pnt_gym.errors import ConfigError
 from pnt_gym.planning.one_joint.parameters import Arm
 from pnt_gym.robots.one_joint.model import (
     STOPPER_HEIGHT,
@@ -106,9 +105,3 @@ def test_an_arm_that_touches_has_two_low_stoppers_and_one_that_does_not_has_no_c
         assert geom.condim == 1
     model = build()
     assert not model.geom_contype.any()
-
-
-@pytest.mark.parametrize("step", [0.0, -0.001, 0.003, float("nan")])
-def test_a_step_that_is_too_long_is_refused(step):
-    with pytest.raises(ConfigError, match="timestep must be above 0"):
-        set_options(mujoco.MjSpec(), step, density=0.0, viscosity=0.0)

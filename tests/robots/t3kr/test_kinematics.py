@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from pnt_gym.robots.t3kr.geometry import T3KR, T3krGeometry
 from pnt_gym.robots.t3kr.kinematics import (
@@ -26,9 +24,6 @@ def workspace_points():
 
 
 POINTS = workspace_points()
-points_in_workspace = st.tuples(st.floats(0, 1), st.floats(0, 2 * np.pi), st.floats(-0.95, 0.0)).map(
-    lambda c: np.array([0.45 * np.sqrt(c[0]) * np.cos(c[1]), 0.80 * np.sqrt(c[0]) * np.sin(c[1]), c[2]])
-)
 
 
 def elbows(q, geometry=T3KR):
@@ -65,12 +60,6 @@ def test_elbows_point_outward():
 
 def test_round_trip_over_the_workspace():
     np.testing.assert_allclose(forward_kinematics(inverse_kinematics(POINTS)), POINTS, atol=1e-12)
-
-
-@given(points_in_workspace)
-@settings(max_examples=200, deadline=None)
-def test_round_trip_anywhere(point):
-    np.testing.assert_allclose(forward_kinematics(inverse_kinematics(point)), point, atol=1e-12)
 
 
 def test_forward_kinematics_of_inconsistent_angles_is_the_best_fit():
@@ -172,11 +161,6 @@ def test_a_pose_does_not_depend_on_its_batch(count):
 def test_impossible_geometry_is_refused_by_name(field, value):
     with pytest.raises(ValueError, match=field):
         T3krGeometry(**{field: value})
-
-
-def test_geometry_cannot_change():
-    with pytest.raises(ValueError, match="frozen"):
-        T3KR.arm_length = 1.0
 
 
 def test_another_geometry_is_used_throughout():

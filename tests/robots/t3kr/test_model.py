@@ -55,13 +55,6 @@ def test_a_changed_angle_opens_the_loops():
     assert np.abs(data.site_xpos[model.eq_obj1id] - data.site_xpos[model.eq_obj2id]).max() > 1e-3
 
 
-def test_unreachable_pose_is_nan_and_leaves_others_alone():
-    _, handles = build("eight")
-    pose = closed_pose([[0.0, 0.0, -1.6], [0.0, 0.0, -0.6]], handles.rods_per_arm, handles.geometry)
-    assert np.isnan(pose[0]).all()
-    assert np.isfinite(pose[1]).all()
-
-
 @pytest.mark.parametrize("rods", ["four", "eight"])
 def test_contents_are_named_in_model_order(rods):
     model, handles = build(rods, before=1)

@@ -7,7 +7,6 @@ object's underside while the footprints overlap.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -73,7 +72,7 @@ def sweeps_through(carried: Objects, start: Floats, way: Floats, neighbours: Obj
 
 def as_measured(objects: Objects) -> Objects:
     """Objects with the measured extents and yaw."""
-    return replace(objects, size=objects.measured.size, yaw=objects.measured.yaw)
+    return objects.replace(size=objects.measured.size, yaw=objects.measured.yaw)
 
 
 def _overlap(first: Objects, second: Objects, distance: Floats) -> Bools:

@@ -8,7 +8,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, Record, replace_rows, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt.neighbours import as_measured, course, sweeps_through
 from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream
@@ -36,7 +36,7 @@ STANDING_HEIGHT: Final = 0.05
 
 @final
 @dataclass(frozen=True)
-class NextPick:
+class NextPick(Record):
     """The next picks of N hands, and their returns to these picks."""
 
     wait: Floats
@@ -288,7 +288,7 @@ class BeltPicks(PickSource):
         good, throwing = meeting.feasible & throwable, np.zeros(len(x))
         rows = np.flatnonzero(good)
         throws = take(context, rows)
-        throwing[rows] = mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling).stop_time
+        _, throwing[rows] = mover.throw_times(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
         start = meeting.time + self._dwell
         stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
         among = Candidates(np.ones(len(x)), start + throwing, start, start + stays, good)

@@ -68,6 +68,16 @@ class HorizontalMover(StraightMover):
         good = super().is_feasible(start, release, limits)
         return good & self._workspace.contains(pick) & (start[:, 2] >= pick[:, 2])
 
+    def accepts(self, context: Context, shift: Floats | None) -> Bools:
+        """Which nominal plans the robot can execute, also for moved targets."""
+        return Mover.accepts(self, context, shift)
+
+    def throw_times(
+        self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats
+    ) -> tuple[Floats, Floats]:
+        """Times of releases and of the ends of throws."""
+        return Mover.throw_times(self, pick, release, limits, ceiling)
+
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions up, along the horizontal line to the release, through the window, and to a stop on that line."""
         start = _lift_points(pick, release)
@@ -321,7 +331,7 @@ def _after_lift(pick: Floats, release: ReleaseBatch, limits: Limits) -> ReleaseB
     """Releases with the time of the lift added, for throws that begin above the picks."""
     rise = np.abs(_lift_points(pick, release)[:, 2] - pick[:, 2])
     time = release.time + stroke_time(rise, *limits.arrays(len(pick)))
-    return replace(release, time=time, straight=np.zeros(len(pick), dtype=np.bool_))
+    return release.replace(time=time, straight=np.zeros(len(pick), dtype=np.bool_))
 
 
 def _lift_points(pick: Floats, release: ReleaseBatch) -> Floats:

@@ -8,7 +8,7 @@ config chooses the subclass.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
@@ -21,10 +21,18 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.intercept import plan_intercept
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.motion.scurve import accelerate, brake, brake_distance, coast, rest_to_rest
+from pnt_gym.planning.motion.scurve import (
+    accelerate,
+    acceleration_time,
+    brake,
+    brake_distance,
+    brake_time,
+    coast,
+    rest_to_rest,
+)
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch
-from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation, release_at_point
+from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation, release_at_point, stops_inside
 
 _LOWER_STEPS = 24
 """Number of elevations that are tried when a corrected release would rise above the ceiling and its slack."""
@@ -122,9 +130,24 @@ class Mover(ABC):
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which releases the robot can execute (N,)."""
 
+    def accepts(self, context: Context, shift: Floats | None) -> Bools:
+        """Which nominal plans the robot can execute, also for targets moved by `shift` (N, 3) [m], forth and back."""
+        pick, limits = context.pick, context.throw_limits
+        good = self.is_feasible(pick, context.plan, limits)
+        for goal in () if shift is None else (context.target - shift, context.target + shift):
+            good &= self.is_feasible(pick, self.aim_at(context, goal, np.inf), limits)
+        return good
+
     @abstractmethod
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions from the pick through feasible releases to the points where the return begins."""
+
+    def throw_times(
+        self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats
+    ) -> tuple[Floats, Floats]:
+        """Times of releases and of the ends of throws, for motions as of `throw` (N,) each [s]."""
+        motion = self.throw(pick, release, limits, ceiling)
+        return motion.release_time, motion.stop_time
 
     @abstractmethod
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
@@ -181,17 +204,20 @@ class StraightMover(Mover):
         return np.full(len(release.speed), self._reserve)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
-        """Which throws have a plan and stay inside the workspace until the hand has stopped.
+        """Which throws have a plan and stay inside the workspace until the hand has stopped."""
+        return self._stops_inside(pick, release.position, release, limits, None)
 
-        The workspace is convex and the path straight, so checking pick and stop is enough.
-        """
-        planned = replace(
-            release,
-            speed=np.where(release.feasible, release.speed, 0.0),
-            angle=np.where(release.feasible, release.angle, 0.0),
-        )
-        stop = pick + release.direction * (release.distance + self._run_out(planned, limits))[:, None]
-        return release.feasible & self._workspace.contains(pick) & self._workspace.contains(stop)
+    def accepts(self, context: Context, shift: Floats | None) -> Bools:
+        """Which nominal plans stay inside the workspace, also at the same elevation to moved targets."""
+        return self._stops_inside(context.pick, context.target, context.plan, context.throw_limits, shift)
+
+    def _stops_inside(
+        self, pick: Floats, target: Floats, release: ReleaseBatch, limits: Limits, shift: Floats | None
+    ) -> Bools:
+        rows = limits.arrays(len(pick))
+        shifts = None if shift is None else np.ascontiguousarray(shift[:, :2].T)
+        braking = self.braking_limits(release, rows).arrays(len(pick)).acceleration
+        return stops_inside(pick, target, rows, release, braking, self._follow.window, self._workspace, shifts)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions along the line from pick to release, through the window at constant velocity, and to a stop."""
@@ -210,6 +236,14 @@ class StraightMover(Mover):
             roof=zero + np.inf,
             placed=zero > 0.0,
         )
+
+    def throw_times(
+        self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats
+    ) -> tuple[Floats, Floats]:
+        """Times of releases and of the ends of throws, without motions."""
+        released = acceleration_time(release.distance, limits)
+        stopping = brake_time(release.speed, self.braking_limits(release, limits))
+        return released, released + self._follow.window + stopping
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions straight to the point above the next pick, then down."""

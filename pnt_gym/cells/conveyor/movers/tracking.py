@@ -74,11 +74,11 @@ class TrackingMover(Mover):
 
     def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """The inner mover's releases for moved targets (N, 3) [m]."""
-        return self._mover.aim_at(self._virtual_context(context), goal, slack)
+        return self._mover.aim_at(_virtual_context(context, self._fading(context)), goal, slack)
 
     def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
         """The inner mover's releases at given points (N, 3) [m]."""
-        return self._mover.release_at(self._virtual_context(context), point)
+        return self._mover.release_at(_virtual_context(context, self._fading(context)), point)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which releases the robot can execute.
@@ -89,6 +89,12 @@ class TrackingMover(Mover):
         fading = Fading.for_limits(limits, len(pick), self._speed)
         good = self._mover.is_feasible(_virtual_pick(pick, fading), release, fading.planning_limits(limits))
         return good & fading.is_possible(limits) & self._workspace.contains(pick)
+
+    def accepts(self, context: Context, shift: Floats | None) -> Bools:
+        """Which nominal plans the robot can execute, also for moved targets."""
+        limits, fading = context.throw_limits, self._fading(context)
+        good = self._mover.accepts(_virtual_context(context, fading), shift)
+        return good & fading.is_possible(limits) & self._workspace.contains(context.pick)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """The inner mover's motions plus the fading belt speed; a short motion is delayed until the speed has faded."""
@@ -103,6 +109,16 @@ class TrackingMover(Mover):
             stop_time=motion.stop_time + delay,
             pick_velocity=np.tile(self._speed * DOWNSTREAM, (len(pick), 1)),
         )
+
+    def throw_times(
+        self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats
+    ) -> tuple[Floats, Floats]:
+        """The inner mover's times, delayed where a motion is shorter than the fading."""
+        fading = Fading.for_limits(limits, len(pick), self._speed)
+        planning_limits = fading.planning_limits(limits)
+        released, stopped = self._mover.throw_times(_virtual_pick(pick, fading), release, planning_limits, ceiling)
+        delay = np.maximum(fading.time - released, 0.0)
+        return released + delay, stopped + delay
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions to the touches of the objects that the hand lifts at next picks (N, 3) [m]."""
@@ -128,12 +144,14 @@ class TrackingMover(Mover):
     def _growing(self, count: int) -> Fading:
         return Fading(self._speed, np.full(count, self._arrival))
 
-    def _virtual_context(self, context: Context) -> Context:
-        """Picks as the inner mover needs them: at virtual points and with the remaining limits."""
-        fading = Fading.for_limits(context.throw_limits, len(context.pick), self._speed)
-        return replace(
-            context, pick=_virtual_pick(context.pick, fading), throw_limits=fading.planning_limits(context.throw_limits)
-        )
+    def _fading(self, context: Context) -> Fading:
+        return Fading.for_limits(context.throw_limits, len(context.pick), self._speed)
+
+
+def _virtual_context(context: Context, fading: Fading) -> Context:
+    """Picks as the inner mover needs them: at virtual points and with the remaining limits."""
+    limits = fading.planning_limits(context.throw_limits)
+    return context.replace(pick=_virtual_pick(context.pick, fading), throw_limits=limits)
 
 
 def stop_motion(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:

@@ -6,7 +6,7 @@ pure functions of these rows, so a cell draws the same objects alone and in a ba
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from operator import itemgetter
 from typing import Final, final
 
@@ -149,7 +149,7 @@ def objects_from_draws(
             fill=side_draws.fill,
         ),
     )
-    return replace(objects, spin=_spin(objects, config))
+    return objects.replace(spin=_spin(objects, config)).pack()
 
 
 def _choose(values: tuple[float, ...], draw: Floats) -> Floats:
@@ -205,9 +205,9 @@ def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig) -> Fl
     """
 
     def of(place: Floats) -> Floats:
-        drawn = replace(objects, grasp=place, spin=np.zeros_like(objects.spin))
+        drawn = objects.replace(grasp=place, spin=np.zeros_like(objects.spin))
         if not config.cup.peel:
-            drawn = replace(drawn, spin=random_spin(drawn.spin, config.spread.spin_per_offset * place))
+            drawn = drawn.replace(spin=random_spin(drawn.spin, config.spread.spin_per_offset * place))
         return _spin(drawn, config)
 
     return objects.spin + (of(grasp) - of(objects.grasp))

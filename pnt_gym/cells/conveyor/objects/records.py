@@ -8,12 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats, Ints, Record
 
 
 @final
 @dataclass(frozen=True)
-class Measured:
+class Measured(Record):
     """Measurements of objects: the only values of objects that an observation may contain."""
 
     kind: Ints
@@ -32,7 +32,7 @@ class Measured:
 
 @final
 @dataclass(frozen=True)
-class Draws:
+class Draws(Record):
     """Random draws that place objects."""
 
     lane_y: Floats
@@ -48,7 +48,7 @@ class Draws:
 
 @final
 @dataclass(frozen=True)
-class Objects:
+class Objects(Record):
     """True, hidden values of objects, with their measurements and the draws that place them."""
 
     kind: Ints

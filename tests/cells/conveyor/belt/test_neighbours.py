@@ -1,10 +1,8 @@
 """Objects on the belt that a carried one sweeps through: told as it is, and where they are solid, out of reach then."""
 
 import copy
-import pickle
 from dataclasses import replace
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -17,9 +15,7 @@ from pnt_gym.cells.conveyor.belt.neighbours import (
     course,
     sweeps_through,
 )
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
-from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.scurve import accelerate, coast
 from tests.tools.nightly import with_nightly
@@ -192,27 +188,3 @@ def test_what_the_planner_compares_is_what_the_sensors_see():
     np.testing.assert_array_equal(seen.size, objects.measured.size)
     np.testing.assert_array_equal(seen.yaw, objects.measured.yaw)
     assert not np.array_equal(seen.size, objects.size)
-
-
-def test_a_row_gives_the_same_alone_in_a_batch_and_in_a_copy():
-    level = {"base": "waste_plain", "belt": {"speed": 0.8, "neighbours": "solid"}, "fidelity": "flight"}
-    env = gym.make_vec("PnTConveyor-v0", num_envs=4, level=level)
-    env.reset(seed=3)
-    single = gym.make("PnTConveyor-v0", level=level).unwrapped
-    single.reset(seed=5)
-    disturbed = 0
-    for step in range(8):
-        if step == 4:
-            single = pickle.loads(pickle.dumps(copy.deepcopy(single)))
-        seen, reward, _, _, info = env.step(np.zeros((4, 2), dtype=np.float32))
-        alone, own, _, _, told = single.step(np.zeros(2, dtype=np.float32))
-        assert same_bits(seen[2], alone)
-        assert reward[2] == own
-        assert info["disturbed"][2] == told["disturbed"]
-        disturbed += info["disturbed"].sum()
-    assert disturbed > 0
-
-
-def test_neighbours_are_ghosts_or_solid():
-    with pytest.raises(ConfigError, match=r"belt.neighbours is 'walls': input should be 'ghosts' or 'solid'"):
-        ConveyorConfig.load({"belt": {"neighbours": "walls"}})

@@ -119,14 +119,3 @@ def test_what_is_taken_goes_what_is_let_go_rides_on_and_all_else_stays(gap):
     held = stream.x < AWAY / 2
     assert held.sum(axis=1).tolist() == [7 + 2, 7, 7 + 4]
     assert (np.diff(stream.x[:, PASSED_PLACES - 4 :], axis=1)[held[:, PASSED_PLACES - 4 : -1]] < 0.0).all()
-
-
-def test_a_belt_alone_is_as_it_is_beside_others():
-    config = ConveyorConfig.load("dense")
-    many, one = stream_of(config, 6, rows=4), stream_of(config, 6, rows=1)
-    for step in range(5):
-        taken, gone = np.array([1, 3, 6, 0]), np.array([0, 2, 6, 1])
-        many.ride(np.arange(4), np.roll(taken, step), np.roll(gone, step), np.full(4, 0.6))
-        one.ride(np.arange(1), np.roll(taken, step)[:1], np.roll(gone, step)[:1], np.full(1, 0.6))
-    assert same_bits(many.x[:1], one.x)
-    assert same_bits(many.objects.size[:1], one.objects.size)

@@ -8,15 +8,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pnt_gym.cells.base.fluid import geom_placement, lying_size
-from pnt_gym.cells.base.rotations import to_body_axes, vertical, yaw_attitude
+from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.conveyor.cup.clearance import MARGIN, Passage, predict_passage
 from pnt_gym.cells.conveyor.cup.parting import Parting
-from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.scene import CUP_LENGTH
-from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import make_core
+from tests.tools.throws import make_core, whole_cycle
 
 COUNT = 60
 TOUCHY = {"base": "waste_plain", "motion": {"follow_through": {"window": 0.0}}}
@@ -28,13 +26,10 @@ SOFT = {"base": "waste_plain", "cup": {"stiffness": 0.3}}
 def both_ways(level, seed=0):
     """The same throws with the robot until the objects are clear, and to the end."""
     core = make_core(level, COUNT, seed=seed)
-    cell, context = core.cell, core.context
+    context, plant = core.context, core.cell.plant
     plans, _ = core.plan(np.random.default_rng(seed).uniform(-0.5, 0.5, (COUNT, 2)))
-    motion = cell.planner.mover.throw(context.pick, plans, context.limits, context.ceiling)
-    back = cell.planner.mover.back(motion, context.pick, context.limits)
-    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
-    cycle = HandCycle(plans, motion.release_time, path)
-    return context, cell.plant.fly(context, cycle), cell.plant.follow(context, cycle).flown
+    _, cycle = whole_cycle(core, plans)
+    return context, plant.fly(context, cycle), plant.follow(context, cycle).flown
 
 
 @pytest.mark.parametrize(
@@ -104,13 +99,6 @@ def test_what_passes_as_clear_is_farther_away_than_the_margin():
     assert possible.sum() > count / 4
 
 
-def test_the_vertical_is_seen_from_the_body():
-    attitude = Rotation.random(20, random_state=1)
-    np.testing.assert_allclose(
-        vertical(attitude.as_quat(scalar_first=True)), attitude.inv().apply([0, 0, 1]), atol=1e-12
-    )
-
-
 def test_a_faster_passage_needs_more_room():
     objects = objects_like(1, 0)
     apart, up = np.array([[[0.0, 0.0, -0.15]]]), np.array([[[0.0, 0.0, 1.0]]])
@@ -135,9 +123,3 @@ def test_objects_are_foreseen_to_fall_and_turn_as_they_were_let_go():
         np.testing.assert_allclose(passage.up[:, k], turn.inv().apply([0, 0, 1]), atol=1e-12)
     still = predict_passage(replace(parting, rate=np.zeros((5, 3))), (place, velocity), since)
     np.testing.assert_allclose(still.up, np.repeat(still.up[:, :1], 3, axis=1), atol=1e-12)
-
-
-def test_spin_in_the_world_is_told_in_the_axes_of_the_object():
-    yaw, spin = np.array([0.3, -1.2]), np.array([[1.0, 2.0, 3.0], [-2.0, 0.5, 0.0]])
-    turn = Rotation.from_quat(yaw_attitude(yaw), scalar_first=True)
-    np.testing.assert_allclose(turn.apply(to_body_axes(spin, yaw)), spin, atol=1e-12)

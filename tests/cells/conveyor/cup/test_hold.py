@@ -5,14 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pnt_gym.cells.conveyor.cell import ConveyorCell
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import grips, measured_hold, picked
-from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.errors import ConfigError
-from pnt_gym.planning.motion.trajectory import JerkTrajectory
-from tests.tools.nightly import with_nightly
-from tests.tools.throws import untried
+from tests.tools.throws import make_core, whole_cycle
 
 COUNT = 150
 GRAVITY, LIP = 9.81, 0.018
@@ -31,45 +26,31 @@ HEAVY = {
 
 
 def core_of(level, **grip):
-    config = ConveyorConfig.load({**level, "grip": grip} if grip else level)
-    core = untried(ConveyorCell(config, COUNT, "independent", 2))
-    core.reset(np.arange(COUNT), [np.random.default_rng([7, row]) for row in range(COUNT)], seeded=True)
-    return core
+    return make_core({**level, "grip": grip} if grip else level, COUNT, threads=2)
 
 
 @cache
 def thrown(**grip):
-    """Heavy objects: picks, plans, and what is told of the throws."""
-    core = core_of(HEAVY, **grip)
-    picks, plans = core.context, core.plan(np.zeros((COUNT, 2)))[0]
-    return core, picks, plans, core.step(np.zeros((COUNT, 2))).info
-
-
-def path_of(core, picks, plans):
-    mover = core.cell.planner.mover
-    motion = mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
-    back = mover.back(motion, picks.pick, picks.limits)
-    return HandCycle(plans, motion.release_time, JerkTrajectory.concatenate(picks.pick, [motion.segments, back]))
+    """Heavy objects: the config, picks, motions of their throws, whole cycles, and what is told of the throws."""
+    core, zero = core_of(HEAVY, **grip), np.zeros((COUNT, 2))
+    return core.config, core.context, *whole_cycle(core, core.plan(zero)[0]), core.step(zero).info
 
 
 def test_a_cup_holds_on_the_way_to_the_release_whatever_follows():
-    core, picks, plans, info = thrown(limit=True)
-    motion = core.cell.planner.mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
-    alone = grips(picks, picked(picks, core.config), motion.path, motion.release_time, core.config)
-    cycle = path_of(core, picks, plans)
-    with_return = grips(picks, picked(picks, core.config), cycle.path, cycle.release_time, core.config)
+    config, picks, motion, cycle, info = thrown(limit=True)
+    alone = grips(picks, picked(picks, config), motion.path, motion.release_time, config)
+    with_return = grips(picks, picked(picks, config), cycle.path, cycle.release_time, config)
     for name in ("margin", "lost_at", "picked"):
         np.testing.assert_array_equal(getattr(alone, name), getattr(with_return, name))
     np.testing.assert_array_equal(info["grip_margin"], alone.margin)
     np.testing.assert_array_equal(info["dropped"], alone.dropped)
 
 
-def statics(core, picks, plans):
+def statics(config, picks, cycle):
     """The least margin of each throw, from positions of the hand by differences, throw by throw."""
-    cycle, small = path_of(core, picks, plans), 1e-4
-    found = []
+    small, found = 1e-4, []
     for row in range(COUNT):
-        times = np.arange(0.0, cycle.release_time[row], core.config.timestep)[None].repeat(COUNT, axis=0)
+        times = np.arange(0.0, cycle.release_time[row], config.timestep)[None].repeat(COUNT, axis=0)
         place = [cycle.path.sample(np.maximum(times + k * small, 0.0)).position[row] for k in (-1, 0, 1)]
         a = (place[2] - 2.0 * place[1] + place[0])[1:] / small**2
         o, e = picks.objects, np.hypot(*picks.grasp[row])
@@ -81,8 +62,8 @@ def statics(core, picks, plans):
 
 
 def test_what_is_lost_agrees_with_statics_in_every_throw():
-    core, picks, plans, info = thrown(limit=True)
-    least = statics(core, picks, plans)
+    config, picks, _, cycle, info = thrown(limit=True)
+    least = statics(config, picks, cycle)
     np.testing.assert_allclose(info["grip_margin"], least, rtol=0.03)
     sure = np.abs(least - 1.0) > 0.03
     assert sure.mean() > 0.9
@@ -91,7 +72,7 @@ def test_what_is_lost_agrees_with_statics_in_every_throw():
 
 
 def test_heavy_objects_are_lost_and_care_saves_them_for_time():
-    rash, careful = thrown(limit=True)[3], thrown(limit=True, safety=1.5)[3]
+    rash, careful = thrown(limit=True)[-1], thrown(limit=True, safety=1.5)[-1]
     assert rash["dropped"].mean() > 0.5
     assert careful["dropped"].mean() < 0.03
     assert careful["is_success"].mean() > rash["is_success"].mean() + 0.4
@@ -100,38 +81,31 @@ def test_heavy_objects_are_lost_and_care_saves_them_for_time():
 
 
 def test_care_keeps_the_safety_that_is_asked_for_on_what_is_measured():
-    core, picks, plans, _ = thrown(limit=True, safety=1.5)
-    cycle = path_of(core, picks, plans)
+    _, picks, _, cycle, _ = thrown(limit=True, safety=1.5)
     times = np.linspace(0.0, 1.0, 200) * cycle.release_time[:, None]
     margin = measured_hold(picks.objects, picks.belt_shift).margin(cycle.path.sample(times).acceleration)
     assert margin.min() >= 1.5 * (1.0 - 1e-6)
 
 
 def test_without_the_limit_everything_holds_and_only_the_margin_tells():
-    info, lost = thrown()[3], thrown(limit=True)[3]
+    info, lost = thrown()[-1], thrown(limit=True)[-1]
     assert not info["dropped"].any()
     np.testing.assert_array_equal(info["grip_margin"], lost["grip_margin"])
     assert info["is_success"].mean() > 0.9
 
 
 def test_lost_objects_begin_where_the_hand_was_and_fall_short():
-    _, picks, plans, info = thrown(limit=True)
+    _, picks, _, cycle, info = thrown(limit=True)
     lost = info["dropped"]
-    reach = np.linalg.norm(plans.position[lost] - picks.pick[lost], axis=1)
+    reach = np.linalg.norm(cycle.release.position[lost] - picks.pick[lost], axis=1)
     assert (info["landing_along"][lost] < -0.5 * reach).all()
 
 
-@pytest.mark.parametrize("level", with_nightly(("nominal", "waste", "unseen"), ["waste"]))
-def test_flights_lose_the_same_objects(level):
-    rows = {}
-    for fidelity in ("full", "flight"):
-        core = core_of({"base": level, "fidelity": fidelity})
-        steps = [core.step(np.zeros((COUNT, 2))).info for _ in range(2)]
-        rows[fidelity] = {name: np.concatenate([step[name] for step in steps]) for name in steps[0]}
-    full, flight = rows["full"], rows["flight"]
+def test_flights_lose_the_same_objects():
+    full = thrown(limit=True)[-1]
+    flight = core_of({**HEAVY, "fidelity": "flight"}, limit=True).step(np.zeros((COUNT, 2))).info
     np.testing.assert_array_equal(full["dropped"], flight["dropped"])
     np.testing.assert_allclose(full["grip_margin"], flight["grip_margin"])
-    assert full["dropped"].mean() < 0.1
 
 
 def test_the_planners_own_world_loses_nothing():
@@ -145,9 +119,3 @@ def test_objects_that_no_care_can_hold_ride_on():
     slippery = [{**entry, "seal_force": 4.0} for entry in HEAVY["extra_items"][1:]]
     with pytest.raises(ConfigError, match="no object has a feasible throw"):
         core_of({**HEAVY, "items": ["jar"], "extra_items": slippery}, limit=True, safety=2.0)
-
-
-@pytest.mark.parametrize("safety", [0.5, 11.0, "velcro", -1])
-def test_no_such_safety(safety):
-    with pytest.raises(ConfigError, match=r"grip\.safety"):
-        ConveyorConfig.load({"base": "nominal_plain", "grip": {"safety": safety}})

@@ -1,7 +1,5 @@
 """Picks that fail: by kind and by where the cup stands, at the price of a cycle, and changing nothing else."""
 
-import copy
-import pickle
 from dataclasses import replace
 from itertools import cycle, product
 
@@ -165,48 +163,6 @@ def test_what_is_picked_is_thrown_as_if_nothing_could_fail():
             assert same_bits(values[held], infos[1][name][held]), name
 
 
-@pytest.mark.parametrize("picks", ["belt", "independent"])
-def test_a_row_fails_the_same_alone_in_a_batch_and_with_two_threads(picks):
-    def steps(core):
-        return [core.step(np.zeros((core.count, 2))).info for _ in range(3)]
-
-    many, again = (steps(make_core(WASTE, 6, picks=picks, seed=9, threads=threads)) for threads in (1, 2))
-    assert not np.all([info["picked"] for info in many])
-    for one, other in zip(many, again, strict=True):
-        assert all(same_bits(one[name], other[name]) for name in one)
-    for row in range(6):
-        for one, alone in zip(many, steps(make_core(WASTE, 1, picks=picks, seed=9 + row)), strict=True):
-            assert all(same_bits(one[name][row : row + 1], alone[name]) for name in one)
-
-
-def test_copies_go_on_with_the_same_failures():
-    env = gym.make("PnTConveyor-v0", level={"base": "waste_plain", "fidelity": "flight", **FAILING}).unwrapped
-    env.reset(seed=3)
-    env.step(np.zeros(2))
-    others = [pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
-    for _ in range(6):
-        mine = env.step(np.zeros(2))
-        for other in others:
-            theirs = other.step(np.zeros(2))
-            assert same_bits(mine[0], theirs[0])
-            assert repr(mine[4]) == repr(theirs[4])
-
-
-def test_no_object_comes_twice_and_none_is_lost_from_the_count():
-    """Thrown or failed, each object of the belt is met once; with those let go it is all that the belt brought."""
-    core = make_core(vary("waste_plain", picks_per_shift=1000, fidelity="flight", **FAILING), 6, picks="belt", seed=1)
-    met, held = [], []
-    for _ in range(12):
-        met.append(core.context.objects.mass.copy())
-        info = core.step(np.zeros((6, 2))).info
-        held.append(info["picked"])
-        assert ((info["ended_in"] >= 0) <= info["picked"]).all()
-        assert (info["sorted"] <= info["belongs"]).all()
-    assert 0 < np.sum(held) < 72
-    for row in range(6):
-        assert len({mass[row] for mass in met}) == 12
-
-
 def test_the_oracle_looks_at_throws_that_are_picked():
     core = make_core(WASTE, 30, seed=4)
     actions = np.zeros((30, 2))
@@ -226,17 +182,6 @@ def test_a_failed_pick_is_drawn_as_a_hand_that_leaves_its_object():
         time, place = data.time, data.xpos[recording.body].copy()
     assert belt.height < place[2] < belt.height + 0.12
     assert 0.3 * belt.speed * time < place[0] - x < 1.1 * belt.speed * time
-
-
-def test_a_cup_that_yields_and_blows_does_nothing_to_what_it_never_held():
-    """Every effect of the cup together with failed picks, in both fidelities."""
-    cup = {"stiffness": 0.5, "peel": True, "blow_off": 0.2, "fitted": True}
-    for fidelity in ("full", "flight"):
-        core = make_core(vary("waste_plain", cup=cup, fidelity=fidelity, **FAILING), 24, seed=4)
-        info = core.step(np.zeros((24, 2))).info
-        assert 0 < info["picked"].sum() < 24
-        assert same_bits(np.isnan(info["landing_error"]), ~info["picked"])
-        assert (info["energy"] > 0.0).all()
 
 
 @pytest.mark.parametrize("gap", ["centre", "edge"])

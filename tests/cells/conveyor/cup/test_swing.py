@@ -12,12 +12,10 @@ from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_LENGTH
 from pnt_gym.cells.conveyor.cup.swing import LARGEST_PHASE, effective_inertia, springs
-from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
-from pnt_gym.errors import ConfigError
-from pnt_gym.planning.motion.trajectory import JerkTrajectory
+from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.robots.t3kr.model import control_columns
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import MODES, make_core, same_bits, with_objects
+from tests.tools.throws import item, make_core, same_bits, whole_cycle, with_objects
 
 COUNT = 60
 
@@ -27,11 +25,12 @@ def level(base="waste_plain", fidelity="full", timestep=0.001, mismatch=1.0, **c
 
 
 def cycle_of(core):
-    picks, plans = core.context, core.plan(np.zeros((core.count, 2)))[0]
-    mover = core.cell.planner.mover
-    motion = mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
-    back = mover.back(motion, picks.pick, picks.limits)
-    return HandCycle(plans, motion.release_time, JerkTrajectory.concatenate(picks.pick, [motion.segments, back]))
+    """Cycles without a correction."""
+    return whole_cycle(core, core.plan(np.zeros((core.count, 2)))[0])[1]
+
+
+def clock_of(core):
+    return ThrowClock.of(core.context, cycle_of(core), core.config)
 
 
 @cache
@@ -141,8 +140,7 @@ def test_in_the_engine_a_small_swing_is_that_of_the_closed_form(stiffness, ratio
 def test_the_lip_does_not_twist():
     """A hand that pushes sideways past the centre of mass turns no object about the upright by much."""
     core = make_core(level(stiffness=0.3), COUNT)
-    clock = ThrowClock.of(core.context, cycle_of(core), core.config)
-    quats = clock.parting.attitude
+    quats = clock_of(core).parting.attitude
     yaw = np.arctan2(quats[:, 3], quats[:, 0]) * 2.0
     apart = (yaw - core.context.objects.yaw + np.pi) % (2.0 * np.pi) - np.pi
     assert np.abs(apart).max() < 0.02
@@ -200,7 +198,7 @@ def test_releases_converge_with_the_step():
     found = []
     for step in (0.001, 0.0005, 0.00025, 0.000125):
         core = make_core(level(fidelity="flight", timestep=step, stiffness=0.3), COUNT)
-        found.append(ThrowClock.of(core.context, cycle_of(core), core.config).parting.velocity)
+        found.append(clock_of(core).parting.velocity)
     apart = [np.abs(one - found[-1]).mean() for one in found[:-1]]
     assert apart[0] < 0.004
     assert apart[1] < 0.7 * apart[0]
@@ -221,7 +219,7 @@ def test_landings_in_the_full_physics_converge_with_the_step():
 
 def test_a_stiff_lip_is_nearly_a_rigid_one():
     core = make_core(level(fidelity="flight", stiffness=100.0), COUNT)
-    parting = ThrowClock.of(core.context, cycle_of(core), core.config).parting
+    parting = clock_of(core).parting
     assert np.abs(parting.velocity).max() < 0.01
     assert vertical(parting.attitude)[:, 2].min() > np.cos(0.003)
 
@@ -230,7 +228,7 @@ def test_a_stiff_lip_is_nearly_a_rigid_one():
 def steps_until_clear(stiffness, count=200):
     """Of throws with the robot, from the release on."""
     core = make_core(level(stiffness=stiffness), count)
-    clock = ThrowClock.of(core.context, cycle_of(core), core.config)
+    clock = clock_of(core)
     return clock.clear(core.context) - clock.release
 
 
@@ -260,13 +258,10 @@ def test_in_the_planners_own_world_nothing_swings(fidelity):
 
 def test_heavy_objects_meet_the_solid_part_of_a_soft_cup():
     """Their tilt ends there in the engine, and flights leave such throws to it."""
-    heavy = {
-        "name": "block", "shape": "box", "size": (0.1, 0.1, 0.06), "mass": 0.3, "drag": 1.0, "seal_force": 60.0,
-        "friction": 0.5, "rolling_friction": 0.001, "restitution": 0.2, "source": "a test object",
-    }  # fmt: skip
+    heavy = item("block", shape="box", size=(0.1, 0.1, 0.06), mass=0.3, drag=1.0, seal_force=60.0)
     soft = {**level(base="nominal_plain", stiffness=0.1), "items": ["block"], "extra_items": [heavy]}
     core = make_core(soft, 20)
-    clock = ThrowClock.of(core.context, cycle_of(core), core.config)
+    clock = clock_of(core)
     assert clock.parting.unsure.all()
     plant = core.cell.plant
     plant.write(core.context)
@@ -280,21 +275,6 @@ def test_heavy_objects_meet_the_solid_part_of_a_soft_cup():
         make_core({**soft, "fidelity": fidelity}, 20).step(np.zeros((20, 2))).info for fidelity in ("full", "flight")
     ]
     np.testing.assert_allclose(told[0]["landing_error"], told[1]["landing_error"], atol=0.004)
-
-
-@pytest.mark.parametrize("fidelity", ["full", "flight"])
-@pytest.mark.parametrize("picks", ["independent", "belt"])
-def test_a_row_is_the_same_alone_and_with_others(picks, fidelity):
-    swinging = level(fidelity=fidelity, stiffness=0.2, peel=True, blow_off=0.1, fitted=True)
-    actions = np.random.default_rng(1).uniform(-0.3, 0.3, (2, 4, 2))
-    together = make_core(swinging, 4, picks=picks, threads=2)
-    alone = [make_core(swinging, 1, picks=picks, seed=row) for row in range(4)]
-    for action in actions:
-        many = together.step(action)
-        for row, core in enumerate(alone):
-            one = core.step(action[row : row + 1])
-            assert all((one.info[name] == many.info[name][row]).all() for name in one.info)
-            assert (one.observation == many.observation[row]).all()
 
 
 STIFFNESSES, DAMPINGS = (0.05, 3.0, 100.0), (0.0, 0.25, 0.95)
@@ -313,34 +293,9 @@ def test_no_swing_runs_away_however_far_beside_its_middle_an_object_hangs(stiffn
         assert np.median(info["landing_error"]) < 0.3
 
 
-@pytest.mark.parametrize("planner", ["straight", "free_direction"])
-@pytest.mark.parametrize(("mode", "numbers"), MODES["PnTRelease-v0"].items())
-def test_every_action_mode_and_planner_throws(mode, numbers, planner):
-    core = make_core({**level(stiffness=0.3), "planner": planner}, 3, mode=mode)
-    info = core.step(np.full((3, numbers), 0.2)).info
-    assert np.isfinite(info["landing_error"]).all()
-    assert (info["landing_error"] < 0.5).all()
-
-
-@pytest.mark.parametrize(
-    ("cup", "said"),
-    [
-        ({"stiffness": 0.01}, r"cup\.stiffness is 0\.01: .*0\.05"),
-        ({"stiffness": 1000}, r"cup\.stiffness is 1000: .*100"),
-        ({"stiffness": "soft"}, r"cup\.stiffness"),
-        ({"damping": 1.2}, r"cup\.damping is 1\.2: .*0\.95"),
-        ({"blow_off": -0.1}, r"cup\.blow_off is -0\.1: .*0"),
-        ({"softness": 1}, r"unknown key 'cup\.softness'"),
-    ],
-)
-def test_no_such_cup(cup, said):
-    with pytest.raises(ConfigError, match=said):
-        make_core(level(**cup), 1)
-
-
 def test_a_flight_whose_object_met_the_belt_as_it_swung_is_the_full_physics():
     cores = [make_core(level("waste", fidelity, stiffness=0.3), COUNT) for fidelity in ("full", "flight")]
-    met = ThrowClock.of(cores[1].context, cycle_of(cores[1]), cores[1].config).parting.unsure
+    met = clock_of(cores[1]).parting.unsure
     met = met & ~cores[1].preview(np.zeros((COUNT, 2)), jitter=True).dropped
     assert 0 < met.sum() < COUNT
     full, flight = (core.preview(np.zeros((COUNT, 2)), jitter=True) for core in cores)

@@ -5,7 +5,6 @@ from itertools import product
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.catalogue import LIGHT_ITEMS
@@ -116,12 +115,3 @@ def test_only_auto_has_the_choice():
     assert "throw_or_place" in modes_of(ConveyorConfig.load("light"))
     with pytest.raises(ConfigError, match="action_mode is 'throw_or_place'; it must be one of release_point"):
         gym.make("PnTRelease-v0", action_mode="throw_or_place")
-
-
-@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTRelease-v0"])
-@pytest.mark.parametrize("mode", ["release_point", "throw_or_place"])
-@pytest.mark.filterwarnings("error")
-def test_the_environments_are_good_citizens(env_id, mode):
-    env = gym.make(env_id, level="light", action_mode=mode)
-    check_env(env.unwrapped, skip_render_check=True)
-    env.close()

@@ -12,7 +12,7 @@ from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import JerkTrajectory
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import make_core, vary
+from tests.tools.throws import make_core, vary, whole_cycle
 
 COUNT = 32
 
@@ -35,11 +35,9 @@ def flown(clearance=0.05, ceiling=0.10, **follow_through):
     motion = {"clearance": clearance, "ceiling": ceiling, "follow_through": {"window": 0.0, **follow_through}}
     level = vary("ideal", planner="free_direction", motion=motion, limits={"percent": (15.0, 30.0, 45.0)})
     core = make_core(level, COUNT, picks="independent")
-    context, mover = core.context, core.cell.planner.mover
-    following = np.roll(context.pick, -1, axis=0)
-    throw = mover.throw(context.pick, context.plan, context.limits, context.ceiling)
-    back = mover.back(throw, following, context.limits)
-    return Flown(context, mover, throw, following, JerkTrajectory.concatenate(throw.pick, [throw.segments, back]))
+    following = np.roll(core.context.pick, -1, axis=0)
+    motion, cycle = whole_cycle(core, following=following)
+    return Flown(core.context, core.cell.planner.mover, motion, following, cycle.path)
 
 
 @pytest.fixture(scope="module")

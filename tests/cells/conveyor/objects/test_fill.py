@@ -1,7 +1,5 @@
 """Bins that fill: objects lie on what is there, and what ends in a bin makes it shallower until it is emptied."""
 
-import copy
-import pickle
 from dataclasses import replace
 
 import gymnasium as gym
@@ -11,7 +9,6 @@ import pytest
 import pnt_gym  # noqa: F401 - registers the environments
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.objects.fill import LEAST_DEPTH, Fill, draw_fill, mean_volumes, volume_of
-from pnt_gym.errors import ConfigError
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, parts_of, same_bits, vary
 
@@ -156,34 +153,6 @@ def test_shallow_bins_hold_less():
     assert kept[0.02] < kept[0.15] - 0.2
 
 
-@pytest.mark.parametrize("picks", ["belt", "independent"])
-def test_fills_are_the_same_alone_in_a_batch_and_with_two_threads(picks):
-    def steps(core):
-        return [core.step(np.zeros((core.count, 2))).info for _ in range(4)]
-
-    config = filling(9, fixed=PAIR["fixed"])
-    many, again = (steps(make_core(config, 4, picks=picks, seed=2, threads=threads)) for threads in (1, 2))
-    for one, other in zip(many, again, strict=True):
-        assert all(same_bits(one[name], other[name]) for name in one)
-    for row in range(4):
-        for one, alone in zip(many, steps(make_core(config, 1, picks=picks, seed=2 + row)), strict=True):
-            assert all(same_bits(one[name][row : row + 1], alone[name]) for name in one)
-
-
-def test_copies_go_on_with_what_lies_in_their_bins():
-    env = gym.make("PnTConveyor-v0", level=filling(60)).unwrapped
-    env.reset(seed=1)
-    for _ in range(3):
-        env.step(np.zeros(2))
-    others, depths = [pickle.loads(pickle.dumps(env)), copy.deepcopy(env)], []
-    for _ in range(4):
-        mine = env.step(np.zeros(2))[4]
-        depths.append(mine["bin_depth"])
-        for other in others:
-            assert other.step(np.zeros(2))[4] == mine
-    assert min(depths) < 0.30
-
-
 def test_asking_for_a_first_throw_leaves_the_bins_of_others_alone():
     env = gym.make_vec("PnTConveyor-v0", num_envs=2, level=filling(60))
     env.reset(seed=1)
@@ -193,19 +162,3 @@ def test_asking_for_a_first_throw_leaves_the_bins_of_others_alone():
     depth = env.step(np.zeros((2, 2)))[4]["bin_depth"]
     assert depth[0] == 0.30
     assert depth[1] < 0.30
-
-
-WRONG = {
-    "never": ({"emptied": 0}, "bins.emptied is 0"),
-    "a part": ({"emptied": 2.5}, "bins.emptied is 2.5"),
-    "nothing but air": ({"packing": 0.0}, "bins.packing is 0"),
-    "more than all": ({"packing": 1.1}, "bins.packing is 1.1"),
-}
-
-
-@pytest.mark.parametrize("case", WRONG)
-def test_a_filling_that_cannot_be_is_told_in_one_sentence(case):
-    bins, message = WRONG[case]
-    with pytest.raises(ConfigError, match=message) as caught:
-        vary("nominal_plain", bins=bins)
-    assert "\n" not in str(caught.value)

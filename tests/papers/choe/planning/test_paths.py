@@ -98,16 +98,6 @@ def test_how_the_pieces_of_each_path_join():
     assert len(lame_path(0.8, 0.0, 0.0, (0.4, 0.05)).pieces) == 2
 
 
-def test_published_comparison_of_lengths_under_stated_definitions():
-    # Choe et al. 2023, Fig. 8: same end points, 50 mm of vertical at the pick, crest 25 mm above the end.
-    level = EllipsePath.with_top(0.15, 0.0, 0.025)
-    assert line_ellipse_line(level, 0.05, 0.0).length == pytest.approx(0.3613, abs=5e-5)
-    assert lame_path(0.3, 0.05, 0.0, (0.05, 0.025)).length == pytest.approx(0.3786, abs=5e-5)
-    assert lame_path(0.3, 0.05, 0.0, (0.15, 0.025)).length == pytest.approx(0.3698, abs=5e-5)
-    # An exponent of 2 makes the wide corners the symmetric ellipse.
-    assert lame_path(0.3, 0.05, 0.0, (0.15, 0.025), 2.0).length == pytest.approx(0.3613, abs=5e-5)
-
-
 @settings(max_examples=15, deadline=None)
 @given(st.floats(0.05, 1.0), st.floats(0.0, 0.2), st.floats(0.0, 0.2), st.floats(0.01, 0.2))
 def test_ends_lengths_and_tops_of_pick_and_place_paths(width, lift, drop, height):

@@ -1,14 +1,9 @@
-import builtins
-import importlib
-
 import numpy as np
 import pytest
 
 from papers.choe.planning.curves import Line
 from papers.choe.planning.plane import PlanePath, SpacePath, lame_path, line_ellipse_line, rectangle
 from papers.choe.planning.timing import TimedPath, time_path
-from papers.common.casadi_module import load_casadi
-from pnt_gym.errors import PntGymError
 from pnt_gym.planning import HandPath, MotionLimits, min_time_scurve
 from pnt_gym.planning.paths import EllipsePath
 
@@ -182,18 +177,3 @@ def test_bad_requests_are_refused():
         time_path(path, LIMITS, intervals=3)
     with pytest.raises(ValueError, match="one set"):
         time_path(path, MotionLimits.t3kr(np.array([10.0, 20.0])))
-
-
-def test_without_casadi_the_error_says_what_to_install(monkeypatch):
-    real = importlib.import_module
-
-    def missing(name, *rest):
-        if name == "casadi":
-            raise builtins.ImportError(name)
-        return real(name, *rest)
-
-    load_casadi.cache_clear()
-    monkeypatch.setattr(importlib, "import_module", missing)
-    with pytest.raises(PntGymError, match=r"pnt_gym\[optimal\]"):
-        timed(lame_path(0.3, 0.05, 0.05, (0.1, 0.05)))
-    load_casadi.cache_clear()

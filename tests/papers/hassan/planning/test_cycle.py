@@ -387,9 +387,3 @@ def test_points_outside_and_shapes_are_refused(builder):
 def test_bad_rules_are_refused(change, word):
     with pytest.raises(ValueError, match=word):
         CycleRules(**change)
-
-
-@pytest.mark.parametrize("percent", [0.0, -15.0, 100.1, np.nan])
-def test_percentages_outside_the_robot_are_refused(percent):
-    with pytest.raises(ValueError, match="percent"):
-        planned(min_time_throw, PICKS, INSIDE, NEXT, MotionLimits.t3kr(percent))
