@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any, Final, final
+from dataclasses import dataclass
+from typing import Final, final
 
 import numpy as np
 
@@ -42,14 +42,10 @@ def redraw(draws: Floats, attempt: Ints) -> Floats:
     return redrawn
 
 
-def _overwrite(record: Any, rows: Ints, source: Any) -> None:
-    """Write the rows of a record's arrays from a record of the same type, in place."""
-    for part in fields(record):
-        values, new = getattr(record, part.name), getattr(source, part.name)
-        if isinstance(values, np.ndarray):
-            values[rows] = new
-        else:
-            _overwrite(values, rows, new)
+def _overwrite(streams: Stream, rows: Ints, fresh: Stream) -> None:
+    """Write some lines' streams, in place."""
+    streams.objects.overwrite(rows, fresh.objects)
+    streams.x[rows], streams.worth[rows], streams.luck[rows] = fresh.x, fresh.worth, fresh.luck
 
 
 @final
