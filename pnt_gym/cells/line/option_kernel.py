@@ -2,12 +2,15 @@
 
 The formulas are those of `StraightMover` and `TrackingMover`, operation by operation, without segments of motions. The
 stages of a candidate stand in separate functions, since meetings and releases are planned by the kernels of `planning`
-in between. Numpy rounds cube roots and tangents in its own way, so they are computed there between two stages.
+in between. Numpy rounds the cube roots of throws and tangents in its own way, so they are computed there between two
+stages.
 """
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.compiled import compile_for, kernel_part
@@ -32,8 +35,10 @@ CHASE_FIRST, CHASE_LAST, CHASE_END, CHASE_COLUMNS = 10, 11, 12, 13
 
 
 @kernel_part
-def _stroke_time(distance: float, limits: tuple[float, float, float], roots: tuple[float, float]) -> float:
-    """`scurve.stroke_time` of one stroke, with speed and peak of a short stroke as numpy's cube roots."""
+def _stroke_time(distance: float, limits: tuple[float, float, float]) -> float:
+    """Shortest time of a stroke, as `planning.motion.chase` computes it."""
+    jerk = limits[2]
+    roots = np.cbrt(0.25 * jerk * distance * distance), np.cbrt(0.5 * jerk * jerk * distance)
     speed, peak = _peaks(distance, limits, roots)
     if not speed > 0.0:
         return 0.0
@@ -133,7 +138,7 @@ def chase_objects(
 
 @compile_for(
     "i8(f8[::1], f8[:, ::1], i8[:, :], f8[:, ::1], f8[:, ::1], b1[::1], f8[::1], b1[::1], i8[::1], f8[:, ::1],"
-    "f8[::1], f8[::1], f8[:, ::1])"
+    "f8[::1], f8[::1])"
 )
 def meet_objects(
     numbers: Floats,
@@ -147,8 +152,7 @@ def meet_objects(
     met: Ints,
     picks: Floats,
     acceleration: Floats,
-    strokes: Floats,
-    radicands: Floats,
+    waits: Floats,
 ) -> int:
     """Write the candidates that hands meet in time, as `Mover.reach` and `plan_intercept` do; returns their number.
 
@@ -164,23 +168,20 @@ def meet_objects(
         met: written, the candidates that are met (at most C,).
         picks: written, where the objects are lifted (at most C, 3) [m].
         acceleration: written, limit of the setting's acceleration (at most C,) [m/s2].
-        strokes: written, way of hands that wait for their objects; -1 for other hands (at most C,) [m].
-        radicands: written, numbers whose cube roots are speed and peak of a short stroke of this way (4, at most C).
+        waits: written, standstill of the hand above the belt (at most C,) [s].
     """
     count = 0
     for c in range(len(times)):
         setting, time = settings[candidates[3, c]], times[c]
         if not (is_open[c] and reached[c] and time >= setting[LEAST_TIME] and time <= numbers[HORIZON]):
             continue
-        met[count], acceleration[count], strokes[count] = c, setting[ACCELERATION], -1.0
+        met[count], acceleration[count], waits[count] = c, setting[ACCELERATION], 0.0
         picks[count, 0] = points[c, 0] + time * numbers[SPEED] + setting[BEHIND]
         picks[count, 1], picks[count, 2] = points[c, 1], points[c, 2]
-        radicands[0, count], radicands[1, count] = 1.0, 1.0
         if not time > chases[c, CHASE_FIRST]:
             x, y, z = chases[c, 0] + time * numbers[SPEED], chases[c, 1], chases[c, 2]
-            way, jerk = math.sqrt(x * x + y * y + z * z), setting[WAY_JERK]
-            strokes[count] = way
-            radicands[0, count], radicands[1, count] = 0.25 * jerk * way * way, 0.5 * jerk * jerk * way
+            limits = setting[VELOCITY], setting[WAY_ACCELERATION], setting[WAY_JERK]
+            waits[count] = max(time - _stroke_time(math.sqrt(x * x + y * y + z * z), limits) - setting[DESCENT], 0.0)
         count += 1
     return count
 
@@ -310,7 +311,7 @@ def accept_throws(
         is_possible: see `lay_out_throws`.
         good: written, the accepted throws (at most C,).
         stops: written, places where the hands stop (at most C, 3) [m].
-        radicands: written in its last two rows, numbers whose cube roots are speed and peak of a short throw (4, C).
+        radicands: written, numbers whose cube roots are speed and peak of a short throw (2, C).
     """
     count, accepted = len(met), 0
     checks = 3 if numbers[RESERVE] > 0.0 else 1
@@ -334,8 +335,7 @@ def accept_throws(
         if is_good:
             good[accepted], stops[accepted, 0], stops[accepted, 1], stops[accepted, 2] = m, x, y, z
             stroke, jerk = 2.0 * figures[4, m], throws[8, m]
-            radicands[2, accepted], radicands[3, accepted] = 0.25 * jerk * stroke * stroke, 0.5 * jerk * jerk * stroke
-            radicands[0, accepted], radicands[1, accepted] = radicands[0, m], radicands[1, m]
+            radicands[0, accepted], radicands[1, accepted] = 0.25 * jerk * stroke * stroke, 0.5 * jerk * jerk * stroke
             accepted += 1
     return accepted
 
@@ -373,7 +373,7 @@ def finish_options(
     fading: Floats,
     good: Ints,
     stops: Floats,
-    strokes: Floats,
+    waits: Floats,
     roots: Floats,
     options: Floats,
 ) -> None:
@@ -392,20 +392,15 @@ def finish_options(
         fading: see `lay_out_throws`.
         good: the accepted throws (G,).
         stops: see `accept_throws`.
-        strokes: see `meet_objects`.
-        roots: cube roots of the radicands of the accepted throws (4, G).
+        waits: see `meet_objects`.
+        roots: cube roots of the radicands of the accepted throws (2, G).
         options: written, numbers as `PicksAndThrows` has them (G, 13).
     """
     for g in range(len(good)):
         m = good[g]
         c = met[m]
         setting, site, time = settings[candidates[3, c]], sites[candidates[2, c]], times[c]
-        wait = 0.0
-        if strokes[m] >= 0.0:
-            limits = setting[VELOCITY], setting[WAY_ACCELERATION], setting[WAY_JERK]
-            travel = _stroke_time(float(strokes[m]), limits, (roots[0, g], roots[1, g]))
-            wait = max(time - travel - setting[DESCENT], 0.0)
-        release, throwing = _throwing_times(numbers, throws, figures, m, (roots[2, g], roots[3, g]))
+        release, throwing = _throwing_times(numbers, throws, figures, m, (roots[0, g], roots[1, g]))
         if numbers[RIDES] > 0.0:
             throwing += max(fading[m] - release, 0.0)
         lift, option = time + numbers[DWELL], options[g]
@@ -413,6 +408,13 @@ def finish_options(
         for axis in range(3):
             option[1 + axis], option[10 + axis] = picks[m, axis], stops[g, axis]
         option[4], option[5] = site[0] - picks[m, 0], site[1] - picks[m, 1]
-        option[6], option[7] = lift, wait
+        option[6], option[7] = lift, waits[m]
         option[8] = lift + (numbers[WINDOW_END] - picks[m, 0]) / numbers[SPEED]
         option[9] = throwing
+
+
+@compile_for("void(f8, f8[:, ::1])")
+def write_descents(clearance: float, settings: Floats) -> None:
+    """Write the times of the descents of speed settings (S, 12), from the other columns."""
+    for setting in settings:
+        setting[DESCENT] = _stroke_time(clearance, (setting[VELOCITY], setting[WAY_ACCELERATION], setting[WAY_JERK]))

@@ -16,7 +16,6 @@ from pnt_gym.cells.line.options import OptionPlanner, Options, Sight, Sites, Thr
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED, Fading, arrival_time
-from pnt_gym.planning.motion.scurve import stroke_time
 
 CHASE_COLUMNS: Final = 13
 THROW_ROWS: Final = 15
@@ -55,16 +54,16 @@ class StraightPlanner(OptionPlanner):
         times, reached = np.empty(len(chases)), np.empty(len(chases), dtype=np.bool_)
         earliest(chases, times, reached)
         met, picks = np.empty(len(chases), dtype=np.int64), np.empty((len(chases), 3))
-        acceleration, strokes, radicands = np.empty(len(chases)), np.empty(len(chases)), np.empty((4, len(chases)))
+        acceleration, waits = np.empty(len(chases)), np.empty(len(chases))
         count = kernel.meet_objects(
             *common, candidates.indices, points, chases, is_open, times, reached,
-            met, picks, acceleration, strokes, radicands,
+            met, picks, acceleration, waits,
         )  # fmt: skip
         met, picks, acceleration = met[:count], picks[:count], acceleration[:count]
         if self._is_careful:
             met, picks, acceleration, kept = self._hold(candidates, sight, objects, met, picks)
-            strokes[: len(kept)], radicands[:, : len(kept)] = strokes[kept], radicands[:, kept]
-        return self._throw(candidates, times, met, picks, acceleration, strokes, radicands)
+            waits = waits[kept]
+        return self._throw(candidates, times, met, picks, acceleration, waits)
 
     def _throw(
         self,
@@ -73,8 +72,7 @@ class StraightPlanner(OptionPlanner):
         met: Ints,
         picks: Floats,
         acceleration: Floats,
-        strokes: Floats,
-        radicands: Floats,
+        waits: Floats,
     ) -> Options:
         """Options among candidates that are met at picks, with limits of the throws' acceleration."""
         common, count = (self._numbers, self._settings), len(met)
@@ -105,7 +103,7 @@ class StraightPlanner(OptionPlanner):
         if self._has_reserve:
             no_roof = np.zeros(2 * count, dtype=np.bool_)
             moved_plans = self._release(moved, moved_slopes, no_roof, moved_reasons, needs_angles=False)
-        good, stops = np.empty(count, dtype=np.int64), np.empty((count, 3))
+        good, stops, radicands = np.empty(count, dtype=np.int64), np.empty((count, 3)), np.empty((2, count))
         count = kernel.accept_throws(
             self._numbers, met, picks, throws, reasons, *plans, moved, moved_reasons, *moved_plans, is_possible,
             good, stops, radicands,
@@ -113,7 +111,7 @@ class StraightPlanner(OptionPlanner):
         good, numbers = good[:count], np.empty((count, 13))
         kernel.finish_options(
             *common, self._sites.centre, candidates.indices, times, met, picks, throws, plans[1], fading,
-            good, stops, strokes, np.cbrt(radicands[:, :count]), numbers,
+            good, stops, waits, np.cbrt(radicands[:, :count]), numbers,
         )  # fmt: skip
         row, place, site, _ = candidates.indices[:, met[good]]
         return Options(bin=self._sites.bin[site], numbers=numbers, row=row, place=place)
@@ -160,6 +158,8 @@ def _cell_numbers(planner: PickPlanner, horizon: float) -> Floats:
 
 def _setting_columns(config: ConveyorConfig) -> Floats:
     """Numbers of the speed settings of one kind of robots as `option_kernel` names them (S, 12)."""
+    from pnt_gym.cells.line.option_kernel import write_descents  # noqa: PLC0415 - numba takes a while
+
     belt, motion = config.belt, config.motion
     percent = np.array(config.limits.percent, dtype=np.float64)
     limits, none = LimitRows.t3kr(percent), np.zeros(len(percent))
@@ -171,6 +171,8 @@ def _setting_columns(config: ConveyorConfig) -> Floats:
         way = Fading(belt.speed, none + arrival).planning_limits(limits)
         least_time, early = none + arrival, none + belt.speed * arrival / 2.0
         behind = none + belt.speed * (arrival / 2.0 + motion.dwell)
-    descent = stroke_time(none + motion.clearance, *way)
     window = low - behind, high - behind
-    return np.column_stack([percent, *limits, way.acceleration, way.jerk, descent, least_time, early, behind, *window])
+    columns = [percent, *limits, way.acceleration, way.jerk, none, least_time, early, behind, *window]
+    settings = np.ascontiguousarray(np.column_stack(columns))
+    write_descents(motion.clearance, settings)
+    return settings
