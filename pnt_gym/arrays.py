@@ -27,7 +27,7 @@ MOST_UNREAD: Final = 8
 """Longest chain of records of which each waits for columns of the next; a longer chain would keep old rows alive."""
 
 
-class Part(NamedTuple):
+class BlockColumn(NamedTuple):
     """Place of a record's column in the rows of a block."""
 
     columns: slice
@@ -313,7 +313,7 @@ def _lay_out(kind: type[Record], columns: tuple[tuple[tuple[int, ...], str], ...
                 parts[name] = lay_out(inner)
             else:
                 shape, dtype = next(remaining)
-                parts[name] = Part(slice(begin, begin + math.prod(shape)), shape, np.dtype(dtype))
+                parts[name] = BlockColumn(slice(begin, begin + math.prod(shape)), shape, np.dtype(dtype))
                 begin = parts[name].columns.stop
         return Layout(kind, parts)
 

@@ -8,29 +8,26 @@ from typing import Any, Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
+from pnt_gym.cells.base.fluid import GeomPlacement
 from pnt_gym.cells.base.plant import check_warnings
-from pnt_gym.constants import GRAVITY
 
 CHECK_INTERVAL: Final = 0.032
 """Interval between two checks whether an object can still leave its bin [s]."""
 
 
 def write_object(
-    batch: Any, rows: Ints, body: int, geom: int, shape: Ints, size: Floats, mass: Floats, drag: Floats
+    batch: Any, rows: Ints, body: int, geom: int, mass: Floats, inertia: Floats, placement: GeomPlacement, fluid: Floats
 ) -> None:
-    """Write shape (N,), extents (N, 3) [m], mass (N,) [kg] and drag (N,) of some simulations' free objects."""
-    full = lying_size(shape, size)
-    placement = geom_placement(shape, full)
+    """Write mass (N,) [kg], inertia (N, 3) [kg m2], geom and `geom_fluid` (N, 12) of some simulations' free objects."""
     batch.expand("body_mass")[rows, body] = mass
-    batch.expand("body_inertia")[rows, body] = solid_shell_inertia(mass, full, shape)
+    batch.expand("body_inertia")[rows, body] = inertia
     batch.expand("geom_type")[rows, geom] = placement.type
     batch.expand("geom_size")[rows, geom] = placement.size
     batch.expand("geom_quat")[rows, geom] = placement.quat
     batch.expand("geom_rbound")[rows, geom] = placement.rbound
     aabb = batch.expand("geom_aabb")
     aabb[rows, geom] = placement.aabb.reshape(len(rows), *aabb.shape[2:])
-    batch.expand("geom_fluid")[rows, geom] = fluid_coefficients(shape, full, drag)
+    batch.expand("geom_fluid")[rows, geom] = fluid
 
 
 @final
@@ -46,7 +43,7 @@ class Fall:
     """Number of steps that count, for each object (N,)."""
 
 
-def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats) -> Fall:
+def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: float) -> Fall:
     """Simulate flying objects until each has too little energy to cross the rim of its bin.
 
     An object with too little energy to reach the rim stays inside the walls, or outside. Every row is checked at the
@@ -58,13 +55,16 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats) -> Fall:
         body: id of the object's body.
         steps: largest number of steps of each simulation (N,).
         rim: height of the bins' rims (N,) [m].
+        step: length of a physics step [s].
 
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
-    count, chunk = len(steps), max(round(CHECK_INTERVAL / batch.model.opt.timestep), 1)
+    from pnt_gym.cells.base.freefall import end_settled  # noqa: PLC0415 - compiles, where nothing is kept
+
+    count, chunk = len(steps), max(round(CHECK_INTERVAL / step), 1)
     spin = batch.expand("body_inertia")[rows, body] / batch.expand("body_mass")[rows, body, None]
-    last_steps = steps.copy()
+    qvel, last_steps = batch.bind("qvel"), steps.copy()
     batch.warning[:] = 0
     parts: list[tuple[Ints, Any]] = []
     for start in range(0, int(steps.max()), chunk):
@@ -73,9 +73,7 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats) -> Fall:
             break
         part = batch.rollout(chunk, record=("sensordata", "qpos"), ids=rows[falling])
         parts.append((falling, part))
-        turning = (spin[falling] * batch.bind("qvel")[rows[falling], 3:6] ** 2).sum(axis=1)
-        still = falling[_energy_height(part["sensordata"][:, -1], turning) < rim[falling]]
-        last_steps[still] = np.minimum(steps[still], start + chunk)
+        end_settled(part["sensordata"], qvel, rows, falling, spin, rim, start + chunk, last_steps)
     check_warnings(batch)
     sensors = np.zeros((count, chunk * len(parts), int(batch.model.nsensordata)))
     attitude = np.zeros((count, chunk * len(parts), 4))
@@ -83,15 +81,3 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats) -> Fall:
         sensors[falling, k * chunk : (k + 1) * chunk] = part["sensordata"]
         attitude[falling, k * chunk : (k + 1) * chunk] = part["qpos"][..., 3:7]
     return Fall(sensors, attitude, last_steps)
-
-
-def _energy_height(sensors: Floats, turning: Floats) -> Floats:
-    """Heights (N,) [m] to which the whole energy of the objects could lift them.
-
-    Args:
-        sensors: position and velocity at one moment in the first six columns (N, 6+).
-        turning: twice the energy of rotation over the mass (N,) [m2/s2].
-    """
-    # z + (v^2 + I w^2 / m) / (2 g): energy over weight.
-    x, y, z = sensors[:, 3], sensors[:, 4], sensors[:, 5]
-    return sensors[:, 2] + (x * x + y * y + z * z + turning) / (2.0 * GRAVITY)

@@ -71,19 +71,19 @@ def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
         ConfigError: the arrays do not fit, an index is unknown or an extent is not positive and finite.
     """
     index, full = np.asarray(shape_index), np.asarray(size, dtype=np.float64)
-    if index.ndim != 1 or not np.issubdtype(index.dtype, np.integer):
+    if index.ndim != 1 or index.dtype.kind not in "iu":
         raise ConfigError(f"shape_index has shape {index.shape} and type {index.dtype}, but must be (N,) of integers.")
     if full.shape != (index.shape[0], 3):
         raise ConfigError(f"size has shape {full.shape}, but must be ({index.shape[0]}, 3), one row per shape_index.")
     unknown = (index < 0) | (index >= len(SHAPES))
-    if np.any(unknown):
+    if unknown.any():
         raise ConfigError(f"shape_index is {index[unknown][0]}, but must be from 0 to {len(SHAPES) - 1}.")
-    bad = ~(np.isfinite(full) & (full > 0.0))
-    if np.any(bad):
+    bad = ~((full > 0.0) & (full < np.inf))
+    if bad.any():
         raise ConfigError(f"size holds an extent of {full[bad][0]} m, but extents must be finite and more than 0.")
-    diameter = 0.5 * (full[:, 1] + full[:, 2])
-    round_ = np.stack([full[:, 0], diameter, diameter], axis=1)
-    return np.where((index == CYLINDER)[:, None], round_, full)
+    lying, across = full.copy(), full[:, 1:]
+    lying[:, 1:] = np.where((index == CYLINDER)[:, None], 0.5 * (across[:, :1] + across[:, 1:]), across)
+    return lying
 
 
 def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
@@ -96,18 +96,15 @@ def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
     Returns:
         Values for `geom_type`, `geom_size`, `geom_quat`, `geom_rbound` and `geom_aabb`.
     """
-    semi = _semi_axes(shape, size)
+    semi, lies = _semi_axes(shape, size), shape == CYLINDER
     x, y, z = semi[:, 0], semi[:, 1], semi[:, 2]
-    lies = (shape == CYLINDER)[:, None]
-    geom_size = np.where(lies, np.stack([x, z, np.zeros_like(x)], axis=1), semi)
-    longest = np.maximum(np.maximum(x, y), z)
-    rbound = np.select(
-        [shape == ELLIPSOID, shape == CYLINDER],
-        [longest, np.sqrt(x * x + z * z)],
-        np.sqrt(x * x + y * y + z * z),
-    )
+    geom_size = semi.copy()
+    geom_size[lies, 1], geom_size[lies, 2] = z[lies], 0.0
+    # A cylinder's corner has no y.
+    corner = np.sqrt(x * x + np.where(lies, 0.0, y * y) + z * z)
+    rbound = np.where(shape == ELLIPSOID, semi.max(axis=1), corner)
     aabb = np.concatenate([np.zeros_like(semi), semi], axis=1)
-    return GeomPlacement(_GEOM_TYPE[shape], geom_size, np.where(lies, _Z_TO_X, _UPRIGHT), rbound, aabb)
+    return GeomPlacement(_GEOM_TYPE[shape], geom_size, np.where(lies[:, None], _Z_TO_X, _UPRIGHT), rbound, aabb)
 
 
 def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
@@ -126,10 +123,12 @@ def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
         (N, 12) interaction flag, blunt, slender and angular drag, Kutta and Magnus coefficients, virtual mass
         (3) in m3 and virtual inertia (3) in m5, per unit of fluid density and in the geom's frame.
     """
-    blunt = _BLUNT[shape] * drag
-    unit = np.ones_like(blunt)
-    shared = [unit, blunt, _SLENDER * blunt, _ANGULAR * unit, _KUTTA * unit, _MAGNUS * unit]
-    return np.concatenate([np.stack(shared, axis=1), _added_mass(_semi_axes(shape, size))], axis=1)
+    coefficients = np.empty((len(shape), 12))
+    coefficients[:, :6] = 1.0, np.nan, np.nan, _ANGULAR, _KUTTA, _MAGNUS
+    coefficients[:, 1] = _BLUNT[shape] * drag
+    coefficients[:, 2] = _SLENDER * coefficients[:, 1]
+    coefficients[:, 6:] = _added_mass(_semi_axes(shape, size))
+    return coefficients
 
 
 def solid_shell_inertia(mass: Floats, size: Floats, shape: Ints) -> Floats:
@@ -163,23 +162,17 @@ def _added_mass(semi: Floats) -> Floats:
     """
     from scipy.special import elliprd  # noqa: PLC0415  (heavy import)
 
-    x, y, z = semi[:, 0], semi[:, 1], semi[:, 2]
-    xx, yy, zz = x * x, y * y, z * z
-    product = x * y * z
+    axes = semi.T
+    square, product = axes * axes, axes[0] * axes[1] * axes[2]
     volume = (4.0 / 3.0 * np.pi) * product
-    two_thirds = (2.0 / 3.0) * product
-    kx = two_thirds * elliprd(yy, zz, xx)
-    ky = two_thirds * elliprd(zz, xx, yy)
-    kz = two_thirds * elliprd(xx, yy, zz)
+    b, c = square[[1, 2, 0]], square[[2, 0, 1]]
+    k = (2.0 / 3.0) * product * elliprd(b, c, square)
+    kb, kc = k[[1, 2, 0]], k[[2, 0, 1]]
     # The three factors add up to 2: the sum of the others is 2 - k without cancellation for thin plates.
-    mass = [volume * kx / (ky + kz), volume * ky / (kz + kx), volume * kz / (kx + ky)]
-    inertia = [_added_inertia(yy, zz, ky, kz), _added_inertia(zz, xx, kz, kx), _added_inertia(xx, yy, kx, ky)]
-    return np.concatenate([np.stack(mass, axis=1), (volume / 5.0)[:, None] * np.stack(inertia, axis=1)], axis=1)
-
-
-def _added_inertia(bb: Floats, cc: Floats, kb: Floats, kc: Floats) -> Floats:
-    """Virtual inertia over volume / 5 about the axis normal to b and c; a body that is round there moves no fluid."""
-    # Lamb: (b^2 - c^2)^2 (k_c - k_b) / (2 (b^2 - c^2) + (b^2 + c^2) (k_b - k_c)).
-    gap = bb - cc
-    below = np.where(gap == 0.0, 1.0, 2.0 * gap + (bb + cc) * (kb - kc))
-    return np.where(gap == 0.0, 0.0, gap * gap * (kc - kb) / below)
+    mass = volume * k / (kb + kc)
+    # Lamb: (b^2 - c^2)^2 (k_c - k_b) / (2 (b^2 - c^2) + (b^2 + c^2) (k_b - k_c)); a body that is round about an axis
+    # moves no air about that axis.
+    gap = b - c
+    below = np.where(gap == 0.0, 1.0, 2.0 * gap + (b + c) * (kb - kc))
+    inertia = volume / 5.0 * np.where(gap == 0.0, 0.0, gap * gap * (kc - kb) / below)
+    return np.concatenate([mass, inertia]).T

@@ -182,6 +182,37 @@ def fly_down(
             records[row, k] = object_state
 
 
+@compile_for(
+    "void(float64[:, :, ::1], float64[:, :], int64[::1], int64[::1], float64[:, ::1], float64[:], int64, int64[::1])"
+)
+def end_settled(
+    sensors: Floats, qvel: Floats, simulations: Ints, rows: Ints, spin: Floats, rim: Floats, end: int, last_steps: Ints
+) -> None:
+    """End the falls of objects with too little energy to rise to their rims, in place.
+
+    Args:
+        sensors: position and velocity of some objects in the first six columns of several moments, the last of which
+            counts (M, K, 6+).
+        qvel: velocities of all simulations, the object's angular velocity in columns 3 to 5 (S, 6+).
+        simulations: simulations of all N objects (N,).
+        rows: these objects among the N (M,).
+        spin: inertia over mass of all objects (N, 3) [m2].
+        rim: heights of the rims (N,) [m].
+        end: the present step.
+        last_steps: last step of each object (N,); not later than the present step where the object has settled.
+    """
+    for k in range(rows.size):
+        row, moment = rows[k], sensors[k, sensors.shape[1] - 1]
+        x, y, z = moment[3], moment[4], moment[5]
+        turning = 0.0
+        for axis in range(3):
+            rate = qvel[simulations[row], 3 + axis]
+            turning += spin[row, axis] * (rate * rate)
+        # z + (v^2 + I w^2 / m) / (2 g): energy over weight.
+        if moment[2] + (x * x + y * y + z * z + turning) / (2.0 * GRAVITY) < rim[row]:
+            last_steps[row] = min(last_steps[row], end)
+
+
 @kernel_part
 def _step_swing(state: Floats, body: Floats, pivot: Floats, air: float, step: float, hand: Floats) -> None:
     """Advance an object that swings under a hand with an acceleration and a velocity (6,) by one step, in place.

@@ -14,7 +14,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.constants import GRAVITY
 
 CUP_RADIUS: Final = 0.018
@@ -37,8 +37,6 @@ SURFACES: Final[dict[str, Contact]] = {
 }
 """Schmalz, same source: friction 0.5 on wood, metal, glass and stone, 0.6 on rough, 0.2 to 0.3 on wet ones; safety at
 least 1.5 on smooth and dense workpieces, 2 on others."""
-_LIGHTEST: Final = 1e-9
-"""Smallest load in a quotient [N]; the load is negative where the hand falls faster than the object."""
 
 
 @final
@@ -59,18 +57,25 @@ class Hold:
     radius: Floats
     """Radius of the lip, r (N,) [m]."""
 
-    def margin(self, acceleration: Floats) -> Floats:
-        """Holding force over load (N, K), for accelerations of the hand (N, K, 3) [m/s2].
+    def smallest_margin(self, accelerations: Floats, counts: Ints, scale: float = 1.0) -> tuple[Floats, Ints]:
+        """Smallest holding force over load (N,), and the first acceleration at which the object leaves the cup (N,).
 
-        The load is the larger of those against slip and peel; below 1 the object leaves the cup.
+        The load is the larger of those against slip and peel; below a margin of 1 the object leaves the cup.
+
+        Args:
+            accelerations: accelerations of the hand (N, K, 3) [m/s2].
+            counts: numbers of accelerations that count, from the first (N,); the margin without any is inf.
+            scale: factor of the load.
+
+        Returns:
+            The margins, and the indices of the first accelerations with a margin below 1; -1 where there is none.
         """
-        mass, force = self.mass[:, None], self.force[:, None]
-        sideways = mass * np.sqrt(acceleration[..., 0] ** 2 + acceleration[..., 1] ** 2)
-        down = mass * (GRAVITY + acceleration[..., 2])
-        slip = down + sideways / self.friction[:, None]
-        radius = self.radius[:, None]
-        peel = sideways * self.depth[:, None] / radius + down * (self.offset[:, None] / radius + 1.0)
-        return force / np.maximum(np.maximum(slip, peel), _LIGHTEST)
+        from pnt_gym.cells.base.holding import find_smallest_margins  # noqa: PLC0415 - numba takes a while
+
+        holds = np.array([self.force, self.mass, self.friction, self.depth, self.offset, self.radius])
+        margin, lost_at = np.empty(len(counts)), np.empty(len(counts), dtype=np.int64)
+        find_smallest_margins(holds, np.ascontiguousarray(accelerations), counts, scale, margin, lost_at)
+        return margin, lost_at
 
     def least_margin(self, acceleration: Floats) -> Floats:
         """The margin (N,) under an acceleration (N,) [m/s2] in the worst direction; the inverse of `acceleration`."""
@@ -90,9 +95,3 @@ class Hold:
         arm = self.offset + self.radius
         peel = (free * self.radius - GRAVITY * arm) / np.sqrt(self.depth**2 + arm**2)
         return np.minimum(slip, peel)
-
-
-def first_below(margin: Floats, counts: Bools) -> Ints:
-    """First step (N,) that counts (N, K) and whose margin (N, K) is below 1; -1 where no step is."""
-    low = (margin < 1.0) & counts
-    return np.where(low.any(axis=1), low.argmax(axis=1), -1)

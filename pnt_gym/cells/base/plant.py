@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final, Generic, TypeVar, final
 
 import numpy as np
@@ -167,20 +168,23 @@ def roll_out(
         PhysicsError: the engine warned, or stopped a simulation.
     """
     record: dict[str, Floats] = {}
+    ends = np.sort(steps)[np.ceil(np.array(STAGES) * (len(steps) - 1)).astype(np.int64)]
     simulations = np.arange(len(steps)) if ids is None else ids
     batch.warning[:] = 0
     start = 0
-    for end in np.unique(np.quantile(steps, STAGES, method="higher")):
+    for end in sorted(set(ends.tolist())):
         rows = np.flatnonzero(steps > start)
         part = batch.rollout(
-            int(end) - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(names), ids=simulations[rows]
+            end - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(names), ids=simulations[rows]
         )
         for name in names:
-            whole = record.setdefault(name, np.zeros((*control.shape[:2], part[name].shape[-1])))
+            if name not in record:
+                record[name] = np.zeros((*control.shape[:2], part[name].shape[-1]))
+            whole = record[name]
             whole[rows, start:end] = part[name]
             for row in rows[steps[rows] < end]:
                 whole[row, steps[row] : end] = 0.0
-        start = int(end)
+        start = end
     check_warnings(batch)
     return record
 
@@ -234,7 +238,8 @@ class Landed:
 
     def rewards(self, weights: SortingReward) -> dict[str, Floats]:
         """The terms `REWARD_TERMS` by name, times their weights; before weighting every term lies in [0, 1]."""
-        landing = np.maximum(1.0 - np.nan_to_num(self.landing_error, nan=np.inf) / weights.landing_scale, 0.0)
+        # A throw without a landing, of which the error is NaN, gets 0.
+        landing = np.fmax(1.0 - self.landing_error / weights.landing_scale, 0.0)
         time = np.maximum(1.0 - self.cycle_time / weights.time_scale, 0.0)
         worth = weights.landing * landing, weights.success * self.is_success.astype(np.float64), weights.time * time
         return dict(zip(REWARD_TERMS, worth, strict=True))
@@ -258,7 +263,7 @@ class ObjectFlight:
     last_step: Ints
     """Last step that counts (N,)."""
 
-    @property
+    @cached_property
     def free(self) -> Bools:
         """Steps after the release that count, (N, M)."""
         steps = np.arange(self.position.shape[1], dtype=np.int64)

@@ -8,7 +8,8 @@ from typing import NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, Record
+from pnt_gym.arrays import Bools, Floats, Ints, Record, dot
+from pnt_gym.cells.base.rotations import to_body_axes
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.planning.motion.limits import LimitRows
@@ -166,6 +167,27 @@ class Context(Record):
         return self.visible_grasp + self.unseen
 
     @cached_property
+    def hanging(self) -> Floats:
+        """True centre of mass relative to the cup's tip, of an object that hangs at rest (N, 3) [m]."""
+        return np.concatenate([self.grasp, -self.objects.com_depth[:, None]], axis=1)
+
+    @cached_property
+    def arm(self) -> Floats:
+        """`hanging` in the axes of the object (N, 3) [m]."""
+        return to_body_axes(self.hanging, self.objects.yaw)
+
+    @cached_property
+    def lip_inertia(self) -> Floats:
+        """Inertia of the object, free to turn about the lip, against a moment about each body axis (N, 3) [kg m2].
+
+        This effective inertia 1 / (I^-1)_kk is less than the moment of inertia I_kk where an offset couples the axes.
+        """
+        mass, arm = self.objects.mass[:, None], self.arm
+        inertia = (-mass * arm)[:, :, None] * arm[:, None, :]
+        np.einsum("nkk->nk", inertia)[:] += self.objects.inertia + mass * dot(arm, arm)[:, None]
+        return 1.0 / np.einsum("nkk->nk", np.linalg.inv(inertia))
+
+    @cached_property
     def cup_offset(self) -> Floats:
         """Cup tip relative to the planner's point (N, 3) [m]."""
         zero = np.zeros_like(self.objects.known_depth)
@@ -181,6 +203,11 @@ class Context(Record):
         """Measured centre of mass relative to the cup axis, along world x, y (N, 2) [m]."""
         return self.visible_grasp + self.measured.grasp_noise
 
+    @cached_property
+    def measured_grasp_in_throw(self) -> tuple[Floats, Floats]:
+        """Measured centre of mass relative to the cup axis, along the throw and to its left, each (N,) [m]."""
+        return self.to_throw_frame(self.measured_grasp)
+
     def without_jitter(self) -> Context:
         """The same picks without the values that differ from throw to throw of one object: jitter and failed picks."""
         objects = self.objects
@@ -189,6 +216,8 @@ class Context(Record):
 
     def without_spin(self, rows: Bools) -> Context:
         """The same picks with zero spin where the object is lost (N,)."""
+        if not rows.any():
+            return self
         objects = self.objects
         return self.replace(objects=objects.replace(spin=np.where(rows[:, None], 0.0, objects.spin)))
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.base.alone import Fall, fall, write_object
-from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.plant import Touchdown
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA
@@ -30,7 +29,7 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
     o, geom, bins = context.objects, scene.object_geom, config.bins
     if config.drift.draught.moves:
         batch.expand("opt.wind")[rows, :2] = context.drift.draught
-    write_object(batch, rows, scene.object_body, geom, o.shape, o.size, o.mass, o.drag)
+    write_object(batch, rows, scene.object_body, geom, o.mass, o.inertia, o.placement, o.fluid)
     batch.expand("geom_pos")[rows, geom, 2] = o.com_depth - LIP_GAP - o.size[:, 2] / 2
     batch.expand("geom_friction")[rows, geom] = np.stack(
         [o.friction, 0.1 * o.rolling_friction, o.rolling_friction], axis=-1
@@ -44,12 +43,9 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
 
 
 def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    body = scene.bin_bodies[0]
-    first = int(scene.model.body_geomadr[body])
-    panels = np.arange(first, first + 5)
     half, middle = bin_panels(context.opening, bins)
-    batch.expand("body_pos")[rows, body] = context.target
-    geoms = rows[:, None], panels
+    batch.expand("body_pos")[rows, scene.bin_bodies[0]] = context.target
+    geoms = rows[:, None], scene.bin_geoms[0] + np.arange(5)
     batch.expand("geom_size")[geoms] = half
     batch.expand("geom_pos")[geoms] = middle
     batch.expand("geom_rbound")[geoms] = length(half)
@@ -61,8 +57,8 @@ def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bi
 def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
     """Move the bottoms of bins to the top of their contents; below its bottom a bin is hollow."""
     place = batch.expand("geom_pos")
-    for index, body in enumerate(scene.bin_bodies):
-        place[rows, scene.model.body_geomadr[body] + BOTTOM_PANEL, 2] = -context.depth[:, index] - bins.wall / 2
+    for index, first in enumerate(scene.bin_geoms):
+        place[rows, first + BOTTOM_PANEL, 2] = -context.depth[:, index] - bins.wall / 2
 
 
 @final
@@ -91,7 +87,7 @@ class FreeObjects:
         batch.set_const(rows)
         batch.state[rows] = 0.0
         batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
-        return fall(batch, rows, self._scene.object_body, steps, context.target[:, 2])
+        return fall(batch, rows, self._scene.object_body, steps, context.target[:, 2], self._config.timestep)
 
     def predict_landings(self, context: Context, clock: ThrowClock) -> tuple[Touchdown, Bools]:
         """Landings of N objects after planned releases, and which objects the cup touches again (N,).
@@ -143,7 +139,7 @@ class FreeObjects:
 
 def _last_moment_above(context: Context, height: Floats) -> Ints:
     """Last moments (N,) at which objects at heights (N, K) [m] are entirely above their rims."""
-    full, depth = lying_size(context.objects.shape, context.objects.size), context.objects.com_depth
+    full, depth = context.objects.extents, context.objects.com_depth
     radius = length(full) / 2.0 + np.abs(depth - full[:, 2] / 2.0)
     below = height < (context.target[:, 2] + radius)[:, None]
     return np.maximum(height.shape[1] - 1 - np.argmax(~below[:, ::-1], axis=1), 0) * (~below).any(axis=1)

@@ -9,10 +9,9 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.base.plant import step_counts
-from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.clearance import FORESIGHT, MARGIN, Passage, predict_passage, touches
+from pnt_gym.cells.conveyor.cup.clearance import FORESIGHT, MARGIN, follow_passage, predict_passage, touches
 from pnt_gym.cells.conveyor.cup.hold import Grips, grips, picked
 from pnt_gym.cells.conveyor.cup.parting import Parting
 from pnt_gym.cells.conveyor.cup.swing import swing_objects
@@ -98,11 +97,6 @@ class ThrowClock:
         """Steps between two samples of the hand's path."""
         return max(round(KNOT_SPACING / self.step), 1)
 
-    @property
-    def _solid_offset(self) -> Floats:
-        """Lower end of the cup's solid part, relative to the cup's tip (3,) [m]."""
-        return np.array([0.0, 0.0, self.lip])
-
     def hand(self, steps: Ints) -> Samples:
         """The planned motion of the cup's tip at the beginning of steps (K,) or (N, K)."""
         motion = self.path.sample(steps * self.step - self.path_delay[:, None])
@@ -113,8 +107,7 @@ class ThrowClock:
         steps = np.arange(0, int((self.end - self.release).max()), self.stride, dtype=np.int64)
         hand, since = self.hand(self.release[:, None] + steps), np.asarray(steps * self.step, dtype=np.float64)
         passage = predict_passage(self.parting, (hand.position, hand.velocity), since)
-        passage = replace(passage, centre=passage.centre - self._solid_offset)
-        possible = passage.may_touch(context.objects, self.stride * self.step, FORESIGHT)
+        possible = passage.may_touch(context.objects, self.stride * self.step, FORESIGHT, self.lip)
         possible[:, 0] = True  # the step of the release, whether clear or not of the solid part above a lip
         last = possible.shape[1] - np.argmax(possible[:, ::-1], axis=1)
         return np.asarray(np.minimum(self.release + last * self.stride, self.end - 1))
@@ -131,11 +124,10 @@ class ThrowClock:
             count: number of steps that count (N,).
             margin: gap below which a touch is possible [m].
         """
-        position, velocity, attitude = motion
-        steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
+        steps = np.arange(motion[0].shape[1], dtype=np.int64) * self.stride
         hand = self.hand(first[:, None] + steps)
-        passage = Passage(position - hand.position - self._solid_offset, velocity - hand.velocity, vertical(attitude))
-        possible = passage.may_touch(context.objects, self.stride * self.step, margin)
+        passage = follow_passage(motion, (hand.position, hand.velocity))
+        possible = passage.may_touch(context.objects, self.stride * self.step, margin, self.lip)
         return np.asarray((possible & (steps < count[:, None])).any(axis=1))
 
     def meets(self, context: Context, motion: tuple[Floats, Floats, Floats], count: Ints) -> Bools:
@@ -150,6 +142,6 @@ class ThrowClock:
             steps = np.arange(position.shape[1], dtype=np.int64) * self.stride
             counts = (steps < count[rows, None]) & (steps * self.step >= PARTING_TIME)
             clock = take(self, rows)
-            centre = position[rows] - clock.hand(clock.release[:, None] + steps).position - self._solid_offset
+            centre = position[rows] - clock.hand(clock.release[:, None] + steps).position - [0.0, 0.0, self.lip]
             touched[rows] = (touches(take(context.objects, rows), centre, attitude[rows]) & counts).any(axis=1)
         return touched

@@ -206,12 +206,8 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         ahead = clock.end - clear
         last = -(-int(ahead.max()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
-        moves = np.arange(steps.shape[1], dtype=np.int64) * clock.stride < (ahead + clock.stride)[:, None]
-        hand = clock.hand(clear[:, None] + steps)
-        knots = joint_knots(*take(hand, (None, moves)), geometry=self.scene.robot.geometry)
-        motors = np.zeros((2, len(self._motors), *steps.shape))
-        motors[:, :, moves] = knots.torque[:, 0], knots.velocity[:, 0]
-        torque, speed = motors.transpose(0, 2, 3, 1)
+        knots = joint_knots(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
+        torque, speed = knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0)
         return Effort(np.abs(torque).max(axis=(1, 2)), work_between(torque, speed, steps * clock.step))
 
     def _references(self, rows: Ints, context: Context, clock: ThrowClock, steps: int) -> Floats:
@@ -224,8 +220,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         upsample(replace(knots, torque=knots.torque * weak), stride * clock.step, stride, control)
         grip = int(self.scene.model.nu) + self.scene.grip_equality
         control[..., grip] = np.arange(steps, dtype=np.int64) < clock.release[:, None]
-        inertia = self.batch.expand("body_inertia")[rows, self.scene.object_body]
-        torque = inertia * to_body_axes(context.objects.spin, context.objects.yaw) / clock.step
+        torque = context.objects.inertia * to_body_axes(context.objects.spin, context.objects.yaw) / clock.step
         # The object gets its spin in the step of its release: torque = inertia x spin / step.
         control[np.arange(len(rows)), clock.release, self.scene.spin_controls] = torque
         control[..., self.scene.swing_controls] = control[..., grip, None]
@@ -249,8 +244,8 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
             self._write_springs(rows, context)
         else:
             batch.expand("site_quat")[rows, site] = yaw_attitude(-o.yaw)
-        for geom in self.scene.cup_geoms if self.config.cup.fitted else ():
-            _widen(batch, rows, geom, o.cup_radius)
+        if self.config.cup.fitted:
+            _widen(batch, rows, np.array(self.scene.cup_geoms), o.cup_radius)
 
     def _write_springs(self, rows: Ints, context: Context) -> None:
         """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""
@@ -260,13 +255,14 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         gains[rows, self.scene.swing, 1], gains[rows, self.scene.swing, 2] = -spring.stiffness, -spring.damping
 
 
-def _widen(batch: Any, rows: Ints, geom: int, radius: Floats) -> None:
-    """Write the radius (N,) [m] of a cylinder in some simulations."""
-    size, aabb = batch.expand("geom_size"), batch.expand("geom_aabb")
-    size[rows, geom, 0] = radius
-    batch.expand("geom_rbound")[rows, geom] = np.hypot(radius, size[rows, geom, 1])
-    half = np.stack([radius, radius, size[rows, geom, 1]], axis=1)
-    aabb[rows, geom] = np.concatenate([np.zeros_like(half), half], axis=1).reshape(len(rows), *aabb.shape[2:])
+def _widen(batch: Any, rows: Ints, cylinders: Ints, radius: Floats) -> None:
+    """Write the radius (N,) [m] of some cylinders in some simulations."""
+    size, aabb, places = batch.expand("geom_size"), batch.expand("geom_aabb"), (rows[:, None], cylinders)
+    size[*places, 0] = radius[:, None]
+    half = size[places][..., [0, 0, 1]]
+    batch.expand("geom_rbound")[places] = np.hypot(half[..., 0], half[..., 2])
+    bounds = np.concatenate([np.zeros_like(half), half], axis=-1)
+    aabb[places] = bounds.reshape(len(rows), len(cylinders), *aabb.shape[2:])
 
 
 def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: Fall) -> ObjectFlight:

@@ -65,6 +65,8 @@ class Surroundings:
     object_qpos: int
     object_qvel: int
     bin_bodies: tuple[int, ...]
+    bin_geoms: tuple[int, ...]
+    """The first panel of each bin, before its other panels."""
 
 
 @final
@@ -146,17 +148,15 @@ def bin_panels(size: Floats, bins: Bins) -> tuple[Floats, Floats]:
     Returns:
         Half extents (N, 5, 3) and centres (N, 5, 3) of the walls at +x, -x, +y, -y and of the bottom [m].
     """
-    hx, hy = size[:, 0] / 2, size[:, 1] / 2
-    w, d = bins.wall / 2, bins.depth / 2
-    zero, wall, high = np.zeros_like(hx), np.full_like(hx, w), np.full_like(hx, d)
-    x_wall = np.stack([wall, hy + 2 * w, high], axis=-1)
-    y_wall = np.stack([hx, wall, high], axis=-1)
-    bottom = np.stack([hx + 2 * w, hy + 2 * w, wall], axis=-1)
-    half = np.stack([x_wall, x_wall, y_wall, y_wall, bottom], axis=1)
-    middle = np.stack([hx + w, zero, -high], axis=-1), np.stack([zero, hy + w, -high], axis=-1)
-    mirror = np.array([-1.0, -1.0, 1.0])
-    under = np.stack([zero, zero, -2 * high - wall], axis=-1)
-    centre = np.stack([middle[0], middle[0] * mirror, middle[1], middle[1] * mirror, under], axis=1)
+    inner, w, d = size / 2, bins.wall / 2, bins.depth / 2
+    outer, wall = inner + 2 * w, inner + w
+    half, centre = np.full((len(size), 5, 3), w), np.zeros((len(size), 5, 3))
+    # The walls at +x and -x, which end flush with the others' outer faces; the walls at +y and -y; the bottom.
+    half[:, :2, 1], half[:, 2:4, 0], half[:, 4, :2] = outer[:, 1:], inner[:, :1], outer
+    half[:, :4, 2] = d
+    centre[:, 0, 0], centre[:, 1, 0] = wall[:, 0], -wall[:, 0]
+    centre[:, 2, 1], centre[:, 3, 1] = wall[:, 1], -wall[:, 1]
+    centre[:, :4, 2], centre[:, 4, 2] = -d, -2 * d - w
     return half, centre
 
 
@@ -196,14 +196,15 @@ def _add_object_and_bins(spec: MjSpec, config: ConveyorConfig) -> None:
 
 def _ids(model: MjModel, config: ConveyorConfig) -> dict[str, Any]:
     """The fields of `Surroundings`."""
-    joint = model.joint("object")
+    joint, bins = model.joint("object"), [model.body(f"bin_{i}").id for i in range(len(_bin_places(config)))]
     return {
         "model": model,
         "object_body": model.body("object").id,
         "object_geom": model.geom("object").id,
         "object_qpos": int(joint.qposadr[0]),
         "object_qvel": int(joint.dofadr[0]),
-        "bin_bodies": tuple(model.body(f"bin_{i}").id for i in range(len(_bin_places(config)))),
+        "bin_bodies": tuple(bins),
+        "bin_geoms": tuple(int(model.body_geomadr[body]) for body in bins),
     }
 
 

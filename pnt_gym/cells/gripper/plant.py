@@ -13,7 +13,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.alone import write_object
-from pnt_gym.cells.base.fluid import lying_size
+from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
 from pnt_gym.cells.base.plant import Plant, roll_out, step_counts
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.gripper.config import GripperConfig
@@ -99,16 +99,10 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
     def _write_models(self, hidden: Hidden, full: Floats) -> None:
         """Set each simulation's object: shape, size, mass, drag and grip."""
         batch, scene = self.batch, self.scene
-        write_object(
-            batch,
-            np.arange(len(full)),
-            scene.object_body,
-            scene.object_geom,
-            hidden.shape,
-            full,
-            hidden.mass,
-            hidden.drag,
-        )
+        rows, shape = np.arange(len(full)), hidden.shape
+        inertia, fluid = solid_shell_inertia(hidden.mass, full, shape), fluid_coefficients(shape, full, hidden.drag)
+        ids, placement = (scene.object_body, scene.object_geom), geom_placement(shape, full)
+        write_object(batch, rows, *ids, hidden.mass, inertia, placement, fluid)
         friction = batch.expand("geom_friction")
         for pad in self.scene.pads:
             friction[:, pad, 0] = hidden.friction

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, concatenate_records, length
+from pnt_gym.arrays import Floats, length
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import Limits
 
@@ -34,6 +34,10 @@ class Segments:
         durations[:, :count], jerks[:, :count] = self.durations, self.jerks
         return Segments(durations, jerks)
 
+    def contiguous(self) -> tuple[Floats, Floats]:
+        """Durations and jerks as arrays for compiled functions."""
+        return np.ascontiguousarray(self.durations), np.ascontiguousarray(self.jerks)
+
     def greatest_acceleration(self) -> Floats:
         """Return the greatest acceleration (N,) [m/s2] of motions that start without acceleration."""
         return length(np.cumsum(self.durations[..., None] * self.jerks, axis=1)).max(axis=1)
@@ -44,15 +48,11 @@ def superpose(first: Segments, second: Segments) -> Segments:
 
     Each sum has the borders of both motions, so ``first`` and ``second`` of K and L segments give K + L segments.
     """
-    end_times = [np.cumsum(part.durations, axis=1) for part in (first, second)]
-    borders = np.sort(np.concatenate(end_times, axis=1), axis=1)
-    durations = np.diff(borders, axis=1, prepend=0.0)
-    middle = borders - 0.5 * durations
-    jerks = np.zeros((*borders.shape, 3))
-    for ends, part in zip(end_times, (first, second), strict=True):
-        segments = part.pad(part.durations.shape[1] + 1)
-        index = (middle[:, :, None] > ends[:, None, :]).sum(axis=2)
-        jerks += np.take_along_axis(segments.jerks, index[:, :, None], axis=1)
+    from pnt_gym.planning.motion.sampling import add_motions  # noqa: PLC0415 - numba takes a while
+
+    count, columns = len(first.durations), first.durations.shape[1] + second.durations.shape[1]
+    durations, jerks = np.empty((count, columns)), np.empty((count, columns, 3))
+    add_motions(*first.contiguous(), *second.contiguous(), durations, jerks)
     return Segments(durations, jerks)
 
 
@@ -120,17 +120,26 @@ class JerkTrajectory:
     _table: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        from pnt_gym.planning.motion.sampling import COLUMNS, lay_out  # noqa: PLC0415 - numba takes a while
+
         _check_shapes(self.start, self.durations, self.jerks)
         zero = np.zeros_like(self.start)
         velocity = zero if self.start_velocity is None else self.start_velocity
         acceleration = zero if self.start_acceleration is None else self.start_acceleration
-        times = np.concatenate([zero[:, :1], np.cumsum(self.durations, axis=1)], axis=1)
-        knots = _integrate(Samples(self.start, velocity, acceleration), self.durations, self.jerks)
-        object.__setattr__(self, "start_velocity", velocity)
-        object.__setattr__(self, "start_acceleration", acceleration)
-        object.__setattr__(self, "knot_times", times)
-        object.__setattr__(self, "knots", knots)
-        object.__setattr__(self, "_table", _coefficients(times, knots, self.jerks, self.rides))
+        begin = [np.ascontiguousarray(values) for values in (self.start, velocity, acceleration)]
+        durations, jerks = np.ascontiguousarray(self.durations), np.ascontiguousarray(self.jerks)
+        count, columns = durations.shape
+        times, table = np.empty((count, columns + 1)), np.empty((count, columns + 2, COLUMNS))
+        knots = np.empty((3, count, columns + 1, 3))
+        if not lay_out(begin[0], begin[1], begin[2], durations, jerks, self.rides, times, knots, table):
+            raise _value_error(self.start, durations, jerks)
+        self.__dict__.update(
+            start_velocity=velocity,
+            start_acceleration=acceleration,
+            knot_times=times,
+            knots=Samples(*knots),
+            _table=table,
+        )
 
     @classmethod
     def concatenate(
@@ -141,8 +150,9 @@ class JerkTrajectory:
         rides: bool = False,
     ) -> JerkTrajectory:
         """Return the paths that start at ``start`` (N, 3) and run through ``parts`` in turn."""
-        whole = concatenate_records(parts, axis=1)
-        return cls(start, whole.durations, whole.jerks, start_velocity, rides=rides)
+        durations = np.concatenate([part.durations for part in parts], axis=1)
+        jerks = np.concatenate([part.jerks for part in parts], axis=1)
+        return cls(start, durations, jerks, start_velocity, rides=rides)
 
     @property
     def duration(self) -> Floats:
@@ -162,7 +172,7 @@ class JerkTrajectory:
         from pnt_gym.planning.motion.sampling import sample  # noqa: PLC0415 - numba takes a while
 
         time = self._times(times)
-        position, velocity, acceleration = np.empty((3, *time.shape, 3))
+        position, velocity, acceleration = np.empty((3, len(self._table), time.shape[1], 3))
         sample(self._table, time, position, velocity, acceleration)
         return Samples(position, velocity, acceleration)
 
@@ -171,7 +181,7 @@ class JerkTrajectory:
         from pnt_gym.planning.motion.sampling import JERK, rows_at  # noqa: PLC0415 - numba takes a while
 
         time = self._times(times)
-        rows = np.empty(time.shape, dtype=np.int64)
+        rows = np.empty((len(self._table), time.shape[1]), dtype=np.int64)
         rows_at(self._table, time, rows)
         return np.take_along_axis(self._table[..., JERK : JERK + 3], rows[..., None], axis=1)
 
@@ -194,11 +204,11 @@ class JerkTrajectory:
         )
 
     def _times(self, times: ArrayLike) -> Floats:
-        """Times of all paths (N, M) as a new array."""
+        """Times of each path (N, M), or of all paths (1, M)."""
         time, count = np.asarray(times, dtype=np.float64), len(self._table)
         if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
             raise PlanningError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
-        return np.array(np.broadcast_to(time, (count, time.shape[-1])), order="C")
+        return np.ascontiguousarray(time if time.ndim == 2 else time[None])
 
 
 def _check_shapes(start: Floats, durations: Floats, jerks: Floats) -> None:
@@ -209,37 +219,11 @@ def _check_shapes(start: Floats, durations: Floats, jerks: Floats) -> None:
         raise PlanningError(f"durations must have shape ({count}, K) with K >= 1, got {durations.shape}")
     if jerks.shape != (*durations.shape, 3):
         raise PlanningError(f"jerks must have shape {(*durations.shape, 3)}, got {jerks.shape}")
+
+
+def _value_error(start: Floats, durations: Floats, jerks: Floats) -> PlanningError:
+    """The error that names the values that no path can have."""
     if not (np.isfinite(start).all() and np.isfinite(jerks).all()):
-        raise PlanningError("start and jerks must be finite; leave infeasible plans out of a trajectory")
+        return PlanningError("start and jerks must be finite; leave infeasible plans out of a trajectory")
     bad = ~(np.isfinite(durations) & (durations >= 0.0))
-    if bad.any():
-        raise PlanningError(f"durations must be finite and not negative [s], got {durations[bad][0]}")
-
-
-def _integrate(first: Samples, durations: Floats, jerks: Floats) -> Samples:
-    """States at all borders, each (N, K + 1, 3), as sums of the segments' increments."""
-    d = durations[:, :, None]
-    acceleration = _running_sum(first.acceleration, d * jerks)
-    velocity = _running_sum(first.velocity, d * (acceleration[:, :-1] + 0.5 * d * jerks))
-    cubic = acceleration[:, :-1] + d * jerks / 3.0
-    position = _running_sum(first.position, d * (velocity[:, :-1] + 0.5 * d * cubic))
-    return Samples(position, velocity, acceleration)
-
-
-def _running_sum(first: Floats, increments: Floats) -> Floats:
-    return np.cumsum(np.concatenate([first[:, None], increments], axis=1), axis=1)
-
-
-def _coefficients(times: Floats, knots: Samples, jerks: Floats, rides: bool) -> Floats:
-    """Table (N, K + 2, 13): position, velocity, acceleration, jerk, start time; at both ends rest or constant speed."""
-    count, borders = times.shape
-    table = np.zeros((count, borders + 1, 13))
-    table[:, 0, 0:3] = knots.position[:, 0]
-    table[:, 1:, 0:3] = knots.position
-    table[:, 1:-1, 3:6] = knots.velocity[:, :-1]
-    table[:, 1:-1, 6:9] = knots.acceleration[:, :-1]
-    table[:, 1:-1, 9:12] = jerks
-    table[:, 1:, 12] = times
-    if rides:
-        table[:, [0, -1], 3:6] = knots.velocity[:, [0, -1]]
-    return table
+    return PlanningError(f"durations must be finite and not negative [s], got {durations[bad][0]}")

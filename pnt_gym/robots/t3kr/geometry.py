@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from pnt_gym.arrays import Floats
+from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import PlanningError
 
 N_ARMS = 4
@@ -54,6 +55,11 @@ class ArmFrames:
     """z of attach - pivot, the same for all arms, m."""
     motor_axis: Floats
     """(4, 3) unit vectors along the motor axes."""
+
+    @cached_property
+    def columns(self) -> Floats:
+        """Cosine, sine, x and y of the offset of each arm (4, 4), as the kernel reads frames."""
+        return np.concatenate([self.cos, self.sin, self.offset_x, self.offset_y], axis=1)
 
 
 @final
@@ -151,6 +157,17 @@ class T3krGeometry(BaseModel):
             offset_z=float(z[0]),
             motor_axis=np.stack([-sin, cos, 0.0 * height], axis=1),
         )
+
+    @cached_property
+    def numbers(self) -> Floats:
+        """Constants of pose and dynamics (9,), in the order of the kernel's `numbers`."""
+        length, rods = self.arm_length, 2.0 * self.rod_mass
+        inertia = self.armature + (self.arm_inertia + self.arm_mass * self.arm_com**2) + rods * length**2 / 3.0
+        weight = GRAVITY * (self.arm_mass * self.arm_com + rods * length / 2.0)
+        moved, carried = (self.platform_mass + N_ARMS * rods / part for part in (3.0, 2.0))
+        squares = length**2 - self.rod_length**2
+        pose = self.arms.offset_z, length, squares, 0.5 / length
+        return np.array([*pose, inertia, weight, rods * length / 6.0, moved, carried])
 
 
 T3KR = T3krGeometry()

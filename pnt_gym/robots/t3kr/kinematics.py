@@ -1,12 +1,9 @@
 """Closed-form kinematics of the T3KR-class robot, for any number of poses at once.
 
 Joint angles are measured from the outward horizontal, up positive; arm i stands in quadrant i,
-counter-clockwise from (+x, +y). The platform never rotates. All arithmetic is
-element-wise, so a pose's result does not depend on the batch's other poses.
+counter-clockwise from (+x, +y). The platform never rotates. A pose's result does not depend on the batch's other
+poses.
 """
-
-from dataclasses import dataclass
-from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,31 +12,10 @@ from pnt_gym.arrays import Floats
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 
 
-@final
-@dataclass(frozen=True)
-class ArmPose:
-    """Angles and rods of the four arms, each in its own frame; every array is (4, M). NaN where out of reach."""
-
-    cos: Floats
-    """Cosine of the arm angle."""
-    sin: Floats
-    """Sine of the arm angle."""
-    rod_x: Floats
-    """Rod from elbow to platform joint, outward component, m."""
-    rod_y: Floats
-    """Component of the rod along the motor axis, m."""
-    rod_z: Floats
-    """Upward component of the rod, m."""
-    root: Floats
-    """Minus the rod's component along the elbow's direction of travel, m: zero where the arm is singular."""
-    reach: Floats
-    """Component along the arm of the vector from pivot to platform joint, m."""
-
-
-def components(points: ArrayLike) -> tuple[tuple[int, ...], Floats]:
-    """Split (..., 3) or (..., 4) points into their leading shape and contiguous (3 or 4, M) components."""
-    array = np.asarray(points, dtype=np.float64)
-    return array.shape[:-1], np.ascontiguousarray(array.reshape(-1, array.shape[-1]).T)
+def as_rows(points: ArrayLike) -> tuple[tuple[int, ...], Floats]:
+    """Split (..., 3) or (..., 4) points into their leading shape and rows (M, 3) or (M, 4), a copy."""
+    array = np.array(points, dtype=np.float64, order="C")
+    return array.shape[:-1], array.reshape(-1, array.shape[-1])
 
 
 def per_arm(values: Floats, shape: tuple[int, ...]) -> Floats:
@@ -48,27 +24,13 @@ def per_arm(values: Floats, shape: tuple[int, ...]) -> Floats:
     return np.ascontiguousarray(values.T).reshape(*shape, N_ARMS)
 
 
-def solve_arms(tcp: Floats, geometry: T3krGeometry = T3KR) -> ArmPose:
-    """Arm poses for the (3, M) TCP components, elbows outward.
+def _arm_poses(tcp: Floats, geometry: T3krGeometry) -> Floats:
+    """Cosine and sine of each arm, and the rod's components in the arm's frame (5, 4, M), for TCPs (M, 3)."""
+    from pnt_gym.robots.t3kr.kernel import fill_poses  # noqa: PLC0415 - compiles, where nothing is kept
 
-    In an arm's plane, with d from pivot to platform joint, |d - L n(q)|^2 = l^2 is k = d_x cos q + d_z sin q
-    with k = (|d|^2 + L^2 - l^2) / 2L; the outward elbow is the root with the larger q.
-    """
-    frames, length = geometry.arms, geometry.arm_length
-    # Components of d in the arm's frame: along its azimuth, across it, and up.
-    d_x = frames.cos * tcp[0] + frames.sin * tcp[1] + frames.offset_x
-    d_y = frames.cos * tcp[1] - frames.sin * tcp[0] + frames.offset_y
-    d_z = tcp[2] + frames.offset_z
-    planar = d_x * d_x + d_z * d_z
-    # k of the docstring.
-    reach = (planar + d_y * d_y + (length**2 - geometry.rod_length**2)) * (0.5 / length)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        # The direction of d, turned by the angle whose cosine is k / |d| in the plane.
-        root = np.sqrt(planar - reach * reach)
-        scale = 1.0 / planar
-        cos = (d_x * reach - d_z * root) * scale
-        sin = (d_z * reach + d_x * root) * scale
-    return ArmPose(cos, sin, d_x - length * cos, d_y, d_z - length * sin, root, reach)
+    poses = np.empty((5, N_ARMS, len(tcp)))
+    fill_poses(tcp, geometry.arms.columns, geometry.numbers, poses)
+    return poses
 
 
 def inverse_kinematics(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
@@ -81,9 +43,9 @@ def inverse_kinematics(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     Returns:
         (..., 4) arm angles in rad from the outward horizontal, up positive; all four NaN where out of reach.
     """
-    shape, points = components(tcp)
-    arms = solve_arms(points, geometry)
-    return per_arm(np.arctan2(arms.sin, arms.cos), shape)
+    shape, points = as_rows(tcp)
+    cos, sin = _arm_poses(points, geometry)[:2]
+    return per_arm(np.arctan2(sin, cos), shape)
 
 
 def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
@@ -99,8 +61,10 @@ def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     Returns:
         (..., 3) TCP in the world, m; NaN where the rods cannot meet.
     """
-    shape, angles = components(q)
-    frames = geometry.arms
+    from pnt_gym.robots.t3kr.kernel import fit_points  # noqa: PLC0415 - compiles, where nothing is kept
+
+    shape, angles = as_rows(q)
+    angles, frames = angles.T, geometry.arms
     out = geometry.arm_length * np.cos(angles)
     centre = np.stack(
         [
@@ -111,9 +75,9 @@ def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     )
     with np.errstate(invalid="ignore", divide="ignore"):
         point = _trilaterate(centre[:, 0], centre[:, 1], centre[:, 2], geometry.rod_length)
-        for _ in range(2):
-            point = point + _fit_step(point[:, None] - centre, geometry.rod_length)
-    return np.ascontiguousarray(point.T).reshape(*shape, 3)
+    point = np.ascontiguousarray(point.T)
+    fit_points(np.ascontiguousarray(centre.T), geometry.rod_length, point)
+    return point.reshape(*shape, 3)
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
@@ -134,41 +98,6 @@ def _trilaterate(a: Floats, b: Floats, c: Floats, radius: float) -> Floats:
     return a + centre - np.copysign(height, normal[2]) * normal
 
 
-def _fit_step(rods: Floats, length: float) -> Floats:
-    """Gauss-Newton step (3, M) of the TCP that brings the (3, 4, M) rods to their length."""
-    norm = np.sqrt(_dot(rods, rods))
-    unit = rods / norm
-    load = (unit * (length - norm)).sum(axis=1)
-    return solve_normal(unit, load)
-
-
-def solve_normal(rows: Floats, load: Floats) -> Floats:
-    """Solve (R^T R) x = load by cofactors, with R the (3, 4, M) rows by component and load, x (3, M)."""
-    x, y, z = rows
-    # Entries of the symmetric matrix R^T R.
-    xx, yy, zz = (x * x).sum(axis=0), (y * y).sum(axis=0), (z * z).sum(axis=0)
-    xy, xz, yz = (x * y).sum(axis=0), (x * z).sum(axis=0), (y * z).sum(axis=0)
-    # Cofactors of the first row, which give the determinant; then the other cofactors.
-    c_xx, c_xy, c_xz = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
-    scale = 1.0 / (xx * c_xx + xy * c_xy + xz * c_xz)
-    a, b, c = load * scale
-    c_yy, c_yz, c_zz = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
-    first, second = c_xx * a + c_xy * b + c_xz * c, c_xy * a + c_yy * b + c_yz * c
-    return np.stack([first, second, c_xz * a + c_yz * b + c_zz * c])
-
-
-def jacobian_rows(arms: ArmPose, geometry: T3krGeometry = T3KR) -> Floats:
-    """dq/dx as (3, 4, M), by component of the TCP, arm, pose, from rod . (v - L dq/dt t) = 0.
-
-    v is the TCP's velocity, t the elbow's direction of travel, L the arm's length.
-    """
-    frames = geometry.arms
-    with np.errstate(invalid="ignore", divide="ignore"):
-        scale = -1.0 / (geometry.arm_length * arms.root)
-        out, along, up = arms.rod_x * scale, arms.rod_y * scale, arms.rod_z * scale
-        return np.stack([frames.cos * out - frames.sin * along, frames.sin * out + frames.cos * along, up])
-
-
 def jacobian(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     """Derivative of the arm angles by the TCP.
 
@@ -179,10 +108,13 @@ def jacobian(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     Returns:
         (..., 4, 3) dq/dx in rad/m; NaN where out of reach.
     """
-    shape, points = components(tcp)
-    rows = jacobian_rows(solve_arms(points, geometry), geometry)
-    rows[:, :, np.isnan(rows).any(axis=(0, 1))] = np.nan
-    return np.ascontiguousarray(rows.transpose(2, 1, 0)).reshape(*shape, N_ARMS, 3)
+    from pnt_gym.robots.t3kr.kernel import fill_jacobians  # noqa: PLC0415 - compiles, where nothing is kept
+
+    shape, points = as_rows(tcp)
+    rows = np.empty((len(points), N_ARMS, 3))
+    fill_jacobians(points, geometry.arms.columns, geometry.numbers, rows)
+    rows[np.isnan(rows).any(axis=(1, 2))] = np.nan
+    return rows.reshape(*shape, N_ARMS, 3)
 
 
 def closed_pose(tcp: ArrayLike, rods_per_arm: int = 1, geometry: T3krGeometry = T3KR) -> Floats:
@@ -197,19 +129,14 @@ def closed_pose(tcp: ArrayLike, rods_per_arm: int = 1, geometry: T3krGeometry = 
         (N, n) positions in the order of `model.qpos_columns`: n = 15 with one rod per arm, 27 with two (the last
         four a quaternion); NaN rows where the TCP is out of reach.
     """
-    _, points = components(np.atleast_2d(np.asarray(tcp, dtype=np.float64)))
-    arms = solve_arms(points, geometry)
-    q = np.arctan2(arms.sin, arms.cos)
+    _, points = as_rows(tcp)
+    cos, sin, rod_x, rod_y, rod_z = _arm_poses(points, geometry)
+    q = np.arctan2(sin, cos)
     # A rod's frame is turned by q + swing about -y of the arm frame, then by tilt about x.
-    swing = np.arctan2(arms.rod_x, -arms.rod_z) - q
-    tilt = np.arctan2(arms.rod_y, np.hypot(arms.rod_x, arms.rod_z))
-    rods = [swing[:, None], tilt[:, None]] * rods_per_arm
-    chains = np.concatenate([q[:, None], *rods], axis=1).reshape(-1, points.shape[1])
-    level = np.zeros((4 if rods_per_arm == 2 else 0, points.shape[1]))
-    level[:1] = 1.0
-    pose = np.concatenate([chains, points, level]).T
-    pose[np.isnan(pose).any(axis=1)] = np.nan
-    return np.ascontiguousarray(pose)
+    swing = np.arctan2(rod_x, -rod_z) - q
+    tilt = np.arctan2(rod_y, np.hypot(rod_x, rod_z))
+    level = [1.0, 0.0, 0.0, 0.0] if rods_per_arm == 2 else []
+    return _close_loops((q, swing, tilt), rods_per_arm, points, level)
 
 
 def closed_velocity(
@@ -227,22 +154,24 @@ def closed_velocity(
         (N, n) velocities in the order of `model.qvel_columns`: n = 15 with one rod per arm, 26 with two (the last three
         the angular velocity of the platform, zero); NaN rows where the TCP is out of reach.
     """
-    _, points = components(np.atleast_2d(np.asarray(tcp, dtype=np.float64)))
-    _, (x, y, z) = components(np.atleast_2d(np.asarray(velocity, dtype=np.float64)))
-    arms, frames = solve_arms(points, geometry), geometry.arms
-    rows = jacobian_rows(arms, geometry)
-    turn = rows[0] * x + rows[1] * y + rows[2] * z
-    # The rod's lower end moves with the platform, its upper end with the elbow: difference of the two velocities.
-    out = frames.cos * x + frames.sin * y + geometry.arm_length * arms.sin * turn
-    along = frames.cos * y - frames.sin * x
-    up = z - geometry.arm_length * arms.cos * turn
-    planar = arms.rod_x**2 + arms.rod_z**2
-    swing = (arms.rod_x * up - arms.rod_z * out) / planar - turn
-    level = np.sqrt(planar)
-    tilt = (along * level - arms.rod_y * (arms.rod_x * out + arms.rod_z * up) / level) / (planar + arms.rod_y**2)
-    rods = [swing[:, None], tilt[:, None]] * rods_per_arm
-    chains = np.concatenate([turn[:, None], *rods], axis=1).reshape(-1, points.shape[1])
-    still = np.zeros((3 if rods_per_arm == 2 else 0, points.shape[1]))
-    rates = np.concatenate([chains, np.stack([x, y, z]), still]).T
-    rates[np.isnan(rates).any(axis=1)] = np.nan
-    return np.ascontiguousarray(rates)
+    from pnt_gym.robots.t3kr.kernel import fill_closed_rates  # noqa: PLC0415 - compiles, where nothing is kept
+
+    _, points = as_rows(tcp)
+    _, speeds = as_rows(velocity)
+    rates = np.empty((3, N_ARMS, len(points)))
+    fill_closed_rates(points, speeds, geometry.arms.columns, geometry.numbers, rates)
+    return _close_loops(rates, rods_per_arm, speeds, [0.0, 0.0, 0.0] if rods_per_arm == 2 else [])
+
+
+def _close_loops(
+    joints: Floats | tuple[Floats, Floats, Floats], rods_per_arm: int, hand: Floats, platform: list[float]
+) -> Floats:
+    """Rows (N, n) of joint values: arm, swing and tilt of its rods (4, N) each, TCP (N, 3) and the platform's values.
+
+    Rows with a NaN are NaN.
+    """
+    arm, *rod = joints
+    chains = np.stack([arm, *rod * rods_per_arm], axis=-1).transpose(1, 0, 2).reshape(len(hand), -1)
+    values = np.concatenate([chains, hand, np.full((len(hand), len(platform)), platform)], axis=1)
+    values[np.isnan(values).any(axis=1)] = np.nan
+    return values

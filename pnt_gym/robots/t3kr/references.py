@@ -2,24 +2,32 @@
 
 Inverse kinematics and dynamics are evaluated at coarse knots (say every 4 ms). Between knots the joint
 angle is the cubic with the exact end angles and velocities, the joint velocity is that cubic's derivative,
-and the torque is linear. All arithmetic is element-wise, so a row does not depend on the other rows.
+and the torque is linear. A row does not depend on the other rows.
 """
 
-from operator import methodcaller
+from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, concatenate_records, take
+from pnt_gym.arrays import Floats
 from pnt_gym.errors import PntGymError
-from pnt_gym.robots.t3kr.dynamics import HandMotion, JointMotion, joint_motion
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 
 N_CONTROLS = 12
 """Position, velocity and feed-forward torque of four motors, in this order per motor."""
 
-_BLOCK = 4096
-"""Poses evaluated together: temporary arrays of this size stay in the processor's second-level cache."""
+
+@final
+@dataclass(frozen=True)
+class JointMotion:
+    """Joint angle (rad), velocity (rad/s), acceleration (rad/s^2) and motor torque (N m); (4, ...) arrays."""
+
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+    torque: Floats
 
 
 def knot_count(steps: int, stride: int) -> int:
@@ -48,22 +56,24 @@ def joint_knots(
     """Inverse kinematics and dynamics at the knots.
 
     Args:
-        position: (N, K, 3) TCP, m.
+        position: (N, K, 3) TCP, m; or any (..., 3).
         velocity: (N, K, 3) m/s.
         acceleration: (N, K, 3) m/s^2.
         payload: held mass, kg; broadcast to (N, K).
         geometry: the robot.
 
     Returns:
-        Joint motion and torques at the knots, (4, N, K) arrays; NaN where a pose is out of reach.
+        Joint motion and torques at the knots, (4, N, K) arrays; not finite where a pose is out of reach or singular.
     """
-    (rows, knots), hand = HandMotion.stack(position, velocity, acceleration, payload)
-    blocks: list[JointMotion] = []
-    for start in range(0, rows * knots, _BLOCK):
-        block = slice(start, start + _BLOCK)
-        blocks.append(joint_motion(take(hand, (..., block)), geometry))
-    whole = vars(concatenate_records(blocks, axis=1)).values()
-    return JointMotion(*map(methodcaller("reshape", N_ARMS, rows, knots), whole))
+    from pnt_gym.robots.t3kr.kernel import fill_joint_motion  # noqa: PLC0415 - compiles, where nothing is kept
+
+    hand = np.concatenate(np.broadcast_arrays(position, velocity, acceleration), axis=-1, dtype=np.float64)
+    shape = hand.shape[:-1]
+    mass = np.full(shape, payload, dtype=np.float64).ravel()
+    joints = np.empty((5, N_ARMS, mass.size))
+    fill_joint_motion(np.ascontiguousarray(hand.reshape(-1, 9)), mass, geometry.arms.columns, geometry.numbers, joints)
+    cos, sin, *rates = joints.reshape(5, N_ARMS, *shape)
+    return JointMotion(np.arctan2(sin, cos), *rates)
 
 
 def exact_references(knots: JointMotion) -> Floats:
@@ -85,7 +95,7 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
         knots: N motions at their knots.
         spacing: time between knots, s.
         stride: samples per knot interval.
-        out: (N, steps, C) with C >= 12; columns 0 to 11 are written, further columns are left as they are.
+        out: contiguous (N, steps, C) with C >= 12; columns 0 to 11 are written, further columns are left as they are.
 
     Returns:
         out.
@@ -93,6 +103,8 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
     Raises:
         PntGymError: (a ValueError) the shapes do not fit, or the spacing is not positive.
     """
+    from pnt_gym.robots.t3kr.kernel import fill_controls  # noqa: PLC0415 - compiles, where nothing is kept
+
     rows, steps, width = out.shape
     have, need = knots.position.shape[1:], (rows, knot_count(steps, stride))
     if have != need or width < N_CONTROLS:
@@ -102,30 +114,5 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
         )
     if not 0.0 < spacing < np.inf:
         raise PntGymError(f"spacing must be positive and finite, got {spacing} s")
-    for arm in range(N_ARMS):
-        _upsample_arm(knots, arm, spacing, stride, out[..., 3 * arm : 3 * arm + 3])
+    fill_controls(knots.position, knots.velocity, knots.torque, spacing, stride, out)
     return out
-
-
-def _upsample_arm(knots: JointMotion, arm: int, spacing: float, stride: int, out: Floats) -> None:
-    """Write position, velocity and torque of one arm between knots.
-
-    The position is the cubic Hermite p0 + h01 (p1 - p0) + h10 v0 + h11 v1, the velocity its derivative; the torque is
-    linear.
-    """
-    position, velocity, torque = knots.position[arm], knots.velocity[arm], knots.torque[arm]
-    at_knots = out[:, ::stride]
-    for channel, values in enumerate((position, velocity, torque)):
-        at_knots[..., channel] = values[:, : at_knots.shape[1]]
-    rise, lift = position[:, 1:] - position[:, :-1], torque[:, 1:] - torque[:, :-1]
-    for step in range(1, stride):
-        u = step / stride
-        samples = out[:, step::stride]
-        count = samples.shape[1]
-        p, dp, t, dt = position[:, :count], rise[:, :count], torque[:, :count], lift[:, :count]
-        v, w = velocity[:, :count], velocity[:, 1 : count + 1]
-        left, right = u * (1.0 - u) ** 2 * spacing, u * u * (u - 1.0) * spacing
-        samples[..., 0] = p + (u * u * (3.0 - 2.0 * u)) * dp + left * v + right * w
-        slope = 6.0 * u * (1.0 - u) / spacing
-        samples[..., 1] = slope * dp + ((1.0 - u) * (1.0 - 3.0 * u)) * v + (u * (3.0 * u - 2.0)) * w
-        samples[..., 2] = t + u * dt

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
-from pnt_gym.cells.base.freefall import BODY, STATE, fly_down
+from pnt_gym.cells.base.freefall import BODY, STATE, end_settled, fly_down
 
 COUNT, STEP, STRIDE = 9, 0.001, 4
 SHAPES = ("ellipsoid", "cylinder", "box")
@@ -109,3 +109,25 @@ def test_it_ends_below_its_height_and_keeps_its_last_state():
         np.testing.assert_array_equal(
             seen[row, -(-count // STRIDE) :], np.broadcast_to(after[row], (500 - -(-count // STRIDE), STATE))
         )
+
+
+def test_a_fall_ends_where_the_energy_no_longer_lifts_the_object_to_the_rim():
+    """Kinetic and potential energy per weight, of objects that are some rows of a batch in other simulations."""
+    rng = np.random.default_rng(8)
+    count, rows = 200, np.flatnonzero(rng.random(200) < 0.7)
+    simulations, steps = rng.permutation(300)[:count], rng.integers(50, 200, count)
+    sensors, qvel = rng.normal(size=(rows.size, 3, 8)), 5.0 * rng.normal(size=(300, 9))
+    inertia, mass, rim = (
+        rng.uniform(1e-5, 1e-3, (count, 3)),
+        rng.uniform(0.01, 0.1, count),
+        rng.uniform(0.0, 0.6, count),
+    )
+    last = steps.copy()
+    end_settled(sensors, qvel[:, 2:], simulations, rows, inertia / mass[:, None], rim, 128, last)
+    rate, velocity = qvel[simulations[rows], 5:8], sensors[:, -1, 3:6]
+    kinetic = (mass[rows, None] * velocity**2 + inertia[rows] * rate**2).sum(axis=1) / 2.0
+    settled = sensors[:, -1, 2] + kinetic / (mass[rows] * 9.81) < rim[rows]
+    expected = steps.copy()
+    expected[rows[settled]] = np.minimum(steps[rows[settled]], 128)
+    assert 20 < settled.sum() < rows.size - 20
+    np.testing.assert_array_equal(last, expected)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pnt_gym.cells.base.grip import SURFACES, Hold, first_below
+from pnt_gym.cells.base.grip import SURFACES, Hold
 
 GRAVITY = 9.81
 RADIUS = 0.018
@@ -16,7 +16,11 @@ def hold(force=15.0, mass=0.03, friction=0.5, depth=0.03, offset=0.004):
 
 
 def margin(one, acceleration):
-    return float(one.margin(np.array([[acceleration]]))[0, 0])
+    return smallest_margin(one, np.array([acceleration]))
+
+
+def smallest_margin(one, accelerations):
+    return float(one.smallest_margin(accelerations[None], np.array([len(accelerations)]))[0][0])
 
 
 def stays(one, acceleration):
@@ -67,8 +71,8 @@ def test_no_direction_asks_for_more_than_the_safety(force, mass, friction, depth
         assert margin(one, (0.0, 0.0, 0.0)) <= safety * (1.0 + 1e-9)
         return
     tilt, turn = np.meshgrid(np.linspace(-np.pi / 2, np.pi / 2, 721), np.linspace(0.0, np.pi, 3))
-    ways = np.stack([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)], axis=-1).reshape(1, -1, 3)
-    least = one.margin(most * ways).min()
+    ways = np.stack([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)], axis=-1).reshape(-1, 3)
+    least = smallest_margin(one, most * ways)
     assert least == pytest.approx(safety, rel=1e-4)
     assert least >= safety * (1.0 - 1e-9)
 
@@ -78,10 +82,23 @@ def test_rough_surfaces_need_more_safety_and_wet_ones_slip():
     assert SURFACES["wet"].friction < SURFACES["smooth"].friction < SURFACES["rough"].friction
 
 
-def test_the_first_step_below_one_counts():
-    margins = np.array([[2.0, 0.9, 0.5, 2.0], [2.0, 2.0, 2.0, 0.5], [0.5, 2.0, 2.0, 2.0]])
-    counts = np.array([[True] * 4, [True, True, True, False], [True] * 4])
-    assert first_below(margins, counts).tolist() == [1, -1, 0]
+def test_the_smallest_margin_and_the_first_below_one_are_those_of_arrays():
+    rng = np.random.default_rng(0)
+    fields = rng.uniform(
+        [[5.0], [0.05], [0.3], [0.01], [0.0], [0.01]], [[30.0], [0.2], [0.8], [0.1], [0.02], [0.02]], (6, 80)
+    )
+    accelerations, counts, scale = rng.normal(scale=15.0, size=(80, 25, 3)), rng.integers(0, 26, 80), 0.8
+    force, mass, friction, depth, offset, radius = fields[:, :, None]
+    x, y, z = np.moveaxis(accelerations, 2, 0)
+    sideways, down = mass * np.sqrt(x**2 + y**2), mass * (GRAVITY + z)
+    peel = sideways * depth / radius + down * (offset / radius + 1.0)
+    margins = force / np.maximum(np.maximum(down + sideways / friction, peel), 1e-9) / scale
+    within = np.arange(25) < counts[:, None]
+    low = (margins < 1.0) & within
+    margin, lost_at = Hold(*fields).smallest_margin(accelerations, counts, scale)
+    np.testing.assert_array_equal(margin, np.where(within, margins, np.inf).min(axis=1))
+    np.testing.assert_array_equal(lost_at, np.where(low.any(axis=1), low.argmax(axis=1), -1))
+    assert 0.1 < (lost_at >= 0).mean() < 0.9
 
 
 @given(st.floats(1.0, 60.0), st.floats(0.002, 0.5), st.floats(0.2, 0.8), st.floats(0.0, 0.03), st.floats(1.0, 3.0))

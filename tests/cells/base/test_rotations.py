@@ -4,19 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pnt_gym.cells.base.rotations import (
-    level_axes,
-    quaternion_product,
-    rotate,
-    to_body_axes,
-    vertical,
-    vertical_of_spinning,
-    yaw_attitude,
-)
+from pnt_gym.cells.base.rotations import level_axes, to_body_axes, vertical, yaw_attitude
 
 RANDOM = np.random.default_rng(3)
 TURNS = Rotation.random(20, rng=RANDOM)
-OTHERS = Rotation.random(20, rng=RANDOM)
 VECTORS = RANDOM.normal(size=(20, 3))
 YAW = RANDOM.uniform(-4.0, 4.0, 20)
 
@@ -35,28 +26,6 @@ def test_an_upright_body_is_turned_about_the_vertical_alone():
     assert turned.as_rotvec() == pytest.approx(Rotation.from_euler("z", YAW[:, None]).as_rotvec(), abs=1e-12)
 
 
-def test_vectors_turn_with_their_bodies():
-    assert rotate(quaternions(TURNS), VECTORS) == pytest.approx(TURNS.apply(VECTORS), abs=1e-12)
-
-
-def test_a_product_turns_in_the_axes_of_the_first_rotation():
-    both = Rotation.from_quat(quaternion_product(quaternions(TURNS), quaternions(OTHERS)), scalar_first=True)
-    assert both.apply(VECTORS) == pytest.approx((TURNS * OTHERS).apply(VECTORS), abs=1e-12)
-
-
 def test_axes_of_the_world_are_seen_by_a_body_as_turned_back():
     seen = np.stack([*level_axes(quaternions(TURNS)), vertical(quaternions(TURNS))], axis=1)
     assert seen == pytest.approx(TURNS.as_matrix(), abs=1e-12)
-
-
-def test_a_spinning_body_sees_the_vertical_turn_against_its_spin():
-    since = np.array([0.0, 0.1, 0.7])
-    seen = vertical_of_spinning(quaternions(TURNS), VECTORS, since)
-    for column, time in enumerate(since):
-        now = TURNS * Rotation.from_rotvec(VECTORS * time)
-        assert seen[:, column] == pytest.approx(now.inv().apply([0.0, 0.0, 1.0]), abs=1e-12)
-
-
-def test_a_body_that_does_not_spin_sees_the_vertical_where_it_was():
-    seen = vertical_of_spinning(quaternions(TURNS), np.zeros((20, 3)), np.array([0.0, 2.0]))
-    assert seen[:, 1] == pytest.approx(vertical(quaternions(TURNS)), abs=1e-15)

@@ -64,7 +64,7 @@ def test_a_bound_on_the_margin_is_kept_in_the_worst_direction():
     hold, push = measured_hold(context.objects, context.belt_shift), context.throw_limits.acceleration
     turns = np.random.default_rng(0).normal(size=(COUNT, 500, 3))
     turns *= (push[:, None] / np.linalg.norm(turns, axis=2))[..., None]
-    assert hold.margin(turns).min() >= 1.5
+    assert hold.smallest_margin(turns, np.full(COUNT, 500))[0].min() >= 1.5
     loose = core_of({"base": "waste_plain"}).context
     assert (measured_hold(loose.objects, loose.belt_shift).least_margin(loose.throw_limits.acceleration) < 1.5).any()
 

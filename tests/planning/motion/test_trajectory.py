@@ -203,6 +203,54 @@ def test_superposed_motions_are_the_sums_of_their_samples():
     )
 
 
+def random_segments(rng, count, columns):
+    """Segments of which some have no duration."""
+    durations = rng.uniform(0.0, 0.2, (count, columns)) * (rng.random((count, columns)) < 0.7)
+    return Segments(durations, rng.normal(size=(count, columns, 3)))
+
+
+def test_superposed_motions_are_those_of_arrays_to_the_last_bit():
+    rng = np.random.default_rng(8)
+    parts = [random_segments(rng, 60, columns) for columns in (4, 7)]
+    parts[1].durations[:9, 1:5] = parts[0].durations[:9]
+    parts[1].durations[:9, 0] = 0.0
+    whole = superpose(*parts)
+    ends = [np.cumsum(part.durations, axis=1) for part in parts]
+    borders = np.sort(np.concatenate(ends, axis=1), axis=1)
+    np.testing.assert_array_equal(whole.durations, np.diff(borders, axis=1, prepend=0.0))
+    middle = borders - 0.5 * whole.durations
+    index = [(middle[:, :, None] > end[:, None, :]).sum(axis=2)[..., None] for end in ends]
+    jerks = [np.pad(part.jerks, ((0, 0), (0, 1), (0, 0))) for part in parts]
+    expected = [np.take_along_axis(jerk, k, axis=1) for jerk, k in zip(jerks, index, strict=True)]
+    np.testing.assert_array_equal(whole.jerks, expected[0] + expected[1])
+
+
+def test_borders_are_those_of_arrays_to_the_last_bit():
+    rng = np.random.default_rng(9)
+    part, (start, velocity, acceleration) = random_segments(rng, 60, 6), rng.normal(size=(3, 60, 3))
+    path = JerkTrajectory(start, part.durations, part.jerks, velocity, acceleration)
+
+    def running_sum(first, increments):
+        return np.cumsum(np.concatenate([first[:, None], increments], axis=1), axis=1)
+
+    d, jerks = part.durations[:, :, None], part.jerks
+    a = running_sum(acceleration, d * jerks)
+    v = running_sum(velocity, d * (a[:, :-1] + 0.5 * d * jerks))
+    p = running_sum(start, d * (v[:, :-1] + 0.5 * d * (a[:, :-1] + d * jerks / 3.0)))
+    for border, expected in zip(path.knots, (p, v, a), strict=True):
+        np.testing.assert_array_equal(border, expected)
+    np.testing.assert_array_equal(path.knot_times[:, 1:], np.cumsum(part.durations, axis=1))
+    np.testing.assert_array_equal(path.knot_times[:, 0], 0.0)
+
+
+def test_times_of_all_paths_are_times_of_each():
+    part = random_segments(np.random.default_rng(10), 12, 6)
+    path, times = JerkTrajectory(np.zeros((12, 3)), part.durations, part.jerks), np.linspace(-0.1, 1.5, 70)
+    for values, expected in zip(path.sample(times), path.sample(np.tile(times, (12, 1))), strict=True):
+        np.testing.assert_array_equal(values, expected)
+    np.testing.assert_array_equal(path.jerk(times), path.jerk(np.tile(times, (12, 1))))
+
+
 def test_a_motion_that_is_over_goes_on_without_jerk():
     zero = np.zeros((1, 3))
     short = Segments(np.array([[0.1]]), np.array([[[10.0, 0.0, 0.0]]]))

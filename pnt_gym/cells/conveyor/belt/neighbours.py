@@ -1,4 +1,4 @@
-"""Collisions of a carried object with other objects on the belt: footprints along the hand's path, in arrays.
+"""Collisions of a carried object with other objects on the belt: footprints along the hand's path.
 
 In top view each object is its footprint on the belt, turned by its yaw. In the belt's frame the other objects rest and
 the carried object moves, held or in flight. The carried object meets an object whose top is higher than the carried
@@ -7,24 +7,21 @@ object's underside while the footprints overlap.
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, take
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
-from pnt_gym.cells.conveyor.objects.outline import half_extent
-from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.constants import GRAVITY
+from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 
 CHECK_INTERVAL: Final = 0.004
 """Interval between two checks for collisions [s]; a hand moves 10 mm in this time."""
 CHECK_AFTER_RELEASE: Final = 0.30
 """Time after the release in which collisions are checked, while objects may still be over the belt [s]."""
-BESIDE_DEPTH: Final = 0.02
-"""Depth below its place on the belt at which an object is beside the belt [m]."""
-_HEADINGS: Final = np.arange(16) * np.pi / 16
-"""Directions in which round outlines are separated [rad]; any direction is within 6 degrees of these."""
+Footprints: TypeAlias = Objects | Measured
+"""Objects with true or with measured shapes, sizes and yaws."""
 
 
 def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
@@ -35,17 +32,16 @@ def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
         free_at: times of the releases, after which the objects fly without air (N,) [s].
         speed: speed of the belt [m/s].
     """
-    last = free_at[:, None] + CHECK_AFTER_RELEASE
-    times = np.minimum(np.arange(0.0, float(last.max(initial=0.0)), CHECK_INTERVAL), last)
-    hand_times = np.minimum(times, free_at[:, None])
-    hand, since = motion.path.sample(hand_times), times - hand_times
-    way = hand.position - motion.pick[:, None] + since[..., None] * hand.velocity
-    way[..., 2] -= 0.5 * GRAVITY * since**2
-    way[..., 0] -= speed * times
+    from pnt_gym.cells.conveyor.belt.sweep import move_objects  # noqa: PLC0415 - numba takes a while
+
+    times = np.arange(0.0, float(free_at.max(initial=0.0)) + CHECK_AFTER_RELEASE, CHECK_INTERVAL)
+    way, velocity, _ = motion.path.sample(np.minimum(times, free_at[:, None]))
+    pick, free_at = np.ascontiguousarray(motion.pick), np.ascontiguousarray(free_at)
+    move_objects(way, velocity, pick, free_at, times, CHECK_AFTER_RELEASE, speed)
     return way
 
 
-def sweeps_through(carried: Objects, start: Floats, way: Floats, neighbours: Objects, place: Floats) -> Bools:
+def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: Footprints, place: Floats) -> Bools:
     """Whether each of N carried objects sweeps through each of K others (N, K).
 
     Args:
@@ -55,39 +51,18 @@ def sweeps_through(carried: Objects, start: Floats, way: Floats, neighbours: Obj
         neighbours: the other objects (N, K).
         place: middles of the other objects at the lift (N, K, 2) [m].
     """
-    height, tall = way[..., 2], neighbours.size[..., 2]
-    # Most of the time a hand is above all objects.
-    row, moment = np.nonzero((height < tall.max(axis=1, initial=0.0)[:, None]) & (height > -BESIDE_DEPTH))
-    x, y = (place[row, :, k] - start[row, k, None] - way[row, moment, k, None] for k in range(2))
-    reach = _outer_radius(carried)[:, None] + _outer_radius(neighbours)
-    near = x**2 + y**2 < reach[row] ** 2
-    check, neighbour = np.nonzero(near & (height[row, moment, None] < tall[row]))
-    row = row[check]
-    distance = np.stack([x[check, neighbour], y[check, neighbour]], axis=1)
-    overlap = _overlap(take(carried, row), take(neighbours, (row, neighbour)), distance)
-    collides = np.zeros(tall.shape, dtype=np.bool_)
-    collides[row[overlap], neighbour[overlap]] = True
+    from pnt_gym.cells.conveyor.belt.sweep import find_sweeps  # noqa: PLC0415 - numba takes a while
+
+    collides = np.empty(place.shape[:2], dtype=np.bool_)
+    start, way, place = (np.ascontiguousarray(values) for values in (start, way, place))
+    find_sweeps(*_outlines(carried), start, way, *_outlines(neighbours), place, collides)
     return collides
 
 
-def as_measured(objects: Objects) -> Objects:
-    """Objects with the measured extents and yaw."""
-    return objects.replace(size=objects.measured.size, yaw=objects.measured.yaw)
-
-
-def _overlap(first: Objects, second: Objects, distance: Floats) -> Bools:
-    """Whether the outlines of P pairs of objects overlap (P,), for distances between their middles (P, 2) [m].
-
-    Separating axes: convex outlines are disjoint if their projections on some direction are; for rectangles the
-    directions of their sides suffice.
-    """
-    sides = np.stack([first.yaw, first.yaw + np.pi / 2, second.yaw, second.yaw + np.pi / 2], axis=1)
-    heading = np.concatenate([sides, np.broadcast_to(_HEADINGS, (len(sides), len(_HEADINGS)))], axis=1)
-    reach = half_extent(take(first, np.s_[:, None]), heading) + half_extent(take(second, np.s_[:, None]), heading)
-    along = distance[:, :1] * np.cos(heading) + distance[:, 1:] * np.sin(heading)
-    return np.asarray((np.abs(along) < reach).all(axis=1))
-
-
-def _outer_radius(objects: Objects) -> Floats:
-    """Radii of circles around outlines, S [m]."""
-    return 0.5 * np.hypot(objects.size[..., 0], objects.size[..., 1])
+def _outlines(objects: Footprints) -> tuple[Bools, Floats, Floats]:
+    """Which objects are ellipses in top view, their sizes and yaws, in flat arrays."""
+    return (
+        np.ascontiguousarray(objects.shape == ELLIPSOID),
+        np.ascontiguousarray(objects.size),
+        np.ascontiguousarray(objects.yaw),
+    )

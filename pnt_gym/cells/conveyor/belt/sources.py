@@ -10,7 +10,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, Record, replace_rows, take
 from pnt_gym.cells.base.cell import Generators
-from pnt_gym.cells.conveyor.belt.neighbours import as_measured, course, sweeps_through
+from pnt_gym.cells.conveyor.belt.neighbours import course, sweeps_through
 from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -244,14 +244,14 @@ class BeltPicks(PickSource):
         The check uses measured values of all objects; objects that are not `good` are skipped.
         """
         candidates = np.flatnonzero(good)
-        rows, at, throws = rows[candidates], at[candidates], take(context, candidates)
+        rows, at, throws = rows[candidates], at[candidates], context if good.all() else take(context, candidates)
         motion = self._planner.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
         place = self.stream.places(rows)
         place[..., 0] += self._belt.speed * elapsed[candidates, None]
         place[np.arange(len(candidates)), PASSED_PLACES + at] = AWAY
-        neighbours = as_measured(take(self.stream.objects, rows))
+        neighbours = take(self.stream.objects.measured, rows)
         way = course(motion, motion.release_time, self._belt.speed)
-        collisions = sweeps_through(as_measured(throws.objects), throws.pick[:, :2], way, neighbours, place)
+        collisions = sweeps_through(throws.objects.measured, throws.pick[:, :2], way, neighbours, place)
         free = np.zeros(len(good), dtype=np.bool_)
         free[candidates] = ~collisions.any(axis=1)
         return free

@@ -12,15 +12,12 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.base.fluid import lying_size
+from pnt_gym.arrays import Bools, Floats, length
 from pnt_gym.cells.base.items import BOX, CYLINDER
-from pnt_gym.cells.base.rotations import level_axes, vertical, vertical_of_spinning
+from pnt_gym.cells.base.rotations import level_axes, vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.conveyor.cup.parting import Parting
-from pnt_gym.cells.conveyor.objects.outline import reach
 from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.constants import GRAVITY
 
 MARGIN: Final = 0.001
 """Gap for the hand's tracking error: three times the largest one in the shipped levels [m]."""
@@ -49,29 +46,21 @@ class Passage:
     up: Floats
     """The vertical in the object's axes (N, K, 3)."""
 
-    def may_touch(self, objects: Objects, gap: float, margin: float = MARGIN) -> Bools:
+    def may_touch(self, objects: Objects, gap: float, margin: float = MARGIN, lip: float = 0.0) -> Bools:
         """Which moments (N, K) may have a touch within half the time between two moments before or after.
 
         Args:
             objects: the N objects.
             gap: time between two moments [s].
             margin: gap below which a touch is possible [m].
+            lip: length of a compliant lip at the tip of the cup, which touches nothing [m].
         """
-        x, y, z = (self.drift[..., k] for k in range(3))
-        radius = objects.cup_radius[:, None]
-        room = margin + 0.5 * gap * np.sqrt(x * x + y * y + z * z)
-        full = lying_size(objects.shape, objects.size)
-        centre = (objects.com_depth - LIP_GAP - full[:, 2] / 2.0)[:, None]
-        upright = self.up[..., 2]
-        length, width, height = (full[:, k, None] for k in range(3))
-        wide = radius + np.abs(centre) + np.sqrt(length**2 + width**2 + height**2) / 2.0
-        sideways = np.sqrt(self.centre[..., 0] ** 2 + self.centre[..., 1] ** 2)
-        # Below the cup an object is lower than its highest point, and lower than the plane of its upper face.
-        tilt = np.sqrt(np.maximum(1.0 - upright**2, 0.0))
-        far = sideways + np.abs(centre) * tilt + radius
-        face = (height / 2.0 + tilt * far) / np.maximum(np.abs(upright), 1e-9)
-        top = self.centre[..., 2] + centre * upright + np.minimum(reach(objects, full / 2.0, self.up), face)
-        return np.asarray((top > -room) & (sideways < wide + room))
+        from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
+
+        o, near = objects, np.empty(self.centre.shape[:2], dtype=np.bool_)
+        body = o.shape, o.extents, o.com_depth - LIP_GAP, o.cup_radius
+        kernel.find_near(*body, self.centre, self.drift, self.up, gap, margin, lip, near)
+        return near
 
 
 def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats) -> Passage:
@@ -82,13 +71,30 @@ def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats
         hand: position and velocity of the hands (N, K, 3) [m, m/s], the first at the release.
         since: time from the release (K,) [s].
     """
-    place, velocity = hand
-    began = velocity[:, :1] + parting.velocity[:, None]
-    fallen = began * since[:, None] - (place - place[:, :1])
-    fallen[..., 2] -= GRAVITY / 2.0 * since**2
-    drift = began - velocity
-    drift[..., 2] -= GRAVITY * since
-    return Passage(parting.centre[:, None] + fallen, drift, vertical_of_spinning(parting.attitude, parting.rate, since))
+    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
+
+    turned = length(parting.rate)[:, None] * since
+    centre, drift, up = [np.empty_like(hand[0]) for _ in range(3)]
+    kernel.predict(
+        parting.centre, parting.velocity, parting.attitude, parting.rate, *hand, since, np.cos(turned), np.sin(turned),
+        centre, drift, up,
+    )  # fmt: skip
+    return Passage(centre, drift, up)
+
+
+def follow_passage(motion: tuple[Floats, Floats, Floats], hand: tuple[Floats, Floats]) -> Passage:
+    """Motion of N simulated objects relative to their cups.
+
+    Args:
+        motion: positions [m], velocities [m/s] (N, K, 3) and attitudes (N, K, 4) of the objects.
+        hand: position and velocity of the hands (N, K, 3) [m, m/s].
+    """
+    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
+
+    position, velocity, attitude = motion
+    up = np.empty(position.shape)
+    kernel.verticals(attitude, up)
+    return Passage(position - hand[0], velocity - hand[1], up)
 
 
 def touches(objects: Objects, centre: Floats, attitude: Floats) -> Bools:
@@ -100,7 +106,7 @@ def touches(objects: Objects, centre: Floats, attitude: Floats) -> Bools:
         attitude: quaternions of the objects, w first (N, K, 4).
     """
     along, across = level_axes(attitude)
-    half = lying_size(objects.shape, objects.size)[:, None, None] / 2.0
+    half = objects.extents[:, None, None] / 2.0
     axes = [axis[..., None, :] for axis in (along, across, vertical(attitude))]
     face = objects.cup_radius[:, None, None, None] * _FACE
     x, y, z = (face[..., k] - centre[..., None, k] for k in range(3))

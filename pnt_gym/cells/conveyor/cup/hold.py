@@ -8,7 +8,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.grip import Hold, first_below
+from pnt_gym.cells.base.grip import Hold
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects.outline import inside_outline
@@ -25,7 +25,7 @@ class Grips:
     """Results of N grips until the valves are commanded."""
 
     margin: Floats
-    """Smallest margin until the release, see `Hold.margin`; NaN where the cup holds nothing (N,)."""
+    """Smallest margin until the release, see `Hold.smallest_margin`; NaN where the cup holds nothing (N,)."""
     lost_at: Ints
     """Physics step at whose beginning the object leaves the cup (N,); -1 where the cup holds it."""
 
@@ -71,13 +71,13 @@ def grips(context: Context, sealed: Bools, path: HandPath, release_time: Floats,
     The load on the cup scales with the mismatch, like every effect that the planner does not model: at mismatch 0 every
     cup holds.
     """
-    steps = np.arange(int(np.floor(release_time.max() / config.timestep)) + 1, dtype=np.int64)
-    times = np.asarray(steps * config.timestep, dtype=np.float64)
-    counts = (times <= release_time[:, None]) & sealed[:, None]
+    times = config.timestep * np.arange(int(np.floor(release_time.max() / config.timestep)) + 1)
+    held = times <= release_time[:, None]
+    counts = np.where(sealed, held.sum(axis=1), 0)
     acceleration = path.sample(np.minimum(times, release_time[:, None])).acceleration
-    margin = true_hold(context).margin(acceleration) / max(config.mismatch, 1e-9)
-    lost = first_below(margin, counts) if config.grip.limit else np.full(len(margin), -1)
-    return Grips(np.where(sealed, np.where(counts, margin, np.inf).min(axis=1), np.nan), lost, sealed)
+    margin, lost_at = true_hold(context).smallest_margin(acceleration, counts, max(config.mismatch, 1e-9))
+    margin[~sealed] = np.nan
+    return Grips(margin, lost_at if config.grip.limit else np.full(len(margin), -1), sealed)
 
 
 def slip(context: Context, config: ConveyorConfig) -> Floats:

@@ -34,12 +34,13 @@ class Parting:
     def hanging(cls, context: Context, push: Floats) -> Self:
         """Objects that hang rigidly under their cups, and get their spin and a push (N,) [m/s] at the release."""
         o = context.objects
-        zero = np.zeros_like(o.yaw)
+        velocity = np.zeros_like(context.hanging)
+        velocity[:, 2] = -push
         return cls(
-            centre=np.concatenate([context.grasp, -o.com_depth[:, None]], axis=1),
-            velocity=np.stack([zero, zero, -push], axis=1),
+            centre=context.hanging,
+            velocity=velocity,
             attitude=yaw_attitude(o.yaw),
             rate=to_body_axes(o.spin, o.yaw),
             push=push,
-            unsure=np.zeros_like(zero, dtype=np.bool_),
+            unsure=np.zeros(len(push), dtype=np.bool_),
         )

@@ -1,11 +1,11 @@
-"""True outlines of objects: footprints on the belt, turned by the objects' yaw, and extents in space."""
+"""True outlines of objects: footprints on the belt, turned by the objects' yaw."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
+from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.conveyor.objects.records import Objects
 
 
@@ -36,20 +36,10 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
     """
     cos, sin = np.cos(objects.yaw), np.sin(objects.yaw)
     x, y = place.T
-    point = np.abs(np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1))
-    half = objects.size[:, :2] / 2.0
-    over = point - half
-    beyond = np.maximum(over, 0.0)
-    rectangle: Floats = (-over).min(axis=1).clip(min=0.0) - np.hypot(beyond[:, 0], beyond[:, 1])
-    round_: Floats = (1.0 - np.hypot(*(point / half).T)) * half.min(axis=1)
-    return np.where(objects.shape == ELLIPSOID, round_, rectangle)
-
-
-def reach(objects: Objects, half: Floats, up: Floats) -> Floats:
-    """Extent (N, K) [m] of objects from their middle along directions (N, K, 3), for half extents (N, 3) [m]."""
-    # Support functions of box, cylinder along x and ellipsoid.
-    x, y, z = (np.abs(up[..., k]) * half[:, k, None] for k in range(3))
-    shape = objects.shape[:, None]
-    return np.select(
-        [shape == BOX, shape == CYLINDER], [x + y + z, x + np.sqrt(y * y + z * z)], np.sqrt(x * x + y * y + z * z)
-    )
+    along, across = np.abs(cos * x + sin * y), np.abs(cos * y - sin * x)
+    length, width = (objects.size[:, k] / 2.0 for k in range(2))
+    beyond, aside = along - length, across - width
+    outside = np.hypot(np.maximum(beyond, 0.0), np.maximum(aside, 0.0))
+    rectangle: Floats = np.maximum(np.minimum(-beyond, -aside), 0.0) - outside
+    ellipse: Floats = (1.0 - np.hypot(along / length, across / width)) * np.minimum(length, width)
+    return np.where(objects.shape == ELLIPSOID, ellipse, rectangle)

@@ -6,9 +6,17 @@ Lengths are in m, masses in kg, forces in N, angles in rad.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 from pnt_gym.arrays import Floats, Ints, Record
+from pnt_gym.cells.base.fluid import (
+    GeomPlacement,
+    fluid_coefficients,
+    geom_placement,
+    lying_size,
+    solid_shell_inertia,
+)
 
 
 @final
@@ -92,3 +100,23 @@ class Objects(Record):
     """Speed setting of the object's throw [%]."""
     measured: Measured
     draws: Draws
+
+    @cached_property
+    def extents(self) -> Floats:
+        """Extents of the modelled bodies of N objects (N, 3) [m], see `lying_size`."""
+        return lying_size(self.shape, self.size)
+
+    @cached_property
+    def inertia(self) -> Floats:
+        """Moments of inertia of N objects about their own axes, through the centre of the extents (N, 3) [kg m2]."""
+        return solid_shell_inertia(self.mass, self.extents, self.shape)
+
+    @cached_property
+    def placement(self) -> GeomPlacement:
+        """Geoms of the modelled bodies of N objects."""
+        return geom_placement(self.shape, self.extents)
+
+    @cached_property
+    def fluid(self) -> Floats:
+        """MuJoCo's `geom_fluid` of N objects (N, 12)."""
+        return fluid_coefficients(self.shape, self.extents, self.drag)

@@ -1,4 +1,4 @@
-"""Objects on the belt that a carried one sweeps through: told as it is, and where they are solid, out of reach then."""
+"""Objects on the belt that a carried object sweeps through: they are reported, and where they are solid, lost."""
 
 import copy
 from dataclasses import replace
@@ -11,11 +11,12 @@ from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
 from pnt_gym.cells.conveyor.belt.neighbours import (
     CHECK_AFTER_RELEASE,
     CHECK_INTERVAL,
-    as_measured,
     course,
     sweeps_through,
 )
+from pnt_gym.cells.conveyor.belt.sweep import BESIDE_DEPTH
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
+from pnt_gym.cells.conveyor.objects.outline import half_extent
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.scurve import accelerate, coast
 from tests.tools.nightly import with_nightly
@@ -71,6 +72,32 @@ def test_outlines_overlap_where_they_share_points():
     assert not found[~np.array(maybe)].any()
 
 
+def overlap_in_arrays(first, second, distance):
+    """Whether outlines of pairs overlap, for distances (P, 2) between their middles, by separating axes."""
+    turns = np.broadcast_to(np.arange(16) * np.pi / 16, (len(distance), 16))
+    sides = np.stack([first.yaw, first.yaw + np.pi / 2, second.yaw, second.yaw + np.pi / 2], axis=1)
+    heading = np.concatenate([sides, turns], axis=1)
+    reach = sum(half_extent(take(objects, np.s_[:, None]), heading) for objects in (first, second))
+    along = distance[:, :1] * np.cos(heading) + distance[:, 1:] * np.sin(heading)
+    return (np.abs(along) < reach).all(axis=1)
+
+
+def test_sweeps_are_those_of_every_moment_in_arrays():
+    rng = np.random.default_rng(1)
+    count, others, moments = 40, 7, 30
+    carried, neighbours = some_objects(count, 5), take(some_objects(count * others, 7), np.arange(280).reshape(40, 7))
+    start, place = rng.uniform(-0.1, 0.1, (count, 2)), rng.uniform(-0.5, 0.5, (count, others, 2))
+    way = np.cumsum(rng.normal(scale=0.03, size=(count, moments, 3)), axis=1)
+    meets = np.zeros((count, others), dtype=bool)
+    for moment in range(moments):
+        low = (way[:, None, moment, 2] < neighbours.size[..., 2]) & (way[:, None, moment, 2] > -BESIDE_DEPTH)
+        for k in range(others):
+            distance = place[:, k] - start - way[:, moment, :2]
+            meets[:, k] |= low[:, k] & overlap_in_arrays(carried, take(neighbours, np.s_[:, k]), distance)
+    assert 0.1 < meets.mean() < 0.9
+    np.testing.assert_array_equal(sweeps_through(carried, start, way, neighbours, place), meets)
+
+
 def test_only_what_is_higher_than_the_underside_is_met():
     one, other = some_objects(4, 0), some_objects(4, 50)
     height = other.size[:, 2]
@@ -109,6 +136,18 @@ def test_ways_are_those_of_the_hand_and_then_of_a_falling_object_against_the_bel
         if flying.sum() > 2:
             second = np.diff(there[flying], 2, axis=0) / CHECK_INTERVAL**2
             np.testing.assert_allclose(second, np.tile([0.0, 0.0, -9.81], (len(second), 1)), atol=1e-6)
+
+
+def test_ways_are_those_of_arrays_to_the_last_bit():
+    motion, speed, free_at = straight_throw(), 0.37, np.array([0.021, 0.063, 0.1])
+    last = free_at[:, None] + CHECK_AFTER_RELEASE
+    times = np.minimum(np.arange(0.0, last.max(), CHECK_INTERVAL), last)
+    held = np.minimum(times, free_at[:, None])
+    hand, since = motion.path.sample(held), times - held
+    way = hand.position - motion.pick[:, None] + since[..., None] * hand.velocity
+    way[..., 2] -= 0.5 * 9.81 * since**2
+    way[..., 0] -= speed * times
+    np.testing.assert_array_equal(course(motion, free_at, speed), way)
 
 
 def test_a_lost_object_that_falls_back_meets_what_it_falls_on():
@@ -180,11 +219,3 @@ def test_ghosts_are_told_of_and_change_nothing_else():
 def test_without_a_belt_nobody_is_there():
     core = core_of(picks="independent")
     assert not core.step(np.zeros((COUNT, 2))).info["disturbed"].any()
-
-
-def test_what_the_planner_compares_is_what_the_sensors_see():
-    objects = core_of().context.objects
-    seen = as_measured(objects)
-    np.testing.assert_array_equal(seen.size, objects.measured.size)
-    np.testing.assert_array_equal(seen.yaw, objects.measured.yaw)
-    assert not np.array_equal(seen.size, objects.size)

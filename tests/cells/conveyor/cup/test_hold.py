@@ -83,7 +83,8 @@ def test_heavy_objects_are_lost_and_care_saves_them_for_time():
 def test_care_keeps_the_safety_that_is_asked_for_on_what_is_measured():
     _, picks, _, cycle, _ = thrown(limit=True, safety=1.5)
     times = np.linspace(0.0, 1.0, 200) * cycle.release_time[:, None]
-    margin = measured_hold(picks.objects, picks.belt_shift).margin(cycle.path.sample(times).acceleration)
+    hold, acceleration = measured_hold(picks.objects, picks.belt_shift), cycle.path.sample(times).acceleration
+    margin, _ = hold.smallest_margin(acceleration, np.full(len(times), 200))
     assert margin.min() >= 1.5 * (1.0 - 1e-6)
 
 

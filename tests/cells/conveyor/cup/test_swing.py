@@ -11,7 +11,7 @@ import pytest
 from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_LENGTH
-from pnt_gym.cells.conveyor.cup.swing import LARGEST_PHASE, effective_inertia, springs
+from pnt_gym.cells.conveyor.cup.swing import LARGEST_PHASE, springs
 from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.robots.t3kr.model import control_columns
 from tests.tools.nightly import with_nightly
@@ -50,7 +50,7 @@ def test_the_inertia_that_a_lip_feels_is_that_about_it_less_what_turns_the_other
     core = make_core("waste_plain", COUNT)
     with_objects(core, yaw=np.zeros(COUNT))
     picks = core.context
-    found, o = effective_inertia(picks), picks.objects
+    found, o = picks.lip_inertia, picks.objects
     own = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
     for row in range(COUNT):
         spread = np.sqrt(np.maximum(own[row].sum() / 2 - own[row], 0.0) / o.mass[row])
@@ -69,7 +69,7 @@ LIPS = [(0.1, 0.25), (1.0, 0.0), (3.0, 0.6)]
 def test_steps_have_frequency_and_decay_of_the_lip_at_any_step(stiffness, ratio):
     for step in (0.002, 0.001, 0.0002):
         core = make_core(level(timestep=step, stiffness=stiffness, damping=ratio), COUNT)
-        inertia, spring = effective_inertia(core.context)[:, :2], springs(core.context, core.config)
+        inertia, spring = core.context.lip_inertia[:, :2], springs(core.context, core.config)
         k, c = spring.stiffness[:, :2] / inertia, spring.damping[:, :2] / inertia
         ones = np.ones_like(k)
         steps = np.moveaxis(

@@ -1,0 +1,140 @@
+"""Ways of carried objects against the belt, and the outlines that they sweep through. Compiled; see `pnt_gym.compiled`.
+
+Separating axes: convex outlines are disjoint if their projections on some direction are. For rectangles the directions
+of their sides suffice; ellipses are separated along `HEADINGS` more directions.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.constants import GRAVITY
+
+# Depth below its place on the belt at which an object is beside the belt [m].
+BESIDE_DEPTH = 0.02
+# Number of directions in a half turn; any direction is within 6 degrees of these.
+HEADINGS = 16
+
+
+class Outline(NamedTuple):
+    """One outline in top view: an ellipse or a rectangle, its two extents [m] and its yaw [rad]."""
+
+    is_ellipse: bool
+    length: float
+    width: float
+    yaw: float
+
+
+@compile_for("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8[::1], f8[::1], f8, f8)")
+def move_objects(
+    position: Floats, velocity: Floats, pick: Floats, free_at: Floats, times: Floats, flight: float, speed: float
+) -> None:
+    """Overwrite positions of N hands by displacements of their objects from the belt's moving surface (N, M, 3) [m].
+
+    Args:
+        position: positions of the hands at M times, or at the release after the release.
+        velocity: velocities of the hands at these times.
+        pick: positions of the hands at time 0 (N, 3) [m].
+        free_at: times of the releases, after which the objects fly without air (N,) [s].
+        times: times since the lift (M,) [s].
+        flight: longest time after the release; at later times the objects are where they were then [s].
+        speed: speed of the belt along x [m/s].
+    """
+    for row in range(len(position)):
+        for k in range(len(times)):
+            time = min(times[k], free_at[row] + flight)
+            since = time - min(time, free_at[row])
+            for axis in range(3):
+                start = position[row, k, axis] - pick[row, axis]
+                position[row, k, axis] = start + since * velocity[row, k, axis]
+            position[row, k, 2] -= 0.5 * GRAVITY * (since * since)
+            position[row, k, 0] -= speed * time
+
+
+@kernel_part
+def _half_extent(outline: Outline, heading: float) -> float:
+    """Half extent of an outline along a direction, as `objects.outline.half_extent`."""
+    turned = heading - outline.yaw
+    along = 0.5 * outline.length * abs(math.cos(turned))
+    across = 0.5 * outline.width * abs(math.sin(turned))
+    return math.sqrt(along * along + across * across) if outline.is_ellipse else along + across
+
+
+@kernel_part
+def _overlap_along(first: Outline, second: Outline, x: float, y: float, heading: float) -> bool:
+    """Whether the projections of two outlines on a direction overlap, for the distance x, y of their middles [m]."""
+    reach = _half_extent(first, heading) + _half_extent(second, heading)
+    return abs(x * math.cos(heading) + y * math.sin(heading)) < reach
+
+
+@kernel_part
+def _overlap(first: Outline, second: Outline, x: float, y: float) -> bool:
+    """Whether two outlines overlap, for the distance x, y of their middles [m]."""
+    for yaw in (first.yaw, second.yaw, first.yaw + 0.5 * math.pi, second.yaw + 0.5 * math.pi):
+        if not _overlap_along(first, second, x, y, yaw):
+            return False
+    k = 0
+    while k < HEADINGS and _overlap_along(first, second, x, y, k * math.pi / HEADINGS):
+        k += 1
+    return k == HEADINGS
+
+
+@kernel_part
+def _outer_radius(outline: Outline) -> float:
+    """Radius of a circle around an outline [m]."""
+    return 0.5 * math.sqrt(outline.length * outline.length + outline.width * outline.width)
+
+
+@kernel_part
+def _meets(carried: Outline, way: Floats, neighbour: Outline, tall: float, x: float, y: float) -> bool:
+    """Whether a carried object meets a neighbour on its way (M, 3), at a distance x, y from its begin [m]."""
+    reach = _outer_radius(carried) + _outer_radius(neighbour)
+    for k in range(len(way)):
+        # Most of the time a hand is above all objects.
+        if -BESIDE_DEPTH < way[k, 2] < tall:
+            east, north = x - way[k, 0], y - way[k, 1]
+            if east * east + north * north < reach * reach and _overlap(carried, neighbour, east, north):
+                return True
+    return False
+
+
+@compile_for(
+    "void(b1[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, :, ::1],"
+    "b1[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], b1[:, ::1])"
+)
+def find_sweeps(
+    is_ellipse: Bools,
+    size: Floats,
+    yaw: Floats,
+    start: Floats,
+    way: Floats,
+    others_ellipse: Bools,
+    others_size: Floats,
+    others_yaw: Floats,
+    place: Floats,
+    collides: Bools,
+) -> None:
+    """Write to `collides` (N, K) which of K neighbours each of N carried objects sweeps through.
+
+    Args:
+        is_ellipse: whether the carried object is an ellipse in top view, else a rectangle (N,).
+        size: extents of the carried objects (N, 3) [m].
+        yaw: yaws of the carried objects (N,) [rad].
+        start: middles of the carried objects on the belt (N, 2) [m].
+        way: displacements of the carried objects in the belt's frame (N, M, 3) [m].
+        others_ellipse: as `is_ellipse`, of the neighbours (N, K).
+        others_size: extents of the neighbours (N, K, 3) [m].
+        others_yaw: yaws of the neighbours (N, K) [rad].
+        place: middles of the neighbours at the lift (N, K, 2) [m].
+        collides: overwritten by the result.
+    """
+    for row in range(len(way)):
+        carried = Outline(is_ellipse[row], size[row, 0], size[row, 1], yaw[row])
+        for k in range(place.shape[1]):
+            extents = others_size[row, k]
+            neighbour = Outline(others_ellipse[row, k], extents[0], extents[1], others_yaw[row, k])
+            x, y = place[row, k, 0] - start[row, 0], place[row, k, 1] - start[row, 1]
+            collides[row, k] = _meets(carried, way[row], neighbour, extents[2], x, y)

@@ -1,0 +1,274 @@
+"""Geometry of objects under their cups and beside them, moment by moment. Compiled; see `pnt_gym.compiled`.
+
+Each function serves N objects, row by row. Attitudes are unit quaternions, w first; the vertical in an object's axes is
+the third row of the rotation from the object's axes to the world's.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.items import BOX, CYLINDER
+from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.constants import GRAVITY
+
+TILT_COSINE = 0.5
+"""Cosine of the tilt beyond which an object under its cup is simulated by the engine."""
+FLAT = 1e-9
+"""Smallest cosine between the cup's axis and an object's face in a quotient."""
+
+
+@kernel_part
+def _numbers(vector: Floats) -> tuple[float, float, float]:
+    """The components of a vector (3,)."""
+    return vector[0], vector[1], vector[2]
+
+
+@kernel_part
+def _vertical(attitude: Floats) -> tuple[float, float, float]:
+    """The vertical in the axes of a body with an attitude (4,)."""
+    w, x, y, z = attitude[0], attitude[1], attitude[2], attitude[3]
+    return 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+
+
+@kernel_part
+def _rotate(rotation: Floats, a: float, b: float, c: float) -> tuple[float, float, float]:
+    """A vector (a, b, c) turned by a unit quaternion (4,)."""
+    w, x, y, z = rotation[0], rotation[1], rotation[2], rotation[3]
+    p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return a + w * p + (y * r - z * q), b + w * q + (z * p - x * r), c + w * r + (x * q - y * p)
+
+
+@kernel_part
+def _reach(shape: int, extents: Floats, a: float, b: float, c: float) -> float:
+    """Extent [m] of an object from its middle along a direction (a, b, c) in its axes: the support function."""
+    x, y, z = abs(a) * (extents[0] / 2.0), abs(b) * (extents[1] / 2.0), abs(c) * (extents[2] / 2.0)
+    if shape == BOX:
+        return x + y + z
+    if shape == CYLINDER:
+        return x + math.sqrt(y * y + z * z)
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@compile_for(
+    "void(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[:, :, ::1], f8[:, :, ::1], f8[::1], f8[:, ::1], f8[:, ::1],"
+    "f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])"
+)
+def predict(
+    centre: Floats,
+    velocity: Floats,
+    attitude: Floats,
+    rate: Floats,
+    hand: Floats,
+    hand_velocity: Floats,
+    since: Floats,
+    cosine: Floats,
+    sine: Floats,
+    path: Floats,
+    drift: Floats,
+    up: Floats,
+) -> None:
+    """Predict motions of released objects relative to their cups, under gravity alone and with constant spin.
+
+    Args:
+        centre: centres of mass relative to the tips at the release (N, 3) [m].
+        velocity: velocities relative to the hands at the release (N, 3) [m/s].
+        attitude: attitudes at the release (N, 4).
+        rate: angular velocities in the objects' axes (N, 3) [rad/s].
+        hand: positions of the tips (N, K, 3) [m], the first at the release.
+        hand_velocity: velocities of the tips (N, K, 3) [m/s].
+        since: time from the release (K,) [s].
+        cosine: cosines of the angles by which the objects have turned (N, K).
+        sine: sines of these angles (N, K).
+        path: filled with centres of mass relative to the tips (N, K, 3) [m].
+        drift: filled with velocities relative to the hands (N, K, 3) [m/s].
+        up: filled with the vertical in the objects' axes (N, K, 3).
+    """
+    for row in range(len(centre)):
+        first = _vertical(attitude[row])
+        a, b, c = _numbers(rate[row])
+        turning = math.sqrt(a * a + b * b + c * c)
+        turning = turning if turning > 0.0 else 1.0
+        a, b, c = a / turning, b / turning, c / turning
+        # Rodrigues' formula for the vertical, turned back.
+        share = a * first[0] + b * first[1] + c * first[2]
+        along = share * a, share * b, share * c
+        across = b * first[2] - c * first[1], c * first[0] - a * first[2], a * first[1] - b * first[0]
+        for k in range(len(since)):
+            time = since[k]
+            for axis in range(3):
+                began = hand_velocity[row, 0, axis] + velocity[row, axis]
+                fallen = began * time - (hand[row, k, axis] - hand[row, 0, axis])
+                speed = began - hand_velocity[row, k, axis]
+                if axis == 2:
+                    fallen -= GRAVITY / 2.0 * (time * time)
+                    speed -= GRAVITY * time
+                path[row, k, axis] = centre[row, axis] + fallen
+                drift[row, k, axis] = speed
+                turned = along[axis] + cosine[row, k] * (first[axis] - along[axis])
+                up[row, k, axis] = turned - sine[row, k] * across[axis]
+
+
+@compile_for("void(f8[:, :, :], f8[:, :, ::1])")
+def verticals(attitude: Floats, up: Floats) -> None:
+    """Write to `up` (N, K, 3) the vertical in the axes of objects with attitudes (N, K, 4)."""
+    for row in range(len(up)):
+        for k in range(up.shape[1]):
+            up[row, k, 0], up[row, k, 1], up[row, k, 2] = _vertical(attitude[row, k])
+
+
+@compile_for("void(i8[:], f8[:, :], f8[:], f8[:], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1], f8, f8, f8, b1[:, ::1])")
+def find_near(
+    shape: Ints,
+    extents: Floats,
+    top: Floats,
+    radius: Floats,
+    path: Floats,
+    drift: Floats,
+    up: Floats,
+    gap: float,
+    margin: float,
+    lip: float,
+    near: Bools,
+) -> None:
+    """Find the moments at which cups may touch objects.
+
+    Args:
+        shape: shapes of the objects (N,).
+        extents: extents of their bodies (N, 3) [m].
+        top: heights of the objects' upper faces above the centres of mass, at rest (N,) [m].
+        radius: radii of the cups (N,) [m].
+        path: centres of mass relative to the tips (N, K, 3) [m].
+        drift: velocities relative to the hands (N, K, 3) [m/s].
+        up: the vertical in the objects' axes (N, K, 3).
+        gap: time between two moments [s].
+        margin: gap below which a touch is possible [m].
+        lip: length of the lips at the tips of the cups, which touch nothing [m].
+        near: filled with whether a touch is possible within half the gap before or after (N, K).
+    """
+    for row in range(len(path)):
+        length, width, height = _numbers(extents[row])
+        centre, cup = top[row] - height / 2.0, radius[row]
+        wide = cup + abs(centre) + math.sqrt(length * length + width * width + height * height) / 2.0
+        for k in range(path.shape[1]):
+            x, y, z = _numbers(drift[row, k])
+            room = margin + 0.5 * gap * math.sqrt(x * x + y * y + z * z)
+            x, y, z = _numbers(path[row, k])
+            sideways = math.sqrt(x * x + y * y)
+            a, b, upright = _numbers(up[row, k])
+            # Below the cup an object is lower than its highest point, and lower than the plane of its upper face.
+            tilt = math.sqrt(max(1.0 - upright * upright, 0.0))
+            far = sideways + abs(centre) * tilt + cup
+            face = (height / 2.0 + tilt * far) / max(abs(upright), FLAT)
+            highest = z - lip + centre * upright + min(_reach(shape[row], extents[row], a, b, upright), face)
+            near[row, k] = highest > -room and sideways < wide + room
+
+
+@compile_for("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, :], f8[:], f8[:], f8[:, :, ::1])")
+def face_moves(
+    acceleration: Floats, velocity: Floats, draught: Floats, cosine: Floats, sine: Floats, moves: Floats
+) -> None:
+    """Turn motions of hands into the axes in which their objects hang at rest.
+
+    Args:
+        acceleration: accelerations of the hands (N, K, 3) [m/s2].
+        velocity: velocities of the hands (N, K, 3) [m/s].
+        draught: velocities of the air along x, y (N, 2) [m/s].
+        cosine: cosines of the objects' yaw (N,).
+        sine: sines of the objects' yaw (N,).
+        moves: filled with the accelerations, and the velocities against the air (N, K, 6).
+    """
+    for row in range(len(moves)):
+        cos, sin = cosine[row], sine[row]
+        for k in range(moves.shape[1]):
+            x, y, z = _numbers(acceleration[row, k])
+            moves[row, k, 0], moves[row, k, 1], moves[row, k, 2] = cos * x + sin * y, cos * y - sin * x, z
+            x, y, z = velocity[row, k, 0] - draught[row, 0], velocity[row, k, 1] - draught[row, 1], velocity[row, k, 2]
+            moves[row, k, 3], moves[row, k, 4], moves[row, k, 5] = cos * x + sin * y, cos * y - sin * x, z
+
+
+@compile_for("void(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[:], f8[:], f8[:, ::1], f8[:, ::1], f8[:, ::1])")
+def part_objects(
+    rotation: Floats,
+    rate: Floats,
+    arm: Floats,
+    hanging: Floats,
+    cosine: Floats,
+    sine: Floats,
+    centre: Floats,
+    velocity: Floats,
+    attitude: Floats,
+) -> None:
+    """Compute places, velocities and attitudes of swinging objects at their release.
+
+    Args:
+        rotation: attitudes in the axes in which the objects hang at rest (N, 4).
+        rate: angular velocities in the objects' axes (N, 3) [rad/s].
+        arm: centres of mass relative to the tips, in the objects' axes at rest (N, 3) [m].
+        hanging: attitudes of the objects at rest (N, 4).
+        cosine: cosines of the objects' yaw (N,).
+        sine: sines of the objects' yaw (N,).
+        centre: filled with centres of mass relative to the tips (N, 3) [m].
+        velocity: velocities relative to the hands (N, 3) [m/s], to which those of the swing are added.
+        attitude: filled with the attitudes (N, 4).
+    """
+    for row in range(len(rotation)):
+        turn, cos, sin = rotation[row], cosine[row], sine[row]
+        a, b, c = _numbers(arm[row])
+        x, y, z = _rotate(turn, a, b, c)
+        centre[row, 0], centre[row, 1], centre[row, 2] = cos * x - sin * y, cos * y + sin * x, z
+        p, q, r = _numbers(rate[row])
+        x, y, z = _rotate(turn, q * c - r * b, r * a - p * c, p * b - q * a)
+        velocity[row, 0] += cos * x - sin * y
+        velocity[row, 1] += cos * y + sin * x
+        velocity[row, 2] += z
+        # Hamilton's product of the attitude at rest and the turn.
+        w, a, b, c = hanging[row, 0], hanging[row, 1], hanging[row, 2], hanging[row, 3]
+        v, x, y, z = turn[0], turn[1], turn[2], turn[3]
+        attitude[row, 0] = w * v - (a * x + b * y + c * z)
+        attitude[row, 1] = w * x + v * a + (b * z - c * y)
+        attitude[row, 2] = w * y + v * b + (c * x - a * z)
+        attitude[row, 3] = w * z + v * c + (a * y - b * x)
+
+
+@compile_for("void(i8[:], f8[:, :], f8[:], f8[:, :], f8[:], f8[:, :, ::1], f8[:, :, ::1], i8[:], i8, f8, f8, b1[::1])")
+def find_solid(
+    shape: Ints,
+    extents: Floats,
+    radius: Floats,
+    arm: Floats,
+    middle: Floats,
+    attitudes: Floats,
+    hand: Floats,
+    steps: Ints,
+    stride: int,
+    lip: float,
+    floor: float,
+    touched: Bools,
+) -> None:
+    """Find the swinging objects that touch the belt or the solid part of their cups before their release.
+
+    Args:
+        shape: shapes of the objects (N,).
+        extents: extents of their bodies (N, 3) [m].
+        radius: radii of the cups (N,) [m].
+        arm: centres of mass relative to the tips, in the objects' axes at rest (N, 3) [m].
+        middle: heights of the bodies' middles above the centres of mass, at rest (N,) [m].
+        attitudes: attitudes in the axes in which the objects hang at rest, every `stride` steps (N, L, 4).
+        hand: positions of the tips at every step (N, K, 3) [m].
+        steps: numbers of steps until the objects' release (N,); later attitudes are those of the release.
+        stride: steps between two attitudes.
+        lip: length of the cups' lips [m].
+        floor: height below which an object touches the belt [m].
+        touched: filled with whether an object touches either (N,).
+    """
+    for row in range(len(attitudes)):
+        touched[row] = False
+        for k in range(attitudes.shape[1]):
+            a, b, upright = _vertical(attitudes[row, k])
+            below = arm[row, 0] * a + arm[row, 1] * b + (arm[row, 2] + middle[row]) * upright
+            low = hand[row, min(k * stride, steps[row]), 2] + below - _reach(shape[row], extents[row], a, b, upright)
+            tilt = math.sqrt(max(1.0 - upright * upright, 0.0))
+            steep = radius[row] * tilt > lip or upright < TILT_COSINE
+            touched[row] = touched[row] or steep or low < floor

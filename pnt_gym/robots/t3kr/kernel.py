@@ -1,0 +1,233 @@
+"""Kinematics, dynamics and references of the T3KR-class robot, pose by pose. Compiled; see `pnt_gym.compiled`.
+
+**Pose.** In an arm's plane, with d from the pivot to the platform joint, L the arm's and l the rod's length,
+|d - L n(q)|^2 = l^2 is k = d_x cos q + d_z sin q with k = (|d|^2 + L^2 - l^2) / 2L; the outward elbow is the root with
+the larger q.
+
+**Rates.** With t the elbow's direction of travel, v and a the motion of the TCP, |rod| = const has the derivatives
+rod . (v - L q' t) = 0 and rod . (a - L q'' t + L q'^2 n) + |rod'|^2 = 0.
+
+**Torques.** Rods are slender bars: with end accelerations a and b, the inertial forces at the ends are m (2 a + b) / 6
+and m (a + 2 b) / 6. Four motors move three coordinates; the torques are those of the smallest norm.
+
+A pose out of reach gives NaN.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.constants import GRAVITY
+
+ARMS = 4
+# Columns of an arm's `frames`: cosine and sine of its azimuth, and the vector from pivot to platform joint at a TCP in
+# the origin, along the azimuth and across it.
+COS, SIN, OFFSET_X, OFFSET_Y = range(4)
+# Entries of `numbers`: height of the platform joints above the pivots at a TCP in the origin, L, L^2 - l^2 and 0.5 / L;
+# then inertia and weight of an arm on its motor, the rods' coupling of elbow and platform, and the masses that the
+# platform moves and carries.
+OFFSET_Z, LENGTH, SQUARES, HALF, INERTIA, WEIGHT, COUPLING, MOVED, CARRIED = range(9)
+
+
+@kernel_part
+def _arm_pose(
+    frame: Floats, numbers: Floats, x: float, y: float, z: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """An arm's cosine and sine, rod (outward, along the motor axis, up), root and reach at a TCP (x, y, z).
+
+    The root is minus the rod's component along the elbow's direction of travel, zero where the arm is singular; the
+    reach is k.
+    """
+    d_x = frame[COS] * x + frame[SIN] * y + frame[OFFSET_X]
+    d_y = frame[COS] * y - frame[SIN] * x + frame[OFFSET_Y]
+    d_z = z + numbers[OFFSET_Z]
+    planar = d_x * d_x + d_z * d_z
+    reach = (planar + d_y * d_y + numbers[SQUARES]) * numbers[HALF]
+    # The direction of d, turned by the angle whose cosine is k / |d| in the plane.
+    root = np.sqrt(planar - reach * reach)
+    scale = 1.0 / planar
+    cos = (d_x * reach - d_z * root) * scale
+    sin = (d_z * reach + d_x * root) * scale
+    return cos, sin, d_x - numbers[LENGTH] * cos, d_y, d_z - numbers[LENGTH] * sin, root, reach
+
+
+@kernel_part
+def _arm_row(
+    frame: Floats, length: float, root: float, rod_x: float, rod_y: float, rod_z: float
+) -> tuple[float, float, float]:
+    """Derivative of an arm's angle by the TCP."""
+    scale = -1.0 / (length * root)
+    out, along, up = rod_x * scale, rod_y * scale, rod_z * scale
+    return frame[COS] * out - frame[SIN] * along, frame[SIN] * out + frame[COS] * along, up
+
+
+@kernel_part
+def _solve_normal(rows: Floats, load_x: float, load_y: float, load_z: float) -> tuple[float, float, float]:
+    """Solve (R^T R) x = load by cofactors, with R the rows (4, 3)."""
+    # Entries of the symmetric matrix R^T R.
+    xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for arm in range(ARMS):
+        x, y, z = rows[arm, 0], rows[arm, 1], rows[arm, 2]
+        xx, yy, zz = xx + x * x, yy + y * y, zz + z * z
+        xy, xz, yz = xy + x * y, xz + x * z, yz + y * z
+    # Cofactors of the first row, which give the determinant; then the other cofactors.
+    c_xx, c_xy, c_xz = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    scale = 1.0 / (xx * c_xx + xy * c_xy + xz * c_xz)
+    a, b, c = load_x * scale, load_y * scale, load_z * scale
+    c_yy, c_yz, c_zz = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
+    return c_xx * a + c_xy * b + c_xz * c, c_xy * a + c_yy * b + c_yz * c, c_xz * a + c_yz * b + c_zz * c
+
+
+@compile_for("void(float64[:, ::1], float64[:, ::1], float64[::1], float64[:, :, ::1])")
+def fill_poses(tcp: Floats, frames: Floats, numbers: Floats, out: Floats) -> None:
+    """Fill cosine and sine of each arm, and the rod's components in its frame (5, 4, M), for TCPs (M, 3)."""
+    for k in range(tcp.shape[0]):
+        for arm in range(ARMS):
+            pose = _arm_pose(frames[arm], numbers, tcp[k, 0], tcp[k, 1], tcp[k, 2])
+            out[0, arm, k], out[1, arm, k] = pose[0], pose[1]
+            out[2, arm, k], out[3, arm, k], out[4, arm, k] = pose[2], pose[3], pose[4]
+
+
+@compile_for("void(float64[:, ::1], float64[:, ::1], float64[::1], float64[:, :, ::1])")
+def fill_jacobians(tcp: Floats, frames: Floats, numbers: Floats, out: Floats) -> None:
+    """Fill the derivatives of the arm angles by the TCP (M, 4, 3), for TCPs (M, 3)."""
+    for k in range(tcp.shape[0]):
+        for arm in range(ARMS):
+            _, _, rod_x, rod_y, rod_z, root, _ = _arm_pose(frames[arm], numbers, tcp[k, 0], tcp[k, 1], tcp[k, 2])
+            out[k, arm, 0], out[k, arm, 1], out[k, arm, 2] = _arm_row(
+                frames[arm], numbers[LENGTH], root, rod_x, rod_y, rod_z
+            )
+
+
+@compile_for("void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[:, :, ::1])")
+def fill_closed_rates(tcp: Floats, velocity: Floats, frames: Floats, numbers: Floats, out: Floats) -> None:
+    """Fill the rates of arms, of rods in the arm's plane and of rods out of it (3, 4, M), for moving TCPs (M, 3)."""
+    length = numbers[LENGTH]
+    for k in range(tcp.shape[0]):
+        x, y, z = velocity[k, 0], velocity[k, 1], velocity[k, 2]
+        for arm in range(ARMS):
+            frame = frames[arm]
+            cos, sin, rod_x, rod_y, rod_z, root, _ = _arm_pose(frame, numbers, tcp[k, 0], tcp[k, 1], tcp[k, 2])
+            row_x, row_y, row_z = _arm_row(frame, length, root, rod_x, rod_y, rod_z)
+            turn = row_x * x + row_y * y + row_z * z
+            # The rod's lower end moves with the platform, its upper end with the elbow: difference of the velocities.
+            out_rate = frame[COS] * x + frame[SIN] * y + length * sin * turn
+            along = frame[COS] * y - frame[SIN] * x
+            up = z - length * cos * turn
+            planar = rod_x * rod_x + rod_z * rod_z
+            level = np.sqrt(planar)
+            lean = along * level - rod_y * (rod_x * out_rate + rod_z * up) / level
+            out[0, arm, k] = turn
+            out[1, arm, k] = (rod_x * up - rod_z * out_rate) / planar - turn
+            out[2, arm, k] = lean / (planar + rod_y * rod_y)
+
+
+@compile_for("void(float64[:, :, ::1], float64, float64[:, ::1])")
+def fit_points(centre: Floats, radius: float, point: Floats) -> None:
+    """Move points (M, 3) by two Gauss-Newton steps towards a distance from four centres each (M, 4, 3), in place."""
+    rods = np.empty((ARMS, 3))
+    for k in range(point.shape[0]):
+        for _ in range(2):
+            load_x, load_y, load_z = 0.0, 0.0, 0.0
+            for arm in range(ARMS):
+                x, y, z = (
+                    point[k, 0] - centre[k, arm, 0],
+                    point[k, 1] - centre[k, arm, 1],
+                    point[k, 2] - centre[k, arm, 2],
+                )
+                norm = np.sqrt(x * x + y * y + z * z)
+                rods[arm, 0], rods[arm, 1], rods[arm, 2] = x / norm, y / norm, z / norm
+                gap = radius - norm
+                load_x, load_y, load_z = load_x + x / norm * gap, load_y + y / norm * gap, load_z + z / norm * gap
+            x, y, z = _solve_normal(rods, load_x, load_y, load_z)
+            point[k, 0] += x
+            point[k, 1] += y
+            point[k, 2] += z
+
+
+@compile_for("void(float64[:, ::1], float64[::1], float64[:, ::1], float64[::1], float64[:, :, ::1])")
+def fill_joint_motion(hand: Floats, payload: Floats, frames: Floats, numbers: Floats, out: Floats) -> None:
+    """Fill cosine, sine, velocity, acceleration and motor torque of each arm (5, 4, M).
+
+    Args:
+        hand: position, velocity and acceleration of the TCP (M, 9) [m, m/s, m/s2].
+        payload: masses that the platform holds (M,) [kg].
+        frames: see above.
+        numbers: see above.
+        out: filled.
+    """
+    length, coupling, rows = numbers[LENGTH], numbers[COUPLING], np.empty((ARMS, 3))
+    for k in range(hand.shape[0]):
+        v_x, v_y, v_z, a_x, a_y, a_z = hand[k, 3], hand[k, 4], hand[k, 5], hand[k, 6], hand[k, 7], hand[k, 8]
+        speed2 = v_x * v_x + v_y * v_y + v_z * v_z
+        pull_x, pull_y, pull_z = 0.0, 0.0, 0.0
+        for arm in range(ARMS):
+            frame, row = frames[arm], rows[arm]
+            cos, sin, rod_x, rod_y, rod_z, root, reach = _arm_pose(frame, numbers, hand[k, 0], hand[k, 1], hand[k, 2])
+            row[0], row[1], row[2] = _arm_row(frame, length, root, rod_x, rod_y, rod_z)
+            turn = row[0] * v_x + row[1] * v_y + row[2] * v_z
+            # Components of the TCP's velocity and acceleration along the elbow's direction of travel.
+            speed_along = v_z * cos - (frame[COS] * v_x + frame[SIN] * v_y) * sin
+            pull_along = a_z * cos - (frame[COS] * a_x + frame[SIN] * a_y) * sin
+            elbow = length * turn
+            rod_rate2 = speed2 + elbow * (elbow - 2.0 * speed_along)
+            centripetal = elbow * turn * (reach - length)
+            linear = row[0] * a_x + row[1] * a_y + row[2] * a_z
+            rate = linear - (rod_rate2 + centripetal) / (length * root)
+            out[0, arm, k], out[1, arm, k], out[2, arm, k], out[3, arm, k] = cos, sin, turn, rate
+            # Torque that moves the motor, the arm and the rods' upper ends.
+            out[4, arm, k] = numbers[INERTIA] * rate + numbers[WEIGHT] * cos + coupling * pull_along
+            # Acceleration of the elbow over the arm's length, outward and up: tangential and centripetal.
+            outward, up = -(rate * sin + turn * turn * cos), rate * cos - turn * turn * sin
+            pull_x, pull_y, pull_z = pull_x + frame[COS] * outward, pull_y + frame[SIN] * outward, pull_z + up
+        # A slender rod puts a third of its inertia and half of its weight on its lower end, and couples a sixth of its
+        # mass to the elbow.
+        moved, weight = payload[k] + numbers[MOVED], (payload[k] + numbers[CARRIED]) * GRAVITY
+        x, y, z = _solve_normal(
+            rows,
+            moved * a_x + coupling * pull_x,
+            moved * a_y + coupling * pull_y,
+            moved * a_z + coupling * pull_z + weight,
+        )
+        # Minimum-norm motor torques with J^T torque = load: J (J^T J)^-1 load.
+        for arm in range(ARMS):
+            out[4, arm, k] += rows[arm, 0] * x + rows[arm, 1] * y + rows[arm, 2] * z
+
+
+@compile_for("void(float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], float64, int64, float64[:, :, ::1])")
+def fill_controls(position: Floats, velocity: Floats, torque: Floats, spacing: float, stride: int, out: Floats) -> None:
+    """Fill position, velocity and torque of each motor at samples from those at knots.
+
+    The position is the cubic Hermite p0 + h01 (p1 - p0) + h10 v0 + h11 v1, the velocity its derivative; the torque is
+    linear.
+
+    Args:
+        position: at the knots (4, N, K), as velocity and torque.
+        velocity: see position.
+        torque: see position.
+        spacing: time between knots [s].
+        stride: samples per knot interval.
+        out: (N, steps, 12+), of which 12 columns are filled.
+    """
+    steps = out.shape[1]
+    for row in range(out.shape[0]):
+        for first in range(0, steps, stride):
+            knot = first // stride
+            for arm in range(ARMS):
+                p, v, t = position[arm, row, knot], velocity[arm, row, knot], torque[arm, row, knot]
+                sample = out[row, first, 3 * arm : 3 * arm + 3]
+                sample[0], sample[1], sample[2] = p, v, t
+            for step in range(1, min(stride, steps - first)):
+                u = step / stride
+                left, right = u * ((1.0 - u) * (1.0 - u)) * spacing, u * u * (u - 1.0) * spacing
+                blend, slope = u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / spacing
+                early, late = (1.0 - u) * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)
+                for arm in range(ARMS):
+                    p, v, t = position[arm, row, knot], velocity[arm, row, knot], torque[arm, row, knot]
+                    dp, w = position[arm, row, knot + 1] - p, velocity[arm, row, knot + 1]
+                    sample = out[row, first + step, 3 * arm : 3 * arm + 3]
+                    sample[0] = p + blend * dp + left * v + right * w
+                    sample[1] = slope * dp + early * v + late * w
+                    sample[2] = t + u * (torque[arm, row, knot + 1] - t)
