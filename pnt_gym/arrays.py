@@ -93,6 +93,25 @@ class Record:
         state.update(columns)
         return result
 
+    def overwrite(self, rows: Any, source: Self) -> None:
+        """Write rows of all columns, in place; only for a record of which no unread record was taken.
+
+        Args:
+            rows: a numpy index.
+            source: the rows; packed if this record is packed.
+        """
+        state = self.__dict__
+        if "_block" in state:
+            state["_block"][rows] = source.__dict__["_block"]
+        for name in _column_names(self.__class__):
+            if "_block" in state and name not in state:
+                continue
+            column = getattr(self, name)
+            if isinstance(column, Record):
+                column.overwrite(rows, getattr(source, name))
+            else:
+                column[rows] = getattr(source, name)
+
     def __getstate__(self) -> tuple[dict[str, Any], bool]:
         return {name: getattr(self, name) for name in _column_names(self.__class__)}, "_is_packed" in self.__dict__
 

@@ -16,8 +16,10 @@ import numba
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 
-_NJIT: Final[Any] = partial(numba.njit, error_model="numpy")
-"""Divisions as in numpy, inf and NaN instead of exceptions. No `fastmath`: every operation is rounded as written."""
+_NJIT: Final[Any] = partial(numba.njit, error_model="numpy", nogil=True)
+"""Divisions as in numpy, inf and NaN instead of exceptions; other threads go on meanwhile.
+
+No `fastmath`: every operation is rounded as written."""
 
 
 def kernel_part(function: FunctionT) -> FunctionT:

@@ -66,6 +66,8 @@ class FeatureTable:
         self._features = tuple(features)
         self._centre = np.array([f.centre for f in features])
         self._scale = np.array([f.scale for f in features])
+        self.scaling: Floats = np.stack([self._centre, self._scale])
+        """Centre and scale of each entry (2, D)."""
 
     def __len__(self) -> int:
         return len(self._features)

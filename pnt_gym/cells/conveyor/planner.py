@@ -145,7 +145,7 @@ class PickPlanner:
     ) -> tuple[Context, Bools, Bools]:
         """Contexts for objects at their picks with given bins, which the cup can hold, and which are accepted (N,)."""
         ceiling = pick[:, 2] + self.config.motion.ceiling
-        throw_limits, can_hold = self._grip_limits(objects, pick)
+        throw_limits, can_hold = self.grip_limits(objects, pick)
         context = Context.new(
             objects,
             pick,
@@ -173,6 +173,16 @@ class PickPlanner:
         if self._put_mover is None:
             return plans
         return recompute_rows(plans, is_at_rest(context.plan) ^ is_swapped, self._put_mover.plan, *arguments)
+
+    def grip_limits(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
+        """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
+        safety, limits = self.config.grip.safety, LimitRows.t3kr(objects.percent)
+        if safety is None:
+            return limits, np.full(len(objects.measured.kind), True)
+        required = self._table.safety[objects.measured.kind] if safety == "surface" else safety
+        largest = measured_hold(objects, belt_shift(objects, pick, self.config.belt)).acceleration(required)
+        slow = np.minimum(limits.acceleration, np.maximum(largest, LEAST_ACCELERATION))
+        return limits._replace(acceleration=slow), largest >= LEAST_ACCELERATION
 
     def warn_of_reach(self) -> None:
         """Warn of fixed bins that no throw reaches: they stay empty, and other bins get their items."""
@@ -209,16 +219,6 @@ class PickPlanner:
             return context, is_thrown
         arguments = context.pick, context.target, context.throw_limits, context.ceiling
         return context.replace(plan=recompute_rows(context.plan, ~is_thrown, self._put_mover.plan, *arguments)), every
-
-    def _grip_limits(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
-        """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
-        safety, limits = self.config.grip.safety, LimitRows.t3kr(objects.percent)
-        if safety is None:
-            return limits, np.full(len(objects.measured.kind), True)
-        required = self._table.safety[objects.measured.kind] if safety == "surface" else safety
-        largest = measured_hold(objects, belt_shift(objects, pick, self.config.belt)).acceleration(required)
-        slow = np.minimum(limits.acceleration, np.maximum(largest, LEAST_ACCELERATION))
-        return limits._replace(acceleration=slow), largest >= LEAST_ACCELERATION
 
     def _reserve(self, context: Context) -> Floats | None:
         """Displacements (N, 3) [m] along the throws by which targets may move; None where no target may move."""

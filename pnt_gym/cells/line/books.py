@@ -54,15 +54,15 @@ class Books:
         Args:
             index: arrays of lines, or of lines and objects.
         """
-        return take(self._read(), index)
+        return take(self.read(), index)
 
     def since(self, index: Any) -> Floats:
         """Times from which objects may be taken, for any index of lines and objects, S; read only [s]."""
-        return self._read().since[index]
+        return self.read().since[index]
 
     def whole(self) -> Accounts:
         """A copy of all entries (N, M)."""
-        entries = self._read()
+        entries = self.read()
         return entries if self._entries is None else _copy(entries)
 
     def write(self, index: Any, entries: Accounts) -> Books:
@@ -73,15 +73,15 @@ class Books:
             entries: the new entries of these objects.
         """
         latest = self._entries is not None
-        columns = self._read()
+        columns = self.read()
         before, after = take(columns, index), Books(columns)
         _put(columns, index, entries)
         if latest:
             self._entries, self._next = None, (after, index, before)
         return after
 
-    def _read(self) -> Accounts:
-        """All entries (N, M): the arrays of the latest books, or a copy with every later write undone."""
+    def read(self) -> Accounts:
+        """All entries (N, M): the arrays of the latest books, or a copy with every later write undone; read only."""
         current, changes = self, list[tuple[Any, Accounts]]()
         while current._entries is None:
             assert current._next is not None  # earlier books always refer to the books that hold their entries

@@ -13,19 +13,26 @@ from pnt_gym.cells.base.cell import MOST_CELLS, Generators, check_whole_number
 from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers.tracking import stop_motion
-from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle, record_cycle
-from pnt_gym.cells.line.books import Accounts
+from pnt_gym.cells.line.books import Accounts, Books
 from pnt_gym.cells.line.chances import Chances, required_table
 from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
 from pnt_gym.cells.line.state import Fate, LineState
-from pnt_gym.cells.line.stream import StreamSampler, redraw
-from pnt_gym.cells.line.throws import SimulatedThrows, TableThrows, ThrowExecutor, ThrowResults
+from pnt_gym.cells.line.stream import Stream, StreamSampler, redraw
+from pnt_gym.cells.line.throws import (
+    Attempt,
+    SimulatedThrows,
+    TableThrows,
+    ThrowExecutor,
+    ThrowResults,
+    redraw_picks,
+)
 from pnt_gym.cells.line.turns import Turns
 from pnt_gym.errors import ConfigError, OrderError
+from pnt_gym.planning.motion.limits import T3KR_ACCELERATION, T3KR_JERK, T3KR_VELOCITY
+from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED
 
 USUAL_CYCLE: Final = 0.9
 """Typical time of a decision: 0.75 s with good planners, 1.4 s with random choices on the shipped levels [s]."""
@@ -38,26 +45,43 @@ MOST_OBJECTS: Final = 5_000_000
 class Decisions:
     """Decisions of N robots that were carried out, with their results."""
 
-    robot: Ints
-    """Robot that decided (N,)."""
-    valid: Bools
-    """Whether the chosen choice existed; otherwise the robot stood still for `IDLE_TIME` (N,)."""
-    index: Ints
-    """Index of the object in the stream (N,)."""
-    context: Context
-    """Picks and throws; arbitrary rows where `valid` is False (N,)."""
+    attempt: Attempt
+    """The choices."""
     results: ThrowResults
     """Results of the throws."""
     start: Floats
     """Time of the decision, since the begin of the shift (N,) [s]."""
     end: Floats
     """Time at which the robot is free again (N,) [s]."""
-    wait: Floats
-    """Standstill of the hand above the belt (N,) [s]."""
     value: Floats
     """Value brought into bins; 0 for throws that end after the shift (N,)."""
     elapsed: Floats
     """Time from this decision to the next decision of the line (N,) [s]."""
+
+    @property
+    def robot(self) -> Ints:
+        """Robot that decided (N,)."""
+        return self.attempt.robot
+
+    @property
+    def valid(self) -> Bools:
+        """Whether the chosen choice existed; otherwise the robot stood still for `IDLE_TIME` (N,)."""
+        return self.attempt.valid
+
+    @property
+    def index(self) -> Ints:
+        """Index of the object in the stream (N,)."""
+        return self.attempt.chosen.index
+
+    @property
+    def wait(self) -> Floats:
+        """Standstill of the hand above the belt (N,) [s]."""
+        return self.attempt.chosen.wait
+
+    @property
+    def context(self) -> Context:
+        """Picks and throws; arbitrary rows where `valid` is False (N,)."""
+        return self.attempt.context
 
 
 @final
@@ -67,7 +91,7 @@ class LineCell:
     Args:
         config: level of the line.
         count: number of lines N.
-        threads: threads of the physics; results do not depend on their number.
+        threads: threads of the physics and of the search for choices; results do not depend on their number.
 
     Raises:
         ConfigError: the table of throws is missing, the robots find nothing to take, or there is not enough memory
@@ -82,15 +106,17 @@ class LineCell:
         cells = [config.cell_of(index) for index in range(len(config.robots))]
         self.chances: Chances = required_table(config)
         self.chooser = Chooser(config, cells, self.chances)
-        self.turns = Turns(config, self.chooser)
+        self.turns = Turns(config, self.chooser, threads)
         self.arriving = StreamSampler(config, self.chooser.planner)
         _check_room(config, count, self.arriving.length)
+        self._numbers = _cycle_numbers(config)
         self.throws: ThrowExecutor = _throw_executor(config, cells, self.chances, count, threads)
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
         self.watched: CycleHistory | None = None
         """Recorded cycles of the first line's robots, for pictures; None records nothing."""
-        self.stream = self.arriving.empty_streams(count)
-        """Objects that come along the belts in this shift."""
+        self.live_stream = self.arriving.empty_streams(count)
+        """Objects that come along the belts in this shift; a reset may overwrite them, unlike `stream`."""
+        self._is_stream_kept = False
         self.state = self._initial_state(count)
         """States of the lines."""
         self.reset(np.arange(count), self.generators)
@@ -103,10 +129,12 @@ class LineCell:
         """Begin shifts in some lines, each with its own generator."""
         for row, generator in zip(rows, generators, strict=True):
             self.generators[int(row)] = generator
-        self.stream = self.arriving.draw(self.stream, rows, generators)
+        self.live_stream = self.arriving.draw(self.live_stream, rows, generators, in_place=not self._is_stream_kept)
+        self._is_stream_kept = False
         initial, before = self._initial_state(len(rows)), self.state
         books = before.books.write(rows, initial.books.whole())
-        self.state = self.turns.advance(self.stream, replace(replace_rows(before, rows, initial), books=books), rows)
+        fresh = replace(replace_rows(before, rows, initial), books=books)
+        self.state = self.turns.advance(self.live_stream, fresh, rows)
         if self.watched is not None and (rows == 0).any():
             self.watched = CycleHistory(self._initial_state(1).hand[0])
 
@@ -132,6 +160,16 @@ class LineCell:
         return self.watched
 
     @property
+    def stream(self) -> Stream:
+        """Objects that come along the belts in this shift; no later step or reset changes this record."""
+        self._is_stream_kept = True
+        return self.live_stream
+
+    @stream.setter
+    def stream(self, stream: Stream) -> None:
+        self.live_stream, self._is_stream_kept = stream, True
+
+    @property
     def context(self) -> LineState:
         """The states of the lines, under the name that every cell uses for its coming steps."""
         return self.state
@@ -154,7 +192,7 @@ class LineCell:
 
     def truth(self) -> Truth:
         """True objects of the coming choices, and the results of their throws where a table decides."""
-        state, stream, choices = self.state, self.stream, self.state.choices
+        state, stream, choices = self.state, self.live_stream, self.state.choices
         index = np.arange(self.count)[:, None], choices.index
         objects, worth = replace(take(stream.objects, index), percent=choices.percent), stream.worth[index]
         attempts = state.books.at(index).attempts
@@ -186,46 +224,25 @@ class LineCell:
 
     def _carry_out(self, choice: Ints) -> Decisions:
         """Carry out N decisions."""
-        state, rows = self.state, np.arange(self.count)
-        choices, robot = state.choices, state.robot
-        valid = choices.real[rows, choice]
-        chosen = take(choices, (rows, choice))
-        context = self.chooser.plan_choices(robot, self.stream, chosen)
-        results = self._execute_throws(np.flatnonzero(valid), context, chosen.index)
-        stop_time, stop_place = self._stop_of_empty_hands(context)
-        cycle = np.where(results.picked, chosen.cycle, chosen.lift + stop_time)
-        cycle, expected = np.where(valid, cycle, IDLE_TIME), np.where(valid, chosen.cycle, IDLE_TIME)
-        end = state.clock + cycle
+        from pnt_gym.cells.line.act_kernel import end_cycles  # noqa: PLC0415 - numba takes a while
+
+        state, stream, rows = self.state, self.live_stream, np.arange(self.count)
+        chosen = take(state.choices, (rows, choice))
+        attempt, valid = Attempt(self.chooser, state.robot, stream, choice, chosen), chosen.real
+        results = self.throws.execute(state, stream, attempt)
+        free, expected, busy, hand = (values.copy() for values in (state.free, state.expected, state.busy, state.hand))
+        lift, end = np.empty((2, self.count))
+        end_cycles(
+            self._numbers, state.robot, choice, state.choices.real, state.choices.numbers, results.picked, state.clock,
+            free, expected, busy, hand, lift, end,
+        )  # fmt: skip
         in_time = valid & (end <= self.config.duration)
-        value = np.where(in_time & results.sorted, self.stream.worth[rows, chosen.index], 0.0)
-        free, hand, busy = state.free.copy(), state.hand.copy(), state.busy.copy()
-        free[rows, robot] = end
-        busy[rows, robot] += np.where(valid, cycle - chosen.wait, 0.0)
-        expected_free = state.expected.copy()
-        expected_free[rows, robot] = state.clock + expected
-        stop = np.where(results.picked[:, None], chosen.stop, stop_place)
-        hand[rows, robot] = np.where(valid[:, None], stop, hand[rows, robot])
-        after = replace(
-            _update_books(state, valid, chosen.index, results, state.clock + chosen.lift, in_time),
-            free=free,
-            expected=expected_free,
-            hand=hand,
-            busy=busy,
-        )
-        self.state = self.turns.advance(self.stream, after, np.flatnonzero(~self.over))
+        value = np.where(in_time & results.sorted, stream.worth[rows, chosen.index], 0.0)
+        books = _write_attempts(state, attempt, results, lift, in_time)
+        after = replace(state, books=books, free=free, expected=expected, hand=hand, busy=busy)
+        self.state = self.turns.advance(stream, after, np.flatnonzero(~self.over))
         elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - state.clock, 0.0)
-        return Decisions(
-            robot=robot,
-            valid=valid,
-            index=chosen.index,
-            context=context,
-            results=results,
-            start=state.clock,
-            end=end,
-            wait=chosen.wait,
-            value=value,
-            elapsed=elapsed,
-        )
+        return Decisions(attempt=attempt, results=results, start=state.clock, end=end, value=value, elapsed=elapsed)
 
     def _record_cycle(self, before: LineState, decisions: Decisions, choice: int) -> RobotCycle:
         """Tracks of the first line's decision, for pictures."""
@@ -234,8 +251,8 @@ class LineCell:
             float(decisions.start[0]),
             take(decisions.context, np.zeros(1, dtype=np.int64)),
         )
-        planner, index = self.chooser.robot_kind(robot).planner, int(decisions.index[0])
-        x = self.stream.x[0, index] + self.config.cell.belt.speed * start - self.config.robot_x()[robot]
+        planner, index = self.chooser.planner_of(robot), int(decisions.index[0])
+        x = self.live_stream.x[0, index] + self.config.cell.belt.speed * start - self.config.robot_x()[robot]
         decision = Decision(
             robot=robot,
             number=index,
@@ -251,47 +268,34 @@ class LineCell:
         tip = self.acts.tips(start)[robot] - before.hand[0, robot]
         return record_cycle(decision, tip, planner.config, planner.mover, self.throws.recording)
 
-    def _execute_throws(self, rows: Ints, context: Context, index: Ints) -> ThrowResults:
-        """Results of the throws of some lines, of N; no attempt in the other lines."""
-        results = ThrowResults.nothing(self.count)
-        if rows.size == 0:
-            return results
-        objects = rows, index[rows]
-        luck, attempt = self.stream.luck[objects], self.state.books.at(objects).attempts
-        throws, luck = take(context, rows), redraw(luck, attempt)
-        throws = replace(throws, objects=redraw_picks(throws.objects, attempt))
-        return replace_rows(results, rows, self.throws.execute(rows, self.state.robot[rows], throws, luck))
 
-    def _stop_of_empty_hands(self, context: Context) -> tuple[Floats, Floats]:
-        """Time until empty hands stand still (N,) [s], and the place where they stop (N, 3) [m]."""
-        belt = self.config.cell.belt
-        if not belt.tracking:
-            return np.zeros(self.count), context.pick
-        motion = stop_motion(context.pick, context.limits, belt.speed)
-        return motion.stop_time, motion.stop
+def _write_attempts(state: LineState, attempt: Attempt, results: ThrowResults, lift: Floats, in_time: Bools) -> Books:
+    """The books after one attempt in each line where the choice exists.
+
+    Args:
+        state: states of the lines before.
+        attempt: the choices.
+        results: results of the throws (N,).
+        lift: times of the lifts (N,) [s].
+        in_time: whether each cycle exists and ends within the work shift (N,).
+    """
+    from pnt_gym.cells.line.act_kernel import account_attempts  # noqa: PLC0415 - numba takes a while
+
+    rows = np.flatnonzero(attempt.valid)
+    before, index = state.books.read(), attempt.chosen.index[rows]
+    since, (attempts, fate, taker, ended_in) = np.empty(len(rows)), np.empty((4, len(rows)), dtype=np.int64)
+    account_attempts(
+        np.array([Fate.SORTED, Fate.MISPLACED, Fate.FLOOR, Fate.HELD]), rows, index, state.robot,
+        results.picked, results.sorted, results.ended_in, lift, in_time, before.attempts, before.fate, before.taker,
+        before.ended_in, since, attempts, fate, taker, ended_in,
+    )  # fmt: skip
+    return state.books.write((rows, index), Accounts(since, attempts, fate, taker, ended_in))
 
 
-def redraw_picks(objects: Objects, attempt: Ints) -> Objects:
-    """Objects with new draws of whether the cup seals, by the number of earlier attempts, S."""
-    return replace(objects, pick_draw=redraw(objects.pick_draw, attempt))
-
-
-def _update_books(
-    state: LineState, valid: Bools, index: Ints, results: ThrowResults, lift: Floats, in_time: Bools
-) -> LineState:
-    """State with the books after one attempt in each line."""
-    rows = np.flatnonzero(valid)
-    objects, picked, counts = (rows, index[rows]), results.picked[rows], (results.picked & in_time)[rows]
-    before = state.books.at(objects)
-    ended = np.where(results.sorted, Fate.SORTED, np.where(results.ended_in >= 0, Fate.MISPLACED, Fate.FLOOR))
-    after = Accounts(
-        since=np.where(picked, np.inf, lift[rows]),
-        attempts=before.attempts + 1,
-        fate=np.where(picked, np.where(in_time[rows], ended[rows], Fate.HELD), before.fate),
-        taker=np.where(picked, state.robot[rows], before.taker),
-        ended_in=np.where(counts, results.ended_in[rows], before.ended_in),
-    )
-    return replace(state, books=state.books.write(objects, after))
+def _cycle_numbers(config: LineConfig) -> Floats:
+    """Numbers of a line as `act_kernel` names them."""
+    belt, limits = config.cell.belt, (T3KR_VELOCITY, T3KR_ACCELERATION, T3KR_JERK)
+    return np.array([*limits, belt.speed, float(belt.tracking), USUAL_SPEED, MOST_SHARE, IDLE_TIME])
 
 
 def _check_room(config: LineConfig, count: int, objects: int) -> None:

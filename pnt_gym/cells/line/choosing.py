@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
-from typing import Any, Final, final
+from dataclasses import replace
+from typing import Final, final
 
 import numpy as np
 
@@ -14,8 +14,17 @@ from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig, distinct_cells
-from pnt_gym.cells.line.options import UNAVAILABLE_X, Options, RobotKind, Sight, Turn, merge_options
-from pnt_gym.cells.line.state import CHOICES, Choices, LineState, PicksAndThrows
+from pnt_gym.cells.line.options import (
+    UNAVAILABLE_X,
+    MoverPlanner,
+    OptionPlanner,
+    Options,
+    Sight,
+    Sites,
+    ThrowCandidates,
+)
+from pnt_gym.cells.line.state import CHOICES, COLUMNS, Choices, LineState
+from pnt_gym.cells.line.straight import StraightPlanner
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
 
@@ -43,49 +52,59 @@ class Chooser:
     """
 
     def __init__(self, config: LineConfig, cells: list[ConveyorConfig], chances: Chances) -> None:
-        from pnt_gym.cells.line.lie import in_sight  # noqa: PLC0415 - numba takes a while
-
-        self._config, self._chances, self._in_sight = config, chances, in_sight
-        different, self._kind_of = distinct_cells(cells)
-        self._kinds = [RobotKind(cell, config.horizon) for cell in different]
-        self._can_take, self._places = config.can_take(), config.robot_x()
-        self._blank_choice, self._blank_context = self._sample_choice()
+        self._config, self._chances = config, chances
+        kinds, self._kind_of = distinct_cells(cells)
+        self._planners = [PickPlanner(kind) for kind in kinds]
+        self._sites = Sites(kinds, self._kind_of)
+        planner = StraightPlanner if config.cell.planner == "straight" else MoverPlanner
+        self._option_planner: OptionPlanner = planner(self._planners, self._sites, config.horizon)
+        self.can_take, self.bases = config.can_take(), config.robot_x()
+        self.numbers = _line_numbers(config)
+        """Numbers of the line as `turn_kernel` names them."""
+        self._blank_choice, self.blank = self._sample_choice()
+        """Choice and context (1,) that fill rows without a choice."""
 
     @property
     def planner(self) -> PickPlanner:
         """Planner of the robot with the most bins; apart from the fill of bins, all planners draw the same objects."""
-        return max((kind.planner for kind in self._kinds), key=lambda planner: len(planner.areas))
+        return max(self._planners, key=lambda planner: len(planner.areas))
 
-    def robot_kind(self, robot: int) -> RobotKind:
-        """The kind of robots to which a robot belongs."""
-        return self._kinds[int(self._kind_of[robot])]
+    def planner_of(self, robot: int) -> PickPlanner:
+        """The planner of a robot."""
+        return self._planners[int(self._kind_of[robot])]
 
     def initial_hand(self) -> Floats:
-        """Position of hands when a shift begins (3,) [m]."""
-        return self._kinds[0].initial_hand()
+        """Position of hands when a shift begins: above the middle of the belt (3,) [m]."""
+        belt = self._config.cell.belt
+        return np.array([0.0, (belt.lane_y[0] + belt.lane_y[1]) / 2, belt.height + 0.3])
 
     def empty_choices(self, count: int) -> Choices:
         """Choices of N lines without any real choice."""
         return take(self._blank_choice, np.zeros((count, CHOICES), dtype=np.int64))
 
     def find_choices(self, state: LineState, stream: Stream, sight: Sight) -> Choices:
-        """Choices of the deciding robots in the lines of a sight (K, CHOICES)."""
-        lines, robot = sight.line, state.robot[sight.line]
-        options = self.options(stream.objects, sight, robot, state.hand[lines, robot])
-        objects = options.row, options.place
-        worth, chance = stream.worth[lines[options.row], sight.object_index[objects]], self.chance(sight, options)
-        # Options are ranked by expected value less the price of their time.
-        place, selected = self._rank(options.row, worth * chance - self._config.price_of_time * options.cycle)
-        options, place = take(options, selected), place[selected]
-        choices = _make_choices(
-            options,
-            real=np.ones(len(selected), dtype=np.bool_),
-            index=sight.object_index[options.row, options.place],
-            value=worth[selected],
-            chance=chance[selected],
-            **self._choice_features(options, take(sight, options.row), robot[options.row]),
-        )
-        return replace_rows(self.empty_choices(len(lines)), (options.row, place), choices)
+        """Choices of the deciding robots in all lines, of which those in a sight (K lines) are found anew."""
+        choices = take(state.choices, np.arange(len(state.clock)))
+        self.write_choices(choices, state, stream, sight)
+        return choices
+
+    def write_choices(self, choices: Choices, state: LineState, stream: Stream, sight: Sight) -> Bools:
+        """Write the choices of the deciding robots in the lines of a sight; returns which lines have one (K,)."""
+        from pnt_gym.cells.line.choice_kernel import choose_options  # noqa: PLC0415 - numba takes a while
+
+        robot, has_choice = state.robot[sight.line], np.empty(len(sight.line), dtype=np.bool_)
+        hand, robots = state.hand[sight.line, robot], (self.can_take, self.bases)
+        options = self._options(stream.objects, sight, robot, hand, robots)
+        config, blank, chances = self._config, self._blank_choice, self._chances
+        numbers = config.price_of_time, config.cell.belt.speed, config.cell.belt.pick_x[0], NEAR, UNAVAILABLE_X
+        choose_options(
+            np.array(numbers), sight.line, robot, sight.object_index, sight.x, sight.kind,
+            options.row, options.place, options.bin, options.numbers, stream.worth, self.can_take, self.bases,
+            chances.percent, chances.edges, chances.picked, chances.landed,
+            blank.numbers[0], np.concatenate([blank.index, blank.bin]),
+            has_choice, choices.real, choices.index, choices.bin, choices.numbers,
+        )  # fmt: skip
+        return has_choice
 
     def plan_choices(self, robot: Ints, stream: Stream, choices: Choices) -> Context:
         """Picks and throws of choices (N,) of robots (N,), one in each line; arbitrary where not real.
@@ -93,61 +112,55 @@ class Chooser:
         Each throw is planned a second time here, because storing the first plan would take hundreds of numbers for each
         choice.
         """
-        context = take(self._blank_context, np.zeros(len(robot), dtype=np.int64))
-        for index, kind in enumerate(self._kinds):
+        context = take(self.blank, np.zeros(len(robot), dtype=np.int64))
+        for index, planner in enumerate(self._planners):
             rows = np.flatnonzero(choices.real & (self._kind_of[robot] == index))
-            kind_choices = take(choices, rows)
-            objects = replace(take(stream.objects, (rows, kind_choices.index)), percent=kind_choices.percent)
-            context = (
-                replace_rows(context, rows, kind.planner.plan_into(objects, kind_choices.pick, kind_choices.bin)[0])
-                if rows.size
-                else context
-            )
+            if rows.size > 0:
+                kind_choices = take(choices, rows)
+                objects = replace(take(stream.objects, (rows, kind_choices.index)), percent=kind_choices.percent)
+                planned = planner.plan_into(objects, kind_choices.pick, kind_choices.bin)[0]
+                context = replace_rows(context, rows, planned)
         return context
 
-    def sight(self, state: LineState, stream: Stream, lines: Ints) -> Sight:
-        """Objects that camera and encoder know in some lines (K,) now."""
-        ride, ends = self._config.cell.belt.speed * state.clock[lines], np.empty((len(lines), 2), dtype=np.int64)
-        # Objects stand in the order of x, so that those in sight follow each other.
-        self._in_sight(stream.x, lines, ride, *self._config.reach, ends)
-        first, last = ends.T
-        index = first[:, None] + np.arange(max(int((last - first).max(initial=1)), 1))
-        in_sight, index = index < last[:, None], np.minimum(index, stream.x.shape[1] - 1)
-        objects = lines[:, None], index
-        in_sight &= state.books.since(objects) <= state.clock[lines, None]
-        x = np.where(in_sight, stream.x[objects] + ride[:, None], UNAVAILABLE_X)
-        return Sight(lines, index, x, stream.objects.measured.kind[objects])
+    def sight(self, state: LineState, stream: Stream, lines: Ints, ends: Ints | None = None) -> Sight:
+        """Objects that camera and encoder know in some lines (K,) now.
 
-    def pause(self, robot: Ints, sight: Sight) -> Floats:
-        """Time after which robots (K,) without options look again (K,) [s]."""
-        belt = self._config.cell.belt
-        own_x = sight.x - self._places[robot][:, None]
-        coming = self._can_take[robot[:, None], sight.kind] & (own_x <= belt.pick_x[1])
-        border = belt.pick_x[0] - belt.speed * self._config.horizon
-        distance = np.where(coming, border - own_x, UNAVAILABLE_X)
-        return np.clip(distance.min(axis=1) / belt.speed, IDLE_TIME, LONGEST_PAUSE)
+        Args:
+            state: state of the lines.
+            stream: objects that come along.
+            lines: indices of the lines (K,).
+            ends: ranges of the objects in sight (K, 2), where they are known.
+        """
+        from pnt_gym.cells.line.turn_kernel import find_ends, show_objects  # noqa: PLC0415 - numba takes a while
+
+        if ends is None:
+            ends = np.empty((len(lines), 2), dtype=np.int64)
+            find_ends(self.numbers, lines, state.clock, stream.x, ends)
+        width = max(int((ends[:, 1] - ends[:, 0]).max(initial=1)), 1)
+        index, kind = np.empty((2, len(lines), width), dtype=np.int64)
+        x, kinds = np.empty((len(lines), width)), stream.objects.measured.kind
+        since = state.books.read().since
+        show_objects(self.numbers, lines, state.clock, stream.x, since, kinds, ends, index, x, kind)
+        return Sight(lines, index, x, kind)
 
     def options(self, objects: Objects, sight: Sight, robot: Ints, hand: Floats) -> Options:
         """Options of robots (K,) whose hands stand still at places (K, 3) [m] from their bases."""
-        turn = Turn(sight._replace(x=self._reachable_x(sight, robot)), hand)
-        if len(self._kinds) == 1:
-            return self._kinds[0].options(turn, objects)
-        parts: list[Options] = []
-        for index, kind in enumerate(self._kinds):
-            rows = np.flatnonzero(self._kind_of[robot] == index)
-            options = kind.options(take(turn, rows), objects)
-            parts.append(replace(options, row=rows[options.row]))
-        return merge_options(parts)
+        # Compiled code takes no read-only arrays.
+        index, x = np.require(sight.object_index, requirements="W"), np.require(sight.x, requirements="W")
+        writable = sight._replace(object_index=index, x=x)
+        return self._options(objects, writable, robot, hand, (self.can_take, self.bases))
 
-    def has_candidates(self, sight: Sight, robot: Ints) -> Bools:
-        """Whether an object that the robot takes is near it (K,); only then is planning worthwhile."""
-        return np.any(self._kinds[0].near(self._reachable_x(sight, robot)), axis=1)
+    def _options(
+        self, objects: Objects, sight: Sight, robot: Ints, hand: Floats, robots: tuple[Bools, Floats]
+    ) -> Options:
+        """Options as `options`, of robots of which each takes items (R, items) and stands at a place (R,) [m]."""
+        from pnt_gym.cells.line.turn_kernel import list_candidates  # noqa: PLC0415 - numba takes a while
 
-    def _reachable_x(self, sight: Sight, robot: Ints) -> Floats:
-        """Places of objects from the robots' bases (K, W) [m]; `UNAVAILABLE_X` where robots (K,) cannot take one."""
-        return np.where(
-            self._can_take[robot[:, None], sight.kind], sight.x - self._places[robot][:, None], UNAVAILABLE_X
-        )
+        most = sight.x.size * self._sites.most
+        index, x = np.empty((4, most), dtype=np.int64), np.empty(most)
+        tables = *robots, self._sites.ranges, self._sites.accepts
+        count = list_candidates(self.numbers, sight.x, sight.kind, robot, *tables, index, x)
+        return self._option_planner.plan(ThrowCandidates(index[:, :count], x[:count]), sight, hand, objects)
 
     def chance(self, sight: Sight, options: Options) -> Floats:
         """Chance that each option brings its object into its bin (C,)."""
@@ -157,67 +170,42 @@ class Chooser:
 
     def heirs(self, robot: Ints, kind: Ints) -> Bools:
         """Robots downstream of each robot (C,) that take objects classified as kinds (C,), (C, R)."""
-        return self._can_take[:, kind].T & (np.arange(len(self._places)) > robot[:, None])
+        return self.can_take[:, kind].T & (np.arange(len(self.bases)) > robot[:, None])
 
     def coming(self, state: LineState, stream: Stream) -> Floats:
         """Objects that each deciding robot takes, from the camera to the end of its window (N,)."""
-        sight, robot = self.sight(state, stream, np.arange(len(state.clock))), state.robot
-        end = self._places[robot] + self._config.cell.belt.pick_x[1]
-        is_taken = self._can_take[robot[:, None], sight.kind] & (sight.x <= end[:, None])
-        return is_taken.sum(axis=1).astype(np.float64)
+        from pnt_gym.cells.line.turn_kernel import count_coming  # noqa: PLC0415 - numba takes a while
 
-    def _rank(self, row: Ints, worth: Floats) -> tuple[Ints, Ints]:
-        """Ranks of options (C,) in their line, the best first, and indices of those that become choices."""
-        order = np.lexsort((-worth, row))
-        first = np.searchsorted(row[order], row[order])
-        place = np.empty(len(row), dtype=np.int64)
-        place[order] = np.arange(len(row)) - first
-        return place, np.flatnonzero(place < CHOICES)
-
-    def _choice_features(self, options: Options, sight: Sight, robot: Ints) -> dict[str, Floats]:
-        """Further features of options (C,), from the sights of their robots' lines."""
-        speed, (low, _) = self._config.cell.belt.speed, self._config.cell.belt.pick_x
-        rows = np.arange(len(robot))
-        object_x, kind = sight.x[rows, options.place], sight.kind[rows, options.place]
-        stop = self._places[robot] + options.stop[:, 0]
-        x_after = (
-            np.where(self._can_take[robot[:, None], sight.kind], sight.x, UNAVAILABLE_X)
-            + speed * options.cycle[:, None]
-        )
-        near = np.abs(x_after - stop[:, None]) <= NEAR
-        heirs = self.heirs(robot, kind)
-        heir, has_heir = heirs.argmax(axis=1), heirs.any(axis=1)
-        window = self._places[heir] + low
-        between = (
-            (sight.x >= object_x[:, None]) & (sight.x <= window[:, None]) & self._can_take[heir[:, None], sight.kind]
-        )
-        return {
-            "crowd": (near.sum(axis=1) - near[rows, options.place]).astype(np.float64),
-            "heirs": heirs.sum(axis=1).astype(np.float64),
-            "reaches": np.where(has_heir, np.maximum(window - object_x, 0.0) / speed, 0.0),
-            "queue": np.where(has_heir, between.sum(axis=1), 0).astype(np.float64),
-        }
+        coming, since = np.empty(len(state.clock)), state.books.read().since
+        count_coming(
+            self.numbers, state.clock, state.robot, stream.x, since, stream.objects.measured.kind,
+            self.can_take, self.bases, coming,
+        )  # fmt: skip
+        return coming
 
     def _sample_choice(self) -> tuple[Choices, Context]:
         """An arbitrary pick and throw (1,), which fills rows without a choice."""
-        generator, kind = np.random.default_rng(0), self._kinds[0]
-        objects = self.planner.draw([generator], np.zeros(1, dtype=np.int64), _TRIALS)
+        objects = self.planner.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), _TRIALS)
         low, high = self._config.cell.belt.pick_x
         x = low + (high - low) * objects.draws.place[..., 0]
-        sight = Sight(np.zeros(1, dtype=np.int64), np.arange(_TRIALS)[None], x, objects.measured.kind)
-        options = kind.options(Turn(sight, self.initial_hand()[None]), objects)
+        line, index = np.zeros(1, dtype=np.int64), np.arange(_TRIALS)[None]
+        sight, hand = Sight(line, index, x, objects.measured.kind), self.initial_hand()[None]
+        options = self._options(objects, sight, line, hand, (np.ones_like(self.can_take), np.zeros(len(self.bases))))
         if len(options.row) == 0:
             raise ConfigError(
                 f"level {self._config.name!r}: no robot can throw anything into its bins; move them closer"
             )
-        first = np.zeros(1, dtype=np.int64)
-        zero_features = dict.fromkeys(("value", "chance", "crowd", "heirs", "reaches", "queue"), np.zeros(1))
-        option = take(options, first)
-        throws = replace(take(objects, (first, option.place)), percent=option.percent)
-        context, _ = kind.planner.plan_into(throws, option.pick, option.bin)
-        return _make_choices(option, real=np.zeros(1, dtype=np.bool_), index=first, **zero_features), context
+        option = take(options, line)
+        throws = replace(take(objects, (line, option.place)), percent=option.percent)
+        context, _ = self._planners[0].plan_into(throws, option.pick, option.bin)
+        numbers = np.zeros((1, COLUMNS))
+        numbers[:, : option.numbers.shape[1]] = option.numbers
+        blank = Choices(bin=option.bin, numbers=numbers, real=np.zeros(1, dtype=np.bool_), index=line)
+        return blank, context
 
 
-def _make_choices(options: Options, **features: Any) -> Choices:
-    """Choices from options, with further features by the names of `Choices`."""
-    return Choices(**{part.name: getattr(options, part.name) for part in fields(PicksAndThrows)}, **features)
+def _line_numbers(config: LineConfig) -> Floats:
+    """Numbers of a line as `turn_kernel` names them."""
+    belt = config.cell.belt
+    near = belt.pick_x[0] - belt.speed * config.horizon, belt.pick_x[1]
+    return np.array([belt.speed, *config.reach, *near, config.duration, IDLE_TIME, LONGEST_PAUSE, UNAVAILABLE_X])

@@ -17,10 +17,10 @@ from pnt_gym.cells.base.core import Step, restore_rows
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import NO_REQUEST, Request
 from pnt_gym.cells.line.cell import Decisions, LineCell
-from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
-from pnt_gym.cells.line.observation import ENTRIES, LineSummary, encode_observation
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.observation import ENTRIES, observe_lines
 from pnt_gym.cells.line.outcome import shift_figures
-from pnt_gym.cells.line.state import CHOICES, LineState
+from pnt_gym.cells.line.state import CHOICES
 from pnt_gym.cells.line.throws import Release, SimulatedThrows
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
@@ -36,7 +36,7 @@ class LineCore:
     Args:
         config: level of the line.
         count: number of lines N.
-        threads: threads of the physics; results do not depend on their number.
+        threads: threads of the physics and of the search for choices; results do not depend on their number.
 
     Raises:
         ConfigError: the count or the number of threads is out of range, or the level describes no possible line.
@@ -85,14 +85,16 @@ class LineCore:
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming decisions (N, D)."""
-        return encode_observation(self._line_summary(self.cell.state), self.cell.state.choices)
+        return self._observe(self.cell.state.robot)
 
     def observe_as(self, robot: int) -> NDArray[np.float32]:
         """Observations of one robot (N, D), without choices where another robot decides."""
-        state = self.cell.state
-        is_turn = state.robot == robot
-        choices = replace(state.choices, real=state.choices.real & is_turn[:, None])
-        return encode_observation(self._line_summary(replace(state, robot=np.full_like(state.robot, robot))), choices)
+        return self._observe(np.full(self.count, robot))
+
+    def _observe(self, robot: Ints) -> NDArray[np.float32]:
+        state, stream = self.cell.state, self.cell.live_stream
+        coming = self.cell.chooser.coming(replace(state, robot=robot), stream)
+        return observe_lines(state, robot, coming, self.config.duration)
 
     def kinds(self) -> dict[str, NDArray[Any]]:
         """`action_mask`, the real choices (N, CHOICES), and `robot`, the deciding robot (N,)."""
@@ -147,38 +149,24 @@ class LineCore:
         if rows.size == 0:
             return {}
         figures: dict[str, NDArray[Any]] = {}
-        for name, values in shift_figures(self.config, self.cell.state, self.cell.stream, rows).items():
+        for name, values in shift_figures(self.config, self.cell.state, self.cell.live_stream, rows).items():
             figures[name] = np.full((self.count, *values.shape[1:]), np.nan)
             figures[name][rows] = values
         return figures
 
-    def _line_summary(self, state: LineState) -> LineSummary:
-        cell = self.cell
-        rows = np.arange(self.count)
-        busy = np.zeros((self.count, MOST_ROBOTS))
-        busy[:, : state.free.shape[1]] = np.maximum(state.expected - state.clock[:, None], 0.0)
-        return LineSummary(
-            gone=np.minimum(state.clock / self.config.duration, 1.0),
-            robot=state.robot,
-            hand=state.hand[rows, state.robot],
-            coming=cell.chooser.coming(state, cell.stream),
-            busy=busy,
-            possible=state.choices.real.sum(axis=1).astype(np.float64),
-        )
-
 
 def _decision_info(decisions: Decisions) -> dict[str, NDArray[Any]]:
     """Infos of decisions, (N,) each."""
-    results, context = decisions.results, decisions.context
+    results, attempt = decisions.results, decisions.attempt
     return {
         "dt": decisions.elapsed,
         "by": decisions.robot,
         "invalid_action": ~decisions.valid,
         "object": np.where(decisions.valid, decisions.index, -1),
-        "item": context.objects.measured.kind.copy(),
-        "true_kind": context.objects.kind.copy(),
-        "bin": context.bin.copy(),
-        "percent": context.objects.percent.copy(),
+        "item": attempt.item,
+        "true_kind": attempt.true_kind,
+        "bin": attempt.bin,
+        "percent": attempt.percent,
         "value": decisions.value,
         "picked": results.picked,
         "is_success": results.is_success,

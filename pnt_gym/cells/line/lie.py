@@ -1,4 +1,4 @@
-"""Places of objects along belts: how far upstream each object gives way, and which objects are in sight.
+"""Places of objects along belts: how far upstream each object gives way.
 
 Compiled; see `pnt_gym.compiled`.
 """
@@ -9,7 +9,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats
 from pnt_gym.compiled import compile_for
 from pnt_gym.errors import ConfigError
 
@@ -115,28 +115,3 @@ def _settle(
                         places[i] = place
                         moved = True
     return first, end
-
-
-@compile_for("void(float64[:, :], int64[::1], float64[::1], float64, float64, int64[:, ::1])")
-def in_sight(x: Floats, lines: Ints, ride: Floats, low: float, high: float, ends: Ints) -> None:
-    """Ranges of the objects that lie between two places of some belts, by binary search.
-
-    Args:
-        x: initial places of the objects of N belts, not increasing (N, M) [m].
-        lines: indices of the belts (K,).
-        ride: distance that each belt has run since (K,) [m].
-        low: the place upstream [m].
-        high: the place downstream [m].
-        ends: filled with the first object, and the index after the last one (K, 2).
-    """
-    for k in range(len(lines)):
-        for edge in range(2):
-            begin, end = 0, x.shape[1]
-            while begin < end:
-                middle = (begin + end) // 2
-                place = x[lines[k], middle] + ride[k]
-                if place > high or (edge == 1 and place >= low):
-                    begin = middle + 1
-                else:
-                    end = middle
-            ends[k, edge] = begin

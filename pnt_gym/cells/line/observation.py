@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.features import Feature, FeatureTable
+from pnt_gym.cells.base.features import CLIP, Feature, FeatureTable
 from pnt_gym.cells.line.config import MOST_ROBOTS
-from pnt_gym.cells.line.state import CHOICES, Choices
+from pnt_gym.cells.line.state import CHOICES, Choices, LineState
 
 MIN_RATE: Final = 1e-6
 """Value per second below which choices count as equal."""
@@ -126,10 +126,29 @@ ENTRIES: Final = len(LINE_TABLE) + CHOICES * len(CHOICE_TABLE)
 
 
 def encode_observation(glance: LineSummary, choices: Choices) -> NDArray[np.float32]:
-    """Observations (N, ENTRIES) of deciding robots."""
+    """Observations (N, ENTRIES) of deciding robots, feature by feature; `write_observations` gives the same bits."""
     choice_features = CHOICE_TABLE.encode(choices)
     choice_features[~choices.real] = 0.0
     return np.concatenate([LINE_TABLE.encode(glance), choice_features.reshape(len(choice_features), -1)], axis=1)
+
+
+def observe_lines(state: LineState, robot: Ints, coming: Floats, duration: float) -> NDArray[np.float32]:
+    """Observations (N, ENTRIES) of robots, without choices where another robot decides.
+
+    Args:
+        state: states of the lines.
+        robot: indices of the robots (N,).
+        coming: objects that each robot takes, between the camera and the end of its window (N,).
+        duration: length of a work shift [s].
+    """
+    from pnt_gym.cells.line.observation_kernel import write_observations  # noqa: PLC0415 - numba takes a while
+
+    choices, observations = state.choices, np.empty((len(state.clock), ENTRIES), dtype=np.float32)
+    write_observations(
+        duration, CLIP, state.clock, robot, state.hand, state.expected, coming, choices.real, state.robot == robot,
+        choices.numbers, log_rate(choices), LINE_TABLE.scaling, CHOICE_TABLE.scaling, observations,
+    )  # fmt: skip
+    return observations
 
 
 @final

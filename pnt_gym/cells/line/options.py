@@ -1,16 +1,18 @@
 """Options of a line's robots: every object that a robot can meet, into every bin that takes the object, as planned.
 
-Times and feasibility come from the conveyor's planner, so a chosen option is executed with the same values.
+Times and feasibility are those of the conveyor's planner, so a chosen option is executed with the same values.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, take
+from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.conveyor.objects.records import Objects
@@ -25,7 +27,7 @@ UNAVAILABLE_X: Final = 1e6
 @final
 @dataclass(frozen=True)
 class Options(PicksAndThrows):
-    """Possible picks and throws, S = (C,)."""
+    """Possible picks and throws, S = (C,), in the order of their lines."""
 
     row: Ints
     """Index of the line among K lines."""
@@ -46,88 +48,103 @@ class Sight(NamedTuple):
     """Item as which the camera classifies the object (K, W)."""
 
 
-class Turn(NamedTuple):
-    """Sight and hand of the deciding robot in K lines."""
+class ThrowCandidates(NamedTuple):
+    """Objects near C robots, each for one bin and one speed setting, in the order of the lines."""
 
-    sight: Sight
-    """Sight with x from the robot's base."""
-    hand: Floats
-    """Position at which the hand stands still, from its base (K, 3) [m]."""
+    indices: Ints
+    """Line among K lines, object among the line's objects in sight, site and setting, (4, C)."""
+    x: Floats
+    """Position of the object from the robot's base (C,) [m]."""
 
 
 @final
-class RobotKind:
-    """Robots with the same bins and speed settings.
+class Sites:
+    """Bins and speed settings of all kinds of robots in one table each.
 
     Args:
-        config: one of these robots as a conveyor cell.
+        configs: the kinds of robots, each as a conveyor cell.
+        kind_of: kind of each robot (R,).
+    """
+
+    def __init__(self, configs: Sequence[ConveyorConfig], kind_of: Ints) -> None:
+        bins = [len(config.bins.fixed) for config in configs]
+        settings = [len(config.limits.percent) for config in configs]
+        first_bins, first_settings = np.cumsum([0, *bins]), np.cumsum([0, *settings])
+        self.kind: Ints = np.repeat(np.arange(len(configs)), bins)
+        """Kind of robots that has each site (B,)."""
+        self.bin: Ints = np.arange(first_bins[-1]) - first_bins[self.kind]
+        """Index of each site among the bins of its robots (B,)."""
+        self.centre = np.array([[b.x, b.y, c.bins.rim] for c in configs for b in c.bins.fixed]).reshape(-1, 3)
+        """Middle of each site's opening (B, 3) [m]."""
+        self.accepts = np.ascontiguousarray(np.concatenate([config.acceptance().T for config in configs]))
+        """Whether each site takes each item (B, items)."""
+        self.percent = np.concatenate([np.array(config.limits.percent, dtype=np.float64) for config in configs])
+        """Speed settings (S,) [%]."""
+        columns = first_bins[kind_of], first_bins[kind_of + 1], first_settings[kind_of], first_settings[kind_of + 1]
+        self.ranges = np.ascontiguousarray(np.stack(columns, axis=1), dtype=np.int64)
+        """Each robot's first site and the index after its last site, and the same of its settings (R, 4)."""
+        self.most = int(max(config.acceptance().sum(axis=1).max() * len(config.limits.percent) for config in configs))
+        """Largest number of candidates with one object."""
+
+
+class OptionPlanner(ABC):
+    """Abstract: plans the options among candidates."""
+
+    @abstractmethod
+    def plan(self, candidates: ThrowCandidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
+        """ThrowCandidates that can be met in time and thrown, with their plans.
+
+        Args:
+            candidates: candidates of the deciding robots of K lines.
+            sight: sight of these lines.
+            hand: positions at which the robots' hands stand still, from their bases (K, 3) [m].
+            objects: objects of all N lines (N, M).
+        """
+
+
+@final
+class MoverPlanner(OptionPlanner):
+    """Plans options by the planners of the robots' conveyor cells, whatever their movers are.
+
+    Args:
+        planners: the planner of each kind of robots.
+        sites: bins and speed settings of all kinds.
         horizon: time within which an object may be taken [s].
     """
 
-    def __init__(self, config: ConveyorConfig, horizon: float) -> None:
-        self.planner = PickPlanner(config)
-        self._config, self._horizon = config, horizon
-        self._accepts = config.acceptance()
-        self._percent = np.array(config.limits.percent)
+    def __init__(self, planners: Sequence[PickPlanner], sites: Sites, horizon: float) -> None:
+        self._planners, self._sites, self._horizon = planners, sites, horizon
 
-    def initial_hand(self) -> Floats:
-        """Position of hands when a shift begins: above the middle of the belt (3,) [m]."""
-        belt = self._config.belt
-        return np.array([0.0, (belt.lane_y[0] + belt.lane_y[1]) / 2, belt.height + 0.3])
+    def plan(self, candidates: ThrowCandidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
+        """Options of all kinds of robots, merged in the order of the lines."""
+        kind, parts = self._sites.kind[candidates.indices[2]], list[tuple[Ints, Ints, Ints, Floats]]()
+        for index, planner in enumerate(self._planners):
+            kind_candidates = take(candidates, np.s_[..., kind == index])
+            parts.append(self._plan(planner, kind_candidates, sight, hand, objects))
+        row, place, bins, numbers = (np.concatenate(values) for values in zip(*parts, strict=True))
+        order = np.argsort(row, kind="stable")
+        return Options(bin=bins[order], numbers=numbers[order], row=row[order], place=place[order])
 
-    def options(self, turn: Turn, objects: Objects) -> Options:
-        """Options of the deciding robots.
-
-        Args:
-            turn: sight and hand of the deciding robot in K lines.
-            objects: objects of all N lines (N, M).
-        """
-        sight = turn.sight
-        row, place = np.nonzero(self.near(sight.x))
-        candidates, bins = np.nonzero(self._accepts[sight.kind[row, place]])
-        settings = len(self._percent)
-        row, place = np.repeat(row[candidates], settings), np.repeat(place[candidates], settings)
-        percent = np.tile(self._percent, len(candidates))
-        return self._plan_candidates(turn, (row, place), objects, np.repeat(bins, settings), percent)
-
-    def near(self, x: Floats) -> Bools:
-        """Whether an object at a place along the belt, from the robot's base [m], reaches the window in time."""
-        (low, high), speed = self._config.belt.pick_x, self._config.belt.speed
-        return (x <= high) & (x >= low - speed * self._horizon)
-
-    def _plan_candidates(
-        self, turn: Turn, candidate: tuple[Ints, Ints], objects: Objects, bins: Ints, percent: Floats
-    ) -> Options:
-        """Options among candidates (C,): objects that can be met in time and thrown."""
-        belt, mover, sight = self._config.belt, self.planner.mover, turn.sight
-        objects_index = sight.line[candidate[0]], sight.object_index[candidate]
-        height = self.planner.height(objects.size[objects_index], objects.known_depth[objects_index])
-        place = np.stack([sight.x[candidate], objects.draws.lane_y[objects_index], height], axis=-1)
-        meeting = mover.reach(ThrowMotion.resting(turn.hand[candidate[0]]), place, LimitRows.t3kr(percent))
+    def _plan(
+        self, planner: PickPlanner, candidates: ThrowCandidates, sight: Sight, hand: Floats, objects: Objects
+    ) -> tuple[Ints, Ints, Ints, Floats]:
+        """Row, place, bin and numbers of the options of one kind of robots."""
+        row, place, site, setting = candidates.indices
+        belt, mover, dwell = planner.config.belt, planner.mover, planner.config.motion.dwell
+        index, bins = (sight.line[row], sight.object_index[row, place]), self._sites.bin[site]
+        percent = self._sites.percent[setting]
+        height = planner.height(objects.size[index], objects.known_depth[index])
+        points = np.stack([candidates.x, objects.draws.lane_y[index], height], axis=-1)
+        meeting = mover.reach(ThrowMotion.resting(hand[row]), points, LimitRows.t3kr(percent))
         met = np.flatnonzero(meeting.feasible & (meeting.time <= self._horizon))
-        throws = replace(take(objects, (objects_index[0][met], objects_index[1][met])), percent=percent[met])
-        context, feasible = self.planner.plan_into(throws, meeting.position[met], bins[met])
+        throws = replace(take(objects, (index[0][met], index[1][met])), percent=percent[met])
+        context, feasible = planner.plan_into(throws, meeting.position[met], bins[met])
         rows, pick, target = met[feasible], context.pick[feasible], context.target[feasible]
         motion = mover.throw(
             pick, take(context.plan, feasible), take(context.throw_limits, feasible), take(context.ceiling, feasible)
         )
-        lift = meeting.time[rows] + self._config.motion.dwell
-        return Options(
-            row=candidate[0][rows],
-            place=candidate[1][rows],
-            bin=bins[rows],
-            percent=percent[rows],
-            pick=pick,
-            away=target[:, :2] - pick[:, :2],
-            lift=lift,
-            wait=meeting.wait[rows],
-            leave=lift + (belt.pick_x[1] - pick[:, 0]) / belt.speed,
-            throwing=motion.stop_time,
-            stop=motion.stop,
-        )
-
-
-def merge_options(parts: list[Options]) -> Options:
-    """Options of several lines, merged in the order of the lines."""
-    options = concatenate_records(parts)
-    return take(options, np.argsort(options.row, kind="stable"))
+        lift = meeting.time[rows] + dwell
+        leave = lift + (belt.pick_x[1] - pick[:, 0]) / belt.speed
+        away = target[:, :2] - pick[:, :2]
+        columns = percent[rows], pick, away, lift, meeting.wait[rows], leave, motion.stop_time, motion.stop
+        return row[rows], place[rows], bins[rows], np.column_stack(columns)

@@ -14,6 +14,8 @@ from pnt_gym.cells.line.books import Accounts, Books
 
 CHOICES: Final = 16
 """Choices that a robot has at most."""
+COLUMNS: Final = 19
+"""Numbers of a choice; those of a pick and throw come first."""
 
 
 @final
@@ -38,22 +40,48 @@ class PicksAndThrows(ABC):
 
     bin: Ints
     """Index of the robot's bin."""
-    percent: Floats
-    """Speed setting [%]."""
-    pick: Floats
-    """Place where the object is lifted, from the robot's base, S + (3,) [m]."""
-    away: Floats
-    """Vector from the pick to the middle of the bin, along x and y, S + (2,) [m]."""
-    lift: Floats
-    """Time until the object is lifted, dwell included [s]."""
-    wait: Floats
-    """Part of `lift` in which the hand stands still above the belt [s]."""
-    leave: Floats
-    """Time until the object can no longer be lifted [s]."""
-    throwing: Floats
-    """Time from the lift until the hand stands still after the throw [s]."""
-    stop: Floats
-    """Place where the hand stops after the throw, from the robot's base, S + (3,) [m]."""
+    numbers: Floats
+    """All numbers of the picks and throws, S + (columns,); the properties are views of the columns."""
+
+    @property
+    def percent(self) -> Floats:
+        """Speed setting [%]."""
+        return self.numbers[..., 0]
+
+    @property
+    def pick(self) -> Floats:
+        """Place where the object is lifted, from the robot's base, S + (3,) [m]."""
+        return self.numbers[..., 1:4]
+
+    @property
+    def away(self) -> Floats:
+        """Vector from the pick to the middle of the bin, along x and y, S + (2,) [m]."""
+        return self.numbers[..., 4:6]
+
+    @property
+    def lift(self) -> Floats:
+        """Time until the object is lifted, dwell included [s]."""
+        return self.numbers[..., 6]
+
+    @property
+    def wait(self) -> Floats:
+        """Part of `lift` in which the hand stands still above the belt [s]."""
+        return self.numbers[..., 7]
+
+    @property
+    def leave(self) -> Floats:
+        """Time until the object can no longer be lifted [s]."""
+        return self.numbers[..., 8]
+
+    @property
+    def throwing(self) -> Floats:
+        """Time from the lift until the hand stands still after the throw [s]."""
+        return self.numbers[..., 9]
+
+    @property
+    def stop(self) -> Floats:
+        """Place where the hand stops after the throw, from the robot's base, S + (3,) [m]."""
+        return self.numbers[..., 10:13]
 
     @property
     def cycle(self) -> Floats:
@@ -74,18 +102,36 @@ class Choices(PicksAndThrows):
     """Whether each choice exists."""
     index: Ints
     """Index of the object in the stream."""
-    value: Floats
-    """Value of the object in its bin, as the camera classifies the object."""
-    chance: Floats
-    """Chance that the attempt brings the object into the bin, by the table for the classified item."""
-    crowd: Floats
-    """Other objects that the robot can take near the place where its hand will stop, as they lie then."""
-    heirs: Floats
-    """Robots downstream that can take the object."""
-    reaches: Floats
-    """Time until the object enters the window of the first heir [s]; 0 without an heir."""
-    queue: Floats
-    """Objects between the object and that window that the heir can take."""
+
+    @property
+    def value(self) -> Floats:
+        """Value of the object in its bin, as the camera classifies the object."""
+        return self.numbers[..., 13]
+
+    @property
+    def chance(self) -> Floats:
+        """Chance that the attempt brings the object into the bin, by the table for the classified item."""
+        return self.numbers[..., 14]
+
+    @property
+    def crowd(self) -> Floats:
+        """Other objects that the robot can take near the place where its hand will stop, as they lie then."""
+        return self.numbers[..., 15]
+
+    @property
+    def heirs(self) -> Floats:
+        """Robots downstream that can take the object."""
+        return self.numbers[..., 16]
+
+    @property
+    def reaches(self) -> Floats:
+        """Time until the object enters the window of the first heir [s]; 0 without an heir."""
+        return self.numbers[..., 17]
+
+    @property
+    def queue(self) -> Floats:
+        """Objects between the object and that window that the heir can take."""
+        return self.numbers[..., 18]
 
 
 @final

@@ -42,6 +42,12 @@ def redraw(draws: Floats, attempt: Ints) -> Floats:
     return redrawn
 
 
+def _overwrite(streams: Stream, rows: Ints, fresh: Stream) -> None:
+    """Write some lines' streams, in place."""
+    streams.objects.overwrite(rows, fresh.objects)
+    streams.x[rows], streams.worth[rows], streams.luck[rows] = fresh.x, fresh.worth, fresh.luck
+
+
 @final
 class StreamSampler:
     """Draws streams of objects.
@@ -64,11 +70,22 @@ class StreamSampler:
         """Arrays for N streams, filled with an arbitrary stream."""
         return take(self._draw_streams([np.random.default_rng(0)]), np.zeros(count, dtype=np.int64))
 
-    def draw(self, streams: Stream, rows: Ints, generators: Generators) -> Stream:
-        """The streams with newly drawn ones in some rows."""
+    def draw(self, streams: Stream, rows: Ints, generators: Generators, in_place: bool) -> Stream:
+        """The streams with newly drawn ones in some rows.
+
+        Args:
+            streams: streams of N lines.
+            rows: lines with new streams (K,).
+            generators: one generator for each of these lines.
+            in_place: whether the streams may be overwritten; a copy takes longer than a step of the lines.
+        """
         fresh = self._draw_streams(generators)
-        # Where all rows are new, a copy of the old streams would waste memory.
-        return fresh if np.array_equal(rows, np.arange(len(streams.x))) else replace_rows(streams, rows, fresh)
+        if np.array_equal(rows, np.arange(len(streams.x))):
+            return fresh
+        if not in_place:
+            return replace_rows(streams, rows, fresh)
+        _overwrite(streams, rows, fresh)
+        return streams
 
     def _draw_streams(self, generators: Generators) -> Stream:
         """New streams, one from each of K generators (K, M)."""

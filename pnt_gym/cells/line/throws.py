@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Self, TypeAlias, cast, final
 
 import numpy as np
@@ -18,7 +19,10 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.line.chances import Chances
+from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import distinct_cells
+from pnt_gym.cells.line.state import Choices, LineState
+from pnt_gym.cells.line.stream import STRETCH, Stream, redraw
 
 Release: TypeAlias = Callable[[NDArray[np.float32], Ints], NDArray[np.floating]]
 """Corrects throws: maps observations (N, D) of `PnTRelease-v0` and classified items (N,) to actions (N, A)."""
@@ -49,6 +53,55 @@ class ThrowResults:
         return cls(never, never.copy(), never.copy(), np.full(count, -1), nan, nan.copy())
 
 
+@final
+@dataclass(frozen=True)
+class Attempt:
+    """One choice in each of N lines, and its plan where the plan is asked for before the next reset of a line."""
+
+    chooser: Chooser
+    robot: Ints
+    """Index of the deciding robot (N,)."""
+    stream: Stream
+    choice: Ints
+    """Index of the choice (N,)."""
+    chosen: Choices
+    """The choices (N,)."""
+
+    @property
+    def valid(self) -> Bools:
+        """Whether each choice exists (N,)."""
+        return self.chosen.real
+
+    @property
+    def item(self) -> Ints:
+        """Item as which the camera classifies each object; arbitrary where the choice does not exist (N,)."""
+        return self._of_object(self.stream.objects.measured.kind, self.chooser.blank.kind)
+
+    @property
+    def true_kind(self) -> Ints:
+        """True item of each object; arbitrary where the choice does not exist (N,)."""
+        return self._of_object(self.stream.objects.kind, self.chooser.blank.objects.kind)
+
+    @property
+    def bin(self) -> Ints:
+        """Index of the robot's bin; arbitrary where the choice does not exist (N,)."""
+        return np.where(self.valid, self.chosen.bin, self.chooser.blank.bin)
+
+    @property
+    def percent(self) -> Floats:
+        """Speed setting; arbitrary where the choice does not exist (N,) [%]."""
+        return np.where(self.valid, self.chosen.percent, self.chooser.blank.objects.percent)
+
+    def _of_object(self, values: Ints, blank: Ints) -> Ints:
+        """Values (N, M) of the chosen objects (N,), or a value (1,) where the choice does not exist."""
+        return np.where(self.valid, values[np.arange(len(self.choice)), self.chosen.index], blank)
+
+    @cached_property
+    def context(self) -> Context:
+        """Picks and throws; arbitrary where the choice does not exist (N,)."""
+        return self.chooser.plan_choices(self.robot, self.stream, self.chosen)
+
+
 class ThrowExecutor(ABC):
     """Abstract: computes the results of throws."""
 
@@ -58,14 +111,13 @@ class ThrowExecutor(ABC):
     """Recording of the first line's last throw; None where the throw was not simulated or not recorded."""
 
     @abstractmethod
-    def execute(self, rows: Ints, robots: Ints, throws: Context, luck: Floats) -> ThrowResults:
-        """Results of throws in some lines, (K,) each.
+    def execute(self, state: LineState, stream: Stream, attempt: Attempt) -> ThrowResults:
+        """Results of one choice in each of N lines; no attempt where the choice does not exist.
 
         Args:
-            rows: indices of the lines.
-            robots: index of the throwing robot.
-            throws: the picks and their plans.
-            luck: uniform draws that decide the results where nothing is simulated.
+            state: states of the lines.
+            stream: objects that come along.
+            attempt: the choices.
         """
 
     def predict(
@@ -102,9 +154,20 @@ class TableThrows(ThrowExecutor):
         for index, acceptance in enumerate(accepts):
             self._accepts[index, :, : acceptance.shape[1]] = acceptance
 
-    def execute(self, rows: Ints, robots: Ints, throws: Context, luck: Floats) -> ThrowResults:
+    def execute(self, state: LineState, stream: Stream, attempt: Attempt) -> ThrowResults:
         """Results by the objects' own draws: the same object with the same chance gives the same result."""
-        return self.predict(robots, throws.bin, throws.objects, throws.distance, luck)
+        from pnt_gym.cells.line.act_kernel import throw_by_table  # noqa: PLC0415 - numba takes a while
+
+        choices, objects, chances = state.choices, stream.objects, self._chances
+        results, ended_in = np.empty((3, len(attempt.choice)), dtype=np.bool_), np.empty_like(attempt.choice)
+        throw_by_table(
+            state.robot, attempt.choice, choices.real, choices.index, choices.bin, choices.numbers,
+            objects.kind, objects.pick_draw, stream.luck, state.books.read().attempts, STRETCH,
+            self._accepts, chances.percent, chances.edges, chances.picked, chances.landed, results, ended_in,
+        )  # fmt: skip
+        nan = np.full(len(ended_in), np.nan)
+        seals, hits, belongs = results
+        return ThrowResults(seals, hits, belongs, ended_in, nan, nan.copy())
 
     def predict(self, robots: Ints, bins: Ints, objects: Objects, distance: Floats, luck: Floats) -> ThrowResults:
         """Results of throws by the table, S."""
@@ -132,9 +195,20 @@ class SimulatedThrows(ThrowExecutor):
         distinct, self._core_index = distinct_cells(configs)
         self.cores = [Core(ConveyorCell(config, count, "independent", threads)) for config in distinct]
 
-    def execute(self, rows: Ints, robots: Ints, throws: Context, luck: Floats) -> ThrowResults:
+    def execute(self, state: LineState, stream: Stream, attempt: Attempt) -> ThrowResults:
         """Results by the conveyor's physics, with the hand returning to the place of its pick."""
-        result, self.recording = ThrowResults.nothing(len(rows)), None
+        results, rows = ThrowResults.nothing(len(attempt.choice)), np.flatnonzero(attempt.valid)
+        if rows.size == 0:
+            return results
+        self.recording = None
+        attempts = state.books.at((rows, attempt.chosen.index[rows])).attempts
+        throws = take(attempt.context, rows)
+        throws = replace(throws, objects=redraw_picks(throws.objects, attempts))
+        return replace_rows(results, rows, self._simulate_all(rows, state.robot[rows], throws))
+
+    def _simulate_all(self, rows: Ints, robots: Ints, throws: Context) -> ThrowResults:
+        """Results of throws in some lines, each by the cell of its robot."""
+        result = ThrowResults.nothing(len(rows))
         for index, core in enumerate(self.cores):
             core_rows = np.flatnonzero(self._core_index[robots] == index)
             if core_rows.size > 0:
@@ -160,6 +234,11 @@ class SimulatedThrows(ThrowExecutor):
             landing_error=outcome.landing_error[rows],
             energy=outcome.energy[rows],
         )
+
+
+def redraw_picks(objects: Objects, attempt: Ints) -> Objects:
+    """Objects with new draws of whether the cup seals, by the number of earlier attempts, S."""
+    return replace(objects, pick_draw=redraw(objects.pick_draw, attempt))
 
 
 def _cut_bins(throws: Context, count: int) -> Context:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, replace_rows, take
-from pnt_gym.cells.line.choosing import Chooser
+from pnt_gym.arrays import Ints, take
+from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.pool import work_in_parts
 from pnt_gym.cells.line.state import LineState
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
@@ -25,63 +27,58 @@ class Turns:
     Args:
         config: level of the line.
         chooser: finds the choices of each robot.
+        threads: threads that advance parts of the lines; results do not depend on their number.
     """
 
-    def __init__(self, config: LineConfig, chooser: Chooser) -> None:
+    def __init__(self, config: LineConfig, chooser: Chooser, threads: int) -> None:
         self._config, self._chooser = config, chooser
+        # Other planners hardly leave Python.
+        self._threads = threads if config.cell.planner == "straight" else 1
+        robots, begins, ends = config.standstills()
+        self._standstills = robots, np.stack([begins, ends], axis=1)
 
     def advance(self, stream: Stream, state: LineState, rows: Ints) -> LineState:
         """State with some lines at their next decisions, or at the end of their shifts."""
-        pending, candidates = rows, rows[:0]
+        lines = np.arange(len(state.clock))
+        state = replace(
+            state,
+            clock=state.clock.copy(),
+            robot=state.robot.copy(),
+            free=state.free.copy(),
+            choices=take(state.choices, lines),
+        )
+        work_in_parts(partial(self._advance, stream, state), rows, self._threads)
+        state.choices.real[state.clock >= self._config.duration] = False
+        return replace(state, expected=np.maximum(state.expected, state.free))
+
+    def _advance(self, stream: Stream, state: LineState, lines: Ints) -> None:
+        """Advance some lines, in place.
+
+        Raises:
+            ConfigError: the robots of a line find nothing that they can take.
+        """
         for _ in range(MOST_LOOKS):
-            if pending.size > 0:
-                state, near_rows, pending = self._next_turns(stream, state, pending)
-                candidates = np.concatenate([candidates, near_rows])
-            elif candidates.size > 0:  # planning for all of them at once takes hardly longer than for one
-                state, pending, candidates = *self._find_choices(stream, state, np.sort(candidates)), rows[:0]
-            else:
-                return _close_shifts(
-                    replace(state, expected=np.maximum(state.expected, state.free)), self._config.duration
-                )
-        raise ConfigError(f"level {self._config.name!r}: its robots find nothing that they can take")
+            if lines.size == 0:
+                return
+            lines, ends = self._find_turns(stream, state, lines)
+            sight = self._chooser.sight(state, stream, lines, ends)
+            lines = lines[~self._chooser.write_choices(state.choices, state, stream, sight)]
+            # An object is near, so a robot that cannot take one looks again after the shortest time.
+            state.free[lines, state.robot[lines]] += IDLE_TIME
+        raise self._impossible()
 
-    def _next_turns(self, stream: Stream, state: LineState, rows: Ints) -> tuple[LineState, Ints, Ints]:
-        """Some lines at the next robot's turn: the state, lines with objects near the robot, and lines without."""
-        robot = state.free[rows].argmin(axis=1)
-        clock, robots, free = state.clock.copy(), state.robot.copy(), state.free.copy()
-        clock[rows], robots[rows] = state.free[rows, robot], robot
-        state = replace(state, clock=clock, robot=robots, free=free)
-        rows = rows[clock[rows] < self._config.duration]
-        until = self._standstill_ends(clock[rows], robots[rows])
-        down = until > clock[rows]
-        free[rows[down], robots[rows[down]]] = until[down]
-        looking = rows[~down]
-        sight = self._chooser.sight(state, stream, looking)
-        has_candidates = self._chooser.has_candidates(sight, robots[looking])
-        idle = looking[~has_candidates]
-        free[idle, robots[idle]] += self._chooser.pause(robots[idle], take(sight, ~has_candidates))
-        return state, looking[has_candidates], np.concatenate([rows[down], idle])
+    def _find_turns(self, stream: Stream, state: LineState, lines: Ints) -> tuple[Ints, Ints]:
+        """Advance lines to the next robot with something near it: the lines, and their ranges of objects in sight."""
+        from pnt_gym.cells.line.turn_kernel import next_turns  # noqa: PLC0415 - numba takes a while
 
-    def _standstill_ends(self, clock: Floats, robot: Ints) -> Floats:
-        """Ends of the standstills of robots (K,) [s]; the present time for robots that do not stand still."""
-        until = clock.copy()
-        for down_robot, start, end in zip(*self._config.standstills(), strict=True):
-            until = np.where((robot == down_robot) & (until >= start) & (until < end), end, until)
-        return until
+        chooser, has_candidates = self._chooser, np.empty(len(lines), dtype=np.bool_)
+        ends, since = np.empty((len(lines), 2), dtype=np.int64), state.books.read().since
+        if not next_turns(
+            chooser.numbers, lines, state.clock, state.robot, state.free, stream.x, since,
+            stream.objects.measured.kind, chooser.can_take, chooser.bases, *self._standstills, has_candidates, ends,
+        ):  # fmt: skip
+            raise self._impossible()
+        return lines[has_candidates], ends[has_candidates]
 
-    def _find_choices(self, stream: Stream, state: LineState, rows: Ints) -> tuple[LineState, Ints]:
-        """State with the choices of the deciding robots in some lines, and the lines without a choice."""
-        sight = self._chooser.sight(state, stream, rows)
-        choices = self._chooser.find_choices(state, stream, sight)
-        is_empty = ~choices.real.any(axis=1)
-        idle, free = rows[is_empty], state.free.copy()
-        free[idle, state.robot[idle]] += self._chooser.pause(state.robot[idle], take(sight, is_empty))
-        return replace(state, choices=replace_rows(state.choices, rows, choices), free=free), idle
-
-
-def _close_shifts(state: LineState, duration: float) -> LineState:
-    """State without choices in lines whose shift is over."""
-    over = state.clock >= duration
-    if not over.any():
-        return state
-    return replace(state, choices=replace(state.choices, real=state.choices.real & ~over[:, None]))
+    def _impossible(self) -> ConfigError:
+        return ConfigError(f"level {self._config.name!r}: its robots find nothing that they can take")

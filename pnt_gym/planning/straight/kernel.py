@@ -55,6 +55,8 @@ NEWTON_STEPS = 80
 # Newton's error squares with every step: after a step this small the next step is below rounding.
 SLOPE_PRECISION = 1e-9
 GRID = 96
+# Slacks of a ceiling that are computed together, in vector instructions.
+LANES = 16
 GOLDEN = 0.6180339887498949
 GOLDEN_STEPS = 40
 BRACKET_STEPS = 100
@@ -184,7 +186,10 @@ def _saturation_slope(throw: PlaneThrow) -> float:
     if b < 0.0:
         u = min(u, math.sqrt(d / -b))
     for _ in range(CUBIC_STEPS):
+        before = u
         u -= (u * u * (u - b) - d) / (u * (3.0 * u - 2.0 * b))
+        if u == before:
+            break
     return u
 
 
@@ -280,6 +285,60 @@ def _grid_point(best: float, foot: float, above: int, k: int) -> float:
 
 
 @kernel_part
+def _roof_slack(throw: PlaneThrow, high: float, slope: float) -> float:
+    """`_slack` of a ceiling alone, ``high`` above the pick, at a positive slope, without branches and calls."""
+    reach, rise, velocity, acceleration, jerk = throw
+    secant, drop = math.sqrt(1.0 + slope * slope), reach * slope - rise
+    length, flight = reach * secant, math.sqrt(2.0 * (drop if drop > 0.0 else 0.0) / GRAVITY)
+    distance = high * (secant / slope)
+    speed = (length - distance) / (flight if flight > TINY else TINY)
+    speed = speed if speed > 0.0 else 0.0
+    speed = speed if speed < velocity else velocity
+    short, long = speed * math.sqrt(speed / jerk), 0.5 * speed * (speed / acceleration + acceleration / jerk)
+    room = distance - (short if jerk * speed <= acceleration * acceleration else long)
+    reserve = flight * velocity - (length - distance)
+    return math.inf if distance >= length else (room if room < reserve else reserve)
+
+
+@kernel_part
+def _roof_slacks(throw: PlaneThrow, high: float, best: float, foot: float, first: int, slacks: Floats) -> None:
+    """Write `_roof_slack` at points of the downward grid from ``first`` on; the loop becomes vector instructions."""
+    for i in range(len(slacks)):
+        share = 1.0 - (first + i) / GRID
+        share *= share
+        slacks[i] = _roof_slack(throw, high, best * share + foot * (1.0 - share))
+
+
+@kernel_part
+def _slope_below_roof(throw: PlaneThrow, high: float, best: float, slacks: Floats) -> float:
+    """`_slope_in_bounds` for a ceiling alone, ``high`` above the pick and not below the pick.
+
+    The grid of `_nearest_slope` is evaluated `LANES` points at a time, in ``slacks``.
+    """
+    box = Box(0.0, math.inf, -math.inf, high)
+    older, old, last = -math.inf, _slack(throw, box, best), best
+    if old >= 0.0:
+        return best
+    foot, before = max(throw.rise / throw.reach, 0.0), best
+    for k in range(1, GRID + 1):
+        lane = (k - 1) % LANES
+        if lane == 0:
+            _roof_slacks(throw, high, best, foot, k, slacks)
+        slope = _grid_point(best, foot, 0, k)
+        value = slacks[lane] if k < GRID else _slack(throw, box, slope)
+        keeps = value >= 0.0
+        if older < old < 0.0 and value <= old and old + 2.0 * max(old - older, old - value) >= 0.0:
+            peak, height = _greatest_slack(throw, box, before, slope)
+            if height >= 0.0:
+                slope, value, last, old, keeps = peak, height, before, (older if k > 1 else old), True
+        if keeps:
+            slope = _border_slope(throw, box, slope, value, last, old)
+            return slope if _flight_time(throw, slope) > 0.0 and _crossing(throw, slope)[0] < math.inf else math.nan
+        older, old, before, last = old, value, last, slope
+    return math.nan
+
+
+@kernel_part
 def _nearest_slope(throw: PlaneThrow, box: Box, best: float, foot: float, above: int) -> float:
     """Slope without negative slack that is nearest to the free optimum, whose slack is negative; NaN if none exists."""
     older, old, last = -math.inf, _slack(throw, box, best), best
@@ -356,6 +415,7 @@ def choose_slopes(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bo
     Written are ``slopes`` (N,), the tangents of the lines' elevations, NaN where there is no throw; ``moved`` (N,),
     whether a bound moved the line; and ``reasons`` (N,), the `Reason` where there is no throw.
     """
+    slacks = np.empty(LANES)
     for row in range(throws.shape[1]):
         throw, _, _ = _lay_out(throws, row)
         slopes[row], moved[row], reasons[row] = math.nan, False, NO_REACH
@@ -364,7 +424,10 @@ def choose_slopes(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bo
         best = _best_slope(throw)
         roof = throws[CEILING, row] - throws[Z, row]
         box = Box(throws[NEAR, row], throws[FAR, row], throws[LOW, row], min(throws[HIGH, row], roof))
-        slope = _slope_in_bounds(throw, box, best, has_workspace)
+        if not has_workspace and box.high >= 0.0:
+            slope = _slope_below_roof(throw, box.high, best, slacks)
+        else:
+            slope = _slope_in_bounds(throw, box, best, has_workspace)
         slopes[row], moved[row], reasons[row] = slope, slope != best, 0
         if math.isnan(slope):
             # The reason is the ceiling where the ceiling alone rules the throw out.
@@ -373,10 +436,11 @@ def choose_slopes(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bo
             moved[row], reasons[row] = False, TOO_HIGH if math.isnan(slope) else OUTSIDE
 
 
-@compile_for("void(f8[:, ::1], b1, f8[::1], b1[::1], i8[::1], f8[:, :, ::1], f8[:, ::1], b1[:, ::1])")
+@compile_for("void(f8[:, ::1], b1, b1, f8[::1], b1[::1], i8[::1], f8[:, :, ::1], f8[:, ::1], b1[:, ::1])")
 def release_rows(
     throws: Floats,
     has_workspace: bool,
+    needs_angles: bool,
     slopes: Floats,
     moved: Bools,
     reasons: Ints,
@@ -388,7 +452,8 @@ def release_rows(
 
     Written are ``reasons`` (N,), the `Reason` where a line leads to no throw; ``vectors`` (3, N, 3), position, velocity
     and direction; ``numbers`` (7, N), speed, acceleration, angle, azimuth, distance, time and time of flight; and
-    ``active`` (2, N), whether the ceiling and whether the workspace moved the release.
+    ``active`` (2, N), whether the ceiling and whether the workspace moved the release. Angle and azimuth stay NaN
+    unless ``needs_angles``.
     """
     for row in range(throws.shape[1]):
         throw, cosine, sine = _lay_out(throws, row)
@@ -403,9 +468,10 @@ def release_rows(
         peak = min(math.sqrt(throw.jerk * speed), throw.acceleration)
         # Half of Eq. 4 over the stroke 2 P_r, which is Eq. 12.
         time = distance / speed + 0.5 * (speed / peak + peak / throw.jerk)
-        values = (speed, peak, math.atan(slope), math.atan2(sine, cosine), distance, time, flight)
-        for k in range(7):
-            numbers[k, row] = values[k]
+        numbers[0, row], numbers[1, row] = speed, peak
+        numbers[4, row], numbers[5, row], numbers[6, row] = distance, time, flight
+        if needs_angles:
+            numbers[2, row], numbers[3, row] = math.atan(slope), math.atan2(sine, cosine)
         level = 1.0 / math.sqrt(1.0 + slope * slope)
         direction = (level * cosine, level * sine, level * slope)
         for k in range(3):

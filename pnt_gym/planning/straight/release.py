@@ -300,7 +300,7 @@ def _plan_throws(throws: Floats, *, has_workspace: bool = False, slope: Floats |
     results = _KernelResults(
         np.empty((3, count, 3)), np.empty((7, count)), np.empty((2, count), dtype=np.bool_), reason
     )
-    release_rows(throws, has_workspace, slopes, moved, reason, *results[:3])
+    release_rows(throws, has_workspace, True, slopes, moved, reason, *results[:3])
     return results
 
 

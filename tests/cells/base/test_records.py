@@ -52,7 +52,7 @@ def test_what_is_known_of_a_line_stays_what_it_was():
     env.step(zeros("PnTLine-v0", 3))
     env.reset(options={"reset_mask": np.array([True, False, True])}, seed=9)
     for record, held in zip(kept, before, strict=True):
-        assert len(held) > 10
+        assert len(held) >= 10
         for name, values in arrays(record).items():
             np.testing.assert_array_equal(values, held[name], err_msg=name)
 

@@ -18,7 +18,8 @@ from pnt_gym.cells.line import acts
 from pnt_gym.cells.line import cell as cells
 from pnt_gym.cells.line.books import Accounts, Books
 from pnt_gym.cells.line.core import LineCore
-from pnt_gym.cells.line.lie import in_sight, separate
+from pnt_gym.cells.line.lie import separate
+from pnt_gym.cells.line.turn_kernel import find_ends
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ConfigError
 from tests.tools.line import BOXES, begun, decided
@@ -72,7 +73,8 @@ def test_any_numbers_at_all_come_to_an_end(x, size, gap):
 @given(x=st.lists(st.floats(-10, 10), max_size=30), ride=st.floats(0, 10), low=st.floats(-5, 5), long=st.floats(0, 5))
 def test_what_is_in_sight_is_what_a_look_at_everything_finds(x, ride, low, long):
     places, ends = np.sort(np.array([x, x]), axis=1)[:, ::-1], np.empty((1, 2), dtype=np.int64)
-    in_sight(places, np.array([1]), np.array([ride]), low, low + long, ends)
+    numbers, clock = np.array([0.5, low, low + long]), np.array([0.0, 2.0 * ride])
+    assert find_ends(numbers, np.array([1]), clock, places, ends) == max(ends[0, 1] - ends[0, 0], 0)
     then = places[1] + ride
     assert np.arange(*ends[0]).tolist() == np.flatnonzero((then >= low) & (then <= low + long)).tolist()
 

@@ -94,7 +94,7 @@ def test_what_is_done_is_planned_as_it_was_when_it_was_chosen(name, tables):
         one = take(state.choices, (np.arange(5), choice))
         context = cell.take(choice).context
         for row in np.flatnonzero(one.real):
-            planner, own = cell.chooser.robot_kind(int(state.robot[row])).planner, take(context, np.array([row]))
+            planner, own = cell.chooser.planner_of(int(state.robot[row])), take(context, np.array([row]))
             motion = planner.mover.throw(own.pick, own.plan, own.throw_limits, own.ceiling)
             assert planner.mover.is_feasible(own.pick, own.plan, own.throw_limits).all()
             assert motion.stop_time == one.throwing[row]

@@ -1,0 +1,164 @@
+"""Choices among the options of robots, line by line in machine code; see `pnt_gym.compiled`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.compiled import compile_for, kernel_part
+
+# Rows of the numbers of choices and options, in the order of the fields of `Choices`: percentage; pick; way to the bin;
+# lift, wait, leave and throwing; stop; the other rows only choices have.
+PERCENT, PICK, AWAY, LIFT, WAIT, LEAVE, THROWING, STOP = 0, 1, 4, 6, 7, 8, 9, 10
+VALUE, CHANCE, CROWD, HEIRS, REACHES, QUEUE = range(13, 19)
+OPTION_ROWS, CHOICE_ROWS = 13, 19
+# Numbers of a line: price of a second; speed of the belt [m/s]; upstream end of windows [m]; distance of objects near
+# the stop of a hand [m]; position of objects that cannot be taken [m].
+PRICE, SPEED, WINDOW, NEAR, UNAVAILABLE = range(5)
+
+
+@kernel_part
+def _chance(
+    kind: int, percent: float, distance: float, settings: Floats, edges: Floats, picked: Floats, landed: Floats
+) -> tuple[float, float]:
+    """Chance that the cup seals and chance that a held object ends in its bin, as `Chances`."""
+    setting = 0
+    for p in range(1, len(settings)):
+        if abs(percent - settings[p]) < abs(percent - settings[setting]):
+            setting = p
+    part = 0
+    while part < len(edges) and edges[part] < distance:
+        part += 1
+    return picked[kind], landed[kind, setting, part]
+
+
+@kernel_part
+def _write_features(
+    numbers: Floats,
+    x: Floats,
+    kinds: Ints,
+    place: int,
+    robot: int,
+    can_take: Bools,
+    bases: Floats,
+    choice: Floats,
+) -> None:
+    """Write the features of a choice that depend on the other objects in sight."""
+    kind, speed = kinds[place], numbers[SPEED]
+    cycle, stop = choice[LIFT] + choice[THROWING], bases[robot] + choice[STOP]
+    heirs, heir = 0, -1
+    for r in range(robot + 1, len(bases)):
+        if can_take[r, kind]:
+            heirs += 1
+            heir = r if heir < 0 else heir
+    window = bases[heir] + numbers[WINDOW] if heir >= 0 else 0.0
+    crowd, queue = 0, 0
+    for j in range(len(x)):
+        taken = x[j] if can_take[robot, kinds[j]] else numbers[UNAVAILABLE]
+        crowd += j != place and abs(taken + speed * cycle - stop) <= numbers[NEAR]
+        queue += heir >= 0 and x[place] <= x[j] <= window and can_take[heir, kinds[j]]
+    choice[CROWD], choice[HEIRS], choice[QUEUE] = crowd, heirs, queue
+    choice[REACHES] = max(window - x[place], 0.0) / speed if heir >= 0 else 0.0
+
+
+@kernel_part
+def _place_by_score(scores: Floats, options: Ints, count: int, score: float, option: int) -> int:
+    """Insert an option among the best so far, after those of the same score; returns the number of the best."""
+    if count == len(scores) and not score > scores[count - 1]:
+        return count
+    count = min(count + 1, len(scores))
+    k = count - 1
+    while k > 0 and score > scores[k - 1]:
+        scores[k], options[k] = scores[k - 1], options[k - 1]
+        k -= 1
+    scores[k], options[k] = score, option
+    return count
+
+
+@compile_for(
+    "void(f8[::1], i8[::1], i8[::1], i8[:, ::1], f8[:, ::1], i8[:, ::1], i8[:], i8[:], i8[:], f8[:, :], f8[:, :],"
+    "b1[:, ::1], f8[::1], f8[:], f8[:], f8[:], f8[:, :, :], f8[:], i8[::1], b1[::1], b1[:, ::1], i8[:, ::1],"
+    "i8[:, ::1], f8[:, :, ::1])"
+)
+def choose_options(
+    numbers: Floats,
+    lines: Ints,
+    robot: Ints,
+    index: Ints,
+    x: Floats,
+    kinds: Ints,
+    rows: Ints,
+    places: Ints,
+    bins: Ints,
+    options: Floats,
+    worth: Floats,
+    can_take: Bools,
+    bases: Floats,
+    settings: Floats,
+    edges: Floats,
+    picked: Floats,
+    landed: Floats,
+    blank: Floats,
+    blank_integers: Ints,
+    has_choice: Bools,
+    real: Bools,
+    chosen_index: Ints,
+    chosen_bin: Ints,
+    choices: Floats,
+) -> None:
+    """Write the best options of some lines to their choices, by expected value less the price of their time.
+
+    Args:
+        numbers: numbers of the line by the names above.
+        lines: indices of the lines (K,).
+        robot: deciding robots (K,).
+        index: indices of the objects in sight (K, W).
+        x: positions of these (K, W) [m].
+        kinds: items as which these are classified (K, W).
+        rows: line of each option among the K lines, not decreasing (C,).
+        places: object of each option among the objects in sight (C,).
+        bins: bin of each option (C,).
+        options: numbers of the options by the rows above (C, OPTION_ROWS).
+        worth: values of all objects (N, M).
+        can_take: whether each robot takes each item (R, items).
+        bases: positions of the robots (R,) [m].
+        settings: speed settings of the table of throws (P,) [%].
+        edges: borders between the table's classes of distance (D - 1,) [m].
+        picked: shares of cups that seal (items,).
+        landed: shares of throws that end in their bins (items, P, D).
+        blank: numbers of a choice that does not exist (CHOICE_ROWS,).
+        blank_integers: object and bin of a choice that does not exist (2,).
+        has_choice: written, whether a choice exists (K,).
+        real: written at the lines (N, choices).
+        chosen_index: written at the lines, objects (N, choices).
+        chosen_bin: written at the lines, bins (N, choices).
+        choices: written at the lines, numbers by the rows above (N, choices, CHOICE_ROWS).
+    """
+    most = real.shape[1]
+    scores, best = np.empty(most), np.empty(most, dtype=np.int64)
+    chances = np.empty(len(rows))
+    begin = 0
+    for k in range(len(lines)):
+        line, count = lines[k], 0
+        while begin < len(rows) and rows[begin] == k:
+            option, i = options[begin], index[k, places[begin]]
+            distance = math.sqrt(option[AWAY] * option[AWAY] + option[AWAY + 1] * option[AWAY + 1])
+            seal, land = _chance(kinds[k, places[begin]], option[PERCENT], distance, settings, edges, picked, landed)
+            chances[begin] = seal * land
+            score = worth[line, i] * chances[begin] - numbers[PRICE] * (option[LIFT] + option[THROWING])
+            count = _place_by_score(scores, best, count, score, begin)
+            begin += 1
+        has_choice[k] = count > 0
+        for n in range(most):
+            real[line, n], choice = n < count, choices[line, n]
+            chosen_index[line, n], chosen_bin[line, n] = blank_integers[0], blank_integers[1]
+            choice[:] = blank
+            if n < count:
+                c = best[n]
+                i = index[k, places[c]]
+                chosen_index[line, n], chosen_bin[line, n] = i, bins[c]
+                choice[:OPTION_ROWS] = options[c]
+                choice[VALUE], choice[CHANCE] = worth[line, i], chances[c]
+                _write_features(numbers, x[k], kinds[k], int(places[c]), int(robot[k]), can_take, bases, choice)

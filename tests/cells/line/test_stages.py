@@ -1,0 +1,223 @@
+"""The compiled stages of a line's step give, to the bit, what the records and tables that they stand for give."""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pnt_gym.arrays import take
+from pnt_gym.cells.line import choosing, pool
+from pnt_gym.cells.line.cell import LineCell
+from pnt_gym.cells.line.core import LineCore
+from pnt_gym.cells.line.observation import LineSummary, encode_observation
+from pnt_gym.cells.line.options import MoverPlanner
+from pnt_gym.cells.line.stream import redraw
+from pnt_gym.cells.line.throws import redraw_picks
+from pnt_gym.planning.motion.chase import earliest
+from tests.tools.line import begun, decided, with_table
+from tests.tools.throws import same_bits
+
+BINS = [
+    {"name": "left", "x": -0.35, "y": 0.38, "size": [0.235, 0.235]},
+    {"name": "right", "x": 0.35, "y": 0.38, "size": [0.235, 0.235], "accepts": ["can", "tray"]},
+    {"name": "far", "x": 0.1, "y": 0.95, "size": [0.235, 0.235], "accepts": ["can"]},
+]
+ROBOTS = [
+    {"name": "first", "x": 0.0, "bins": BINS},
+    {"name": "second", "x": 1.4, "percent": [30, 50], "skills": ["can", "paper_ball", "tray"]},
+    {"name": "third", "x": 2.8},
+]
+LEVELS: dict[str, dict[str, Any]] = {
+    "skills": {"base": "skills3_burst"},
+    "mixed": {"base": "line3", "robots": ROBOTS},
+    "settings": {"base": "speed", "arrivals": {"rate": 2.0}},
+    "standing": {"base": "single", "cell": {"belt": {"tracking": False}, "motion": {"reserve": 0.0}}},
+    "careful": {
+        "base": "skills3",
+        "cell": {"grip": {"safety": "surface"}, "motion": {"follow_through": {"gravity_share": 0.9}}},
+    },
+    "quick": {"base": "speed", "cell": {"belt": {"speed": 0.5}, "limits": {"percent": [40, 100]}}, "horizon": 1.5},
+}
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    return tmp_path_factory.mktemp("tables")
+
+
+@pytest.mark.parametrize("name", LEVELS)
+def test_compiled_options_are_those_of_the_movers(name, tables, monkeypatch):
+    level = with_table({**LEVELS[name], "duration": 15.0}, tables)
+    compiled, random, decisions = begun(level, 6, 4), np.random.default_rng(4), 0
+    monkeypatch.setattr(choosing, "StraightPlanner", MoverPlanner)
+    by_movers = begun(level, 6, 4)
+    while not compiled.over.all():
+        one, other = compiled.state, by_movers.state
+        assert same_bits(one.choices.real, other.choices.real)
+        real = one.choices.real
+        for field in ("index", "bin", "numbers"):
+            assert same_bits(getattr(one.choices, field)[real], getattr(other.choices, field)[real]), field
+        for field in ("clock", "robot", "free", "expected", "hand", "busy"):
+            assert same_bits(getattr(one, field), getattr(other, field)), field
+        choice = decided(compiled, random, 0.1)
+        compiled.take(choice)
+        by_movers.take(choice)
+        decisions += 1
+    assert decisions > 10
+
+
+@pytest.mark.parametrize("name", ["skills", "mixed", "settings"])
+def test_compiled_observations_are_those_of_the_feature_tables(name, tables):
+    core, random = LineCore(begun(with_table(LEVELS[name], tables)).config, 5), np.random.default_rng(0)
+    core.reset(np.arange(5), [np.random.default_rng(row) for row in range(5)], seeded=True)
+    for _ in range(30):
+        state, busy = core.cell.state, np.zeros((5, 4))
+        busy[:, : state.free.shape[1]] = np.maximum(state.expected - state.clock[:, None], 0.0)
+        glance = LineSummary(
+            gone=np.minimum(state.clock / core.config.duration, 1.0),
+            robot=state.robot,
+            hand=state.hand[np.arange(5), state.robot],
+            coming=core.cell.chooser.coming(state, core.cell.stream),
+            busy=busy,
+            possible=state.choices.real.sum(axis=1).astype(np.float64),
+        )
+        assert same_bits(core.observe(), encode_observation(glance, state.choices))
+        core.step(decided(core.cell, random))
+
+
+def test_compiled_results_are_those_of_the_table(tables):
+    """First and later attempts, by the prediction that planners of the oracle use."""
+    level = with_table({"base": "line3", "duration": 40.0}, tables, picked=(0.4,) * 4)
+    cell, random, again = begun(level, 16, 1), np.random.default_rng(1), 0
+    while not cell.over.all():
+        state, choice, rows = cell.state, decided(cell, random), np.arange(16)
+        objects = rows, state.choices.index[rows, choice]
+        attempts = state.books.at(objects).attempts
+        decisions = cell.take(choice)
+        valid, context = decisions.valid, decisions.context
+        attempted = redraw_picks(take(cell.stream.objects, objects), attempts)
+        distance = np.hypot(*state.choices.away[rows, choice].T)
+        numbers = context.bin, attempted, distance, redraw(cell.stream.luck[objects], attempts)
+        object_speeds = context.objects.percent
+        predicted = cell.throws.predict(state.robot, numbers[0], _at(attempted, object_speeds), *numbers[2:])
+        assert predicted is not None
+        for field in ("picked", "is_success", "sorted", "ended_in"):
+            assert same_bits(getattr(decisions.results, field)[valid], getattr(predicted, field)[valid]), field
+        again += int((attempts[valid] > 0).sum())
+    assert again > 20
+
+
+def _at(objects: Any, percent: Any) -> Any:
+    """Objects at speed settings."""
+    return type(objects)(**{**vars(objects), "percent": percent})
+
+
+@pytest.mark.parametrize("threads", [2, 3, 5])
+def test_threads_change_nothing(threads, tables):
+    level = with_table({**LEVELS["mixed"], "duration": 12.0}, tables)
+    lines = 5 * pool.LEAST_LINES
+    alone, together = begun(level, lines, 2), begun(level, lines, 2, threads)
+    random = np.random.default_rng(2)
+    while not alone.over.all():
+        choice = decided(alone, random)
+        one, other = alone.take(choice), together.take(choice)
+        assert same_bits(one.end, other.end)
+        assert same_bits(alone.state.choices.numbers, together.state.choices.numbers)
+        assert same_bits(alone.state.free, together.state.free)
+
+
+def test_parts_together_are_all_lines_and_a_failure_is_raised():
+    seen = np.zeros(50, dtype=np.int64)
+    pool.work_in_parts(lambda lines: np.add.at(seen, lines, 1), np.arange(50), 4)
+    assert (seen == 1).all()
+
+    def fail(lines):
+        if 49 in lines:
+            raise ValueError("the last line")
+
+    with pytest.raises(ValueError, match="the last line"):
+        pool.work_in_parts(fail, np.arange(50), 4)
+
+
+def _step_in_child(cell: LineCell, results: Any) -> None:
+    results.put(cell.take(np.zeros(cell.count, dtype=np.int64)).end)
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_threads_work_after_a_fork(tables):
+    """As in `AsyncVectorEnv`: the child has none of its parent's threads."""
+    cell = begun(with_table(LEVELS["skills"], tables), 32, 0, 2)
+    context = multiprocessing.get_context("fork")
+    results = context.Queue()
+    child = context.Process(target=_step_in_child, args=(cell, results))
+    child.start()
+    end = results.get(timeout=60.0)
+    child.join()
+    assert same_bits(end, cell.take(np.zeros(32, dtype=np.int64)).end)
+
+
+def _lateness(chase: Any, time: float) -> float:
+    """How much too late a hand arrives at a time, operation by operation as the documentation of `chase` says."""
+    x, y, z = (chase[k] + time * chase[3 + k] for k in range(3))
+    descent, velocity, acceleration, jerk = chase[6:10]
+    way, square = math.sqrt(x * x + y * y + z * z), acceleration * acceleration
+    if jerk * jerk * way <= 2.0 * square * acceleration and jerk * way * way <= 4.0 * velocity**3:
+        speed, peak = math.cbrt(0.25 * jerk * way * way), math.cbrt(0.5 * jerk * jerk * way)
+    elif jerk * velocity <= square:
+        speed, peak = velocity, math.sqrt(jerk * velocity)
+    else:
+        root = math.sqrt(square * square + 4.0 * jerk * jerk * way * acceleration)
+        speed, peak = min(2.0 * jerk * way * acceleration / (square + root), velocity), acceleration
+    return (way / speed + (speed / peak + peak / jerk) if speed > 0.0 else 0.0) + descent - time
+
+
+def _plain_search(chase: Any) -> float:
+    """The first meeting, where every sample and every halving is tried; NaN where there is none."""
+    first, last, end = (float(number) for number in chase[10:])
+    if not _lateness(chase, first) > 0.0:
+        return first
+    square = sum(v * v for v in chase[3:6])
+    along = chase[0] * chase[3] + chase[1] * chase[4] + chase[2] * chase[5]
+    nearest = float(min(max(-along / (square if square > 0.0 else 1.0), first), last))
+    late, met = first, nearest
+    if _lateness(chase, nearest) > 0.0:
+        end = max(nearest, min(last, end))
+        samples = [nearest + (end - nearest) * ((k / 96) * (k / 96)) for k in range(97)]
+        good = [k for k in range(1, 97) if not _lateness(chase, samples[k]) > 0.0]
+        if not good:
+            return math.nan
+        late, met = samples[good[0] - 1], samples[good[0]]
+    for _ in range(64):
+        middle = 0.5 * (late + met)
+        if middle in (late, met):
+            break
+        late, met = (middle, met) if _lateness(chase, middle) > 0.0 else (late, middle)
+    return met
+
+
+@pytest.mark.parametrize(("speed", "far"), [(0.25, 1.0), (0.5, 0.1), (3.0, 1.0), (0.0, 1.0), (0.3, 1e-4), (0.25, 1e4)])
+def test_meetings_are_those_of_a_search_that_tries_every_time(speed, far):
+    random, count = np.random.default_rng(0), 300
+    percent, late = random.uniform(0.2, 1.0, count), random.uniform(0.0, 1.0, count)
+    velocity = random.normal(size=(count, 3)) * [1.0, 0.2, 0.0]
+    velocity *= speed / np.linalg.norm(velocity, axis=1, keepdims=True)
+    columns = (
+        random.normal(size=(count, 3)) * far,
+        velocity,
+        random.uniform(0.0, 0.2, count),
+        6.0 * percent,
+        120.0 * percent,
+        3000.0 * percent,
+        np.where(late < 0.5, 0.0, late),
+        late + random.uniform(0.0, 3.0, count),
+        random.uniform(0.0, 4.0, count),
+    )
+    chases, time, reached = np.column_stack(columns), np.empty(count), np.empty(count, dtype=np.bool_)
+    earliest(chases, time, reached)
+    wanted = np.array([_plain_search(chase) for chase in chases])
+    assert same_bits(reached, ~np.isnan(wanted))
+    assert same_bits(time[reached], wanted[reached])
