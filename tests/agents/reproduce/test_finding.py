@@ -40,6 +40,14 @@ def test_a_misprint_needs_another_figure_and_a_slip_that_gives_the_published_one
     assert Row.compared("gain", 57.5, 135.0, "%", within=0.1, explained=60.0).verdict == "differs"
 
 
+@pytest.mark.parametrize(
+    ("holds", "explained", "verdict"),
+    [(True, None, "reproduced"), (False, None, "differs"), (False, "> 2", "misprint"), (False, "> 3", "differs")],
+)
+def test_a_claim_in_words_is_judged_by_whether_it_holds(holds: bool, explained: str | None, verdict: str) -> None:
+    assert Row.compared("ratio", "> 2", 1.5, "-", holds=holds, explained=explained).verdict == verdict
+
+
 def test_figures_of_ours_and_missing_ones_are_not_judged() -> None:
     assert Row.ours("a", 1.0, "m", beside=1.0).verdict == "ours"
     assert Row.missing("a", 1.0, "m", "unpublished", reproduced=1.0, note="why").verdict == "not reproducible"

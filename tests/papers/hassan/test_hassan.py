@@ -31,30 +31,14 @@ def fig_12():
 # Verdicts are what published, reproduced and tolerance say.
 
 
-def recomputed(row):
-    """The verdict of a row under the paper's own conditions, from its figures alone."""
-    if row.published is None:
-        return "ours"
-    numbers = isinstance(row.published, float) and isinstance(row.reproduced, float)
-    agrees = (
-        abs(row.published - row.reproduced) <= (row.tolerance or 0.0) if numbers else row.published == row.reproduced
-    )
-    if row.holds if row.holds is not None else agrees:
-        return "reproduced"
-    near = isinstance(row.explained, float) and abs(row.published - row.explained) <= (row.tolerance or 0.0)
-    return "misprint" if near or (row.explained is not None and row.explained == row.published) else "differs"
-
-
-def test_every_verdict_follows_from_the_figures(inconsistencies, fig_12, quick_table):
+def test_whatever_is_not_reproduced_has_a_note(inconsistencies, fig_12, quick_table):
     rows = [*inconsistencies.values(), *fig_12.values(), *quick_table[1].rows]
     judged = [row for row in rows if row.conditions == "paper"]
     assert len(judged) > 60
     for row in judged:
-        assert row.verdict == recomputed(row), row
         assert row.verdict == "reproduced" or row.note, row
+        assert row.holds is None or isinstance(row.published, str), "words that hold are claims about the figure"
     assert {row.verdict for row in rows if row.conditions == "ours"} == {"ours"}
-    for row in judged:  # words that hold are claims about the figure beside them
-        assert row.holds is None or isinstance(row.published, str)
 
 
 class Wrong:
@@ -261,14 +245,6 @@ def test_a_loop_is_drawn_in_one_piece():
     assert run.time[0, -1] == pytest.approx(cycle.duration.sum(), abs=1e-3)
     assert np.abs(np.diff(run.position[0], axis=0)).max() <= 1.8 / hassan_figures.RATE * (1.0 + 1e-9)
     np.testing.assert_allclose(run.position[0, -1], cycle.path.start[0], rtol=0, atol=1e-4)
-
-
-def test_the_parts_are_the_known_ones():
-    assert list(hassan.PARTS) == [
-        "table1", "free-direction", "free-direction-constant-jerk", "headroom-hand-cap-0", "headroom-hand-cap-0.05",
-        "headroom-window-10ms", "headroom-window-30ms", "methods", "inconsistencies", "figures",
-    ]  # fmt: skip
-    assert hassan.SHORT == "Hassan et al. 2022"
 
 
 # Tables that draw on several parts.

@@ -6,19 +6,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.controllers import Observation, Outcome, make_controller
 from agents.ground.environments import make_vector
 from agents.judging.loop import practise
 from agents.reproduce.finding import Findings, Row
-from papers.leveziel import PARTS, overview
 from papers.leveziel import cycle as leveziel_cycle
 from papers.leveziel import cycle_run as leveziel_cycle_run
 from papers.leveziel import grasps as leveziel_grasps
+from papers.leveziel import overview
 from papers.leveziel import toss as leveziel_toss
 from papers.leveziel.cycle_run import PHASES, Cycles, run_cycles
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.robots.gripper import MOTOR_SPEED, inverse_kinematics
+from tests.agents.judging.test_evaluation import Student
 from tests.tools.nightly import with_nightly
 from tests.tools.reproduced import assert_plain
 
@@ -49,13 +49,6 @@ def calm() -> Cycles:
 
 def row(name: str, quantity: str) -> Row:
     return next(r for r in findings(name).rows if r.quantity == f"leveziel/{quantity}")
-
-
-def test_the_parts_are_the_known_ones() -> None:
-    assert list(PARTS) == [
-        "workspace", "indices", "circle", "moves", "closing", "cycle", "grasps", "toss-planner", "toss-virtual_goal",
-        "toss-ridge", "toss-mlp", "formulas",
-    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -198,46 +191,12 @@ def test_a_practice_that_goes_on_sees_other_objects() -> None:
     env = make_vector("GripperToss-v0", "nominal", 4, threads=1)
     parts: list[np.ndarray] = []
     for start in (0, 0, 4):
-        spy = Spy(make_controller("virtual_goal", env))
-        practise(spy, env, 4, seed=3, start=start)
-        parts.append(np.concatenate([seen.features for seen in spy.seen]))
+        student = Student(size=3)
+        practise(student, env, 4, seed=3, start=start)
+        parts.append(np.concatenate(student.seen))
     env.close()
     np.testing.assert_array_equal(parts[0], parts[1])
     assert (parts[0] != parts[2]).any(axis=1).all()
-
-
-class Spy:
-    """A learner that remembers what it saw.
-
-    Every method of a learner is written out: since Python 3.12 `isinstance` of a protocol looks past `__getattr__`.
-    """
-
-    name = "spy"
-
-    def __init__(self, inner: Any) -> None:
-        self.inner, self.seen = inner, list[Observation]()
-
-    def reset(self, seed: int) -> None:
-        self.inner.reset(seed)
-
-    def begin_practice(self, throws: int) -> None:
-        self.inner.begin_practice(throws)
-
-    def end_practice(self) -> None:
-        self.inner.end_practice()
-
-    def act(self, observation: Observation) -> Any:
-        self.seen.append(observation)
-        return self.inner.act(observation)
-
-    def learn(self, outcome: Outcome) -> None:
-        self.inner.learn(outcome)
-
-    def state(self) -> Any:
-        return self.inner.state()
-
-    def restore(self, state: Any) -> None:
-        self.inner.restore(state)
 
 
 def test_the_drawn_flights_start_on_target_and_fall_short_when_the_robot_brakes() -> None:

@@ -8,7 +8,6 @@ import pytest
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import by_quantity
 from papers.miyashita import (
-    PARTS,
     acceptance,
     accessible,
     cases,
@@ -56,13 +55,6 @@ ALL = with_nightly((*DAILY, *NIGHTLY), DAILY)
 
 def row(name: str, quantity: str) -> Row:
     return next(r for r in findings(name).rows if r.quantity == f"miyashita/{quantity}")
-
-
-def test_the_parts_are_the_known_ones() -> None:
-    assert list(PARTS) == [
-        "example", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms", "contact",
-        "contact-reach", "contact-learning", "contact-level", "sorting", "assembly", "formulas",
-    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ALL)
