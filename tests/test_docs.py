@@ -1,4 +1,4 @@
-"""The tables in the environments' docstrings say what the code does."""
+"""The tables in the environments' docstrings say what the code does; more of the line is in `envs/test_line.py`."""
 
 import inspect
 import re
@@ -28,6 +28,7 @@ from pnt_gym.cells.one_joint.cell import OneJointCell
 from pnt_gym.cells.one_joint.observation import FEATURES as GOAL_FEATURES
 from pnt_gym.envs.conveyor import PnTAdaptEnv, PnTConveyorEnv, PnTReleaseEnv
 from pnt_gym.envs.gripper import GripperTossEnv
+from pnt_gym.envs.line import PnTLineEnv
 from pnt_gym.envs.one_joint import (
     OneJointAssemblyEnv,
     OneJointSortEnv,
@@ -127,6 +128,7 @@ def words(env_class, title):
     return " ".join(section(env_class, title).split())
 
 
+@pytest.mark.parametrize("env_class", [*FAMILY, PnTLineEnv])
 def test_the_sections_are_gymnasiums(env_class):
     titles = re.findall(r"^## (.*)$", doc(env_class), flags=re.MULTILINE)
     assert titles == [
@@ -158,6 +160,7 @@ def test_observation_rows_read_an_observation_back(env_class):
     np.testing.assert_allclose(observation[inside], ((seen - centre) / scale)[inside], rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize("env_class", [*FAMILY, PnTLineEnv])
 def test_the_observation_space_is_the_written_one(env_class):
     env = env_class()
     box = re.match(r"\s*`Box\((.*?), (.*?), \((\d+),\), (\w+)\)`", section(env_class, "Observation Space"))
