@@ -1,15 +1,13 @@
 """The planner's machine code: made once, kept, made anew where it cannot be kept, and true to its Python text."""
 
-import os
 import shutil
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 from agents.ground.places import SHIPPED as ROOT
+from tests.tools.commands import environment, run_python
 
 # Prints the plans of 400 throws under a ceiling and in a workspace as hexadecimal bytes.
 PLAN = """
@@ -33,11 +31,7 @@ print(*(len(f.stats.cache_hits) + 10 * len(f.stats.cache_misses) for f in (choos
 
 
 def run(code, **variables):
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONPATH": str(ROOT), **{name: str(value) for name, value in variables.items()}},
-        capture_output=True, text=True, timeout=120, check=False,
-    )  # fmt: skip
+    done = run_python("-c", code, env=environment() | {name: str(value) for name, value in variables.items()})
     assert done.returncode == 0, done.stderr
     return done
 

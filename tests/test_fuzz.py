@@ -17,6 +17,7 @@ from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.one_joint.pallets import Pallet
 from pnt_gym.errors import ConfigError, PhysicsError
+from tests.tools.commands import run_python
 from tests.tools.nightly import with_nightly
 from tests.tools.toy_cell import ToyVectorEnv
 
@@ -68,12 +69,7 @@ def test_a_crash_and_a_hang_are_finds(tmp_path: Path) -> None:
     code += "if __name__ == '__main__':\n    finds = fuzz.finds([('x', n) for n in range(5)], judge)\n"
     code += "    print(*[said.split(' ')[0] or 'well' for _, _, said in finds])"
     (tmp_path / "script.py").write_text(code)
-    from subprocess import run  # noqa: PLC0415
-
-    from tests.tools.commands import environment  # noqa: PLC0415
-
-    command = [sys.executable, str(tmp_path / "script.py")]
-    done = run(command, env=environment(), capture_output=True, text=True, timeout=300, check=True)
+    done = run_python(tmp_path / "script.py", check=True)
     assert done.stdout.split() == ["well", "ends", "well", "hangs", "well"]
 
 

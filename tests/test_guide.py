@@ -1,15 +1,14 @@
 """The guide "Add a robot ...": its files and commands, just as they stand, in an empty folder."""
 
 import json
-import os
 import re
 import shlex
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
 import pytest
+
+from tests.tools.commands import environment, run_python
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = (ROOT / "docs" / "extend.md").read_text(encoding="utf-8")
@@ -28,15 +27,7 @@ def folder(tmp_path_factory):
 
 
 def run(folder, *arguments):
-    return subprocess.run(
-        [sys.executable, *arguments],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": f"{folder}:{ROOT}"},
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
+    return run_python(*arguments, cwd=folder, env=environment() | {"PYTHONPATH": f"{folder}:{ROOT}"}, timeout=600)
 
 
 @pytest.fixture(scope="module")

@@ -1,20 +1,19 @@
 """Importing the package registers the environments, costs neither MuJoCo nor torch, and can be repeated."""
 
 import importlib
-import subprocess
-import sys
 
 import gymnasium as gym
 import pytest
 
 import pnt_gym
+from tests.tools.commands import run_python
 from tests.tools.nightly import with_nightly
 
 HEAVY = ("mujoco", "torch", "stable_baselines3", "scipy", "matplotlib", "imageio", "numba")
 
 
 def run(code):
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=120)
+    done = run_python("-c", code)
     assert done.returncode == 0, done.stderr
     return done
 

@@ -18,7 +18,7 @@ from agents.ground.places import SHIPPED
 from agents.learning.runs import RunFolder
 from benchmarks.kill_trials.commands import LEARNER, small_reproduction
 from benchmarks.kill_trials.trials import state
-from tests.tools.commands import answered, environment, refused
+from tests.tools.commands import answered, environment, refused, run_python
 from tests.tools.datasets import SMALL as SMALL_DATASET
 
 pytestmark = pytest.mark.usefixtures("here")
@@ -38,11 +38,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.nightly
 def test_a_sample_of_kills() -> None:
     """`make kill` kills at every operation; here at some, and twice at random."""
-    command = [sys.executable, "benchmarks/kill.py", "--toy", "--every", "23", "--chances", "1"]
-    command += ["--only", "train", "report", "Throw-v0-1"]
-    done = subprocess.run(
-        command, cwd=SHIPPED, env=environment(), capture_output=True, text=True, timeout=300, check=False
-    )
+    options = ("--toy", "--every", "23", "--chances", "1", "--only", "train", "report", "Throw-v0-1")
+    done = run_python("benchmarks/kill.py", *options, cwd=SHIPPED)
     assert done.returncode == 0, done.stdout + done.stderr
     lost, _, _, kills, *_ = done.stdout.splitlines()[-1].split()
     assert int(lost) == 0
@@ -74,8 +71,7 @@ def test_a_second_command_in_a_folder_is_refused(run: Path, here: Path) -> None:
 def test_a_lock_ends_with_its_process(here: Path) -> None:
     code = "import os\nfrom agents.ground.files import Path, lock_folder\n"
     code += "with lock_folder(Path()): os.kill(os.getpid(), 9)"
-    done = subprocess.run([sys.executable, "-c", code], env=environment(), timeout=60, check=False)
-    assert done.returncode == -9
+    assert run_python("-c", code, timeout=60).returncode == -9
     with lock_folder(here):
         pass
 
@@ -226,10 +222,9 @@ def test_paths_with_spaces_and_umlauts_without_a_home_in_an_ascii_world(tmp_path
     (place / "mein Förderband.yaml").write_text("mismatch: 0.5\nname: Förderband\n", encoding="utf-8")
     bare = {k: v for k, v in environment().items() if k not in ("HOME", "LANG", "LC_CTYPE", "PYTHONIOENCODING")}
     command = ["--env", "PnTRelease-v0", "--level", "mein Förderband.yaml", "--controller", "analytic", "--picks", "4"]
-    done = subprocess.run(
-        [sys.executable, "-m", "agents.evaluate", *command, "--num-envs", "4", "--json", "Übersicht 1.json"],
-        cwd=place, env={**bare, "LC_ALL": "C", "PYTHONUTF8": "0"}, capture_output=True, timeout=120, check=False,
-    )  # fmt: skip
+    command += ["--num-envs", "4", "--json", "Übersicht 1.json"]
+    ascii_world = {**bare, "LC_ALL": "C", "PYTHONUTF8": "0"}
+    done = run_python("-m", "agents.evaluate", *command, cwd=place, env=ascii_world, text=False)
     assert done.returncode == 0, done.stderr
     assert b"Traceback" not in done.stderr
     assert (place / "Übersicht 1.json").is_file()

@@ -12,7 +12,7 @@ import imageio.v3 as iio
 import pytest
 from PIL import Image
 
-from tests.tools.commands import call_here, environment, output_of
+from tests.tools.commands import INTERRUPTIBLE, call_here, environment, output_of
 from tests.tools.nightly import with_nightly
 
 pytestmark = pytest.mark.usefixtures("opengl")
@@ -67,12 +67,7 @@ def test_what_was_there_stays_if_writing_is_broken_off(
 
 
 def test_a_film_that_is_interrupted_leaves_nothing(tmp_path: Path) -> None:
-    code = (
-        "import runpy, signal\n"
-        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background jobs inherit deaf ears
-        "runpy.run_module('agents.play', run_name='__main__', alter_sys=True)\n"
-    )
-    command = [sys.executable, "-c", code, "--video", "a.mp4", "--picks", "10000"]
+    command = [sys.executable, "-c", INTERRUPTIBLE, "--video", "a.mp4", "--picks", "10000"]
     process = subprocess.Popen(command, cwd=tmp_path, env=environment(), stderr=subprocess.PIPE, text=True)
     until = time.monotonic() + 60.0
     while not any(tmp_path.iterdir()):

@@ -3,7 +3,6 @@
 import io
 import os
 import shutil
-import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
@@ -14,7 +13,7 @@ import numpy as np
 import pytest
 
 from agents.ground.places import POLICY
-from tests.tools.commands import environment
+from tests.tools.commands import run_python
 from tests.tools.nightly import with_nightly
 
 MOST: Final = 600
@@ -84,10 +83,8 @@ FOLDERS: Final[dict[str, Callable[[Path], object]]] = {
 def test_a_folder_that_would_cost_memory_is_refused_in_a_sentence(kind: str, tmp_path: Path) -> None:
     shutil.copytree(POLICY, tmp_path / "run", ignore=shutil.ignore_patterns("*.mp4", "*.zip", "*.onnx"))
     FOLDERS[kind](tmp_path / "run")
-    limit = [sys.executable, "-c", PEAK, sys.executable, "-m", "agents.evaluate", "--controller", "run", "--picks", "8"]
-    done = subprocess.run(
-        limit, cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=PATIENCE, check=False
-    )
+    command = (sys.executable, "-m", "agents.evaluate", "--controller", "run", "--picks", "8")
+    done = run_python("-c", PEAK, *command, cwd=tmp_path, timeout=PATIENCE)
     assert done.returncode == 2, done.stderr
     assert done.stderr.startswith("error: "), done.stderr
     assert done.stderr.count("\n") == 1, done.stderr

@@ -1,8 +1,6 @@
 """Training: a run folder that is whole, a resume that changes nothing, a stop that loses nothing."""
 
-import os
 import shutil
-import signal
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +18,7 @@ from agents.judging.throws.data import summary
 from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
+from tests.tools.models import weights
 from tests.tools.toy_cell import ToyVectorEnv
 
 SMALL: dict[str, Any] = {
@@ -47,10 +46,6 @@ def asked(tmp_path: Path) -> Arguments:
         config=config,
         eval_picks=0,
     )
-
-
-def weights(folder: Path) -> list[np.ndarray]:
-    return [p.detach().numpy() for p in RunFolder(folder).load_model().policy.parameters()]
 
 
 def restored(folder: Path, env: str) -> Any:
@@ -136,31 +131,6 @@ def test_training_learns(asked: Arguments, tmp_path: Path) -> None:
         for name in ("analytic", str(tmp_path / "run"))
     }
     assert error[str(tmp_path / "run")] < 0.85 * error["analytic"]
-
-
-def test_ctrl_c_leaves_a_run_that_can_be_continued(
-    asked: Arguments, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    thrown = 0
-    step = ToyVectorEnv.step
-
-    def interrupted(self: ToyVectorEnv, actions: np.ndarray) -> Any:
-        nonlocal thrown
-        thrown += 8
-        if thrown == 56:
-            os.kill(os.getpid(), signal.SIGINT)
-        return step(self, actions)
-
-    monkeypatch.setattr(ToyVectorEnv, "step", interrupted)
-    with pytest.raises(SystemExit) as stopped:
-        main(asked)
-    assert stopped.value.code == 130
-    said = f"stopped after 56 throws; continue with: python -m agents.train --resume {tmp_path / 'run'}"
-    assert said in capsys.readouterr().err
-    main(resumed(tmp_path / "run"))
-    assert RunFolder(tmp_path / "run").load_model().num_timesteps == 200
-    lines = (tmp_path / "run" / "progress.csv").read_text().splitlines()
-    assert lines[0].startswith("throws,")
 
 
 def torn(run: Path, name: str) -> None:

@@ -3,15 +3,13 @@
 import hashlib
 import json
 import random
-import subprocess
-import sys
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
 import pnt_gym
-from tests.tools.commands import environment
+from tests.tools.commands import run_python
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import HARD, same_bits, same_step, some_actions, zeros
 
@@ -32,9 +30,7 @@ DAILY = ("PnTAdapt-v0", "OneJointSort-v0", "GripperToss-v0", "PnTLine-v0")
 def elsewhere(request):
     """What every environment of this run gives in another process, with two threads."""
     ids = sorted({item.callspec.params["env_id"] for item in request.session.items if "elsewhere" in item.fixturenames})
-    command = [sys.executable, "-c", SCRIPT, *ids]
-    other = subprocess.run(command, env=environment(), capture_output=True, text=True, check=True, timeout=300)
-    return json.loads(other.stdout)
+    return json.loads(run_python("-c", SCRIPT, *ids, check=True).stdout)
 
 
 def throws(env_id, threads, seed=4):

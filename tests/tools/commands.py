@@ -20,11 +20,22 @@ def environment() -> dict[str, str]:
     return {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
 
 
+def run_python(*words: str | Path, check: bool = False, **given: Any) -> subprocess.CompletedProcess[str]:
+    """What a Python of its own does, unless something else is given: `run_python("-c", code, cwd=folder)`."""
+    usual = {"env": environment(), "capture_output": True, "text": True, "timeout": 300}
+    return subprocess.run([sys.executable, *words], check=check, **{**usual, **given})
+
+
+INTERRUPTIBLE = (
+    "import runpy, signal\n"
+    "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background jobs inherit deaf ears
+    "runpy.run_module('agents.play', run_name='__main__', alter_sys=True)\n"
+)
+"""`agents.play` as code that Ctrl-C reaches."""
+
+
 def call(module: str, *arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", *module.split(), *map(str, arguments)]
-    return subprocess.run(
-        command, cwd=folder, env=environment(), capture_output=True, text=True, timeout=120, check=False
-    )
+    return run_python("-m", *module.split(), *map(str, arguments), cwd=folder, timeout=120)
 
 
 def call_here(module: str, *arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:

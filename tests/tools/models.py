@@ -1,9 +1,12 @@
-"""Models of stable-baselines3 for the cell of `tests.tools.lob`."""
+"""Models of stable-baselines3: for the cell of `tests.tools.lob`, and those that a run left."""
 
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+
+from agents.learning.runs import RunFolder
 
 
 class Space(gym.Env[Any, Any]):
@@ -18,6 +21,11 @@ class Space(gym.Env[Any, Any]):
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         return self.reset()[0], 0.0, True, False, {}
+
+
+def weights(folder: Path, checkpoint: Path | None = None) -> list[np.ndarray]:
+    """All numbers of the model that a run left."""
+    return [part.detach().numpy() for part in RunFolder(folder).load_model(None, checkpoint).policy.parameters()]
 
 
 def model(algorithm: Any, env: Any = None) -> Any:

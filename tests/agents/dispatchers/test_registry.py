@@ -24,6 +24,7 @@ from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
 from agents.training.request import resolve_request
 from tests.tools.commands import figures_of, output_of
+from tests.tools.models import weights
 
 SMALL: dict[str, Any] = {
     "learning_rate": 0.003,
@@ -51,10 +52,6 @@ def asked(tmp_path: Path, short: str) -> Arguments:
         config=config,
         eval_picks=0,
     )
-
-
-def weights(folder: Path) -> list[np.ndarray]:
-    return [p.detach().numpy() for p in RunFolder(folder).load_model().policy.parameters()]
 
 
 def of_rule(level: str) -> tuple[Any, Any]:
@@ -100,10 +97,7 @@ def test_a_resumed_run_is_bit_for_bit_the_uninterrupted_one(asked: Arguments, tm
     assert RunFolder(halves).load_model().num_timesteps == 64
     pairs = list(zip(weights(whole), weights(halves), strict=True))
     assert all(np.array_equal(a, b) for a, b in pairs)
-    before = [
-        p.detach().numpy()
-        for p in RunFolder(whole).load_model(None, RunFolder(whole).checkpoints[0]).policy.parameters()
-    ]
+    before = weights(whole, RunFolder(whole).checkpoints[0])
     assert not all(np.array_equal(a, b) for a, (b, _) in zip(before, pairs, strict=True)), "nothing was learned"
 
 

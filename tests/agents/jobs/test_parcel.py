@@ -2,8 +2,6 @@
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,6 +10,7 @@ from agents.ground.cli import UsageError
 from agents.ground.places import SHIPPED as ROOT
 from agents.jobs import parcel
 from agents.jobs.parcel import PARTS, check_identity, identity, pack, user_code_digest
+from tests.tools.commands import run_python
 
 SAY = "import json; from agents.jobs.parcel import identity; print(json.dumps(identity(['theirs'], True)))"
 
@@ -35,8 +34,7 @@ def test_code_and_modules_are_there_and_nothing_else(sent: Path) -> None:
 def test_it_computes_elsewhere_what_it_computes_here(sent: Path) -> None:
     """In a process that knows no other place, and on one core."""
     told = {**os.environ, "PYTHONPATH": str(sent), "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "-W", "ignore", "-c", SAY]
-    done = subprocess.run(command, cwd=sent, env=told, capture_output=True, text=True, check=False)
+    done = run_python("-W", "ignore", "-c", SAY, cwd=sent, env=told)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == identity(["theirs"], True)
 

@@ -19,7 +19,7 @@ from agents.judging.loop import throw_batches
 from agents.pictures.stage import Stage
 from agents.pictures.viewer import Choice, Film, Shown, ViewerRequests, watch
 from agents.play import Arguments, open_stage
-from tests.tools.commands import call, environment
+from tests.tools.commands import INTERRUPTIBLE, call, environment
 
 
 class Recorder:
@@ -72,12 +72,7 @@ def test_pause_and_speed_are_those_of_studio() -> None:
 
 
 def test_a_page_is_served_until_it_is_stopped(tmp_path: Path) -> None:
-    run = (
-        "import runpy, signal\n"
-        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background jobs inherit deaf ears
-        "runpy.run_module('agents.play', run_name='__main__', alter_sys=True)"
-    )
-    command = [sys.executable, "-u", "-c", run, "--viewer", "web", "--level", "waste"]
+    command = [sys.executable, "-u", "-c", INTERRUPTIBLE, "--viewer", "web", "--level", "waste"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(command, cwd=tmp_path, env=environment(), **pipes) as running:
         try:

@@ -2,8 +2,6 @@
 
 import importlib
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,7 +19,7 @@ from agents.reproduce.finding import Findings, Overview, Row
 from agents.reproduce.papers import PAPERS, jobs, package, run_part
 from agents.reproduce.record import assemble, headlines
 from pnt_gym.errors import PntGymError
-from tests.tools.commands import environment, figures_of, output_of
+from tests.tools.commands import figures_of, output_of, run_python
 from tests.tools.nightly import with_nightly
 
 pytestmark = pytest.mark.usefixtures("worker_here")
@@ -196,10 +194,7 @@ def test_a_paper_is_kept_under_what_it_plans_with_and_shares() -> None:
 @pytest.mark.parametrize("paper", with_nightly(PAPERS, ["choe"]))
 def test_a_paper_needs_no_code_of_another(paper: str) -> None:
     """What a part is kept under leaves the other papers' code out."""
-    code = f"import sys, papers.{paper}; print(*sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment(), capture_output=True, text=True, timeout=60, check=True
-    )
+    done = run_python("-c", f"import sys, papers.{paper}; print(*sys.modules)", timeout=60, check=True)
     others = tuple(f"papers.{name}" for name in PAPERS if name != paper)
     assert f"papers.{paper}" in done.stdout.split()
     assert not [name for name in done.stdout.split() if name.startswith(others)]
