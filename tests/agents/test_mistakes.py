@@ -20,7 +20,6 @@ from tests.tools.toy_cell import ToyVectorEnv
 
 START = ("--env", "ToyThrow-v0", "--steps", "8", "--num-envs", "4", "--eval-picks", "0", "--out", "run")
 ANALYTIC = ("agents.evaluate", "--controller", "analytic")
-SHIPPED = POLICY
 
 
 @pytest.fixture
@@ -52,7 +51,7 @@ YAML = {
 def test_yaml_that_is_none(here: Path, name: str) -> None:
     text, said = YAML[name]
     (here / "x.yaml").write_bytes(text if isinstance(text, bytes) else text.encode())
-    shutil.copytree(SHIPPED, here / "kept")
+    shutil.copytree(POLICY, here / "kept")
     shutil.copy(here / "x.yaml", here / "kept" / "args.yml")
     for command in (
         (*ANALYTIC, "--level", "x.yaml", "--picks", "1"),
@@ -125,7 +124,7 @@ def test_a_failed_start_does_not_block_the_next(here: Path) -> None:
 
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.5, 0.9, 0.9999])
 def test_a_torn_model(here: Path, share: float) -> None:
-    shutil.copytree(SHIPPED, here / "kept")
+    shutil.copytree(POLICY, here / "kept")
     for name in ("model.zip", "policy.npz"):  # the second is torn while the first is torn already
         file = here / "kept" / name
         file.write_bytes(file.read_bytes()[: int(share * file.stat().st_size)])
@@ -135,7 +134,7 @@ def test_a_torn_model(here: Path, share: float) -> None:
 
 
 def test_a_policy_that_is_not_its_models(here: Path) -> None:
-    shutil.copytree(SHIPPED, here / "kept")
+    shutil.copytree(POLICY, here / "kept")
     file = here / "kept" / "policy.npz"
     with np.load(file) as parts:
         found = {name: parts[name] for name in parts.files}
@@ -144,7 +143,7 @@ def test_a_policy_that_is_not_its_models(here: Path) -> None:
 
 
 def test_a_run_of_before_there_were_policies(here: Path) -> None:
-    shutil.copytree(SHIPPED, here / "kept")
+    shutil.copytree(POLICY, here / "kept")
     (here / "kept" / "policy.npz").unlink()
     said = "policy.npz is missing; before 0.2.0 none was written: its model.zip can be used with --trust"
     for command in (
@@ -164,7 +163,7 @@ def test_a_run_of_before_there_were_policies(here: Path) -> None:
     [("algo", "ppo"), ("algo", [1]), ("algo", "dqn"), ("seed", "x"), ("env", 5), ("num_envs", None), ("level", [])],
 )
 def test_arguments_of_another_run(here: Path, name: str, value: object) -> None:
-    shutil.copytree(SHIPPED, here / "kept")
+    shutil.copytree(POLICY, here / "kept")
     file = here / "kept" / "args.yml"
     file.write_text(yaml.safe_dump({**yaml.safe_load(file.read_text()), name: value}))
     refused("agents.publish", "kept", "--to", ".", "--picks", "4")
@@ -173,7 +172,7 @@ def test_arguments_of_another_run(here: Path, name: str, value: object) -> None:
 
 
 def test_a_level_whose_name_is_a_path_is_not_published(here: Path) -> None:
-    shutil.copytree(SHIPPED, here / "kept")
+    shutil.copytree(POLICY, here / "kept")
     for text in ("name: ../../up\n", "name: 5\n", "[]\n"):
         (here / "kept" / "env.yaml").write_text(text)
         assert "env.yaml has name" in refused("agents.publish", "kept", "--to", "to")

@@ -29,11 +29,6 @@ def test_functions_and_parts_of_a_papers_table_exist(paper):
         assert part in package(paper).PARTS
 
 
-def test_a_name_that_does_not_exist_is_an_error():
-    with pytest.raises(AttributeError):
-        resolve("papers.hassan.nlp.nothing")
-
-
 @pytest.mark.parametrize("paper", PAPERS)
 def test_the_help_names_the_parts_that_there_are(paper):
     assert PART_NAMES[paper] == tuple(package(paper).PARTS)

@@ -37,11 +37,6 @@ def test_a_step_enters_every_function_of_the_page(name, entered):
     assert name.startswith("agents.") or name.partition(":")[2] in entered
 
 
-def test_a_function_that_does_not_exist_is_an_error():
-    with pytest.raises(AttributeError):
-        throw.function("pnt_gym.cells.base.core:Core.nothing")
-
-
 def test_the_drawing_is_the_written_one_and_has_every_stage_and_room():
     text = (made.DOCS / "pictures" / "throw.svg").read_text(encoding="utf-8")
     assert text == throw.drawing()

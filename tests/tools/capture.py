@@ -34,13 +34,7 @@ class Rest:
 
 @final
 class CaptureBench:
-    """Parts that fly freely in the plane, without air, among pallets.
-
-    Args:
-        pallets: what stands there (Q).
-        parts: what is launched or lies there (P), each once.
-        count: simulations N.
-    """
+    """N simulations of P parts that fly freely in the plane, without air, among Q pallets."""
 
     def __init__(self, pallets: Sequence[Pallet], parts: Sequence[Part], count: int) -> None:
         self.pallets, self.parts = tuple(pallets), tuple(parts)
@@ -48,15 +42,7 @@ class CaptureBench:
         self.batch = Batch(self.model, nsim=count, nthread=1)
 
     def launch(self, state: Floats, duration: float) -> Rest:
-        """Let go of all parts and wait.
-
-        Args:
-            state: x, y [m], phi [rad] and their rates (N, P, 6).
-            duration: what is simulated [s].
-
-        Raises:
-            PhysicsError: the engine warned.
-        """
+        """Let go of all parts at x, y [m], phi [rad] with their rates (N, P, 6), and wait for a duration [s]."""
         batch, count = self.batch, len(state)
         batch.state[:], batch.warning[:] = 0.0, 0
         batch.bind("qpos")[:] = state[..., :3].reshape(count, -1)

@@ -89,11 +89,7 @@ class Ledger:
     value: float = 0.0
 
     def enter(self, taken: Decisions, row: int, duration: float) -> None:
-        """One decision.
-
-        Raises:
-            AssertionError: something is taken that was taken before.
-        """
+        """One decision, of an object that nobody has taken before."""
         if not taken.valid[row]:
             assert not taken.results.picked[row]
             return

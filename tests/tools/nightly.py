@@ -7,12 +7,7 @@ import pytest
 
 
 def with_nightly(cases: Iterable[Any], daily: Collection[Any]) -> list[Any]:
-    """Cases for `parametrize`, of which those that are not daily are marked as nightly.
-
-    Args:
-        cases: a tuple for each, or a value where there is one parameter.
-        daily: those of them that every run has.
-    """
+    """Cases for `parametrize`, tuples or single values, of which those that are not daily are marked as nightly."""
     values = list(cases)
     assert daily
     assert all(case in values for case in daily), "a daily case is none of the cases"

@@ -37,13 +37,7 @@ def both(env_id: str, mode: str, **given: Any) -> tuple[Any, Any]:
 
 
 def assert_same_info(mine: Mapping[str, Any], other: Mapping[str, Any], more: Container[str] = ()) -> None:
-    """Two infos have the same keys, masks and, where masks hold, values.
-
-    Args:
-        mine: of the vector form; it may have results of which `other` has none, with masks that are False.
-        other: of Gymnasium's loop.
-        more: which these results are.
-    """
+    """Two infos have the same keys, masks and, where masks hold, values; `mine` may have `more`, for no cell."""
     assert not set(other) - set(mine)
     for name in (key.removeprefix("_") for key in set(mine) - set(other)):
         assert name in more and not mine[f"_{name}"].any(), name
@@ -59,11 +53,7 @@ def assert_same_info(mine: Mapping[str, Any], other: Mapping[str, Any], more: Co
 
 
 def assert_same_steps(ours: Any, theirs: Any, actions: np.ndarray, seed: int) -> list[Any]:
-    """Two vector environments give the same in every step; each row is reset once more, so that they are out of step.
-
-    Returns:
-        What each step gave: observation, reward, terminated, truncated and info.
-    """
+    """What each step gave, the same in both environments; each row is reset once more, so that they are out of step."""
     assert_same_reset(ours, theirs, seed=seed)
     disabled = ours.metadata["autoreset_mode"].value == "Disabled"
     steps = list[Any]()

@@ -49,6 +49,15 @@ def thrown(controller: LearnerProtocol, errors: Errors, batches: int, rows: int 
     return np.array(size)
 
 
+def practised(errors: Errors, batches: int, rows: int = 1, noise: float = 0.0) -> tuple[NewtonGoal, np.ndarray]:
+    """A controller after its practice, and how far its throws were off."""
+    newton = NewtonGoal(POSE)
+    newton.begin_practice(batches * rows)
+    size = thrown(newton, errors, batches, rows, noise)
+    newton.end_practice()
+    return newton, size
+
+
 def kept(controller: LearnerProtocol, errors: Errors) -> float:
     """Largest error of the shift that is kept, in tolerances and without noise."""
     return float(np.abs(errors(controller.act(ONE).astype(float))).max())
@@ -64,12 +73,9 @@ def test_the_first_step_is_that_of_the_virtual_goal_with_a_gain_of_one() -> None
 
 @pytest.mark.parametrize("errors", [turned, bent])
 def test_errors_that_run_the_other_way_are_learned_where_the_virtual_goal_runs_away(errors: Errors) -> None:
-    newton, paper = NewtonGoal(POSE), virtual_goal(POSE, 0.5)
-    newton.begin_practice(30)
-    thrown(newton, errors, 30)
-    newton.end_practice()
+    newton, _ = practised(errors, 30)
     assert kept(newton, errors) < 1.0
-    assert thrown(paper, errors, 30)[-1] > 5.0
+    assert thrown(virtual_goal(POSE, 0.5), errors, 30)[-1] > 5.0
 
 
 @pytest.mark.parametrize("rows", [1, 6])
@@ -101,11 +107,7 @@ def test_without_practice_the_throws_themselves_become_good() -> None:
 
 
 def test_the_rows_of_a_batch_show_the_jacobian_at_once() -> None:
-    newton = NewtonGoal(POSE)
-    newton.begin_practice(48)
-    thrown(newton, turned, 2, rows=16)
-    thrown(newton, turned, 1, rows=16)
-    newton.end_practice()
+    newton, _ = practised(turned, 3, rows=16)
     assert kept(newton, turned) < 0.5
 
 
@@ -121,19 +123,13 @@ def test_rows_differ_in_practice_only() -> None:
 
 
 def test_what_is_kept_is_as_good_as_the_best_throw() -> None:
-    newton = NewtonGoal(POSE)
-    newton.begin_practice(30)
-    first = thrown(newton, turned, 30)
-    newton.end_practice()
+    newton, first = practised(turned, 30)
     assert first.max() > 5.0
     assert thrown(newton, turned, 5).max() <= first.min() + 0.05
 
 
 def test_newtons_shift_is_kept_where_the_map_is_sure_before_it_was_ever_thrown() -> None:
-    newton = NewtonGoal(POSE)
-    newton.begin_practice(16)
-    thrown(newton, turned, 1, rows=16)
-    newton.end_practice()
+    newton, _ = practised(turned, 1, rows=16)
     shift = newton.act(ONE).astype(float)
     thrown_there = newton.state()["shift"]
     assert np.abs(shift - thrown_there).max(axis=1).min() > 0.01
@@ -141,10 +137,7 @@ def test_newtons_shift_is_kept_where_the_map_is_sure_before_it_was_ever_thrown()
 
 
 def test_scatter_is_averaged() -> None:
-    newton = NewtonGoal(POSE)
-    newton.begin_practice(320)
-    thrown(newton, lambda action: BIAS + action * RATIO, 20, rows=16, noise=1.0)
-    newton.end_practice()
+    newton, _ = practised(lambda action: BIAS + action * RATIO, 20, rows=16, noise=1.0)
     assert kept(newton, lambda action: BIAS + action * RATIO) < 0.8
 
 

@@ -129,10 +129,6 @@ def test_the_terminal_shows_brackets_and_aligns_long_text_to_the_left() -> None:
         assert shown in text
 
 
-def test_a_grid_is_kept_as_json() -> None:
-    assert Grid(**GRID._asdict()) == GRID
-
-
 def test_controllers_are_compared_side_by_side() -> None:
     figures = {"landing_error_mean_m": 0.012, "landing_error_p95_m": 0.03, "success_rate": 0.9, "success_low": 0.8}
     more = {"landing_near_share": 0.875, "success_high": 0.95, "picks_per_min": 41.26, "sorted_per_min": 37.1}

@@ -183,6 +183,7 @@ def test_what_a_sorter_is_judged_by() -> None:
     assert figures["energy_per_pick_j"] == pytest.approx(36.0)
     assert figures["unmeasured"] == 2
     assert figures["landing_near_share"] == pytest.approx(2 / 3)
+    assert figures["landing_error_mean_m"] == pytest.approx(0.32 / 3)
     assert purity_by_bin(throws, ("a", "b", "c")) == {"a": 1.0, "b": 0.5, "c": None}
     assert failures(throws) == {
         "failed_unpicked": 0.2, "failed_dropped": 0.2, "failed_recontact": 0.2, "failed_rim": 0.0, "failed_missed": 0.0,

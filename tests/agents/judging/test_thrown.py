@@ -8,7 +8,6 @@ from gymnasium.spaces import Box
 from stable_baselines3.common.buffers import ReplayBuffer
 
 from agents.ground.infos import LANDING, results
-from agents.judging.throws.data import Throws, failures, summary
 from agents.learning.hyperparameters import hyperparameters
 from agents.learning.sb3 import ThrownBuffer, build
 from agents.learning.vec_env import SameStepVecEnv
@@ -198,14 +197,3 @@ def test_a_drop_that_ended_its_episode_is_masked_too() -> None:
     found = results({**going, "final_info": final, "_final_info": over}, 4)
     assert np.isnan(found["landing_error"]).tolist() == [True, False, False, True]
     assert found["landing_error"][1:3].tolist() == [0.02, 0.3]
-
-
-def test_a_drop_is_a_failure_but_no_landing() -> None:
-    throws = Throws.of(told(), np.zeros(4), ())
-    figures = summary(throws)
-    assert figures["success_rate"] == 0.25
-    assert figures["sorted_per_min"] == pytest.approx(60.0 / 2.0)
-    assert figures["landing_near_share"] == pytest.approx(2 / 3)
-    assert figures["landing_error_mean_m"] == pytest.approx(0.11)
-    assert (figures["unmeasured"], figures["drop_rate"]) == (1, 0.25)
-    assert failures(throws) == {"failed_unpicked": 0.0, "failed_dropped": 0.25}
