@@ -225,17 +225,19 @@ def test_the_shown_reward_is_a_level_that_does_what_is_said(env_class, tmp_path)
     default = FAMILY[env_class].reward.model_dump()
     assert all(changed[name] != default[name] for name in changed)
     for level, weights in (("nominal", default), (tmp_path / "mine.yaml", default | changed)):
-        env = env_class(level=level)
+        env, random = env_class(level=level), np.random.default_rng(0)
         env.reset(seed=2)
-        *_, reward, _, _, info = env.step(np.zeros(env.action_space.shape))
-        terms = expected_terms(info, weights)
-        assert set(terms) == set(FAMILY[env_class].cell.reward_terms)
-        assert {name: info[f"reward_{name}"] for name in terms} == pytest.approx(terms)
-        assert reward == pytest.approx(sum(terms.values()))
-        seen.append(info)
+        for share in (0.0, 0.2, 0.2):
+            *_, reward, _, _, info = env.step(share * random.uniform(-1.0, 1.0, env.action_space.shape))
+            terms = expected_terms(info, weights)
+            assert set(terms) == set(FAMILY[env_class].cell.reward_terms)
+            assert {name: info[f"reward_{name}"] for name in terms} == pytest.approx(terms, abs=1e-12)
+            assert reward == pytest.approx(sum(terms.values()), abs=1e-12)
+            seen.append(info)
+            env.reset()
     terms = [f"reward_{name}" for name in FAMILY[env_class].cell.reward_terms]
-    assert any(seen[0][name] != seen[1][name] for name in terms)
-    assert all(seen[0][name] == seen[1][name] for name in seen[0] if name not in terms)
+    assert any(seen[0][name] != seen[3][name] for name in terms)
+    assert all(seen[0][name] == seen[3][name] for name in seen[0] if name not in terms)
 
 
 def test_settings_of_the_reward_are_all_named(env_class):

@@ -37,10 +37,9 @@ def test_indices_are_equations_9_and_10_in_the_workspace_and_close_to_the_singul
     for poses, apart in ((reduced.poses, 0.0), (close, 1e-9)):
         forward = jacobian(poses)
         singular = np.linalg.svd(forward[:, :3], compute_uv=False)
+        turned = np.linalg.norm(forward[:, 3], axis=1)
         np.testing.assert_allclose(kappa(poses), singular[:, -1] / singular[:, 0], rtol=1e-9, atol=apart)
-        np.testing.assert_allclose(
-            tau(poses), 1.0 / np.linalg.norm(forward[:, 3], axis=1), rtol=1e-12, atol=1e-3 * apart
-        )
+        np.testing.assert_allclose(tau(poses), 1.0 / turned, rtol=1e-12, atol=1e-3 * apart)
         np.testing.assert_array_equal(conditioning(poses), (kappa(poses), tau(poses)))
     assert max(kappa(close).min(), tau(close).min()) < 0.01
 
