@@ -117,12 +117,8 @@ def test_long_chains_do_not_keep_old_rows_alive():
     for step in range(4 * MOST_UNREAD):
         source = plain(step)
         sources.append(weakref.ref(source))
-        record = replace_rows(record, np.array([step % ROWS]), source_rows(source))
+        record = replace_rows(record, np.array([step % ROWS]), take(source, np.array([0])))
         del source
     gc.collect()
     assert sum(source() is not None for source in sources) <= 2 * MOST_UNREAD
     assert record.kind[step % ROWS].tolist() == plain(step).kind[0].tolist()
-
-
-def source_rows(source):
-    return take(source, np.array([0]))

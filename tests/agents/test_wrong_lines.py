@@ -94,7 +94,6 @@ train --full-last -1 --fidelity flight | --full-last is -1; it must be at least 
 train --algo recurrent_ppo | algorithm 'recurrent_ppo' goes by where a shift begins, which observations here do not tell
 train --stack 101 --env PnTAdapt-v0 | stack is 101; a policy sees from 1 to 100 observations at once
 train --stack 8 | a stack of 8 observations goes by where a shift begins, which observations here do not tell; use PnTA
-train --env PnTRelease-v0 --algo recurrent_ppo | algorithm 'recurrent_ppo' goes by where a shift begins
 train --env OneJointThrow-v0 --stack 2 | a stack of 2 observations goes by where a shift begins
 train --over mlp --env PnTAdapt-v0 | over is 'mlp'; it must be a controller that needs no practice: analytic, analyt
 train --over static | controller 'static' goes by what is told of the throw before; use --env PnTAdapt-v0
@@ -246,11 +245,10 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (here / name).write_text(text)
     np.savez(here / "x.npz", centre=np.zeros(3))
     shutil.copytree(POLICY, here / "policy")
-    for name in ("torn", "foreign", "written", "old"):
+    for name in ("torn", "foreign", "old"):
         shutil.copytree(POLICY, here / name)
     (here / "torn" / "policy.npz").write_bytes((POLICY / "policy.npz").read_bytes()[:9000])
     shutil.copy(here / "x.npz", here / "foreign" / "policy.npz")
-    (here / "written" / "policy.npz").write_text("weights")
     (here / "old" / "policy.npz").unlink()
     return here
 

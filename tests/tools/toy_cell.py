@@ -1,6 +1,5 @@
 """A cell on paper: landing is a known function of the observation, so learning has a right answer."""
 
-from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,12 +18,6 @@ FEATURE_INDEX = {feature.name: i for i, feature in enumerate(FEATURES)}
 SHIFT_NOISE = 0.002
 
 
-@dataclass(frozen=True)
-class ToyPreview:
-    landing_along: np.ndarray
-    landing_across: np.ndarray
-
-
 class ToyCore:
     """Stands where the cell stands: config, what actions mean, and a preview of the coming throws."""
 
@@ -40,8 +33,9 @@ class ToyCore:
         self.correction = correction(config, action_mode)
         self.features = np.zeros((0, len(FEATURES)), dtype=np.float32)
 
-    def preview(self, actions: np.ndarray, *, jitter: bool = False) -> ToyPreview:
-        return ToyPreview(*toy_landing(self.features, actions, self.config))
+    def preview(self, actions: np.ndarray, *, jitter: bool = False) -> Any:
+        along, across = toy_landing(self.features, actions, self.config)
+        return SimpleNamespace(landing_along=along, landing_across=across)
 
 
 def toy_bias(features: np.ndarray) -> np.ndarray:
@@ -142,15 +136,10 @@ POSE_NOISE = 0.02
 """Standard deviation of what no observation tells, in tolerances."""
 
 
-@dataclass(frozen=True)
-class PoseConfig:
-    name: str = "pose"
-
-
 class PoseCore:
     """A cell whose throws are judged by four numbers, each shifted by one number of the action."""
 
-    config = PoseConfig()
+    config = SimpleNamespace(name="pose")
     action_mode = "virtual_goal"
     action_sizes = {"virtual_goal": 4}  # noqa: RUF012 - never changed
     shift_modes = ("virtual_goal",)

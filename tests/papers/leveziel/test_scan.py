@@ -28,10 +28,6 @@ def reduced():
     return scan_workspace(0.005)
 
 
-def at(position, degrees):
-    return np.append(position, np.deg2rad(degrees))
-
-
 def test_indices_are_equations_9_and_10_in_the_workspace_and_close_to_the_singularity(reduced):
     close = np.column_stack([np.tile([0.03, 0.02, -0.2], (200, 1)), np.linspace(0.5, 1.2, 200)])
     for poses, apart in ((reduced.poses, 0.0), (close, 1e-9)):

@@ -296,12 +296,6 @@ def test_the_objective_as_printed_rewards_a_margin_of_the_wrong_sign() -> None:
     assert values["100"] > values["1"] > min(values.values())
 
 
-def doubted(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    """Make a function of the formulas return 20 % more."""
-    right = getattr(formulas, name)
-    monkeypatch.setattr(formulas, name, lambda *args: 1.2 * np.asarray(right(*args)))
-
-
 @pytest.mark.parametrize(
     ("function", "quantity", "before"),
     [
@@ -314,7 +308,8 @@ def test_a_figure_that_is_20_percent_wrong_loses_its_verdict(
     function: str, quantity: str, before: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert row("formulas", quantity).verdict == before
-    doubted(monkeypatch, function)
+    right = getattr(formulas, function)
+    monkeypatch.setattr(formulas, function, lambda *args: 1.2 * np.asarray(right(*args)))
     wrong = {r.quantity: r.verdict for r in formulas.formula_findings().rows}
     assert wrong[f"miyashita/{quantity}"] == "differs"
 
