@@ -67,6 +67,7 @@ class Hold:
         mass, force = self.mass[:, None], self.force[:, None]
         sideways = mass * np.sqrt(acceleration[..., 0] ** 2 + acceleration[..., 1] ** 2)
         down = mass * (GRAVITY + acceleration[..., 2])
+        # Both loads are forces [N] against F0; the peeling moment is divided by the lip's radius.
         slip = down + sideways / self.friction[:, None]
         radius = self.radius[:, None]
         peel = sideways * self.depth[:, None] / radius + down * (self.offset[:, None] / radius + 1.0)
@@ -85,6 +86,7 @@ class Hold:
 
         The value is not positive where the cup cannot even hold the object at rest with this safety.
         """
+        # `least_margin` solved for the acceleration: F0 / (safety m) is what the vacuum can carry per mass.
         free = self.force / (np.asarray(safety) * self.mass)
         slip = (free - GRAVITY) / np.sqrt(1.0 + self.friction**-2.0)
         arm = self.offset + self.radius

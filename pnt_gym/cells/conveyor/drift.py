@@ -49,9 +49,11 @@ class Wander(Section):
 
     def path(self, random: np.random.Generator, picks: int, steps_every: int) -> Floats:
         """Values at the picks of a shift (P,); the number of draws does not depend on the level."""
+        # Every part is drawn at every level, so the draws that follow do not depend on the parts that a level uses.
         even, ramp, level = random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.standard_normal()
         steps = random.uniform(-1.0, 1.0, picks)[np.arange(picks) // steps_every]
         walk = np.concatenate([[0.0], np.cumsum(random.standard_normal(picks)[1:])])
+        # From -1 to 1, so that the ramp's mean over a shift is zero.
         through = np.linspace(-1.0, 1.0, picks) if picks > 1 else np.zeros(1)
         parts = (even * self.even, level * self.normal, steps * self.step, walk * self.walk, ramp * through * self.ramp)
         return np.clip(sum(parts, np.zeros(picks)), -self.most, self.most)
@@ -81,6 +83,7 @@ class Valve(Wander):
         """Values at the picks of a shift (P,) [s]."""
         parts = super().path(random, picks, steps_every)
         since = (random.integers(self.cleaned) + np.arange(picks)) % self.cleaned
+        # Half of the growth is taken off, so that the film's mean is zero.
         return np.clip(parts + self.film * (since / (self.cleaned - 1) - 0.5), -self.most, self.most)
 
 

@@ -124,8 +124,10 @@ def _upsample_arm(knots: JointMotion, arm: int, spacing: float, stride: int, out
         count = samples.shape[1]
         p, dp, t, dt = position[:, :count], rise[:, :count], torque[:, :count], lift[:, :count]
         v, w = velocity[:, :count], velocity[:, 1 : count + 1]
+        # h10 and h11 of the Hermite basis; slopes by u are velocities times the spacing.
         left, right = u * (1.0 - u) ** 2 * spacing, u * u * (u - 1.0) * spacing
         samples[..., 0] = p + (u * u * (3.0 - 2.0 * u)) * dp + left * v + right * w
+        # Derivatives of h01, h10 and h11 by time.
         slope = 6.0 * u * (1.0 - u) / spacing
         samples[..., 1] = slope * dp + ((1.0 - u) * (1.0 - 3.0 * u)) * v + (u * (3.0 * u - 2.0)) * w
         samples[..., 2] = t + u * dt

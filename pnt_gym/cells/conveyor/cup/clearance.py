@@ -59,8 +59,10 @@ class Passage:
         """
         x, y, z = (self.drift[..., k] for k in range(3))
         radius = objects.cup_radius[:, None]
+        # The nearest moment is at most half a gap away, in which the object comes nearer by its relative speed.
         room = margin + 0.5 * gap * np.sqrt(x * x + y * y + z * z)
         full = lying_size(objects.shape, objects.size)
+        # Height of the body's middle above its centre of mass.
         centre = (objects.com_depth - LIP_GAP - full[:, 2] / 2.0)[:, None]
         upright = self.up[..., 2]
         length, width, height = (full[:, k, None] for k in range(3))

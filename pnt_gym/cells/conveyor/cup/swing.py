@@ -71,6 +71,7 @@ def effective_inertia(context: Context) -> Floats:
     arm = to_body_axes(np.concatenate([context.grasp, -o.com_depth[:, None]], axis=1), o.yaw)
     inertia = -o.mass[:, None, None] * arm[:, :, None] * arm[:, None, :]
     diagonal = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
+    # Parallel axes about the lip: I + m (|r|^2 - r r^T).
     inertia[:, range(3), range(3)] += diagonal + (o.mass * dot(arm, arm))[:, None]
     return np.asarray(1.0 / np.linalg.inv(inertia)[:, range(3), range(3)], dtype=np.float64)
 
@@ -98,6 +99,7 @@ def swing_objects(
     yaw, count, last = context.objects.yaw, len(release), int(release.max())
     motion = hand(np.arange(last, dtype=np.int64))
     against_air = motion.velocity - np.concatenate([context.drift.draught, np.zeros((count, 1))], axis=1)[:, None]
+    # In the objects' axes at rest, in which their inertia is diagonal.
     moves = np.concatenate([to_body_axes(way, yaw[:, None]) for way in (motion.acceleration, against_air)], axis=2)
     arm = to_body_axes(hanging.centre, yaw)
     state, attitudes = np.zeros((count, STATE)), np.zeros((count, last // stride + 2, 4))
@@ -147,5 +149,6 @@ def _touches_solid(context: Context, arm: Floats, attitudes: Floats, tip: Floats
     middle = arm + np.stack([np.zeros_like(o.yaw)] * 2 + [o.com_depth - LIP_GAP - o.size[:, 2] / 2.0], axis=1)
     low = tip + dot(middle[:, None], up) - reach(o, full / 2.0, up)
     tilt = np.sqrt(np.maximum(1.0 - up[..., 2] ** 2, 0.0))
+    # A tilt sinks one edge of the cup by radius x tilt; beyond the lip's length the solid part touches.
     steep = (o.cup_radius[:, None] * tilt > LIP_LENGTH) | (up[..., 2] < TILT_COSINE)
     return np.asarray((steep | (low < config.belt.height - CONTACT_DEPTH)).any(axis=1))
