@@ -23,7 +23,7 @@ from . import metrics
 
 Summary = Mapping[str, Any]
 FIGURE: Final = re.compile(r"[^\w`]*\d")
-"""Begin of a figure, with any sign or bracket before its first digit."""
+"""Beginning of a figure, with any sign or bracket before its first digit."""
 MARKUP: Final = re.compile(r"(\\*)(\||<(?=[A-Za-z/!?])|\](?=[(\[:]))")
 """Characters that begin a tag, end a link's text or separate cells in Markdown, with the backslashes before them."""
 NONE: Final = ("-", "")

@@ -31,7 +31,7 @@ class Arguments:
     results: Path = MADE / "results"
     """Folder of the results."""
     readme: Path = MADE / "README.md"
-    """README whose marked tables are written anew; so are those of the pages of results."""
+    """README whose marked tables are written anew, as are the tables of the pages of results."""
 
 
 INDEX = "README.md"

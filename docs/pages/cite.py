@@ -17,7 +17,10 @@ FIELDS: Final = {"journal": "journal", "volume": "volume", "issue": "number", "d
 def citation(_: str) -> str:
     """BibTeX of the suite and of the papers whose methods it ships."""
     suite = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    entries = [_entry("software", suite | {"year": ""}), *(_entry(paper["type"], paper) for paper in suite["references"])]
+    entries = [
+        _entry("software", suite | {"year": ""}),
+        *(_entry(paper["type"], paper) for paper in suite["references"]),
+    ]
     return fence("\n\n".join(entries), "bibtex")
 
 

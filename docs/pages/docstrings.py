@@ -65,7 +65,7 @@ def _indent(line: str) -> int:
 
 
 def _prepare(_app: Any, kind: str, name: str, _object: Any, _options: Any, lines: list[str]) -> None:
-    """Prepare a docstring before Napoleon, which reads the text before a colon in an attribute's docstring as a type."""
+    """Prepare a docstring before Napoleon, which reads text before a colon in an attribute's docstring as a type."""
     result = escape_docstring(lines)
     if kind in ATTRIBUTES:
         _attribute_lines[name], result = result, []

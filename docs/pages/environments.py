@@ -102,7 +102,10 @@ def environment_table(folder: str) -> str:
 
 def hidden_table(env_id: str) -> str:
     """A table of the hidden values of a throw or a decision, which no observation contains."""
-    rows = [(f"`{quantity.name}`", quantity.unit, quantity.meaning) for quantity in merge_numbered(default_env(env_id).core.cell.hidden)]
+    rows = [
+        (f"`{quantity.name}`", quantity.unit, quantity.meaning)
+        for quantity in merge_numbered(default_env(env_id).core.cell.hidden)
+    ]
     return table(("column", "unit", "what is true"), rows)
 
 

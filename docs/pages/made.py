@@ -5,7 +5,8 @@
     <!-- /made -->
 
 `make pages` writes the blocks, so that the pages can be read on a code host, and a test compares the written text with
-the text of the functions. The site fills each block again. Blocks `<!-- table:NAME --> <!-- /table -->` are filled as in the README.
+the text of the functions. The site fills each block again. Blocks `<!-- table:NAME --> <!-- /table -->` are filled
+as in the README.
 """
 
 from __future__ import annotations

@@ -6,8 +6,7 @@ from typing import Final
 
 from agents.ground.files import read_json
 from agents.ground.places import SHIPPED as ROOT
-from agents.reproduce.record import Record
-from agents.reproduce.record import verdicts
+from agents.reproduce.record import Record, verdicts
 
 from .marks import table
 

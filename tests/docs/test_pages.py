@@ -152,7 +152,9 @@ def test_arrays_are_called_by_their_names():
     plain = stringify_annotation(Floats, "smart")
     assert docstrings.shorten_signature(f"(a: {plain})") == "(a: NDArray[~numpy.float64])"
     assert docstrings.shorten_signature(stringify_annotation(ArrayLike | None, "smart")) == "ArrayLike | None"
-    assert docstrings.shorten_signature("~numpy._typing.ArrayLike | None") == "ArrayLike | None"  # as from Python 3.12 on
+    assert (
+        docstrings.shorten_signature("~numpy._typing.ArrayLike | None") == "ArrayLike | None"
+    )  # as from Python 3.12 on
     assert docstrings.shorten_signature(None) is None
 
 
@@ -193,5 +195,10 @@ def test_every_part_of_a_paper_says_what_it_computes(paper):
 
 def test_docstrings_are_text_and_code():
     lines = ["the |x| of a_ * b, `c_ * d`:", "", "    e = |f|", "after |g|"]
-    assert docstrings.escape_docstring(lines) == [r"the \|x\| of a\_ \* b, `c_ * d`::", "", "    e = |f|", r"after \|g\|"]
+    assert docstrings.escape_docstring(lines) == [
+        r"the \|x\| of a\_ \* b, `c_ * d`::",
+        "",
+        "    e = |f|",
+        r"after \|g\|",
+    ]
     assert docstrings.escape_docstring(["Args:", "    x: y"]) == ["Args:", "    x: y"]

@@ -20,7 +20,9 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGES = {"README.md": ROOT / "README.md", **{p.relative_to(ROOT).as_posix(): p for p in ROOT.glob("docs/**/*.md")}}
 BUILT = ("docs/_build/", "docs/results/")
 """Folders that a build of the site leaves."""
-TEXTS = {name: hand_text(path.read_text(encoding="utf-8")) for name, path in PAGES.items() if not name.startswith(BUILT)}
+TEXTS = {
+    name: hand_text(path.read_text(encoding="utf-8")) for name, path in PAGES.items() if not name.startswith(BUILT)
+}
 SCREENS = 110
 """Lines that the README may have: two screens."""
 

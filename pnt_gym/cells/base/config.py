@@ -157,10 +157,10 @@ class LevelConfig(Section):
     trial: ClassVar[str] = "throws"
     """Trial that judges controllers: "throws", "work_shifts", or MODULE:CLASS of a trial of your own."""
 
-    name: FileName = Field(default="custom", description="Name of the level; run folders are named after it.")
+    name: FileName = Field(default="custom", description="Name of the level, from which run folders take theirs.")
     mismatch: Annotated[float, Field(ge=0, le=3)] = Field(
         default=1.0,
-        description="The dial m: 0 is the planner's own world, 1 is realistic; scales every unmodelled effect.",
+        description="The dial m, which scales every unmodelled effect: 0 is the planner's own world, 1 is realistic.",
     )
 
     @classmethod

@@ -78,9 +78,9 @@ class Value(Section):
 class Down(Section):
     """A robot that stands still for a while."""
 
-    robot: str = Field(min_length=1)
-    start: NonNegative = Field(description="Begin of the standstill, since the begin of the work shift [s].")
-    end: Positive = Field(description="End of the standstill, since the begin of the work shift [s].")
+    robot: str = Field(min_length=1, description="Name of the robot that stands still.")
+    start: NonNegative = Field(description="Start of the standstill, from the beginning of the work shift on [s].")
+    end: Positive = Field(description="End of the standstill, from the beginning of the work shift on [s].")
 
 
 def _random_bins_error(level: object) -> str:
