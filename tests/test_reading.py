@@ -63,7 +63,7 @@ def test_a_tag_makes_no_number_of_other_text(text):
     ],
 )
 def test_a_key_that_stands_twice_is_refused_by_name_and_line(text, key, line):
-    with pytest.raises(ReadError, match=rf"key '{key}' stands twice: line {line} "):
+    with pytest.raises(ReadError, match=rf"key '{key}' is given twice: line {line} "):
         parsed_yaml(text)
 
 
@@ -79,7 +79,7 @@ def test_merged_keys_may_be_given_anew():
 
 def test_json_has_no_key_twice_either(tmp_path: Path):
     (tmp_path / "a.json").write_text('{"a": {"b": 1, "b": 2}}')
-    with pytest.raises(ReadError, match="key 'b' stands twice"):
+    with pytest.raises(ReadError, match="key 'b' is given twice"):
         json_of(tmp_path / "a.json")
 
 

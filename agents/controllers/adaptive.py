@@ -73,7 +73,7 @@ def check_begins(env: Env, user: str) -> None:
         UsageError: observations do not, so no controller there can forget the previous shift.
     """
     if not has_feedback(core_of(env)):
-        raise UsageError(f"{user} goes by where a shift begins, which observations here do not tell; use PnTAdapt-v0")
+        raise UsageError(f"{user} needs observations that mark the beginning of a shift; use PnTAdapt-v0")
 
 
 @final

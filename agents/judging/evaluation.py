@@ -62,7 +62,7 @@ def evaluate(
     """
     at_least({"picks": picks, "seed": seed}, picks=1, seed=0)
     if options and not isinstance(env, str):
-        raise UsageError(f"{next(iter(options))} is settled by the environment; it goes with an id only")
+        raise UsageError(f"{next(iter(options))} cannot change an environment that is made already; give it with an id")
     cells = make_vector(env, **{"num_envs": NUM_ENVS, **options}) if isinstance(env, str) else as_vector(env)
     try:
         trial, tell = trial_of(cells), progress or (lambda name, count: None)

@@ -168,8 +168,8 @@ def papers(results: Results) -> str:
         for paper, counts in verdict_counts(record).items()
     ]
     return (
-        f"Reproduced within a tolerance that stands beside each: {', '.join(sentences)}. Every figure that differs is "
-        "listed."
+        f"Reproduced within a tolerance that stands beside each: {', '.join(sentences)}; every other figure is listed "
+        "with its verdict."
     )
 
 

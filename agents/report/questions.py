@@ -91,7 +91,7 @@ QUESTIONS: Final = (
         command="python -m agents.benchmark --config configs/benchmark_adapt.yaml",
         chapters={
             "benchmark_adapt": "Every controller under every drift",
-            "adaptation": "Cameras and unknown kinds",
+            "adaptation": "Cameras and new kinds of items",
         },
     ),
     Question(
@@ -103,7 +103,7 @@ QUESTIONS: Final = (
         command="python -m agents.benchmark --config configs/benchmark_line.yaml",
         chapters={
             "benchmark_line": "Every controller on every line",
-            "line": "Tables of throws against real throws",
+            "line": "Throws by table and simulated throws",
             "dispatch": "Rules at one robot",
         },
     ),

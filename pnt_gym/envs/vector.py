@@ -169,7 +169,9 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             raise ConfigError(f"autoreset_mode is {one_sentence(repr(autoreset_mode), 80)}; it must be one of {known}")
         if disable_env_checker is not None and disable_env_checker is not True:
             said = one_sentence(repr(disable_env_checker), 80)
-            raise ConfigError(f"disable_env_checker is {said}; nothing checks a vector environment: True or None")
+            raise ConfigError(
+                f"disable_env_checker is {said}; it must be True or None, as vector environments have no checker"
+            )
         return AutoresetMode(autoreset_mode)
 
     def _check_order(self) -> None:

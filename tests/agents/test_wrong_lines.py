@@ -34,8 +34,8 @@ evaluate --controller analytic --level text.yaml | level file 'text.yaml' must h
 evaluate --controller analytic --level typo.yaml | level file 'typo.yaml': unknown key 'binz'
 evaluate --controller analytic --level circle.yaml | level file 'circle.yaml': levels are their own base: circle
 evaluate --controller analytic --level heavy.yaml | level file 'heavy.yaml': suction.tau is 1000000000.0: input
-evaluate --controller analytic --level day | level 'day' drifts, and nothing in this environment tells
-evaluate --controller kalman | controller 'kalman' goes by what is told of the throw before; u
+evaluate --controller analytic --level day | level 'day' drifts, and the observations of this environment do not show
+evaluate --controller kalman | controller 'kalman' needs observations of the previous landing; u
 evaluate --controller analytic --env PnTRelease | unknown environment 'PnTRelease'; known are PnTConveyor-v0,
 evaluate --controller analytic --env nobody:Cell-v0 | module 'nobody' cannot be imported: ModuleNotFoundError: No
 evaluate --controller analytic --env os:Cell-v0 | unknown environment 'Cell-v0': module 'os' does not register
@@ -61,11 +61,11 @@ evaluate --controller policy --level nominal.yaml | level file 'nominal.yaml': m
 train --steps 0 | --steps is 0; it must be at least 1
 train --env OneJointThrow-v0 --fidelity flight | --fidelity flight: environment 'OneJointThrow-v0' is simulated i
 train --full-last 10 | --full-last goes with --fidelity flight
-train --algo recurrent_ppo | algorithm 'recurrent_ppo' goes by where a shift begins, which observations here do not tell
+train --algo recurrent_ppo | algorithm 'recurrent_ppo' needs observations that mark the beginning of a shift
 train --stack 101 --env PnTAdapt-v0 | stack is 101; a policy sees from 1 to 100 observations at once
-train --stack 8 | a stack of 8 observations goes by where a shift begins, which observations here do not tell; use PnTA
+train --stack 8 | a stack of 8 observations needs observations that mark the beginning of a shift; use PnTA
 train --over mlp --env PnTAdapt-v0 | over is 'mlp'; it must be a controller that needs no practice: analytic, analyt
-train --over static | controller 'static' goes by what is told of the throw before; use --env PnTAdapt-v0
+train --over static | controller 'static' needs observations of the previous landing; use --env PnTAdapt-v0
 train --config none.yml | cannot read hyperparameters 'none.yml': No such file or dire
 train --config text.yaml | hyperparameters 'text.yaml' have no entry for 'PnTConveyor-v
 train --out folder/full | 'folder/full' exists already; choose another --out, or conti

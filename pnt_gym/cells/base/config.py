@@ -251,7 +251,9 @@ def describes_a_cell() -> Generator[None, None, None]:
         raise
     except (ValueError, ArithmeticError, MemoryError) as error:
         reason = one_sentence(error, 120)
-        raise ConfigError(f"the level describes no cell that works; one of its numbers is absurd: {reason}") from error
+        raise ConfigError(
+            f"the level describes no cell that can be built, because one of its numbers is too extreme: {reason}"
+        ) from error
 
 
 def serialize_level(level: Level) -> str | dict[str, Any]:

@@ -281,12 +281,12 @@ class ConveyorConfig(SortingLine):
                 raise ValueError(f"items: {item.name!r} has no seal_force; a suction cup cannot hold it")
         for name in self.mix or ():
             if name not in self.items:
-                raise ValueError(f"mix tells of {name!r}, which is not among the items {self.items}")
+                raise ValueError(f"mix: {name!r} is not among the items {self.items}")
         for true, row in self.classifier.confusion.items():
             where = f"classifier.confusion of {true!r}"
             for name in (true, *row):
                 if name not in self.items:
-                    raise ValueError(f"{where} tells of {name!r}, which is not among the items {self.items}")
+                    raise ValueError(f"{where}: {name!r} is not among the items {self.items}")
             if abs(sum(row.values()) - 1.0) > SUM_TOLERANCE:
                 raise ValueError(f"{where} sums to {sum(row.values()):.7g}; the shares of an item must sum to 1")
         if self.belt.tracking:

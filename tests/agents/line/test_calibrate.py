@@ -83,7 +83,7 @@ WRONG = [
     (("--threads", "0"), "--threads is 0; it must be at least 1"),
     (("--level", "nowhere"), "unknown level 'nowhere'; shipped levels are line3, nominal, single"),
     (("--level", "waste"), "unknown level 'waste'; shipped levels are line3"),
-    (("--level", "skilled.yaml"), "level file 'skilled.yaml': skills of robot 'a' tells of 'stone'"),
+    (("--level", "skilled.yaml"), "level file 'skilled.yaml': skills of robot 'a': 'stone'"),
     (
         ("--level", "near.yaml"),
         "level file 'near.yaml': robots 'a' at x 0 m and 'b' at 0.5 m have windows",

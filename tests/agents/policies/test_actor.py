@@ -187,7 +187,7 @@ class ReLU(nn.Module):
 @pytest.mark.parametrize("activation", [nn.PReLU, nn.Dropout, nn.Hardtanh, Halved, ReLU])
 @pytest.mark.parametrize("algorithm", [SAC, TD3, PPO])
 def test_other_networks_are_refused(algorithm: Any, activation: Any) -> None:
-    with pytest.raises(UsageError, match="the policy cannot be kept as numbers: "):
+    with pytest.raises(UsageError, match="the policy cannot be saved as arrays: "):
         actor_of(model(algorithm, {"net_arch": [8], "activation_fn": activation}))
 
 
