@@ -72,8 +72,8 @@ def test_a_level_that_drifts_is_refused_where_nothing_tells_of_it(env_id, kind):
         with pytest.raises(ConfigError) as caught:
             make(env_id, level={"base": "waste", "drift": {kind: {"walk": 0.001}}})
         assert str(caught.value) == (
-            "level 'custom' drifts, and the observations of this environment do not show drift; use PnTAdapt-v0, or set "
-            "the parts of its section `drift` to 0"
+            "level 'custom' drifts, and the observations of this environment do not show drift; use PnTAdapt-v0, or "
+            "set the parts of its section `drift` to 0"
         )
 
 
