@@ -31,7 +31,9 @@ def evaluate(
     progress: Callable[[str, int], object] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
-    """Evaluate a policy on held-out objects; the figures and throws that `agents.evaluate --json` writes.
+    """Evaluate a policy on held-out objects; return the figures and throws that `agents.evaluate --json` writes.
+
+    A policy may be a function:
 
         def policy(observations):  # (N, D) to actions (N, A) within [-1, 1]; zero is the planner's own throw
             return np.zeros((len(observations), 2))
