@@ -11,6 +11,5 @@ cell = {
 }
 
 figures = pnt_gym.evaluate("analytic", "PnTConveyor-v0", picks=32, level=cell)
-print(
-    f"{figures['sorted_per_min']:.1f} sorted a minute, {100 * figures['success_rate']:.0f} % of {figures['picks']} succeed"
-)
+pace, share = figures["sorted_per_min"], 100 * figures["success_rate"]
+print(f"{pace:.1f} sorted a minute, {share:.0f} % of {figures['picks']} succeed")

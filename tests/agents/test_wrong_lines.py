@@ -42,8 +42,8 @@ evaluate --controller analytic --env os:Cell-v0 | unknown environment 'Cell-v0':
 evaluate --controller analytic --env OneJointThrow-v0 --level waste | unknown level 'waste'; shipped levels are contac
 evaluate --controller analytic --action-mode Release_Point | action_mode is 'Release_Point'; it must be one of release
 evaluate --controller analytic --json folder | cannot write 'folder': it is a folder
-evaluate --controller analytic --load x.npz | --load: controller 'analytic' learns nothing that could be k
-evaluate --controller analytic --save x.npz | --save: controller 'analytic' learns nothing that could be k
+evaluate --controller analytic --load x.npz | --load: controller 'analytic' learns nothing that could be s
+evaluate --controller analytic --save x.npz | --save: controller 'analytic' learns nothing that could be s
 evaluate --controller ridge --load none.npz | 'none.npz' does not exist
 evaluate --controller ridge --save file/x.npz | cannot write 'file/x.npz': File exists
 evaluate --controller ridge --load x.npz --env ToyThrow-v0 | 'x.npz' holds no saved controller
@@ -70,15 +70,15 @@ train --config none.yml | cannot read hyperparameters 'none.yml': No such file o
 train --config text.yaml | hyperparameters 'text.yaml' have no entry for 'PnTConveyor-v
 train --out folder/full | 'folder/full' exists already; choose another --out, or conti
 train --resume policy | run folder 'policy' is damaged: it has no checkpoint
-train --resume policy --algo ppo | --algo cannot be changed with --resume: the run folder has s
-train --resume policy --out x | --out cannot be changed with --resume: the run folder has se
+train --resume policy --algo ppo | --algo cannot be changed with --resume, because the run folder holds
+train --resume policy --out x | --out cannot be changed with --resume, because the run folder holds
 benchmark --config none.yaml | cannot read benchmark 'none.yaml': No such file or directory
 benchmark --config text.yaml | benchmark 'text.yaml': is 'text': input should be a valid di
 benchmark --config typo.yaml | benchmark 'typo.yaml': key 'name' is missing
 benchmark --config plan.yaml --jobs 0 | --jobs is 0; it must be at least 1
 benchmark --config plan.yaml --out folder | cannot write 'folder': it is a folder
 benchmark --config nobody.yaml | benchmark 'nobody.yaml': unknown controller 'nobody'; known
-benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': stack, over and fidelity are for sac, td3, ppo, t
+benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': `stack`, `over` and `fidelity` can be used only with sac, td3, ppo, t
 benchmark --config over.yaml | benchmark 'over.yaml': entry 'a' has stack 8 over 'mlp'; it must be 1 to 100 over one of
 benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
 reproduce nobody | unknown paper 'nobody'; known are hassan, choe, miyashita, l

@@ -270,7 +270,10 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
         ({"floors": {"waste": "nobody"}}, "no entry is labelled 'nobody'"),
         ({"picks": 0}, "picks is 0: input should be greater"),
         ({"picks_on": {"tight": 500}}, "picks_on.tight: no entry is evaluated there, but on "),
-        ({"entries": [{"label": "a", "controller": "analytic", "fidelity": "flight"}]}, "fidelity are for sac"),
+        (
+            {"entries": [{"label": "a", "controller": "analytic", "fidelity": "flight"}]},
+            "`fidelity` can be used only with sac",
+        ),
     ],
 )
 def test_bad_plans_are_explained(tmp_path: Path, change: dict[str, Any], said: str) -> None:

@@ -191,7 +191,10 @@ def test_what_cannot_stand_between_is_refused(stack: int, over: str, said: str) 
 @pytest.mark.parametrize(("stack", "algo"), [(2, "sac"), (1, "recurrent_ppo")])
 @pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "PnTRelease-v0", "OneJointThrow-v0"])
 def test_where_nothing_tells_that_a_shift_begins_there_is_no_memory(env_id: str, stack: int, algo: str) -> None:
-    with closing(make_vector(env_id, None, 1, 1)) as env, pytest.raises(UsageError, match=r"begins.*use PnTAdapt-v0"):
+    with (
+        closing(make_vector(env_id, None, 1, 1)) as env,
+        pytest.raises(UsageError, match=r"beginning.*use PnTAdapt-v0"),
+    ):
         wrap_env(env, asked(stack, algo=algo))
 
 
