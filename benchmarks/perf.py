@@ -48,7 +48,7 @@ class Arguments(Options):
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write the figures to this file: those of one subject, or by subject where there are several."""
     list: bool = False
-    """Print the cases instead."""
+    """List the cases without measuring them."""
 
 
 def main(arguments: Arguments) -> None:

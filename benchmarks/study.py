@@ -46,9 +46,9 @@ class Arguments:
     throws: Annotated[int | None, option("the plan's", "INT")] = None
     """Throws of each case, or work shifts."""
     seed: Annotated[int | None, option("the plan's", "INT")] = None
-    """Names what is thrown."""
+    """Seed of the thrown objects."""
     threads: int = 2
-    """Threads that simulate; results do not depend on it."""
+    """Threads of the simulation; results do not depend on this number."""
 
 
 def main(arguments: Arguments) -> None:

@@ -78,7 +78,7 @@ benchmark --config typo.yaml | benchmark 'typo.yaml': key 'name' is missing
 benchmark --config plan.yaml --jobs 0 | --jobs is 0; it must be at least 1
 benchmark --config plan.yaml --out folder | cannot write 'folder': it is a folder
 benchmark --config nobody.yaml | benchmark 'nobody.yaml': unknown controller 'nobody'; known
-benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': `stack`, `over` and `fidelity` can be used only with sac, td3, ppo, t
+benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': `stack`, `over` and `fidelity` can be used only
 benchmark --config over.yaml | benchmark 'over.yaml': entry 'a' has stack 8 over 'mlp'; it must be 1 to 100 over one of
 benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
 reproduce nobody | unknown paper 'nobody'; known are hassan, choe, miyashita, l
