@@ -31,8 +31,12 @@ FOREIGN: Final = "model_config"
 
 
 def shorten_signature(signature: str | None) -> str | None:
-    """A signature with the code's own names of arrays, and without the ranges of fields."""
-    return signature and RANGE.sub(r"\1", LIKE.sub("ArrayLike", ARRAY.sub(r"NDArray[\1]", signature)))
+    """A signature with the code's own names of arrays, without the ranges of fields, and with ... as a made default."""
+    if signature is None:
+        return None
+    # Sphinx shortens the types only of a signature that it can parse
+    arrays = LIKE.sub("ArrayLike", ARRAY.sub(r"NDArray[\1]", signature.replace("<factory>", "...")))
+    return RANGE.sub(r"\1", arrays)
 
 
 def escape_docstring(lines: list[str]) -> list[str]:

@@ -155,6 +155,7 @@ def test_arrays_are_called_by_their_names():
     assert (
         docstrings.shorten_signature("~numpy._typing.ArrayLike | None") == "ArrayLike | None"
     )  # as from Python 3.12 on
+    assert docstrings.shorten_signature("(a: ~typing.Any = <factory>)") == "(a: ~typing.Any = ...)"
     assert docstrings.shorten_signature(None) is None
 
 
