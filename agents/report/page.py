@@ -105,7 +105,7 @@ def index_page(parts: Sequence[Section]) -> str:
         links = dict.fromkeys(
             f"[{markdown_text(chapter.title)}](tables/{chapter.name}.md)" for chapter in section.chapters
         )
-        lines += [f"Every table: {', '.join(links)}.", ""] if links else []
+        lines += [f"Tables: {', '.join(links)}", ""] if links else []
     return "\n".join([*lines, "`python -m agents.report` writes these pages from the JSON files beside them.", ""])
 
 

@@ -36,7 +36,8 @@ def command_help(place: str) -> str:
         modules = {f"python -m agents.{module.removesuffix('.__main__')}": module for module in CHECKOUT}
     else:
         modules = {f"pnt-gym {name}": module for name, (module, _) in COMMANDS.items()}
-    return "\n\n".join(f"### `{command}`\n\n{fence(_help(command, module))}" for command, module in modules.items())
+    helps = {command: fence(_help(command, module), "none") for command, module in modules.items()}
+    return "\n\n".join(f"### `{command}`\n\n{text}" for command, text in helps.items())
 
 
 def _help(command: str, module: str) -> str:
