@@ -1,4 +1,4 @@
-"""Places in long names at which the site may begin a new line: after dots and underscores of code in tables."""
+"""Places in tables at which the site may begin a new line: inside long names of code, and not before a unit."""
 
 from __future__ import annotations
 
@@ -11,17 +11,22 @@ from sphinx.transforms.post_transforms import SphinxPostTransform
 PIECES: Final = re.compile(r"[^._/]+[._/]*|[._/]+")
 SHORT: Final = 24
 """Names of at most this length fit on a line [characters]."""
+UNIT: Final = re.compile(r"(?<=[\d)]) (?=(?:%|mm|m|s|deg|kg|N)(?:\W|$))")
+"""The space between a number, or its interval, and its unit."""
 
 
 class Breaks(SphinxPostTransform):
-    """Puts `<wbr>` between the pieces of long names."""
+    """Puts `<wbr>` between the pieces of long names, and spaces that do not break before units."""
 
     default_priority = 400
     formats = ("html",)
 
     def run(self, **_kwargs: Any) -> None:
-        """Change the code in the tables of a page."""
+        """Change the code and the numbers in the tables of a page."""
         for table in self.document.findall(nodes.table):
+            for text in [*table.findall(nodes.Text)]:
+                if not isinstance(text.parent, nodes.literal) and UNIT.search(text):
+                    text.parent.replace(text, nodes.Text(UNIT.sub("\N{NO-BREAK SPACE}", text)))
             for literal in [*table.findall(nodes.literal)]:
                 name = literal.astext()
                 if len(name) > SHORT and " " not in name:

@@ -15,7 +15,19 @@ from agents.dispatchers.registry import NAMES as LINE_NAMES
 from agents.ground.console import COMMANDS
 from agents.levels import FAMILIES
 from agents.reproduce.papers import PAPERS, package
-from docs.pages import cite, commands, controllers, docstrings, environments, items, levels, made, papers, results
+from docs.pages import (
+    breaks,
+    cite,
+    commands,
+    controllers,
+    docstrings,
+    environments,
+    items,
+    levels,
+    made,
+    papers,
+    results,
+)
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -203,3 +215,8 @@ def test_docstrings_are_text_and_code():
         r"after \|g\|",
     ]
     assert docstrings.escape_docstring(["Args:", "    x: y"]) == ["Args:", "    x: y"]
+
+
+def test_units_stay_with_their_numbers():
+    assert breaks.UNIT.sub("_", "12.4 mm, 99.1 %; +1.0 (+0.8..+1.2) %") == "12.4_mm, 99.1_%; +1.0 (+0.8..+1.2)_%"
+    assert breaks.UNIT.sub("_", "8 metres of 3 sizes") == "8 metres of 3 sizes"
