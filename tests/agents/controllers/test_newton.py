@@ -284,7 +284,7 @@ def test_state_of_another_cell_is_refused(tmp_path: Path) -> None:
     four = make_controller("newton_goal", PoseVectorEnv())
     assert isinstance(four, Learner)
     save_state(four, tmp_path / "state.npz")
-    with pytest.raises(UsageError, match="shifts of 4 numbers; here they have 2"):
+    with pytest.raises(UsageError, match="shifts of 4 numbers; they must have 2 here"):
         load_state(make_controller("newton_goal", ToyVectorEnv(2)), tmp_path / "state.npz")
 
 

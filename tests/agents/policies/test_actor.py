@@ -136,7 +136,7 @@ def test_a_recurrent_actor_remembers_as_the_model(settings: dict[str, Any], tmp_
 def test_other_recurrent_networks_are_refused(more: dict[str, Any]) -> None:
     made = pytest.importorskip("sb3_contrib").RecurrentPPO
     kwargs = {"lstm_hidden_size": 8, **more}
-    with pytest.raises(UsageError, match="a recurrent one through one plain LSTM before them"):
+    with pytest.raises(UsageError, match="a recurrent policy needs one plain LSTM before these layers"):
         actor_of(made("MlpLstmPolicy", Wide(), policy_kwargs=kwargs, device="cpu"))
 
 
