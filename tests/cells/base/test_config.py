@@ -269,5 +269,5 @@ def test_numbers_in_a_file_are_decimal(tmp_path):
 
 def test_a_key_given_twice_changes_nothing_unseen(tmp_path):
     (tmp_path / "level.yaml").write_text("belt: {speed: 0.3}\nmismatch: 0.5\nbelt: {x: [0, 1]}\n")
-    with pytest.raises(ConfigError, match="key 'belt' stands twice: line 3"):
+    with pytest.raises(ConfigError, match="key 'belt' is given twice: line 3"):
         ConveyorConfig.load(tmp_path / "level.yaml")

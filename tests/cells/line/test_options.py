@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.line_exactness import compared
+from benchmarks.line_exactness import compare_shift
 from pnt_gym.arrays import take
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.planning import plan_release_batch
@@ -37,7 +37,7 @@ LEVELS = {
 @pytest.mark.parametrize("name", LEVELS)
 def test_every_case_is_the_planners_own_and_none_is_missing(name, tables):
     """A sample of `python benchmarks/line_exactness.py`."""
-    found = compared(with_table(LEVELS[name], tables), cases=250, seed=1)
+    found = compare_shift(with_table(LEVELS[name], tables), cases=250, seed=1)
     assert found.cases >= 250
     assert found.unlike == 0
     assert found.feasible > 20
