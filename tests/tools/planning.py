@@ -76,6 +76,12 @@ def _at_elevations(theta, reach, rise, limits, steps):
     return far**3, v, time
 
 
+def units(rng, count):
+    """Directions (N, 3) in space."""
+    vectors = rng.normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
+
+
 def random_throws(count, seed, rise=(-0.25, 0.15)):
     """Picks, targets and limits (V, A, J) over the T3KR's table, 15 to 100 % with J scaled or not."""
     rng = np.random.default_rng(seed)

@@ -121,9 +121,6 @@ def test_the_belt_speed_error_grows_with_the_way_from_the_camera():
     np.testing.assert_allclose(context.grasp - objects.grasp, np.stack([context.belt_shift, 0 * x], axis=1), atol=1e-15)
 
 
-# Which throws are taken on.
-
-
 @pytest.fixture(scope="module", params=["nominal_plain", "waste_plain", "tight_plain"])
 def contexts(request):
     return make_core(request.param, 300, seed=11)

@@ -103,9 +103,6 @@ def test_a_belt_carries_an_object_along_at_its_speed():
     assert velocity == pytest.approx(0.4, rel=0.02)
 
 
-# Walls.
-
-
 def free_object(core):
     """Model and data of the first cell with the object let go and the robot held where it is."""
     plant = core.cell.plant

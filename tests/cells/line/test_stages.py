@@ -44,11 +44,6 @@ LEVELS: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    return tmp_path_factory.mktemp("tables")
-
-
 @pytest.mark.parametrize("name", LEVELS)
 def test_compiled_options_are_those_of_the_movers(name, tables, monkeypatch):
     level = with_table({**LEVELS[name], "duration": 15.0}, tables)
