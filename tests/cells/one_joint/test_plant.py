@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -213,10 +212,3 @@ def test_an_engine_that_warns_is_an_error(tmp_path, monkeypatch):
 def test_without_errors_a_mismatch_of_one_is_the_ideal_world():
     assert fly(alone(), throws(RELEASES)).pose.tobytes() == fly(IDEAL, throws(RELEASES)).pose.tobytes()
     assert set(NO_ERRORS) == set(type(IDEAL.errors).model_fields)
-
-
-def test_the_model_is_what_the_planner_reckons_with():
-    model = OneJointPlant(IDEAL, 1).scene.model
-    assert model.body("block").mass[0] == pytest.approx(BLOCK.mass, rel=1e-12)
-    assert model.body("block").inertia[1] == pytest.approx(BLOCK.inertia, rel=1e-12)
-    assert int(model.opt.jacobian) == int(mujoco.mjtJacobian.mjJAC_DENSE)
