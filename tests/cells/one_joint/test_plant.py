@@ -71,7 +71,6 @@ def test_the_part_leaves_with_the_velocity_of_its_place_on_the_arm(ideal):
 
 
 def test_energy_and_momentum_are_kept_in_flight(ideal):
-    """Kinetic and potential energy, horizontal speed and spin do not change after the release."""
     rate = ideal.velocity + 0.5 * ideal.step * np.array([0.0, -G, 0.0])
     energy = 0.5 * (rate[..., 0] ** 2 + rate[..., 1] ** 2) + G * ideal.pose[..., 1]
     for values, tolerance in ((energy, 1e-5), (ideal.velocity[..., 0], 1e-9), (ideal.velocity[..., 2], 1e-9)):

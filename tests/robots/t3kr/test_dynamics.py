@@ -77,7 +77,6 @@ def test_static_torque_is_the_gradient_of_height():
 
 @pytest.mark.parametrize("payload", [0.0, 0.5])
 def test_mujoco_moves_as_the_torques_ask(payload):
-    """In the engine's closed chain, the torques produce the acceleration they were made for."""
     spec = mujoco.MjSpec()
     handles = add_t3kr(spec)
     set_options(spec, 0.0004, density=0.0, viscosity=0.0)
