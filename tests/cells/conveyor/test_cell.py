@@ -15,8 +15,6 @@ from tests.tools.nightly import with_nightly
 from tests.tools.throws import is_feasible, make_core, planned, same_bits, vary
 
 COUNT, PICKS = 8, 15
-
-
 SHIFTS = {
     "nominal": vary("nominal_plain", picks_per_shift=1000),
     "waste": vary("waste_plain", picks_per_shift=1000),

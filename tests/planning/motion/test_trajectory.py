@@ -181,14 +181,11 @@ def test_superposed_motions_are_the_sums_of_their_samples():
     both = np.minimum(one.duration, other.duration)[:, None] * np.linspace(0.0, 1.0, 400)
     found = whole.sample(both)
     line = start[:, None] + both[..., None] * velocity[:, None]
-    np.testing.assert_allclose(
-        found.position, one.sample(both).position + other.sample(both).position + line, atol=1e-12
-    )
-    total = one.sample(both).velocity + other.sample(both).velocity + velocity[:, None]
+    first, second = one.sample(both), other.sample(both)
+    total = first.velocity + second.velocity + velocity[:, None]
+    np.testing.assert_allclose(found.position, first.position + second.position + line, atol=1e-12)
     np.testing.assert_allclose(found.velocity, total, atol=1e-12)
-    np.testing.assert_allclose(
-        found.acceleration, one.sample(both).acceleration + other.sample(both).acceleration, atol=1e-12
-    )
+    np.testing.assert_allclose(found.acceleration, first.acceleration + second.acceleration, atol=1e-12)
 
 
 def random_segments(rng, count, columns):
