@@ -195,9 +195,6 @@ def test_a_list_of_frames_covers_the_last_throw():
     env.close()
 
 
-# Videos.
-
-
 def count_frames(path):
     return sum(1 for _ in iio.imiter(path, plugin="FFMPEG"))
 

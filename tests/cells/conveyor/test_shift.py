@@ -14,8 +14,6 @@ from pnt_gym.errors import ConfigError
 from tests.tools.drifting import ALL, QUICK, actions, cells
 from tests.tools.throws import CONVEYOR, make_core, parts_of, same_bits, vary
 
-# Without drift it is the cell that everybody knows.
-
 
 def same_info(mine, other):
     """Whether an info has all that another one has, to the last bit."""
@@ -70,9 +68,6 @@ def test_a_shift_needs_a_throw_that_follows_and_is_drawn_whole(picks):
         gym.make("PnTAdapt-v0", level={"base": "waste", "picks_per_shift": picks})
     assert str(caught.value) == (f"picks_per_shift is {picks}; in PnTAdapt-v0 it must be 2 to 100000")
     assert gym.make("PnTConveyor-v0", level={"base": "waste", "picks_per_shift": picks}).reset(seed=0)
-
-
-# What a shift is.
 
 
 def shifts(seeds, **changes):
@@ -165,9 +160,6 @@ def test_shifts_differ_by_seed_and_follow_from_it():
         env.step(action)
     env.reset()
     assert not {*drifts(env)} & {*first}
-
-
-# What it does to a throw, and that nobody sees it.
 
 
 @pytest.fixture(scope="module")
