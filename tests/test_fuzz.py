@@ -111,7 +111,7 @@ def test_the_first_throw_of_a_level_decides(monkeypatch: pytest.MonkeyPatch) -> 
             form(level=level)
         form(level="waste")  # which ships
     monkeypatch.setattr("pnt_gym.cells.conveyor.cell.ConveyorCell.reward", lambda *_: {"landing": np.array([np.nan])})
-    with pytest.raises(ConfigError, match="level 'custom' gives results that are no numbers"):
+    with pytest.raises(ConfigError, match="level 'custom' gives results that are not finite"):
         form(level=level)
 
 
