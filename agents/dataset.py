@@ -23,6 +23,11 @@ from .jobs.cluster import pool
 from .judging.trials import open_trial
 from .learning.trained import resolve_task
 
+CONTROLLERS = (
+    "The controller that throws: a name, the word expert, the folder of a training run, a class of your own, on a line "
+    "a scorer's FILE.npz, or with --trust a stable-baselines3 model or an RL-Zoo folder."
+)
+
 
 @dataclass(frozen=True)
 class Arguments:
@@ -33,13 +38,13 @@ class Arguments:
     sent only to the machines of --cluster.
     """
 
-    controller: Annotated[str, tyro.conf.arg(metavar="NAME|expert|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "random"
-    """The controller that throws: its name, the expert, the folder of a training run, a class of your own, on a line a
-    scorer's FILE.npz, or with --trust somebody else's model."""
+    controller: Annotated[
+        str, tyro.conf.arg(metavar="NAME|expert|RUN_DIR|MODULE:CLASS|MODEL.zip", help=CONTROLLERS)
+    ] = "random"
     expert: Annotated[
         str | None, option("the shipped policy, on a line guided_beam, elsewhere oracle", "NAME|RUN_DIR|...")
     ] = None
-    """The controller whose mean return is the score 1; the shipped policy needs the extra rl."""
+    """The controller whose mean return is the score 1, the expert; the shipped policy needs the extra rl."""
     trust: bool = False
     """Load a stable-baselines3 model or an RL-Zoo folder, whose code then runs; run folders hold no code."""
     env: Annotated[str | None, option("PnTRelease-v0, or that of the run folder", "ID|MODULE:ID")] = None

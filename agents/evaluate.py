@@ -14,19 +14,22 @@ from .ground.cli import at_least, option, run
 from .ground.outputs import VIDEOS, check_ending, check_writable, deliver_json, deliver_text
 from .ground.tables import console
 
+CONTROLLERS = (
+    "A controller's name (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, "
+    "oracle, random; at PnTAdapt-v0 also static, ema, kalman, recursive_ridge, in_context, oracle_drift; on a line "
+    "fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam, index, random, or a scorer's "
+    "FILE.npz), the folder of a training run, a class of your own, or with --trust a stable-baselines3 model or the "
+    "folder of an RL-Zoo training."
+)
+
 
 @dataclass(frozen=True)
 class Arguments:
     """Throw held-out objects with one controller and report its picks per minute, success and landing error."""
 
-    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")]
-    """A controller (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, oracle,
-    random; of a line fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam, index, random,
-    or a scorer's FILE.npz), the folder of a training run, a class of your own, or with --trust a stable-baselines3
-    model or the folder of an RL-Zoo training."""
+    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip", help=CONTROLLERS)]
     trust: bool = False
-    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders hold no code
-    and need no trust."""
+    """Load a stable-baselines3 model or an RL-Zoo folder, whose code then runs; run folders hold no code."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
     """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None

@@ -47,7 +47,7 @@ def main(arguments: Arguments) -> None:
         kind, name = levels[arguments.show]
         print(yaml_text(kind.load(name).model_dump(mode="json")), end="")
     else:
-        raise UsageError(f"level {arguments.show!r} does not ship; those that do are {', '.join(levels)}")
+        raise UsageError(f"unknown level {arguments.show!r}; shipped levels are {', '.join(levels)}")
 
 
 def _purpose(kind: type[LevelConfig], name: str) -> str:

@@ -24,6 +24,13 @@ RATE: Final = 60
 """Frames per second from which the picture's frame is chosen."""
 
 
+VIEWER = (
+    "Show the throws live, with their figures, until the viewer is closed. Level and controller can be changed in the "
+    "viewer. native opens a window; web serves a page for browsers, also from a machine without a display. Everyone "
+    "who reaches the port of the page can use the page."
+)
+
+
 @dataclass(frozen=True)
 class Arguments:
     """Film a controller's throws, in real time or slower, or show the throws in a window.
@@ -34,26 +41,22 @@ class Arguments:
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"
     """A controller's name, the folder of a training run, a class of your own, or with --trust somebody else's model."""
     trust: bool = False
-    """Load a stable-baselines3 model or an RL-Zoo folder, which runs whatever code is in it. Run folders hold no code
-    and need no trust."""
+    """Load a stable-baselines3 model or an RL-Zoo folder, whose code then runs; run folders hold no code."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
     """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     video: Annotated[Path | None, option("none", "FILE.mp4")] = None
-    """Write a video here."""
+    """Write a video to this file."""
     picture: Annotated[Path | None, option("none", "FILE.png")] = None
-    """Write one picture of the first throw in flight here."""
-    viewer: Annotated[Literal["native", "web"] | None, option("none", "native|web")] = None
-    """Show the throws live, with their figures, until the viewer is closed; level and controller can be changed in the
-    viewer. native opens a window. web serves a page for browsers, also from a machine without a display; anybody who
-    reaches the port can use the page."""
+    """Write one picture of the first throw in flight to this file."""
+    viewer: Annotated[Literal["native", "web"] | None, option("none", "native|web", VIEWER)] = None
     throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
     """How throws of a line are computed: by its table of chances, with flights simulated, or in the full physics."""
-    picks: Annotated[int | None, option("5; of a line those of 12 s", "N")] = None
+    picks: Annotated[int | None, option("5; on a line those of 12 s", "N")] = None
     """Throws of a video, or decisions of a line."""
     at: float = 0.4
-    """Moment of the picture [s], from the first motion of the throw or from the begin of a line's shift."""
+    """Moment of the picture [s], from the first motion of the throw or from the beginning of a line's shift."""
     slow: int = 1
     """Factor by which the video is slower than real time."""
     seed: int = 0

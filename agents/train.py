@@ -25,15 +25,13 @@ class Arguments:
     level: Annotated[str | None, option("waste at the conveyor, elsewhere nominal", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     fidelity: Annotated[Literal["full", "flight"] | None, option("the level's own", "full|flight")] = None
-    """Simulation during training: flight alone is several times as fast; the evaluation uses the level's own
-    fidelity."""
+    """Simulation during training; flight is several times as fast. The evaluation uses the level's own fidelity."""
     full_last: Annotated[int | None, option("0", "N")] = None
     """With --fidelity flight: the last N throws of the training are simulated in full."""
     algo: Annotated[Algorithm | None, option("sac; residual_ppo on a line", "|".join((*RESIDUAL, *MASKED)))] = None
     """Learning algorithm; the last two choose objects on a line."""
     steps: Annotated[int | None, option("n_timesteps of --config, or as the resumed run was asked for", "N")] = None
-    """Throws of the whole training, or decisions on a line, including those before a resume; rounded up to whole
-    batches."""
+    """Throws (on a line decisions) of the whole training, also those before a resume, in whole batches."""
     seed: Annotated[int | None, option("0", "S")] = None
     """Seed of the networks, the exploration and the objects."""
     out: Annotated[Path | None, option("runs/ENV-LEVEL-ALGO-seedS-TIME", "DIR")] = None
@@ -55,8 +53,7 @@ class Arguments:
     stack: Annotated[int | None, option("1", "K")] = None
     """Number of last observations of the shift that the policy receives at once; more than 1 on PnTAdapt-v0."""
     over: Annotated[str | None, option("analytic", "CONTROLLER")] = None
-    """Base controller to whose action the policy's action is added, without practice, e.g. static or kalman: an
-    untrained policy throws like the base controller."""
+    """Base controller, e.g. static or kalman: the policy's action is added to the action of this controller."""
     tensorboard: bool = False
     """Also log the losses for TensorBoard, in the run folder."""
 

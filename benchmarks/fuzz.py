@@ -17,7 +17,7 @@ from pathlib import Path
 
 from agents.ground.files import write_json
 from benchmarks.checks import check_parser, show
-from benchmarks.fuzz_cases.cases import SHARES, tried
+from benchmarks.fuzz_cases.cases import SHARES, judge_case
 
 PATIENCE = 60.0
 """A case that takes longer hangs [s]."""
@@ -43,40 +43,40 @@ def cases(first: int, count: int) -> Iterator[tuple[str, int]]:
         numbers[kind] += 1
 
 
-def attempt(bunch: Sequence[tuple[str, int]], told: Connection, judge: Judge) -> None:
+def attempt(bunch: Sequence[tuple[str, int]], channel: Connection, judge: Judge) -> None:
     """Try cases in a process of its own, telling before each which, and after it what was found."""
     pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
     resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY, resource.RLIM_INFINITY))
     silent = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 2)
     for kind, number in bunch:
-        told.send((kind, number, None))
-        told.send((kind, number, judge(kind, number) or ""))
+        channel.send((kind, number, None))
+        channel.send((kind, number, judge(kind, number) or ""))
 
 
-def finds(bunch: Sequence[tuple[str, int]], judge: Judge = tried) -> Iterator[tuple[str, int, str]]:
+def finds(bunch: Sequence[tuple[str, int]], judge: Judge = judge_case) -> Iterator[tuple[str, int, str]]:
     """Kind, number and find, empty for none, of every case; a new process goes on after one that ended or hangs."""
-    left = list(bunch)
+    remaining = list(bunch)
     context = multiprocessing.get_context("forkserver")
     # What takes seconds to import, before there is any thread.
     context.set_forkserver_preload(["benchmarks.fuzz_cases.cases"])
-    while left:
-        here, there = context.Pipe(duplex=False)
-        process = context.Process(target=attempt, args=(left, there, judge))  # may have processes of its own
+    while remaining:
+        receiver, sender = context.Pipe(duplex=False)
+        process = context.Process(target=attempt, args=(remaining, sender, judge))  # may have processes of its own
         process.start()
-        there.close()
-        while left:
-            kind, number = left[0]
+        sender.close()
+        while remaining:
+            kind, number = remaining[0]
             try:
-                said = here.recv()[2] if here.poll(PATIENCE) else f"hangs for more than {PATIENCE:.0f} s"
+                answer = receiver.recv()[2] if receiver.poll(PATIENCE) else f"hangs for more than {PATIENCE:.0f} s"
             except EOFError:
                 process.join()
-                said = f"ends its process with {process.exitcode}"
-            if said is None:
+                answer = f"ends its process with {process.exitcode}"
+            if answer is None:
                 continue
-            left.pop(0)
-            yield kind, number, said
-            if said.startswith(("hangs for", "ends its")):
+            remaining.pop(0)
+            yield kind, number, answer
+            if answer.startswith(("hangs for", "ends its")):
                 process.kill()
                 break
         process.join()
@@ -92,23 +92,23 @@ def main() -> int:
     arguments = parser.parse_args()
     if arguments.case:
         kind, _, number = arguments.case.partition(":")
-        print(tried(kind, int(number)) or "nothing is wrong")
+        print(judge_case(kind, int(number)) or "nothing is wrong")
         return 0
-    began, found = time.monotonic(), list[dict[str, str]]()
+    began, records = time.monotonic(), list[dict[str, str]]()
     chosen = list(cases(arguments.first, arguments.cases))
     for start in range(0, len(chosen), BUNCH):
-        for kind, number, said in finds(chosen[start : start + BUNCH]):
-            if said:
+        for kind, number, answer in finds(chosen[start : start + BUNCH]):
+            if answer:
                 line = f"python benchmarks/fuzz.py --case {kind}:{number}"
-                found.append({"line": line, "find": said})
-                print(f"\nFIND {line}\n  {said[:600]}", flush=True)
-        done = min(start + BUNCH, len(chosen))
-        words = f"{arguments.first + done} of {arguments.first + len(chosen)} cases, {len(found)} finds"
+                records.append({"line": line, "find": answer})
+                print(f"\nFIND {line}\n  {answer[:600]}", flush=True)
+        count = min(start + BUNCH, len(chosen))
+        words = f"{arguments.first + count} of {arguments.first + len(chosen)} cases, {len(records)} finds"
         show(f"{words}, {time.monotonic() - began:.0f} s")
     print()
     if arguments.json is not None:
-        write_json(arguments.json, found)
-    return int(bool(found))
+        write_json(arguments.json, records)
+    return int(bool(records))
 
 
 if __name__ == "__main__":

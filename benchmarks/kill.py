@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.checks import check_parser, show
 from benchmarks.kill_trials.commands import REAL, TOY, benchmark, report, reproduce, small_reproduction, train
-from benchmarks.kill_trials.trials import Command, Kill, Trials, spawned
+from benchmarks.kill_trials.trials import Command, Kill, Trials, start_process
 
 IMPORTED = (
     "agents.benchmark.__main__",
@@ -45,31 +45,33 @@ def commands(folder: Path, env: str) -> Iterator[Command]:
 def trial(command: Command, folder: Path, every: int, chances: int) -> Trials:
     """All kills of one command."""
     trials = Trials(command, folder)
-    operations = sum(1 for _ in told(trials, trials.every_operation(every)))
+    operations = sum(1 for _ in report_losses(trials, trials.every_operation(every)))
     random = np.random.default_rng(0)
     kills = [Kill(size=int(size)) for size in random.integers(1, trials.largest, chances)]
     kills += [Kill(moment=float(moment)) for moment in random.uniform(0.01, trials.seconds, chances)]
-    chance = sum(1 for _ in told(trials, (kill for kill in kills if trials.killed(kill))))
+    chance = sum(1 for _ in report_losses(trials, (kill for kill in kills if trials.kill_once(kill))))
     print(f"\r{command.name}: {operations} kills at changes, {chance} at random, {len(trials.lost)} lost", flush=True)
     return trials
 
 
 def as_users_do(command: Command, folder: Path, count: int) -> Trials:
     """Kills of the command as a user starts it, at random moments."""
-    trials = Trials(command, folder, spawned)
+    trials = Trials(command, folder, start_process)
     moments = np.random.default_rng(1).uniform(0.2, 1.0, count) * trials.seconds
-    done = sum(1 for _ in told(trials, (k for k in (Kill(moment=float(m)) for m in moments) if trials.killed(k))))
-    print(f"\r{command.name}: {done} kills of new processes, {len(trials.lost)} lost", flush=True)
+    count = sum(
+        1 for _ in report_losses(trials, (k for k in (Kill(moment=float(m)) for m in moments) if trials.kill_once(k)))
+    )
+    print(f"\r{command.name}: {count} kills of new processes, {len(trials.lost)} lost", flush=True)
     return trials
 
 
-def told(trials: Trials, kills: Iterator[Kill]) -> Iterator[Kill]:
-    """The same kills, each with a sign of life and what it lost."""
+def report_losses(trials: Trials, kills: Iterator[Kill]) -> Iterator[Kill]:
+    """The same kills; each prints a sign of life and its losses."""
     lost = 0
     for kill in kills:
         show(f"{trials.command.name}: {trials.kills} kills")
-        for said in trials.lost[lost:]:
-            print(f"\nLOST {said}", flush=True)
+        for loss in trials.lost[lost:]:
+            print(f"\nLOST {loss}", flush=True)
         lost = len(trials.lost)
         yield kill
 
@@ -91,10 +93,10 @@ def main() -> int:
         chosen = [
             c for c in commands(folder, TOY if arguments.toy else REAL) if any(w in c.name for w in arguments.only)
         ]
-        done = [trial(command, folder, arguments.every, arguments.chances) for command in chosen]
+        results = [trial(command, folder, arguments.every, arguments.chances) for command in chosen]
         if not arguments.toy and arguments.processes:
-            done += [as_users_do(command, folder, arguments.processes) for command in chosen]
-    kills, lost = sum(trials.kills for trials in done), sum(len(trials.lost) for trials in done)
+            results += [as_users_do(command, folder, arguments.processes) for command in chosen]
+    kills, lost = sum(trials.kills for trials in results), sum(len(trials.lost) for trials in results)
     print(f"{lost} lost of {kills} kills ({time.monotonic() - began:.0f} s)")
     return int(lost > 0 or kills == 0)
 

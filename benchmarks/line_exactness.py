@@ -29,7 +29,7 @@ MOST: Final = 1e-3
 
 
 @dataclass
-class Compared:
+class Comparison:
     """Cases, and how they differ."""
 
     cases: int = 0
@@ -70,21 +70,21 @@ def cases_of(cell: LineCell) -> list[tuple[int, int, float]]:
     """Objects, bins and speed settings that the robot whose turn it is might think of, far ones included."""
     state, config = cell.state, cell.config
     robot = int(state.robot[0])
-    own = config.cell_of(robot)
-    seen, able = cell.stream.objects.measured.kind[0], config.can_take()[robot]
-    x = cell.stream.x[0] + own.belt.speed * state.clock[0]
+    cell_config = config.cell_of(robot)
+    kinds, able = cell.stream.objects.measured.kind[0], config.can_take()[robot]
+    x = cell.stream.x[0] + cell_config.belt.speed * state.clock[0]
     low, high = config.reach
-    there = (x >= low) & (x <= high) & (state.books.whole().since[0] <= state.clock[0]) & able[seen]
-    accepts = own.acceptance()
+    in_reach = (x >= low) & (x <= high) & (state.books.whole().since[0] <= state.clock[0]) & able[kinds]
+    accepts = cell_config.acceptance()
     return [
         (int(i), int(b), float(p))
-        for i in np.flatnonzero(there)
-        for b in np.flatnonzero(accepts[seen[i]])
-        for p in own.limits.percent
+        for i in np.flatnonzero(in_reach)
+        for b in np.flatnonzero(accepts[kinds[i]])
+        for p in cell_config.limits.percent
     ]
 
 
-def compare(cell: LineCell, planners: list[PickPlanner], found: Compared) -> None:
+def compare(cell: LineCell, planners: list[PickPlanner], comparison: Comparison) -> None:
     """All cases of the coming decision of the first line."""
     choices = take(cell.state.choices, 0)
     offered = {
@@ -93,30 +93,30 @@ def compare(cell: LineCell, planners: list[PickPlanner], found: Compared) -> Non
     planner, met = planners[int(cell.state.robot[0])], 0
     for case in cases_of(cell):
         figures, k = alone(cell, planner, *case), offered.pop(case, None)
-        found.cases += 1
+        comparison.cases += 1
         met += figures is not None
         if figures is None or k is None:
-            found.unlike += figures is None and k is not None
+            comparison.unlike += figures is None and k is not None
             continue
         for name in FIGURES:
-            found.worst = max(found.worst, float(np.abs(getattr(choices, name)[k] - figures[name]).max()))
-    found.unlike += len(offered) + abs(min(met, CHOICES) - int(choices.real.sum()))
-    found.hidden += max(met - CHOICES, 0)
-    found.feasible += met
+            comparison.worst = max(comparison.worst, float(np.abs(getattr(choices, name)[k] - figures[name]).max()))
+    comparison.unlike += len(offered) + abs(min(met, CHOICES) - int(choices.real.sum()))
+    comparison.hidden += max(met - CHOICES, 0)
+    comparison.feasible += met
 
 
-def compared(level: Any, cases: int, seed: int) -> Compared:
+def compare_shift(level: Any, cases: int, seed: int) -> Comparison:
     """Cases of the decisions of a shift at random, and of those that follow."""
     config = LineConfig.load(level)
-    cell, random, found = LineCell(config, 1), np.random.default_rng(seed), Compared()
+    cell, random, comparison = LineCell(config, 1), np.random.default_rng(seed), Comparison()
     planners = [PickPlanner(config.cell_of(robot)) for robot in range(len(config.robots))]
     cell.reset(np.arange(1), [np.random.default_rng(seed)])
-    while found.cases < cases:
-        compare(cell, planners, found)
+    while comparison.cases < cases:
+        compare(cell, planners, comparison)
         cell.take(choices(cell.state.choices.real, random))
         if cell.over.any():
             cell.reset(np.arange(1), cell.generators)
-    return found
+    return comparison
 
 
 def main() -> int:
@@ -127,11 +127,11 @@ def main() -> int:
     options = parser.parse_args()
     bad = False
     for level in LEVELS:
-        one = compared({"base": level, "throws": "flight"}, options.cases // len(LEVELS), options.seed)
-        bad |= one.unlike > 0 or one.worst > MOST
+        comparison = compare_shift({"base": level, "throws": "flight"}, options.cases // len(LEVELS), options.seed)
+        bad |= comparison.unlike > 0 or comparison.worst > MOST
         print(
-            f"{level}: {one.cases} cases, {one.feasible} feasible, {one.unlike} unlike, largest difference "
-            f"{one.worst:.1e} s or m"
+            f"{level}: {comparison.cases} cases, {comparison.feasible} feasible, {comparison.unlike} unlike, largest "
+            f"difference {comparison.worst:.1e} s or m"
         )
     return int(bad)
 

@@ -23,7 +23,7 @@ from agents.ground.cli import UsageError, at_least, option, run
 from agents.ground.outputs import check_writable, deliver_json
 from agents.ground.versions import versions
 from benchmarks.perf_cases import cells, planning, robots
-from benchmarks.timing import Options, Place, Row, figures, nested
+from benchmarks.timing import Options, Place, Row, figures, nest
 
 CASES: Final[dict[str, Callable[[Options], Iterator[Row]]]] = {
     "planner": planning.planner,
@@ -48,7 +48,7 @@ class Arguments(Options):
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write the figures to this file: those of one subject, or by subject where there are several."""
     list: bool = False
-    """Print the cases instead."""
+    """List the cases without measuring them."""
 
 
 def main(arguments: Arguments) -> None:
@@ -56,7 +56,7 @@ def main(arguments: Arguments) -> None:
     at_least(
         {**vars(arguments), "threads": min(arguments.threads, default=0)}, repeats=1, cells=1, singles=1, threads=1
     )
-    names = chosen(arguments.cases)
+    names = select_cases(arguments.cases)
     if arguments.list:
         print("\n".join(f"{name:28s}{summary(CASES[name])}" for name in names))
         return
@@ -69,12 +69,12 @@ def main(arguments: Arguments) -> None:
         values = {(subject, *place): value for place, value in figures(CASES[name](arguments), arguments).items()}
         print("\n".join(lines(values)), flush=True)
         results |= values
-    data = nested(results)
+    data = nest(results)
     if arguments.json is not None:
         deliver_json(arguments.json, data if len(data) > 1 else next(iter(data.values())))
 
 
-def chosen(names: Iterable[str]) -> list[str]:
+def select_cases(names: Iterable[str]) -> list[str]:
     """The cases of these names or beginnings; all without one.
 
     Raises:
@@ -82,8 +82,8 @@ def chosen(names: Iterable[str]) -> list[str]:
     """
     if unknown := [name for name in names if not any(f"{case}/".startswith(f"{name}/") for case in CASES)]:
         raise UsageError(f"unknown case {unknown[0]!r}; known are {', '.join(CASES)}")
-    wanted = tuple(f"{name}/" for name in names)
-    return [case for case in CASES if not wanted or f"{case}/".startswith(wanted)]
+    beginnings = tuple(f"{name}/" for name in names)
+    return [case for case in CASES if not beginnings or f"{case}/".startswith(beginnings)]
 
 
 def summary(case: Any) -> str:
@@ -95,10 +95,10 @@ def lines(values: Mapping[Place, Any]) -> Iterator[str]:
     """The figures, those of one place together."""
     groups: dict[str, list[str]] = {}
     for place, value in values.items():
-        said = f"{place[-1]} {value:,.4g}" if isinstance(value, float) else f"{place[-1]} {value}"
-        groups.setdefault("/".join(map(str, place[:-1])), []).append(said)
-    for place, said in groups.items():
-        yield textwrap.fill(f"{place}: {', '.join(said)}", 120, subsequent_indent="  ")
+        text = f"{place[-1]} {value:,.4g}" if isinstance(value, float) else f"{place[-1]} {value}"
+        groups.setdefault("/".join(map(str, place[:-1])), []).append(text)
+    for place, text in groups.items():
+        yield textwrap.fill(f"{place}: {', '.join(text)}", 120, subsequent_indent="  ")
 
 
 if __name__ == "__main__":

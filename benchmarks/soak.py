@@ -69,7 +69,7 @@ def pairs() -> Iterator[tuple[str, Any]]:
 
 
 @contextlib.contextmanager
-def watched(plant: Any) -> Iterator[Callable[[], list[Any]]]:
+def watch_plant(plant: Any) -> Iterator[Callable[[], list[Any]]]:
     """What the plant's throws were given and gave, asked for after them; at the conveyor without the robot.
 
     Those that were asked for are forgotten.
@@ -77,55 +77,55 @@ def watched(plant: Any) -> Iterator[Callable[[], list[Any]]]:
     physics, name = (plant.free, "fall") if hasattr(plant, "free") else (plant, "fly")
     watch, last = getattr(physics, name), list[Any]()
 
-    def told(*given: Any) -> Any:
-        last.append((given, watch(*given)))
+    def record(*arguments: Any) -> Any:
+        last.append((arguments, watch(*arguments)))
         return last[-1][1]
 
-    def asked() -> list[Any]:
-        told, last[:] = list(last), []
-        return told
+    def take_records() -> list[Any]:
+        records, last[:] = list(last), []
+        return records
 
-    setattr(physics, name, told)
-    yield asked
+    setattr(physics, name, record)
+    yield take_records
     delattr(physics, name)  # or it would wait for the next collection, with all it flew
 
 
-def soaked(env_id: str, level: Any, number: int) -> list[str]:
+def soak_round(env_id: str, level: Any, number: int) -> list[str]:
     """What is wrong with some throws or decisions; their number is all that they depend on."""
-    name, found = f"{env_id} {level if isinstance(level, str) else level['name']} round {number}", list[str]()
+    name, finds = f"{env_id} {level if isinstance(level, str) else level['name']} round {number}", list[str]()
     random = np.random.default_rng(number)
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         env: Any = gym.make_vec(env_id, num_envs=CELLS, level=level, threads=1).unwrapped
         env.reset(seed=1000 * number)
         with contextlib.closing(env):
             try:
-                finds = worked(env, random) if isinstance(env.core, LineCore) else thrown(env, random)
-                found.extend(f"{name}: {said}" for said in finds)  # those before an error are kept
+                faults = check_decisions(env, random) if isinstance(env.core, LineCore) else check_throws(env, random)
+                finds.extend(f"{name}: {fault}" for fault in faults)  # those before an error are kept
             except PntGymError as error:
-                found.append(f"{name}: {type(error).__name__}: {error}")
-    return found + [f"{name}: warned {w.message}" for w in told]
+                finds.append(f"{name}: {type(error).__name__}: {error}")
+    return finds + [f"{name}: warned {w.message}" for w in caught]
 
 
-def thrown(env: Any, random: np.random.Generator) -> Iterator[str]:
+def check_throws(env: Any, random: np.random.Generator) -> Iterator[str]:
     """What is wrong with some throws."""
-    with watched(env.core.cell.plant) as last:
+    with watch_plant(env.core.cell.plant) as last:
         for scale in ACTIONS:
             context = env.core.context
             observation, reward, *_ = env.step(scale * random.uniform(-1.0, 1.0, env.action_space.shape))
             yield from no_numbers(observation, reward)
-            said = through(env.core, context, last()[-1])
-            if said:
-                yield f"actions to {scale}: {said}"
+            fault = through(env.core, context, last()[-1])
+            if fault:
+                yield f"actions to {scale}: {fault}"
 
 
-def worked(env: Any, random: np.random.Generator) -> Iterator[str]:
+def check_decisions(env: Any, random: np.random.Generator) -> Iterator[str]:
     """What is wrong with some decisions at lines."""
     config, stream = env.core.config, env.core.cell.stream
     books = [Books(config, x) for x in stream.x]
     cores: list[Any] = getattr(env.core.cell.throws, "cores", [])
     with contextlib.ExitStack() as ends:
-        flights = [ends.enter_context(watched(core.cell.plant)) for core in cores]
+        flights = [ends.enter_context(watch_plant(core.cell.plant)) for core in cores]
         for _ in range(len(ACTIONS) if cores else DECISIONS):
             observation, reward, _, over, info = env.step(choices(env.core.masks(), random, RULED_OUT))
             yield from no_numbers(observation, reward)
@@ -135,9 +135,9 @@ def worked(env: Any, random: np.random.Generator) -> Iterator[str]:
                 if over[row]:
                     finds += book.at_the_end({name: values[row] for name, values in info["final_info"].items()})
                     books[row] = Books(config, env.core.cell.stream.x[row])
-                yield from (f"line {row}: {said}" for said in finds)
+                yield from (f"line {row}: {fault}" for fault in finds)
             for core, last in zip(cores, flights, strict=True):
-                yield from (said for flown in last() if (said := through(core, flown[0][1], flown)))
+                yield from (fault for flown in last() if (fault := through(core, flown[0][1], flown)))
 
 
 def soak_throws(arguments: Namespace) -> tuple[list[str], str]:
@@ -148,7 +148,7 @@ def soak_throws(arguments: Namespace) -> tuple[list[str], str]:
     used, began, first = list[float](), time.monotonic(), state["throws"]
     while state["throws"] < arguments.throws:
         for env_id, level in every:
-            state["finds"] += soaked(env_id, level, state["rounds"])
+            state["finds"] += soak_round(env_id, level, state["rounds"])
             state["throws"] += CELLS * len(ACTIONS)  # of lines fewer than they take
         state["rounds"] += 1
         used.append(memory())
@@ -163,33 +163,34 @@ def soak_throws(arguments: Namespace) -> tuple[list[str], str]:
     return finds, f"{len(finds)} finds; {grown}; MuJoCo {mujoco.__version__}"
 
 
-def soak_shifts(decisions: int, seed: int = 0, longest: float = LONGEST, most: int = MOST) -> tuple[list[str], str]:
+def soak_shifts(decisions: int, seed: int = 0, longest: float = LONGEST, limit: int = MOST) -> tuple[list[str], str]:
     """Work shifts until so many decisions are taken.
 
     Args:
         decisions: in all.
         seed: of the first shift; the following ones have the following seeds.
         longest: shift [s].
-        most: decisions of one shift.
+        limit: largest number of decisions of one shift.
 
     Returns:
         Finds, and a summary.
     """
-    finds, done, shifts, whole, used = list[str](), 0, 0, 0, list[float]()
+    finds, decided, shifts, completed, used = list[str](), 0, 0, 0, list[float]()
     began, hours = time.monotonic(), 0.0
-    while done < decisions:
+    while decided < decisions:
         config = random_level(np.random.default_rng(seed + shifts), longest)
-        said, taken, over = work(config, seed + shifts, min(most, decisions - done))
+        faults, count, over = work(config, seed + shifts, min(limit, decisions - decided))
         where = f"shift {seed + shifts}, {len(config.robots)} robots from x {config.robots[0].x:.0f} m"
-        finds += [f"{where}, {config.duration:.0f} s: {find}" for find in said]
-        done, shifts, whole, hours = done + max(taken, 1), shifts + 1, whole + over, hours + config.duration / 3600.0
+        finds += [f"{where}, {config.duration:.0f} s: {find}" for find in faults]
+        decided, shifts, completed = decided + max(count, 1), shifts + 1, completed + over
+        hours += config.duration / 3600.0
         used.append(memory())
     grown, seconds = growth(used, SHIFTS), time.monotonic() - began
     if grown > GROWTH:
         finds.append(f"memory grew by {grown:.0f} MB after {SHIFTS} shifts")
     return finds, (
-        f"{done} decisions in {shifts} shifts of {hours / shifts:.1f} h on average, {whole} to their end: "
-        f"{len(finds)} finds, {used[-1]:.0f} MB ({grown:+.0f} MB), {1e3 * seconds / done:.1f} ms a decision"
+        f"{decided} decisions in {shifts} shifts of {hours / shifts:.1f} h on average, {completed} to their end: "
+        f"{len(finds)} finds, {used[-1]:.0f} MB ({grown:+.0f} MB), {1e3 * seconds / decided:.1f} ms a decision"
     )
 
 

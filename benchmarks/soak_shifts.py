@@ -37,7 +37,7 @@ FATES: Final = ("sorted", "misplaced", "on_floor", "passed")
 
 
 @cache
-def shipped() -> list[LineConfig]:
+def shipped_levels() -> list[LineConfig]:
     """Shipped levels whose tables are there."""
     levels = [LineConfig.load(name) for name in LineConfig.level_names()]
     return [level for level in levels if table_path(level).is_file()]
@@ -45,7 +45,7 @@ def shipped() -> list[LineConfig]:
 
 def random_level(random: np.random.Generator, longest: float = LONGEST) -> LineConfig:
     """A shipped level with other robots, places, arrivals and length of the shift."""
-    base = shipped()[int(random.integers(len(shipped())))]
+    base = shipped_levels()[int(random.integers(len(shipped_levels())))]
     robots = line_up(base, int(random.integers(1, MOST_ROBOTS + 1)))
     begin, stretch = random.uniform(-AWAY, AWAY), random.uniform(1.0, SPREAD)
     places = begin + stretch * np.array([robot.x - robots[0].x for robot in robots])
@@ -68,8 +68,8 @@ class Books:
 
     def __init__(self, config: LineConfig, x: Floats) -> None:
         self._config, self._attempts, self._start = config, 0, 0.0
-        gone = x + config.cell.belt.speed * config.duration > config.reach[1]
-        self._fates = np.where(gone, "passed", "rides").astype(object)
+        passes = x + config.cell.belt.speed * config.duration > config.reach[1]
+        self._fates = np.where(passes, "passed", "rides").astype(object)
         self._lifted = set[int]()
 
     def after(self, info: Mapping[str, Any]) -> Iterator[str]:
@@ -108,42 +108,42 @@ class Books:
             yield f"robots work {busy.tolist()} of their time"
 
 
-def work(config: LineConfig, seed: int, most: int) -> tuple[list[str], int, bool]:
+def work(config: LineConfig, seed: int, limit: int) -> tuple[list[str], int, bool]:
     """Work one shift.
 
     Args:
         config: the line.
         seed: of the stream and of what is chosen.
-        most: decisions.
+        limit: largest number of decisions.
 
     Returns:
         What is wrong with the shift, how many decisions were taken, and whether it is over.
     """
-    finds, taken, over = list[str](), 0, False
+    finds, count, over = list[str](), 0, False
     try:
         with closing(gym.make("PnTLine-v0", level=config)) as env:
             began = time.monotonic()
             env.reset(seed=seed)
             finds += late("reset", began, RESET)
-            for said, ended in decisions(env.unwrapped, np.random.default_rng(seed), most):
-                finds, taken, over = finds + said, taken + 1, ended
+            for faults, ended in decisions(env.unwrapped, np.random.default_rng(seed), limit):
+                finds, count, over = finds + faults, count + 1, ended
     except PntGymError as error:
         finds.append(f"{type(error).__name__}: {error}")
-    return finds, taken, over
+    return finds, count, over
 
 
-def decisions(env: Any, random: np.random.Generator, most: int) -> Iterator[tuple[list[str], bool]]:
+def decisions(env: Any, random: np.random.Generator, limit: int) -> Iterator[tuple[list[str], bool]]:
     """What is wrong with each decision of a shift, and whether the shift is over."""
     books = Books(env.core.config, env.core.cell.stream.x[0])
     over, number, clock, used = False, 0, time.monotonic(), 0.0
-    while not over and number < most:
+    while not over and number < limit:
         number += 1
         observation, reward, _, over, info = env.step(int(choices(env.core.masks(), random, RULED_OUT)[0]))
         finds = [*no_numbers(observation, reward), *books.after(info), *(books.at_the_end(info) if over else ())]
         if number % 1000 == 0:
             finds += late("a thousand decisions", clock, THOUSAND)
             clock, used = time.monotonic(), used or memory()
-        if used and (over or number == most) and memory() - used > GROWTH:
+        if used and (over or number == limit) and memory() - used > GROWTH:
             finds.append(f"memory grew from {used:.0f} to {memory():.0f} MB within a shift")
         yield finds, bool(over)
 
@@ -153,7 +153,7 @@ def no_numbers(observation: Any, reward: Any) -> list[str]:
     return [] if np.isfinite(observation).all() and np.isfinite(reward).all() else ["a number is none"]
 
 
-def late(what: str, began: float, most: float) -> list[str]:
+def late(subject: str, began: float, limit: float) -> list[str]:
     """That something took too long, if it did."""
     seconds = time.monotonic() - began
-    return [] if seconds <= most else [f"{what} took {seconds:.0f} s, more than {most:.0f} s"]
+    return [] if seconds <= limit else [f"{subject} took {seconds:.0f} s, more than {limit:.0f} s"]

@@ -75,8 +75,8 @@ def crossings(offset: np.ndarray, half: np.ndarray, free: np.ndarray) -> np.ndar
     side = offset[rows, :, thin]
     beside = np.abs(offset) < half[:, None]
     beside[rows, :, thin] = True
-    here = beside.all(axis=-1) & free
-    return (side[:, 1:] * side[:, :-1] <= 0.0) & here[:, 1:] & here[:, :-1]
+    in_range = beside.all(axis=-1) & free
+    return (side[:, 1:] * side[:, :-1] <= 0.0) & in_range[:, 1:] & in_range[:, :-1]
 
 
 def through(core: Any, thrown: Any, flown: Any) -> str:

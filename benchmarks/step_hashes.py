@@ -80,29 +80,29 @@ def main() -> int:
     parser.add_argument("--against", type=Path, help="fingerprints of another code state")
     parser.add_argument("--env", choices=sorted(CASES), help="only this environment")
     args = parser.parse_args()
-    made: dict[str, dict[str, str]] = {}
+    hashes: dict[str, dict[str, str]] = {}
     for env_id, (levels, modes) in CASES.items():
         for level in levels if args.env in (None, env_id) else ():
             for mode in modes:
                 name = level if isinstance(level, str) else level["name"]
-                made[f"{env_id}/{name}/{mode}"] = fingerprints(env_id, level, mode)
+                hashes[f"{env_id}/{name}/{mode}"] = fingerprints(env_id, level, mode)
     if args.json:
-        write_json(args.json, {"version": pnt_gym.__version__, "made": made})
+        write_json(args.json, {"version": pnt_gym.__version__, "made": hashes})
     if not args.against:
         return 0
-    return compare(made, json.loads(args.against.read_text())["made"])
+    return compare(hashes, json.loads(args.against.read_text())["made"])
 
 
-def compare(made: dict[str, dict[str, str]], before: dict[str, dict[str, str]]) -> int:
+def compare(hashes: dict[str, dict[str, str]], before: dict[str, dict[str, str]]) -> int:
     """Say what differs, and which cases are not known of before; 1 if anything differs, else 0."""
-    known = [case for case in made if case in before]
+    common = [case for case in hashes if case in before]
     differences = [
         f"{case}: {', '.join(names)}"
-        for case in known
-        if (names := [n for n in sorted(made[case] | before[case]) if made[case].get(n) != before[case].get(n)])
+        for case in common
+        if (names := [n for n in sorted(hashes[case] | before[case]) if hashes[case].get(n) != before[case].get(n)])
     ]
-    print("\n".join(differences) or f"{len(known)} cases: all fingerprints are equal")
-    if new := [case for case in made if case not in before]:
+    print("\n".join(differences) or f"{len(common)} cases: all fingerprints are equal")
+    if new := [case for case in hashes if case not in before]:
         print(f"{len(new)} cases are not in the older file: {', '.join(new)}")
     return int(bool(differences))
 

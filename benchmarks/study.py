@@ -46,9 +46,9 @@ class Arguments:
     throws: Annotated[int | None, option("the plan's", "INT")] = None
     """Throws of each case, or work shifts."""
     seed: Annotated[int | None, option("the plan's", "INT")] = None
-    """Names what is thrown."""
+    """Seed of the thrown objects."""
     threads: int = 2
-    """Threads that simulate; results do not depend on it."""
+    """Threads of the simulation; results do not depend on this number."""
 
 
 def main(arguments: Arguments) -> None:
@@ -58,7 +58,7 @@ def main(arguments: Arguments) -> None:
     plan = read_study(Path(arguments.plan)) if arguments.plan.endswith(".yaml") else shipped_study(arguments.plan)
     throws = plan.throws if arguments.throws is None else arguments.throws
     seed = plan.seed if arguments.seed is None else arguments.seed
-    result = begun(arguments.json, head(plan, throws, seed))
+    result = load_progress(arguments.json, head(plan, throws, seed))
     for name, part in plan.parts.items():
         measure = measurement(part)
         for case in plan.cases(name):
@@ -75,16 +75,16 @@ def main(arguments: Arguments) -> None:
 def head(plan: StudyPlan, throws: int, seed: int) -> dict[str, Any]:
     """What rows depend on, as the file of a study begins."""
     cases = [case for name in plan.parts for case in plan.cases(name)]
-    made = json_text([cases, {name: part.measure for name, part in plan.parts.items()}, versions(), code_digest(CODE)])
+    basis = json_text([cases, {name: part.measure for name, part in plan.parts.items()}, versions(), code_digest(CODE)])
     about = {"study": plan.study, "version": pnt_gym.__version__, "seed": seed, "throws": throws}
-    return {**about, "digest": hashlib.sha256(made.encode()).hexdigest()}
+    return {**about, "digest": hashlib.sha256(basis.encode()).hexdigest()}
 
 
-def begun(path: Path | None, fresh: dict[str, Any]) -> dict[str, Any]:
+def load_progress(path: Path | None, fresh: dict[str, Any]) -> dict[str, Any]:
     """What the file holds of the same study, or nothing yet."""
-    held = read_json(path) if path is not None and path.exists() else {}
-    same = isinstance(held, dict) and {**fresh, "rows": held.get("rows")} == held
-    return held if same else {**fresh, "rows": []}
+    data = read_json(path) if path is not None and path.exists() else {}
+    is_same = isinstance(data, dict) and {**fresh, "rows": data.get("rows")} == data
+    return data if is_same else {**fresh, "rows": []}
 
 
 def measurement(part: Part) -> Callable[[dict[str, Any], Amount], Figures | Iterable[Figures]]:
@@ -96,8 +96,8 @@ def measurement(part: Part) -> Callable[[dict[str, Any], Amount], Figures | Iter
     module, _, name = part.measure.partition(".")
     folder = Path(__file__).with_name("studies")
     if not (folder / f"{module}.py").is_file():
-        known = ", ".join(sorted(path.stem for path in folder.glob("*.py")))
-        raise UsageError(f"measure is {part.measure!r}; modules of benchmarks/studies are {known}")
+        modules = ", ".join(sorted(path.stem for path in folder.glob("*.py")))
+        raise UsageError(f"measure is {part.measure!r}; modules of benchmarks/studies are {modules}")
     function = getattr(import_module(f"benchmarks.studies.{module}"), name, None)
     if function is None:
         raise UsageError(f"measure is {part.measure!r}; {module} has no function {name}")
@@ -129,10 +129,10 @@ def check_numbers(case: Case, rows: list[Figures]) -> None:
 
 def line(row: Figures) -> str:
     """One line for people: labels, then numbers."""
-    told = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in row.items()}
+    texts = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in row.items()}
     return "  ".join(
         f"{name} {value['value']:.4g}" if isinstance(value, dict) and "value" in value else f"{name} {value}"
-        for name, value in told.items()
+        for name, value in texts.items()
         if not isinstance(value, dict | list) or "value" in value
     )
 

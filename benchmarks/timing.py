@@ -101,7 +101,7 @@ def times_in_turn(timings: Iterable[Timing], options: Options) -> Times:
     return {place: turns[1:] for place, turns in times.items()}
 
 
-def nested(values: Mapping[Place, Any]) -> dict[str, Any]:
+def nest(values: Mapping[Place, Any]) -> dict[str, Any]:
     """Figures as JSON holds them."""
     root: dict[Any, Any] = {}
     for place, value in values.items():

@@ -44,10 +44,10 @@ class Trace:
     @property
     def files(self) -> Counter[str]:
         """Calls by file."""
-        found: Counter[str] = Counter()
+        calls_by_file: Counter[str] = Counter()
         for (file, _), calls in self.functions.items():
-            found[str(Path(file).relative_to(ROOT))] += calls
-        return found
+            calls_by_file[str(Path(file).relative_to(ROOT))] += calls
+        return calls_by_file
 
 
 def trace_step(env_id: str, level: str | None = None) -> Trace:

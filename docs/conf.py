@@ -18,6 +18,7 @@ version = release = pnt_gym.__version__
 
 extensions = [
     "docs.pages.made",
+    "docs.pages.breaks",
     "docs.pages.docstrings",
     "docs.pages.maths",
     "myst_nb",
@@ -45,6 +46,7 @@ autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 napoleon_use_rtype = False
 napoleon_use_ivar = True
+napoleon_attr_annotations = False  # the signature of a class has the types
 
 # No inventory of other projects is fetched, so only names of our own can be held to account, type variables aside.
 nitpicky = True

@@ -90,7 +90,7 @@ def frames(env_id: str, film: Film) -> Iterator[NDArray[np.uint8]]:
 
 
 def line_at_work() -> Iterator[NDArray[np.uint8]]:
-    """Frames of a line from the begin of a shift on."""
+    """Frames of a line from the beginning of a shift on."""
     env_id, level, name, seconds = LINE
     with closing(Stage(name, env_id, level, 0, throws="full")) as stage:
         stage.view.aim(Picture.of(2 * SIZE[0], 2 * SIZE[1], None))

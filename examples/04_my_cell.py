@@ -10,5 +10,6 @@ cell = {
     "limits": {"percent": [40]},
 }
 
-found = pnt_gym.evaluate("analytic", "PnTConveyor-v0", picks=32, level=cell)
-print(f"{found['sorted_per_min']:.1f} sorted a minute, {100 * found['success_rate']:.0f} % of {found['picks']} succeed")
+figures = pnt_gym.evaluate("analytic", "PnTConveyor-v0", picks=32, level=cell)
+pace, share = figures["sorted_per_min"], 100 * figures["success_rate"]
+print(f"{pace:.1f} sorted a minute, {share:.0f} % of {figures['picks']} succeed")

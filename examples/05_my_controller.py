@@ -22,11 +22,11 @@ class TwoCentimetresShorter:
     def learn(self, outcome):
         """Nothing: it knows already."""
 
-    def act(self, seen):
+    def act(self, observation):
         """One correction (N, 2) for each throw: along, across."""
-        return np.tile([-0.020 / ALONG, 0.0], (len(seen.features), 1))
+        return np.tile([-0.020 / ALONG, 0.0], (len(observation.features), 1))
 
 
 for policy in ("analytic", TwoCentimetresShorter):
-    found = pnt_gym.evaluate(policy, "PnTRelease-v0", picks=32, level="waste")
-    print(f"{found['controller']}: {1000 * found['landing_error_mean_m']:.0f} mm from the target on average")
+    figures = pnt_gym.evaluate(policy, "PnTRelease-v0", picks=32, level="waste")
+    print(f"{figures['controller']}: {1000 * figures['landing_error_mean_m']:.0f} mm from the target on average")

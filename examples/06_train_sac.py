@@ -16,5 +16,5 @@ model = SAC("MlpPolicy", env, gamma=0.0, learning_starts=100, policy_kwargs={"ne
 model.learn(throws)
 
 for policy in ("analytic", model):
-    found = pnt_gym.evaluate(policy, "PnTRelease-v0", picks=32, level="waste")
-    print(f"{found['controller']}: {1000 * found['landing_error_mean_m']:.0f} mm from the target on average")
+    figures = pnt_gym.evaluate(policy, "PnTRelease-v0", picks=32, level="waste")
+    print(f"{figures['controller']}: {1000 * figures['landing_error_mean_m']:.0f} mm from the target on average")

@@ -15,10 +15,10 @@ mean = nn.Sequential(nn.Linear(env.single_observation_space.shape[0], 64), nn.Ta
 nn.init.zeros_(mean[2].weight)  # begin with the planner's own throw
 nn.init.zeros_(mean[2].bias)
 optimizer = torch.optim.Adam(mean.parameters(), lr=3e-3)
-baseline, seen = None, torch.as_tensor(env.reset(seed=0)[0])
+baseline, observations = None, torch.as_tensor(env.reset(seed=0)[0])
 
 for update in range(updates):
-    policy = torch.distributions.Normal(mean(seen), 0.2)
+    policy = torch.distributions.Normal(mean(observations), 0.2)
     action = policy.sample()
     following, reward, _, _, info = env.step(action.clamp(-1, 1).numpy())
     reward = torch.as_tensor(reward, dtype=torch.float32)
@@ -27,6 +27,6 @@ for update in range(updates):
     optimizer.zero_grad()
     loss.backward()
     optimizer.step()
-    seen = torch.as_tensor(following)
+    observations = torch.as_tensor(following)
     if update % 5 == 4:
         print(f"after {(update + 1) * cells} throws: reward {baseline:.2f}, {info['is_success'].mean():.0%} succeed")

@@ -35,5 +35,5 @@ def regression(features):
 
 print(f"learned from {len(x)} of {len(thrown)} picks")
 for policy in ("analytic", regression):
-    found = pnt_gym.evaluate(policy, "PnTRelease-v0", picks=32, level="waste")
-    print(f"{found['controller']}: {1000 * found['landing_error_mean_m']:.0f} mm from the target on average")
+    figures = pnt_gym.evaluate(policy, "PnTRelease-v0", picks=32, level="waste")
+    print(f"{figures['controller']}: {1000 * figures['landing_error_mean_m']:.0f} mm from the target on average")

@@ -87,10 +87,10 @@ class Record:
         """The record with other columns by name; columns that were not read yet stay unread."""
         names = _column_names(self.__class__)
         assert columns.keys() <= names.keys(), f"{type(self).__name__} has no {sorted(columns.keys() - names.keys())}"
-        result = object.__new__(self.__class__)
-        state = result.__dict__
-        state.update([(name, value) for name, value in self.__dict__.items() if name in names or name in _UNREAD_STATE])
-        state.update(columns)
+        result, before = object.__new__(self.__class__), self.__dict__
+        for name in before.keys() & (names.keys() | _UNREAD_STATE):
+            result.__dict__[name] = before[name]
+        result.__dict__.update(columns)
         return result
 
     def overwrite(self, rows: Any, source: Self) -> None:
@@ -269,18 +269,18 @@ def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
 
 def _map_unread(change: Callable[..., Any], first: Record, *records: Any) -> Any:
     """A `Record` as of `_map_arrays`: packed if all records are packed, else with columns that are not read yet."""
-    states = [record.__dict__ for record in (first, *records)]
+    states = list(map(vars, (first, *records)))
     layout: Layout | None = states[0].get("_layout")
     if layout is not None and all(["_is_packed" in state and state["_layout"] is layout for state in states]):
         return _packed(first.__class__, change(*[state["_block"] for state in states]), layout)
 
     def read(name: str) -> Any:
-        return _map_arrays(change, getattr(first, name), *[getattr(record, name) for record in records])
+        return _map_arrays(change, *map(attrgetter(name), (first, *records)))
 
     return first.unread(read, max([state.get("_depth", 0) for state in states]) + 1)
 
 
-_UNREAD_STATE: Final = ("_block", "_layout", "_read", "_depth")
+_UNREAD_STATE: Final = frozenset(("_block", "_layout", "_read", "_depth"))
 
 
 def _packed(kind: type[RecordT], block: Floats, layout: Layout) -> RecordT:

@@ -250,7 +250,7 @@ def test_what_can_be_asked_for_is_named(env_class):
     assert all(f'"{name}"' in text for name in REQUEST_OPTIONS)
     assert "`reset_mask`" in text
     if env_class in CONVEYOR:
-        assert f"does not come in {MOST_DRAWS} draws" in text
+        assert f"no throw meets in {MOST_DRAWS} draws" in text
     named = set(re.findall(r"`(\w+)`", text))
     if env_class not in (OneJointThrowEnv, GripperTossEnv):
         assert named & set(env_class().core.cell.target_names)

@@ -11,7 +11,7 @@ import pytest
 
 import pnt_gym
 from benchmarks import fuzz, soak, soak_walls
-from benchmarks.fuzz_cases.cases import KINDS, SHARES, tried
+from benchmarks.fuzz_cases.cases import KINDS, SHARES, judge_case
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.line.config import LineConfig
@@ -27,7 +27,7 @@ SAMPLES = [*SAMPLE.items(), *((kind, 4 * count) for kind, count in SAMPLE.items(
 
 @pytest.mark.parametrize(("kind", "count"), with_nightly(SAMPLES, SAMPLES[: len(SAMPLE)]))
 def test_no_case_of_a_sample_is_a_find(kind: str, count: int) -> None:
-    assert {n: said for n in range(count) if (said := tried(kind, n)) is not None} == {}
+    assert {n: said for n in range(count) if (said := judge_case(kind, n)) is not None} == {}
 
 
 def test_a_case_is_known_by_its_number() -> None:
@@ -47,19 +47,19 @@ def raising(error: BaseException) -> Any:
 def test_what_must_not_be_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     numbers = range(12)
     # Environments are made once, and would notice themselves that what they see is no number.
-    assert not any(tried("action", n) for n in numbers)
+    assert not any(judge_case("action", n) for n in numbers)
     with monkeypatch.context() as patch:
         patch.setattr(Core, "step", raising(KeyError("x")))
-        assert any("KeyError" in (tried("action", n) or "") for n in numbers)
+        assert any("KeyError" in (judge_case("action", n) or "") for n in numbers)
     with monkeypatch.context() as patch:
         patch.setattr(Core, "observe", lambda self: np.full((self.count, *self.observation_space.shape), np.nan))
-        assert any("is no number" in (tried("action", n) or "") for n in numbers)
+        assert any("is no number" in (judge_case("action", n) or "") for n in numbers)
     with monkeypatch.context() as patch:
         patch.setattr(Core, "step", raising(PhysicsError("MuJoCo warned")))
-        assert any("taken, then PhysicsError" in (tried("level", n) or "") for n in numbers)
+        assert any("taken, then PhysicsError" in (judge_case("level", n) or "") for n in numbers)
     with monkeypatch.context() as patch:
         patch.setattr(ToyVectorEnv, "step", raising(RuntimeError("x")))
-        assert any("RuntimeError" in (tried("line", n) or "") for n in range(30))
+        assert any("RuntimeError" in (judge_case("line", n) or "") for n in range(30))
 
 
 def test_a_crash_and_a_hang_are_finds(tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_the_first_throw_of_a_level_decides(monkeypatch: pytest.MonkeyPatch) -> 
             form(level=level)
         form(level="waste")  # which ships
     monkeypatch.setattr("pnt_gym.cells.conveyor.cell.ConveyorCell.reward", lambda *_: {"landing": np.array([np.nan])})
-    with pytest.raises(ConfigError, match="level 'custom' gives results that are no numbers"):
+    with pytest.raises(ConfigError, match="level 'custom' gives results that are not finite"):
         form(level=level)
 
 
@@ -100,7 +100,7 @@ THROWN = {**soak.THROWN, "duration": 5.0}
     ("env_id", "level"), with_nightly([*SOAKED, ("PnTLine-v0", THROWN)], [SOAKED[0], ("PnTLine-v0", THROWN)])
 )
 def test_a_sample_of_the_soak(env_id: str, level: Any) -> None:
-    assert soak.soaked(env_id, level, 0) == []
+    assert soak.soak_round(env_id, level, 0) == []
 
 
 def test_every_level_of_a_line_is_soaked(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -123,7 +123,7 @@ def test_an_object_that_goes_through_a_wall_is_found(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(soak_walls, "tray_panels", lambda *given: (tray(*given)[0], tray(*given)[1] + [0, 0, 0.1]))
     monkeypatch.setattr(Pallet, "walls", property(in_the_way))
     monkeypatch.setattr(soak, "ACTIONS", (0.0,))
-    (said,) = soak.soaked(env_id, level, 0)
+    (said,) = soak.soak_round(env_id, level, 0)
     assert " went through " in said
 
 
@@ -138,7 +138,7 @@ def test_fast_centres_cross_and_flat_ones_dip() -> None:
 
 def test_a_soak_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(soak, "pairs", lambda: [("PnTRelease-v0", "ideal")])
-    monkeypatch.setattr(soak, "soaked", lambda *_: [])
+    monkeypatch.setattr(soak, "soak_round", lambda *_: [])
     assert 10.0 < soak.memory() < 1e5
     monkeypatch.setattr(soak, "memory", lambda: 100.0)
     for throws, rounds in ((100, 2), (100, 2), (300, 5)):
@@ -147,6 +147,6 @@ def test_a_soak_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyP
         )
         assert soak.main() == 0
         assert json.loads((tmp_path / "s.json").read_text())["rounds"] == rounds
-    monkeypatch.setattr(soak, "soaked", lambda *_: ["something"])
+    monkeypatch.setattr(soak, "soak_round", lambda *_: ["something"])
     monkeypatch.setattr(sys, "argv", ["soak", "throws", "--throws", "400", "--state", str(tmp_path / "s.json")])
     assert soak.main() == 1

@@ -41,7 +41,7 @@ def test_figures_are_times_of_an_item_rates_and_ratios_of_items(monkeypatch: pyt
         Timing(("ratio",), ("slow", 0), "x", count=2, over=("fast",)),
         Count(("seen",), lambda: {"now": clock.now, "level": "waste"}),
     ]
-    values = timing.nested(timing.figures(rows, Options()))
+    values = timing.nest(timing.figures(rows, Options()))
     assert values == {"slow": [2000.0, 6.0], "fast": 20.0, "ratio": 20.0, "seen": {"now": 30.0, "level": "waste"}}
 
 
@@ -77,7 +77,10 @@ def test_results_have_the_form_that_tables_read(
 
 
 def test_a_name_stands_for_all_cases_that_begin_so() -> None:
-    assert perf.chosen([]) == [*perf.CASES]
-    assert perf.chosen(["free_direction", "planner"]) == ["planner", *(f"free_direction/{p}" for p in (30, 40, 45))]
+    assert perf.select_cases([]) == [*perf.CASES]
+    assert perf.select_cases(["free_direction", "planner"]) == [
+        "planner",
+        *(f"free_direction/{p}" for p in (30, 40, 45)),
+    ]
     with pytest.raises(UsageError, match="unknown case 'one'; known are planner"):
-        perf.chosen(["one"])
+        perf.select_cases(["one"])

@@ -63,7 +63,7 @@ def test_a_tag_makes_no_number_of_other_text(text):
     ],
 )
 def test_a_key_that_stands_twice_is_refused_by_name_and_line(text, key, line):
-    with pytest.raises(ReadError, match=rf"key '{key}' stands twice: line {line} "):
+    with pytest.raises(ReadError, match=rf"key '{key}' is given twice: line {line} "):
         parsed_yaml(text)
 
 

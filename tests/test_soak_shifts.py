@@ -15,7 +15,7 @@ BRIEF: dict[str, Any] = {"base": "skills3", "duration": 15.0}
 
 
 def test_a_sample_of_the_soak_of_lines():
-    finds, summary = soak.soak_shifts(120, longest=90.0, most=80)
+    finds, summary = soak.soak_shifts(120, longest=90.0, limit=80)
     assert finds == []
     assert summary.startswith("120 decisions in ")
 

@@ -63,7 +63,7 @@ class Entry(Section):
     def _check(self) -> Self:
         names = ", ".join(NAMES)
         if self.controller in TRAINED and (self.also or self.online):
-            raise ValueError(f"entry {self.label!r}: also and online are not for {', '.join(TRAINED)}")
+            raise ValueError(f"entry {self.label!r}: `also` and `online` cannot be used with {', '.join(TRAINED)}")
         for name in self.also:
             if name not in NAMES:
                 raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {names}")
@@ -80,9 +80,11 @@ class Entry(Section):
                 "file, and a run folder"
             )
         if self.config is not None and self.controller not in TRAINED:
-            raise ValueError(f"entry {self.label!r}: config is for {', '.join(TRAINED)}")
+            raise ValueError(f"entry {self.label!r}: `config` can be used only with {', '.join(TRAINED)}")
         if self.controller not in RESIDUAL and (self.stack, self.over, self.fidelity) != (1, PLANNER, "full"):
-            raise ValueError(f"entry {self.label!r}: stack, over and fidelity are for {', '.join(RESIDUAL)}")
+            raise ValueError(
+                f"entry {self.label!r}: `stack`, `over` and `fidelity` can be used only with {', '.join(RESIDUAL)}"
+            )
         if not 1 <= self.stack <= MAX_STACK or self.over not in BASES:
             raise ValueError(
                 f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MAX_STACK} over "
@@ -92,7 +94,9 @@ class Entry(Section):
         if self.controller in (*PRETRAINED, SEARCHED) or self.online:
             return
         if (self.controller in LEARNERS) != all(t > 0 for t in self.throws):
-            raise ValueError(f"entry {self.label!r} with controller {self.controller!r} has throws {self.throws}")
+            valid = "a controller that learns needs numbers above 0"
+            valid = valid if self.controller in LEARNERS else "a controller that does not learn needs none"
+            raise ValueError(f"entry {self.label!r} of {self.controller!r} has throws {self.throws}; {valid}")
 
 
 def is_learned(name: str) -> bool:

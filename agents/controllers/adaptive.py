@@ -1,7 +1,7 @@
 """Controllers of a drifting cell: a static policy that knows the objects, and a tracker of the present shift of picks.
 
 Adaptive controllers see what every agent sees of `PnTAdapt-v0`: observations include the previous landing, and a share
-of 0 of the shift of picks marks the begin of a new one. They use no other information.
+of 0 of the shift of picks marks the beginning of a new one. They use no other information.
 """
 
 from __future__ import annotations
@@ -67,13 +67,13 @@ def has_feedback(core: Core) -> bool:
 
 
 def check_begins(env: Env, user: str) -> None:
-    """Check that the observations of an environment mark the begin of a shift of picks.
+    """Check that the observations of an environment mark the beginning of a shift of picks.
 
     Raises:
         UsageError: observations do not, so no controller there can forget the previous shift.
     """
     if not has_feedback(core_of(env)):
-        raise UsageError(f"{user} goes by where a shift begins, which observations here do not tell; use PnTAdapt-v0")
+        raise UsageError(f"{user} needs observations that mark the beginning of a shift; use PnTAdapt-v0")
 
 
 @final

@@ -102,7 +102,7 @@ def wrap_env(env: Env, arguments: Mapping[str, Any]) -> Env:
     """Environment as a policy sees it, wrapped by the `algo`, `stack` and `over` of a training.
 
     Raises:
-        UsageError: as for `make_wrapper`, or a recurrent policy whose observations do not mark the begin of a
+        UsageError: as for `make_wrapper`, or a recurrent policy whose observations do not mark the beginning of a
             shift.
     """
     if arguments["algo"] in RECURRENT:

@@ -88,7 +88,9 @@ class InContext(Tracker):
             self._network = None
             return
         if "memory_in_weight" not in state:
-            raise UsageError("what 'in_context' is to take over holds no network; practise it without drift")
+            raise UsageError(
+                "the saved state of 'in_context' holds no network; let 'in_context' practise without drift first"
+            )
         self._network = Recurrent.from_state(state)
         self._size = self._network.size
         self._memory = np.zeros((0, self._size))

@@ -79,7 +79,7 @@ def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
     """
     correction, core = _required_correction(name, env), core_of(env)
     if not has_feedback(core):
-        raise UsageError(f"controller {name!r} goes by what is told of the throw before; use --env PnTAdapt-v0")
+        raise UsageError(f"controller {name!r} needs observations of the previous landing; use --env PnTAdapt-v0")
     tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
     shipped = read_state(ADAPTIVE / f"{file}.npz")[1]
     return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)
@@ -103,7 +103,9 @@ def _shared_core(env: Env) -> Core:
     """Core of all rows, unless each row has its own."""
     core = core_of(env)
     if hasattr(env.unwrapped, "envs") and env.num_envs > 1:
-        raise UsageError("controller 'oracle' looks ahead in all cells at once; here each has its own: use 1 cell")
+        raise UsageError(
+            "controller 'oracle' simulates all cells at once, and these are stepped one by one: use 1 cell"
+        )
     return core
 
 

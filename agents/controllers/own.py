@@ -117,7 +117,7 @@ def load_trained(place: Path, env: Env, *, trust: bool = False) -> Controller:
     if files.statistics is None:
         return policy
     if not isinstance(policy, Policy):
-        raise UsageError(f"{label} is recurrent and its observations were normalised, which is not understood together")
+        raise UsageError(f"{label} is recurrent and takes normalised observations; only one of the two is supported")
     statistics = load_statistics(files.statistics, SameStepVecEnv(env))
 
     def act_on_normalised(features: NDArray[np.float32]) -> Any:

@@ -124,8 +124,8 @@ class OnPolicyRegression(Learner):
             shape = None
         if shape != (1, self._correction.count):
             raise UsageError(
-                f"what {self.name!r} learned does not fit: here an observation has {self._width} entries and a shift "
-                f"{self._correction.count} numbers"
+                f"the saved state of {self.name!r} does not fit: observations here have {self._width} entries, and "
+                f"shifts {self._correction.count} numbers"
             )
 
     def _fit(self) -> None:

@@ -38,4 +38,4 @@ def check_width(offset: Floats, correction: Correction, name: str) -> None:
     """
     count, required = offset.shape[1], correction.count
     if count != required:
-        raise UsageError(f"what {name!r} learned are shifts of {count} numbers; here they have {required}")
+        raise UsageError(f"the saved state of {name!r} holds shifts of {count} numbers; they must have {required} here")

@@ -44,7 +44,7 @@ def practice_steps(
         return practice or 0
     for name, file in (("load", load), ("save", save)):
         if file is not None:
-            raise UsageError(f"--{name}: controller {controller.name!r} learns nothing that could be kept")
+            raise UsageError(f"--{name}: controller {controller.name!r} learns nothing that could be saved")
     return 0
 
 
@@ -74,7 +74,7 @@ def load_state(controller: Learner, path: Path) -> None:
     except UsageError:
         raise
     except Exception:
-        raise UsageError(f"{str(path)!r} holds no state of {owner!r} that is understood here") from None
+        raise UsageError(f"{str(path)!r} holds no state of {owner!r} that this version can read") from None
 
 
 def compatible_names(controller: Learner) -> tuple[str, ...]:

@@ -128,7 +128,7 @@ class Kalman(Tracker):
 
     Args:
         camera_x: place where the camera sees objects [m].
-        prior: standard deviations at the begin of a shift, of delay [s], camera x and y [m] and encoder.
+        prior: standard deviations at the beginning of a shift, of delay [s], camera x and y [m] and encoder.
         walk: standard deviations of the change from pick to pick in the random walk.
         noise: standard deviation of the camera over the bins, along and across, by its data sheet [m].
     """

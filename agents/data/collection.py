@@ -34,6 +34,8 @@ MOST_CHUNK: Final = 2**31
 """Largest size of the arrays of a job [bytes]."""
 PARTS: Final = re.compile(r"\w+(?:/[\w .:-]+)*")
 """Names of the arrays of a job."""
+_INFO: Final = "told"
+"""Name of the info in the archives of a job; archives of stopped collections have it too."""
 _CODE: Final = (
     "pnt_gym/**/*.py",
     "pnt_gym/**/*.yaml",
@@ -161,8 +163,9 @@ def pack_episodes(episode_stream: Iterable[Episode]) -> bytes:
         "lengths": np.array([len(episode) for episode in whole]),
         "figures": np.array([json.dumps(episode.figures) for episode in whole]),
     }
-    for name in ("observations", "told", "hidden"):
-        arrays |= _join_arrays(name, [getattr(episode, name) for episode in whole])
+    arrays |= _join_arrays("observations", [episode.observations for episode in whole])
+    arrays |= _join_arrays(_INFO, [episode.info for episode in whole])
+    arrays |= _join_arrays("hidden", [episode.hidden for episode in whole])
     file = io.BytesIO()
     np.savez(file, **arrays)
     return file.getvalue()
@@ -180,7 +183,7 @@ def unpack_episodes(file: Path) -> Iterator[Episode]:
         np.split(arrays["actions"], throw_ends),
         np.split(arrays["rewards"], throw_ends),
         arrays["terminated"].tolist(),
-        _split_arrays("told", arrays, observation_ends, count),
+        _split_arrays(_INFO, arrays, observation_ends, count),
         _split_arrays("hidden", arrays, throw_ends, count),
         map(json.loads, arrays["figures"].tolist()),
     )

@@ -46,7 +46,7 @@ class Episode:
     """Rewards (T,)."""
     terminated: bool
     """Whether the last throw terminated the episode; otherwise the episode was truncated."""
-    told: Mapping[str, NDArray[Any]]
+    info: Mapping[str, NDArray[Any]]
     """Values of the environment's info by key (T + 1,): entry k + 1 belongs to throw k, and entry 0, before the first
     throw, is NaN. Values that a reset returns as well, such as `kind`, belong to the coming throw in every entry;
     arrays of several numbers have shape (T + 1, ...) and their own type."""
@@ -108,7 +108,7 @@ class _OpenEpisode:
             actions=np.stack(self.actions),
             rewards=np.array(self.rewards, dtype=np.float64),
             terminated=terminated,
-            told=_columns(self.infos, names=chain.from_iterable(self.infos[1:])),
+            info=_columns(self.infos, names=chain.from_iterable(self.infos[1:])),
             hidden=_columns(self.hidden, names=self.hidden[0]),
             figures=figures,
         )

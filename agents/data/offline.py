@@ -179,7 +179,7 @@ def write(
 
 def columns(episode: Episode) -> dict[str, list[str]]:
     """Names of the columns of the arrays `outcome` and `hidden` in `infos`; an array without columns is left out."""
-    outcome = [name for name, values in episode.told.items() if not _is_separate(name, values)]
+    outcome = [name for name, values in episode.info.items() if not _is_separate(name, values)]
     groups = {"outcome": outcome, "hidden": list(episode.hidden)}
     return {name: names for name, names in groups.items() if names}
 
@@ -203,7 +203,7 @@ def _add_figures(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> 
 
 def _buffer(episode: Episode) -> EpisodeBuffer:
     last = np.arange(len(episode)) == len(episode) - 1
-    infos = episode.told
+    infos = episode.info
     # Minari's info arrays have an entry for the reset, so the hidden values of throw k are entry k + 1, as its outcome.
     hidden = {name: np.concatenate([[np.nan], values]) for name, values in episode.hidden.items()}
     tables = {"outcome": infos, "hidden": hidden}

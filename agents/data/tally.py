@@ -48,7 +48,7 @@ class Tally:
         for episode in episodes:
             self.returns.append(float(episode.rewards.sum()))
             self.throws += len(episode)
-            columns = {**{name: values[1:] for name, values in episode.told.items()}, **episode.figures}
+            columns = {**{name: values[1:] for name, values in episode.info.items()}, **episode.figures}
             for name in columns.keys() & SHOWN.keys():
                 self.figures.setdefault(name, []).extend(np.ravel(columns[name]).tolist())
             yield episode

@@ -47,9 +47,16 @@ class UsageError(PntGymError):
     """A command line that asks for something impossible or that does not exist."""
 
 
-def option(default: str, metavar: str | None = None) -> Any:
-    """Help of an option whose default is None: the effect of the default, and the metavar of the value."""
-    return tyro.conf.arg(metavar=metavar, help_behavior_hint=f"(default: {default})")
+def option(default: str, metavar: str | None = None, text: str | None = None) -> Any:
+    """Help of an option whose default is None.
+
+    Args:
+        default: effect of the default.
+        metavar: metavar of the value.
+        text: help of more than one line, which tyro would break where the docstring of the option breaks; None for the
+            docstring.
+    """
+    return tyro.conf.arg(metavar=metavar, help=text, help_behavior_hint=f"(default: {default})")
 
 
 def run(

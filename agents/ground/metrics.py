@@ -117,6 +117,7 @@ def wilson(successes: int, throws: int) -> Interval:
         )
     z = NormalDist().inv_cdf(0.5 + CONFIDENCE / 2.0)
     rate = successes / throws
+    # The interval holds all rates p with |rate - p| <= z sqrt(p (1 - p) / throws), a quadratic in p.
     centre = (rate + z**2 / (2 * throws)) / (1.0 + z**2 / throws)
     half = z / (1.0 + z**2 / throws) * np.sqrt(rate * (1.0 - rate) / throws + z**2 / (4 * throws**2))
     # Rounding may put an end of the interval slightly beyond the rate at 0 and 1.
@@ -202,6 +203,7 @@ def rate_difference(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLik
     sa, ta, sb, tb = _columns(success_a=success_a, time_a=time_a, success_b=success_b, time_b=time_b)
 
     def rate(index: Ints | slice) -> Floats:
+        # Picks per second to picks per minute.
         return 60.0 * (sa[index].sum(-1) / ta[index].sum(-1) - sb[index].sum(-1) / tb[index].sum(-1))
 
     drawn = np.concatenate([rate(index) for index in _resamples(len(sa), 0)])

@@ -23,9 +23,11 @@ from . import metrics
 
 Summary = Mapping[str, Any]
 FIGURE: Final = re.compile(r"[^\w`]*\d")
-"""Begin of a figure, with any sign or bracket before its first digit."""
+"""Beginning of a figure, with any sign or bracket before its first digit."""
 MARKUP: Final = re.compile(r"(\\*)(\||<(?=[A-Za-z/!?])|\](?=[(\[:]))")
 """Characters that begin a tag, end a link's text or separate cells in Markdown, with the backslashes before them."""
+EMPHASIS: Final = re.compile(r"(?<![\w*])\*(\w[^*]*)\*(?![\w*])")
+"""Words between asterisks, as Markdown emphasises them."""
 NONE: Final = ("-", "")
 """Cells without a figure."""
 
@@ -89,8 +91,8 @@ def markdown_text(text: str) -> str:
 
 
 def html_text(text: str) -> str:
-    """Text as HTML with markup escaped; text between backticks becomes code."""
-    return re.sub("`([^`]+)`", r"<code>\1</code>", escape_html(text))
+    """Text as HTML with markup escaped; text between backticks becomes code, text between asterisks is emphasised."""
+    return EMPHASIS.sub(r"<em>\1</em>", re.sub("`([^`]+)`", r"<code>\1</code>", escape_html(text)))
 
 
 def console() -> Console:

@@ -73,7 +73,7 @@ def _on_cluster(
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
     # Without a limit Ray would repeat a job that is too large for every machine for ever.
     os.environ.setdefault("RAY_task_oom_retries", f"{RETRIES}")
-    import ray  # noqa: PLC0415 - of an extra
+    import ray  # noqa: PLC0415 # pyright: ignore[reportMissingImports] - of an extra
 
     for job in jobs:
         _serialise(job)

@@ -31,7 +31,9 @@ def evaluate(
     progress: Callable[[str, int], object] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
-    """Evaluate a policy on held-out objects; the figures and throws that `agents.evaluate --json` writes.
+    """Evaluate a policy on held-out objects; return the figures and throws that `agents.evaluate --json` writes.
+
+    A policy may be a function:
 
         def policy(observations):  # (N, D) to actions (N, A) within [-1, 1]; zero is the planner's own throw
             return np.zeros((len(observations), 2))
@@ -62,7 +64,7 @@ def evaluate(
     """
     at_least({"picks": picks, "seed": seed}, picks=1, seed=0)
     if options and not isinstance(env, str):
-        raise UsageError(f"{next(iter(options))} is settled by the environment; it goes with an id only")
+        raise UsageError(f"{next(iter(options))} cannot change an environment that is made already; give it with an id")
     cells = make_vector(env, **{"num_envs": NUM_ENVS, **options}) if isinstance(env, str) else as_vector(env)
     try:
         trial, tell = trial_of(cells), progress or (lambda name, count: None)

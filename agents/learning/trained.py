@@ -111,7 +111,7 @@ def _zoo(place: Path, inner: Path) -> TrainedPolicy:
     run_args, settings = _zoo_yaml(inner / "args.yml"), _zoo_yaml(inner / "config.yml")
     for name in REFUSED:
         if settings.get(name) not in (None, 1):
-            raise UsageError(f"the policy of {str(place)!r} was trained with {name}, which is not understood here")
+            raise UsageError(f"the policy of {str(place)!r} was trained with {name}, which is not supported")
     models = [place / f"{inner.name}.zip", place / "best_model.zip"]
     existing = [model for model in models if model.is_file()]
     if not existing:

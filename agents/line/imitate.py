@@ -45,8 +45,7 @@ class Arguments:
     shifts: int = 64
     """Shifts in which the planner's decisions are collected."""
     rounds: int = 2
-    """Rounds of collecting and fitting: the planner's decisions are carried out in the first round, the fitted scorer's
-    in each later one."""
+    """Rounds of collecting and fitting: the planner acts in the first round, the fitted scorer in later rounds."""
     hidden: tuple[int, ...] = (64, 64)
     """Widths of the scorer's layers."""
     seed: int = 0

@@ -35,8 +35,7 @@ class Arguments:
     recovery: float = 0.95
     """Recovery to reach: share of all objects that are sorted."""
     robots: tuple[int, ...] = (1, 2, 3, 4)
-    """Numbers of robots to try: the first robots of the level; further ones are copies of its last robot at equal
-    distances."""
+    """Numbers of robots to try; robots beyond those of the level are copies of its last, at equal distances."""
     speeds: Annotated[tuple[float, ...] | None, option("that of the level", "M/S ...")] = None
     """Belt speeds to try [m/s]; the number of objects per minute stays the same."""
     percents: Annotated[tuple[float, ...] | None, option("those of the level", "PERCENT ...")] = None
@@ -49,12 +48,12 @@ class Arguments:
     """Work shifts for each plan."""
     burst: Annotated[float | None, option("the level's own", "SHAPE")] = None
     """Shape of the gamma distribution of the gaps between objects: 1 is a Poisson process, less means bursts."""
-    down: Annotated[str | None, option("nobody", "ROBOT:MINUTES")] = None
-    """A robot that stands still from the middle of the shift, and for how many minutes."""
+    down: Annotated[str | None, option("no robot", "ROBOT:MINUTES")] = None
+    """Robot that stands still from the middle of the shift on, and the minutes for which the robot stands."""
     controller: str = "price"
     """The controller: one of fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam."""
     throws: int = 1000
-    """Throws in the full physics for a table of chances, where there is no table yet."""
+    """Throws in the full physics to count for a table of chances that does not exist yet."""
     seed: int = 0
     """Seed of the objects."""
     json: Annotated[Path | None, option("none", "FILE")] = None

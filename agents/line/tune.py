@@ -34,22 +34,25 @@ HEAD: Final = (
 )
 
 
+TUNABLE = (
+    "Controllers to tune. atc: its patience. price: its patience and share. beam and joint_beam: their price of time. "
+    "price_beam: its price of time and share. index: its weights, by evolution. guided_beam: its trust in its plans."
+)
+
+
 @dataclass(frozen=True)
 class Arguments:
     """Tune the settings of rules and planners of a line, on shifts that no evaluation sees."""
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
     """A shipped level's name or a YAML file; throws succeed by the level's table of chances."""
-    what: tuple[Tunable, ...] = field(default=("atc", "price"))
-    """Controllers to tune: patience of atc, patience and share of price, price of time of the beams, also the share of
-    price_beam, the weights of an index by evolution, or the trust of guided_beam in its plans."""
+    what: Annotated[tuple[Tunable, ...], tyro.conf.arg(help=TUNABLE)] = field(default=("atc", "price"))
     shifts: int = 64
     """Shifts for every setting; settings are kept only from 32 shifts on."""
     generations: int = 40
     """Generations of the search for an index."""
     go_on: bool = False
-    """Begin the search for an index at the level's shipped index instead of the ATC rule; give another --seed for other
-    shifts."""
+    """Begin the search at the level's shipped index, not at the ATC rule; give another --seed for other shifts."""
     seed: int = 0
     """Seed of the shifts."""
     out: Annotated[Path | None, option("configs/line_rules.yaml", "FILE.yaml")] = None

@@ -69,7 +69,7 @@ class Actor:
         return self.act_with_memory(observations, self.initial_memory(len(observations)))[0]
 
     def initial_memory(self, rows: int) -> Floats:
-        """Memory of rows at the begin of a shift (N, 2, H); H is 0 without an LSTM."""
+        """Memory of rows at the beginning of a shift (N, 2, H); H is 0 without an LSTM."""
         return np.zeros((rows, 2, 0 if self.lstm is None else self.lstm.size))
 
     def act_with_memory(self, observations: NDArray[Any], memory: Floats) -> tuple[Array, Floats]:

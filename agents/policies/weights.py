@@ -33,9 +33,9 @@ def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
     plain = recurrent is None or _is_plain(recurrent)
     if full != {torch.nn.Linear} or not activations or not plain or not isinstance(space, Box) or len(space.shape) != 1:
         raise UsageError(
-            "the policy cannot be kept as numbers: it must take an observation in one vector, through full layers "
-            f"(net_arch), with activation_fn one of {', '.join(ACTIVATIONS)} of nn, a recurrent one "
-            "through one plain LSTM before them"
+            "the policy cannot be saved as arrays: its observation must be one vector, and its layers fully connected "
+            f"(net_arch) with activation_fn one of {', '.join(ACTIVATIONS)} of torch.nn; a recurrent policy "
+            "needs one plain LSTM before these layers"
         )
     lstm = None if recurrent is None else Lstm.from_torch(recurrent)
     layers = layers_from_torch(tensor for step in steps[::2] for tensor in (step.weight, step.bias))

@@ -58,8 +58,8 @@ def check_model(folder: Path) -> None:
     stored, rebuilt = (policy.numbers for policy in (run.load_policy(), actor_of(run.load_model())))
     if stored.keys() != rebuilt.keys() or not all(np.array_equal(stored[name], rebuilt[name]) for name in stored):
         raise UsageError(
-            f"run folder {str(folder)!r} is damaged: {runs.POLICY} and {runs.MODEL} are not of the same throw; "
-            "training that goes on with --resume mends it"
+            f"run folder {str(folder)!r} is damaged: {runs.POLICY} and {runs.MODEL} are from different moments of "
+            "the training; continue it with --resume to write both anew"
         )
 
 
@@ -70,9 +70,7 @@ def check_graph(run_args: Mapping[str, Any]) -> None:
         UsageError: the policy is recurrent, or is added to a base controller.
     """
     if run_args["algo"] in RECURRENT:
-        raise UsageError(
-            f"a policy of {run_args['algo']} remembers, which policy.onnx has no place for; give --no-onnx"
-        )
+        raise UsageError(f"a policy of {run_args['algo']} has a memory, which policy.onnx cannot hold; give --no-onnx")
     if run_args["over"] != PLANNER:
         raise UsageError(f"policy.onnx would lack the controller {run_args['over']!r} under the policy; give --no-onnx")
 

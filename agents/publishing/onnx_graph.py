@@ -201,7 +201,7 @@ def _check_choices(model: Any, policy: Actor | Scorer) -> None:
         # Only between nearly equal scores may rounding change the choice.
         lost = np.take_along_axis(scores[rows], np.stack([action, expected[rows]], axis=1), axis=1)
         if not (differences <= PARITY).all() or (np.abs(np.diff(lost)) > PARITY * np.ptp(scores)).any():
-            raise UsageError("the ONNX graph chooses otherwise than the policy")
+            raise UsageError("the ONNX graph does not choose as the policy does")
 
 
 def _check_parity(model: Any, actor: Actor) -> None:
@@ -213,6 +213,6 @@ def _check_parity(model: Any, actor: Actor) -> None:
     )
     if not (differences <= PARITY).all():
         raise UsageError(
-            f"the ONNX graph acts otherwise than the policy, by {differences.max():.2g} of the range of an action; "
-            f"at most {PARITY:g} is rounding"
+            f"the ONNX graph differs from the policy by {differences.max():.2g} of the range of an action; at most "
+            f"{PARITY:g} is rounding"
         )

@@ -9,12 +9,13 @@ from typing import Any
 
 from ..ground.cli import UsageError, run
 from ..ground.drawings import svg
-from ..ground.files import check_form, lock_folder, read_json
+from ..ground.files import check_form, lock_folder
 from ..ground.outputs import deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
 from ..reproduce.grids import plain
 from .blocks import rewrite_blocks
+from .contents import read_results
 from .kinds import kind_of
 from .methods import methods_figures
 from .page import Chapter, html_page, index_page, sections, tables_page
@@ -31,7 +32,7 @@ class Arguments:
     results: Path = MADE / "results"
     """Folder of the results."""
     readme: Path = MADE / "README.md"
-    """README whose marked tables are written anew; so are those of the pages of results."""
+    """README whose marked tables are written anew, as are the tables of the pages of results."""
 
 
 INDEX = "README.md"
@@ -91,7 +92,7 @@ def read_chapters(results: Path) -> list[Chapter]:
     Raises:
         UsageError: a file is not valid JSON, or holds other things than its keys promise.
     """
-    files = ((path, read_json(path)) for path in sorted(results.glob("*.json")))
+    files = ((path, read_results(path)) for path in sorted(results.glob("*.json")))
     chapters: list[Chapter] = []
     for path, data in files:
         with check_form(path):

@@ -37,7 +37,7 @@ class NoAnswer(LookupError):
 
 def learning(results: Results) -> str:
     """What the best learner adds to the analytic planner, and the fewest throws that bring nearly as much."""
-    data = results["benchmark"]
+    data = _benchmark(results, "benchmark")
     level, rows = first_level(data)
     planner = _row(rows, "analytic")
     learned = _learner_rows(rows)
@@ -54,11 +54,13 @@ def learning(results: Results) -> str:
 
 def drift(results: Results) -> str:
     """What drift adds to the landing error of a static policy, and which share of it the best controller removes."""
-    data = results["benchmark_adapt"]
+    data = _benchmark(results, "benchmark_adapt")
     level, rows = first_level(data)
     static, oracle = _row(rows, "static"), _row(rows, "oracle_drift")
     calm = next((row for row in data["table"] if row["label"] == "static" and row["level"] != level), None)
     adapting = [row for row in _learner_rows(rows) if row["controller"] not in ("static", "oracle_drift")]
+    if not adapting:
+        raise NoAnswer("no controller adapts")
     winner = min(adapting, key=_error)
     share = (_error(static) - _error(winner)) / (_error(static) - _error(oracle))
     without = "" if calm is None else f", against {1000 * _error(calm):.1f} mm without drift"
@@ -71,7 +73,7 @@ def drift(results: Results) -> str:
 
 def order(results: Results) -> str:
     """What the best order is worth over first in, first out, on the levels where the gain is least and largest."""
-    data = results["benchmark_line"]
+    data = _benchmark(results, "benchmark_line")
     gains = [level_gain for level in data["plan"]["levels"] if (level_gain := _gain_on(data, level)) is not None]
     if not gains:
         raise NoAnswer("no level has first in, first out and a rule to compare with")
@@ -84,7 +86,7 @@ def order(results: Results) -> str:
 
 def losses(results: Results) -> str:
     """How many picks of the planner and of the best learner end in their bin, and where the others end."""
-    data = results["benchmark"]
+    data = _benchmark(results, "benchmark")
     level, rows = first_level(data)
     winner = max(_learner_rows(rows), key=_pace)
     return (
@@ -96,11 +98,10 @@ def losses(results: Results) -> str:
 
 def sorter(results: Results) -> str:
     """What failed picks, wrong classes and full bins cost the shipped policy in sorted objects per minute."""
-    data = results["judged"]
-    cases = {row["case"]: row for row in data["rows"] if row["level"] == "boxes" and row["controller"] != PLANNER}
-    whole = cases.pop("nothing fails")
+    data = _study(results, "judged")
+    cases = {row.get("case"): row for row in data["rows"] if row.get("controller") != PLANNER and _is_boxes(row)}
+    whole, honest = _case(cases, "nothing fails"), _case(cases, "the honest cell")
     costs = [f"{_pace(row) - _pace(whole):+.1f} ({case})" for case, row in cases.items() if case in EFFECTS]
-    honest = cases["the honest cell"]
     return (
         f"With six fixed bins by material, the shipped policy sorts {_pace(whole):.1f} objects a minute where nothing "
         f"fails: {', '.join(costs)}. With every effect of `waste` it sorts {_pace(honest):.1f}, with a purity of "
@@ -111,22 +112,26 @@ def sorter(results: Results) -> str:
 
 def cup(results: Results) -> str:
     """What the cup loses without care on each level, and what a safety of the grip costs."""
-    rows = results["grip"]["rows"]
+    data = _study(results, "grip")
+    rows = [row for row in data["rows"] if "safety" in row]
+    waste = {row["safety"]: row for row in rows if row.get("level") == "waste"}
+    plain, careful = _case(waste, None), _case(waste, SAFETY)
     lost = [f"{100 * row['dropped_of_picked']:.1f} % on `{row['level']}`" for row in rows if row["safety"] is None]
-    waste = {row["safety"]: row for row in rows if row["level"] == "waste"}
-    plain, careful = waste[None], waste[SAFETY]
     return (
         f"Of the objects that were picked, the cup loses {', '.join(lost)} when the planner takes no care. On `waste`, "
         f"throws slowed to a grip margin of {SAFETY} lose {100 * careful['dropped_of_picked']:.1f} %. Sorted per "
         f"minute are {_pace(careful):.1f} then, and {_pace(plain):.1f} without care. A row has "
-        f"{results['grip']['throws']} picks."
+        f"{data['throws']} picks."
     )
 
 
 def methods(results: Results) -> str:
     """What each way to the bin sorts per minute on one level at one share of the robot's limits."""
-    data = results["methods"]
-    rows = [row for row in data["rows"] if row["part"] == "belt" and (row["level"], row["percent"]) == METHODS_AT]
+    data = _study(results, "methods")
+    rows = [row for row in data["rows"] if (row.get("level"), row.get("percent")) == METHODS_AT]
+    rows = [row for row in rows if row["part"] == "belt"]
+    if not rows:
+        raise NoAnswer("no method at these limits")
     ordered = sorted((row for row in rows if "sorted_per_min" in row), key=_pace, reverse=True)
     paces = [f"{row['planner'].replace('_', ' ')} {_pace(row):.1f}" for row in ordered]
     level, percent = METHODS_AT
@@ -138,7 +143,10 @@ def methods(results: Results) -> str:
 
 def flight(results: Results) -> str:
     """How far the same throws land apart in flights and in full physics, and how often their success differs."""
-    rows = results["fidelity"]["rows"]
+    data = _study(results, "fidelity")
+    rows = [row for row in data["rows"] if {"landing_p95_m", "success_differs"} <= set(row)]
+    if not rows:
+        raise NoAnswer("no flights beside full physics")
     farthest = max(rows, key=lambda row: row["landing_p95_m"])
     differs = max(rows, key=lambda row: row["success_differs"])
     near = sorted(row["landing_p95_m"] for row in rows)[len(rows) // 2]
@@ -146,7 +154,7 @@ def flight(results: Results) -> str:
         f"The same throw lands less than {1000 * near:.1f} mm apart in 95 % of the cases on half of the levels, and "
         f"less than {1000 * farthest['landing_p95_m']:.1f} mm on `{farthest['level']}`, where the two differ most. "
         f"Success differs in at most {100 * differs['success_differs']:.1f} % of the throws (`{differs['level']}`); "
-        f"{results['fidelity']['throws']} throws a level."
+        f"{data['throws']} throws a level."
     )
 
 
@@ -160,8 +168,8 @@ def papers(results: Results) -> str:
         for paper, counts in verdict_counts(record).items()
     ]
     return (
-        f"Reproduced within a tolerance that stands beside each: {', '.join(sentences)}. Every figure that differs is "
-        "listed."
+        f"Reproduced within a tolerance that stands beside each: {', '.join(sentences)}; every other figure is listed "
+        "with its verdict."
     )
 
 
@@ -203,14 +211,54 @@ class _Gain(NamedTuple):
 
 
 def _gain_on(data: Data, level: str) -> _Gain | None:
-    """The gain on one level; None where the plan has no first in, first out."""
-    rows = rows_of(data, [level])
+    """The gain on one level; None where the plan has no first in, first out, or no work shifts."""
+    rows = [row for row in rows_of(data, [level]) if "shifts" in row]
     first, blind, top = best(rows, (FIRST,)), best(rows, CLASS_BLIND), best(rows)
     if first is None or blind is None or top is None:
         return None
     share = value(top).mean() / value(first).mean() - 1.0
     text = f"{gain(value(top), value(first))} on `{level}` (`{name_of(top)}`)"
     return _Gain(float(share), text, f"{gain(value(blind), value(first))} (`{blind['label']}`)")
+
+
+def _benchmark(results: Results, name: str) -> Data:
+    """A benchmark's results.
+
+    Raises:
+        NoAnswer: the file of this name holds other results, such as those of a study.
+    """
+    return _with_keys(results[name], "plan", "table", "comparisons")
+
+
+def _study(results: Results, name: str) -> Data:
+    """A study's results.
+
+    Raises:
+        NoAnswer: the file of this name holds other results, such as those of a benchmark.
+    """
+    return _with_keys(results[name], "rows", "throws")
+
+
+def _with_keys(data: Data, *names: str) -> Data:
+    if not set(names) <= set(data):
+        raise NoAnswer(f"no keys {', '.join(names)}")
+    return data
+
+
+def _is_boxes(row: Data) -> bool:
+    """Whether a row of the study `judged` is of the cell with six fixed bins."""
+    return row.get("level") == "boxes"
+
+
+def _case(rows: Mapping[Any, Data], case: object) -> Data:
+    """The row of a case of a study.
+
+    Raises:
+        NoAnswer: the study lacks the case.
+    """
+    if case not in rows:
+        raise NoAnswer(f"no case {case!r}")
+    return rows[case]
 
 
 def _row(rows: Sequence[Data], label: str) -> Data:
@@ -239,12 +287,23 @@ def _learner_rows(rows: Sequence[Data]) -> list[Data]:
 
 def _pace(row: Data) -> float:
     """Sorted objects per minute."""
-    return float(row["sorted_per_min"])
+    return _number(row, "sorted_per_min")
 
 
 def _error(row: Data) -> float:
     """Mean landing error [m]."""
-    return float(row["landing_error_mean_m"])
+    return _number(row, "landing_error_mean_m")
+
+
+def _number(row: Data, name: str) -> float:
+    """A figure of a row.
+
+    Raises:
+        NoAnswer: the plan does not measure the figure.
+    """
+    if name not in row:
+        raise NoAnswer(f"no figure {name!r}")
+    return float(row[name])
 
 
 def _after(row: Data) -> str:

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from ..ground.cli import UsageError
-from ..ground.files import check_form, read_json
+from ..ground.files import check_form
 from ..ground.outputs import deliver_text
 from ..ground.tables import Grid, markdown_text
+from .contents import read_results
 from .headline import headline_failures, headline_table
 from .line import gains_table, line_table, seeds_table
 from .questions import QUESTIONS
@@ -82,7 +83,7 @@ def _table(name: str, results: Path) -> Grid:
     if name in tables:
         file, make_table = tables[name]
         with check_form(results / file):
-            return make_table(read_json(results / file))
+            return make_table(read_results(results / file))
     grid = reproduced_table(results, name) if "/" in name else None
     if grid is None:
         raise UsageError(f"no table {name!r} for a document; known are {', '.join(tables)}, and PAPER/TABLE")

@@ -11,7 +11,7 @@ from ..ground.tables import Grid
 from ..judging.record import Figure
 from .figures import Measure, learning_curves, line_figures, throw_figures
 from .line import line_grids
-from .tables import benchmark_grids, comparison_table, conditions, other_levels, side_by_side
+from .tables import benchmark_grids, comparison_table, conditions, other_level_tables, side_by_side
 
 Data = Mapping[str, Any]
 BEFORE: Final = {"PnTLine-v0": "work_shifts"}
@@ -37,7 +37,7 @@ def usual_grids(data: Data) -> list[Grid]:
     note = conditions(data, f"{data['table'][0]['count']} held-out {data['unit']}", "95 % intervals")
     grids = [
         side_by_side("Every controller on the same held-out tasks", data, levels, columns, note, who),
-        side_by_side("Further levels", data, other_levels(data), columns, "", who),
+        *other_level_tables(data, columns, who),
         *(comparison_table(data, level, _figures(data)) for level in levels),
     ]
     return [grid for grid in grids if grid.rows]

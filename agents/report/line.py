@@ -14,7 +14,7 @@ from ..ground import metrics
 from ..ground.drawings import COLOURS, Figure, dress, tile_panels
 from ..ground.tables import Grid, percent
 from ..judging.work_shifts.record import ShiftRecord
-from .tables import comparison_table, conditions, name_of, other_levels, rows_of, side_by_side, who
+from .tables import comparison_table, conditions, name_of, other_level_tables, rows_of, side_by_side, who
 
 Data = Mapping[str, Any]
 WHO: Final = ("controller", "decisions to learn")
@@ -35,8 +35,7 @@ AGAINST: Final[Mapping[str, tuple[str, ...]]] = {
 
 def line_grids(data: Data) -> list[Grid]:
     """Every table of a benchmark of lines."""
-    grids = [line_table(data), side_by_side("Further levels", data, other_levels(data), COLUMNS, "", WHO)]
-    grids += [gains_table(data), seeds_table(data)]
+    grids = [line_table(data), *other_level_tables(data, COLUMNS, WHO), gains_table(data), seeds_table(data)]
     for level in data["plan"]["levels"]:
         grids += [
             comparison_table(data, level, ShiftRecord.figures),
@@ -76,7 +75,10 @@ def gains_table(data: Data) -> Grid:
             ]
         )
     header = ["level", "best class-blind rule over `fifo`", "best of all over `fifo`", "and over that rule"]
-    note = "Gains of means, shift by shift, with 95 % intervals; who is best is told by the same shifts."
+    note = (
+        "Gains in mean value per minute on the same shifts, with 95 % intervals; the best controller is chosen by "
+        "these shifts."
+    )
     return Grid("What the order is worth", [*header, "best learned over best planner"], rows, note)
 
 
@@ -93,9 +95,14 @@ def seeds_table(data: Data) -> Grid:
             against = [_against(ends[0], reference, named) for reference, named in references]
             value_text = f"{row['value_per_min']:.1f} ({low:.1f}..{high:.1f})"
             rows.append([f"`{level}`", f"`{name_of(row)}`", str(len(ends)), value_text, *against])
-    header = ["level", "who learned", "seeds", "value/min, mean (worst..best seed)"]
+    header = ["level", "learner", "seeds", "value/min, mean (worst..best seed)"]
     against = [f"worst seed over {reference_name}" for reference_name in AGAINST]
-    return Grid("Learned, in several seeds", [*header, *against], rows, "Paired by shift, 95 % intervals.")
+    return Grid(
+        "Learned, in several seeds",
+        [*header, *against],
+        rows,
+        "Gains on the same shifts, with 95 % intervals; *worst seed*: the seed of the learning with the least value.",
+    )
 
 
 def _against(values: Floats, reference: Data | None, named: bool) -> str:
@@ -118,8 +125,11 @@ def figures_table(data: Data, level: str) -> Grid:
         ]
         for row in rows_of(data, [level])
     ]
-    header = ["sorted/min", "recovery", "recovery of value", "purity", "picks that held", "robots at work"]
-    note = "Purity: share of what lies in bins that belongs there. Robots at work, upstream first, are not waiting."
+    header = ["sorted/min", "recovery", "recovery of value", "purity", "picks that sealed", "robots at work"]
+    note = (
+        "*Purity*: share of the objects in bins that belong there. *Robots at work*: shares of the shift in which "
+        "robots do not wait, upstream first."
+    )
     header = [*WHO, "shifts", *header, "ms/decision"]
     return Grid(f"What a line is judged by, level {level}", header, rows, note)
 

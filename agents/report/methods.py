@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from ..ground.drawings import COLOURS, Axes, Figure, dress, svg, tile_panels
 from .study_plan import shipped_study
 
 Data = Mapping[str, Any]
@@ -17,6 +17,8 @@ ACROSS: Final = {
 }
 """What panels are drawn over, and what the axis is called."""
 METHOD: Final = "planner"
+IN_A_ROW: Final = 3
+"""Panels side by side."""
 
 
 def methods_figures(data: Data) -> dict[str, str]:
@@ -29,11 +31,11 @@ def methods_figure(data: Data) -> Figure:
     panels: dict[str, list[Data]] = {}
     for row in data["rows"]:
         panels.setdefault(f"level {row['level']}" if "level" in row else row["part"], []).append(row)
-    figure, axes = subplots(1, len(panels), (4.2 * len(panels), 3.6), sharey=True)
+    figure, axes = tile_panels(len(panels), IN_A_ROW, (4.2, 3.2), sharey=True)
     for panel, (title, rows) in zip(axes, panels.items(), strict=True):
         name = next(name for name in ACROSS if name in rows[0])
         _lines(panel, rows, name)
-        dress(panel, ACROSS[name], "sorted per minute" if panel is axes[0] else "", title)
+        dress(panel, ACROSS[name], "sorted per minute" if panel in axes[::IN_A_ROW] else "", title)
     axes[0].set_ylim(bottom=0.0)
     axes[0].legend(fontsize=8, loc="upper left")
     return figure

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import final
 
 from ..ground.tables import Grid, html_text, markdown_text
+from .captions import caption
 from .questions import QUESTIONS, Question
 
 TEMPLATE = Path(__file__).with_name("page.html")
@@ -89,6 +90,7 @@ def html_page(parts: Sequence[Section]) -> str:
 
     environment = Environment(autoescape=True, trim_blocks=True)
     environment.filters["text"] = html_text
+    environment.filters["caption"] = caption
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     return template.render(sections=parts, opening=OPENING) + "\n"
 
@@ -103,7 +105,7 @@ def index_page(parts: Sequence[Section]) -> str:
         links = dict.fromkeys(
             f"[{markdown_text(chapter.title)}](tables/{chapter.name}.md)" for chapter in section.chapters
         )
-        lines += [f"Every table: {', '.join(links)}.", ""] if links else []
+        lines += [f"Tables: {', '.join(links)}", ""] if links else []
     return "\n".join([*lines, "`python -m agents.report` writes these pages from the JSON files beside them.", ""])
 
 
@@ -112,8 +114,10 @@ def tables_page(chapter: Chapter) -> str:
     lines = [f"# {markdown_text(chapter.title)}", ""]
     lines += [markdown_text(chapter.note), ""] if chapter.note else []
     for grid in chapter.parts:
-        lines += [f"## {markdown_text(grid.headline)}", "", grid.markdown(), ""]
+        lines += [f"## {markdown_text(grid.headline)}", ""] if grid.headline != chapter.title else []
+        lines += [grid.markdown(), ""]
         lines += [markdown_text(grid.note), ""] if grid.note else []
+    lines += ["## Pictures", ""] if chapter.figures else []
     for name in chapter.figures:
-        lines += [f"![{Path(name).stem.replace('_', ' ')}](../figures/{name})", ""]
+        lines += [caption(name), "", f"![{caption(name)}](../figures/{name})", ""]
     return "\n".join(lines)

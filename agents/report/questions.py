@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, final
 
 from ..ground.drawings import Figure
-from ..ground.files import check_form, read_json
+from ..ground.files import check_form
 from . import answers, pictures
+from .contents import read_results
 
 Results = Mapping[str, Any]
 """Contents of files of results by name, without ".json"."""
@@ -47,7 +48,7 @@ class Question(NamedTuple):
         files = {name: folder / f"{name}.json" for name in self.sources}
         if not all(path.is_file() for path in files.values()):
             return None
-        return {name: read_json(path) for name, path in files.items()}
+        return {name: read_results(path) for name, path in files.items()}
 
     def answered(self, folder: Path) -> str | None:
         """The answer from the results in a folder; None where a source is missing, or of another plan."""
@@ -90,7 +91,7 @@ QUESTIONS: Final = (
         command="python -m agents.benchmark --config configs/benchmark_adapt.yaml",
         chapters={
             "benchmark_adapt": "Every controller under every drift",
-            "adaptation": "Cameras and unknown kinds",
+            "adaptation": "Cameras and new kinds of items",
         },
     ),
     Question(
@@ -102,7 +103,7 @@ QUESTIONS: Final = (
         command="python -m agents.benchmark --config configs/benchmark_line.yaml",
         chapters={
             "benchmark_line": "Every controller on every line",
-            "line": "Tables of throws against real throws",
+            "line": "Throws by table and simulated throws",
             "dispatch": "Rules at one robot",
         },
     ),

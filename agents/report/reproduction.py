@@ -10,9 +10,9 @@ from typing import Any, Final
 from pnt_gym.errors import one_sentence
 
 from ..ground.cli import UsageError
-from ..ground.files import read_json
 from ..ground.tables import Grid
 from ..reproduce.record import Record, all_grids, overview_grids, verdicts
+from .contents import read_results
 from .page import Chapter
 
 USED: Final = ("python", "pnt_gym", "mujoco", "numpy", "scipy", "casadi")
@@ -41,7 +41,7 @@ def table(results: Path, name: str) -> Grid | None:
     Raises:
         UsageError: nothing was reproduced yet, or by an older version.
     """
-    record = read_json(results / FILE)
+    record = read_results(results / FILE)
     _check_version(record)
     paper, _, table_name = name.partition("/")
     return overview_grids(record, paper).get(table_name) if paper in record["papers"] else None

@@ -51,7 +51,7 @@ def environment_table(data: Data) -> Grid:
     note = (
         f"Steps of {1000 * data['timestep']:g} ms, {data['cpus']} cores. Bare physics is "
         "`Batch.rollout` of the same steps with the same controls in the same run. A single environment spends most of "
-        "its step in the same physics, so what a vector of them can gain is the cores plus the planning shared."
+        "its step in the same physics, so a vector of environments gains further cores and shared planning alone."
     )
     return Grid("Throws per second", header, rows, note)
 

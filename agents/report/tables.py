@@ -24,13 +24,14 @@ FAILED = {
 """Outcomes, and what they are called."""
 USUAL = ("share_missed", "share_rim", "share_recontact")
 """Those that every table has."""
-SHARES = {"recovery": "recovery", "purity": "purity", "pick_rate": "picks that held", "drop_rate": "lost on the way"}
+SHARES = {"recovery": "recovery", "purity": "purity", "pick_rate": "picks that sealed", "drop_rate": "lost on the way"}
 """Shares by which a sorter is judged, where its cell tells them."""
 
 
 def benchmark_grids(data: Data) -> list[Grid]:
     """Every table of a benchmark."""
-    grids = [benchmark_table(data), other_levels_table(data)]
+    columns = {name: show for name, show in FIGURES.items() if name != "x floor"}
+    grids = [benchmark_table(data), *other_level_tables(data, columns)]
     grids += [shift_table(data)] if is_of_shifts(data) else []
     for level in data["plan"]["levels"]:
         grids += [
@@ -75,8 +76,9 @@ def shift_table(data: Data) -> Grid:
     ]
     header = ["level", *WHO, "shifts", "landing error", "first 10 throws", "second half", "over static", "under 30 mm"]
     note = (
-        "Over static: the error over that of the level's static policy, the one that has learned from as many throws "
-        "where there are two. Controllers without a number of throws ship pre-trained, learn online, or do not learn."
+        "*Over static*: the landing error divided by that of the level's static policy; of two static policies, that "
+        "which has learned from as many throws. *First 10 throws* and *second half*: mean landing errors in these "
+        "parts of a shift. Controllers without a number of throws ship pre-trained, learn online, or do not learn."
     )
     return Grid("What adapting is worth", header, rows, note)
 
@@ -90,8 +92,8 @@ def _over(row: Data, static: Mapping[tuple[str, int], Data]) -> str:
 
 def _conditions(data: Data) -> str:
     meaning = (
-        "errors are of what was thrown, success is of all picks, failed ones and drops included; "
-        "x floor is the error over that of a large network trained on very many throws"
+        "errors are of thrown objects; success is a share of all picks, failed picks and dropped objects included; "
+        "*x floor* is the error divided by that of a large network trained on very many throws"
     )
     other_counts = ", ".join(f"{count} on {level}" for level, count in data["plan"].get("picks_on", {}).items())
     return conditions(
@@ -104,11 +106,18 @@ def conditions(data: Data, count: str, meaning: str) -> str:
     plan = data["plan"]
     where = "the level itself" if plan["train_level"] == "each" else f"{plan['train_level']}{_other_train_levels(data)}"
     return (
-        f"{count} per seed and level on {plan['env']}, seeds {plan['seeds']} of the learning, learned on {where}; "
+        f"{count} per seed and level on {plan['env']}, {_seeds(plan['seeds'])} of the learning, learned on {where}; "
         f"{meaning}. Versions: "
         + ", ".join(f"{package} {version}" for package, version in data["versions"].items())
         + "."
     )
+
+
+def _seeds(seeds: Sequence[int]) -> str:
+    """Seeds in words: a range where they follow one another."""
+    if len(seeds) > 2 and [*seeds] == [*range(seeds[0], seeds[-1] + 1)]:
+        return f"seeds {seeds[0]} to {seeds[-1]}"
+    return f"seed{'s' * (len(seeds) > 1)} {', '.join(map(str, seeds))}"
 
 
 def _other_train_levels(data: Data) -> str:
@@ -126,10 +135,11 @@ def other_levels(data: Data) -> list[str]:
     return sorted({row["level"] for row in data["table"]} - {*data["plan"]["levels"]})
 
 
-def other_levels_table(data: Data) -> Grid:
-    """Levels that only some controllers were evaluated on."""
-    columns = {name: text for name, text in FIGURES.items() if name != "x floor"}
-    return side_by_side("Further levels", data, other_levels(data), columns)
+def other_level_tables(
+    data: Data, columns: Mapping[str, Callable[[Data], str]], who: Sequence[str] = WHO
+) -> list[Grid]:
+    """A table for each level that only some controllers were evaluated on; arguments as in `side_by_side`."""
+    return [side_by_side(f"Further level {level}", data, [level], columns, "", who) for level in other_levels(data)]
 
 
 def failure_table(data: Data, level: str) -> Grid:
@@ -149,7 +159,10 @@ def sorting_table(data: Data, level: str) -> Grid:
         [*who(row), *(percent(row.get(name)) for name in shares), f"{row['energy_per_pick_j']:.1f} J"]
         for row in level_rows
     ]
-    note = "Purity is of what lies in any bin. Energy: positive work of the motors, without recuperation."
+    note = (
+        "*Purity*: share of the objects in bins that belong there. *Energy*: positive work of the motors, without "
+        "recuperation."
+    )
     return Grid(f"What a sorter is judged by, level {level}", [*WHO, *shares.values(), "energy per pick"], rows, note)
 
 
@@ -215,7 +228,7 @@ def side_by_side(
     note: str = "",
     who: Sequence[str] = WHO,
 ) -> Grid:
-    """Figures of every controller on some levels, level by level from left to right.
+    """Figures of every controller on some levels, level by level from left to right, without empty columns.
 
     Args:
         headline: of the table.
@@ -232,7 +245,8 @@ def side_by_side(
         line = lines.setdefault((row["label"], row["throws"]), {level: ["-"] * len(columns) for level in levels})
         line[row["level"]] = [text(row) for text in columns.values()]
     rows = [[label, _count(throws), *chain(*line.values())] for (label, throws), line in lines.items()]
-    return Grid(headline, header, rows, note)
+    kept = [k for k in range(len(header)) if k < len(who) or any(row[k] != "-" for row in rows)]
+    return Grid(headline, [header[k] for k in kept], [[row[k] for k in kept] for row in rows], note)
 
 
 def _times(row: Data) -> str:

@@ -80,5 +80,7 @@ def _resume_request(folder: Path, arguments: Mapping[str, Any], options: dict[st
     fixed = [*(options.keys() - {"steps"}), *(name for name in ("out", "config") if arguments[name] is not None)]
     if fixed:
         name = fixed[0].replace("_", "-")
-        raise UsageError(f"--{name} cannot be changed with --resume: the run folder has settled it; leave it out")
+        raise UsageError(
+            f"--{name} cannot be changed with --resume, because the run folder holds its value; leave it out"
+        )
     return {**recorded, **options}

@@ -29,7 +29,7 @@ class Refused(Exception):
 
 
 @contextlib.contextmanager
-def refusable(what: str, *kinds: type[Exception]) -> Iterator[None]:
+def refusable(subject: str, *kinds: type[Exception]) -> Iterator[None]:
     """The block may be refused by an error of some kinds, in one sentence.
 
     Raises:
@@ -39,23 +39,23 @@ def refusable(what: str, *kinds: type[Exception]) -> Iterator[None]:
     try:
         yield
     except (PntGymError, gym.error.Error, *kinds) as error:
-        said = str(error)
+        sentence = str(error)
         if isinstance(error.__cause__, MemoryError):
-            raise Find(f"{what}: wants more memory than there is: {said}") from error
-        if "\n" in said or not said or (isinstance(error, PntGymError) and len(said) > LONGEST):
-            raise Find(f"{what}: {type(error).__name__} is no sentence: {said!r}") from error
+            raise Find(f"{subject}: wants more memory than there is: {sentence}") from error
+        if "\n" in sentence or not sentence or (isinstance(error, PntGymError) and len(sentence) > LONGEST):
+            raise Find(f"{subject}: {type(error).__name__} is no sentence: {sentence!r}") from error
         raise Refused from error
     except (Refused, Find):
         raise
     except BaseException as error:
-        raise Find(f"{what}: {type(error).__name__}: {error}") from error
+        raise Find(f"{subject}: {type(error).__name__}: {error}") from error
 
 
-def finite(what: str, *values: Any) -> None:
+def finite(subject: str, *values: Any) -> None:
     """Make sure that observations and rewards are numbers."""
     for value in values:
         if not np.isfinite(np.asarray(value, dtype=np.float64)).all():
-            raise Find(f"{what}: {value} is no number")
+            raise Find(f"{subject}: {value} is no number")
 
 
 def pick(random: Random, choices: Any) -> Any:

@@ -24,7 +24,7 @@ from benchmarks.fuzz_cases.basis import JUNK, Find, Random, Refused, finite, pic
 from benchmarks.fuzz_cases.files import file_case, output_case
 from benchmarks.fuzz_cases.infos import infos_case
 from benchmarks.fuzz_cases.levels import hours_case, level_case
-from benchmarks.fuzz_cases.lines import tried_line
+from benchmarks.fuzz_cases.lines import try_line
 from pnt_gym.envs import conveyor, gripper, line, one_joint
 from pnt_gym.errors import ActionError
 
@@ -40,25 +40,25 @@ MODES: Final = {
 }
 
 
-def drawn(kind: str, number: int) -> Random:
+def case_generator(kind: str, number: int) -> Random:
     """The generator of a case."""
     return np.random.default_rng([zlib.crc32(kind.encode()), number])
 
 
-def tried(kind: str, number: int) -> str | None:
+def judge_case(kind: str, number: int) -> str | None:
     """What is wrong with a case; None if it works or is refused well."""
-    random = drawn(kind, number)
+    random = case_generator(kind, number)
     try:
-        with warnings.catch_warnings(record=True) as told:
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            said = KINDS[kind](random)
-        complaints = [str(w.message) for w in told if not expected(w)]
-        return f"{said}: warned {complaints[0]!r}" if complaints else None
+            subject = KINDS[kind](random)
+        complaints = [str(w.message) for w in caught if not is_expected(w)]
+        return f"{subject}: warned {complaints[0]!r}" if complaints else None
     except Find as find:
         return str(find)
 
 
-def expected(warning: warnings.WarningMessage) -> bool:
+def is_expected(warning: warnings.WarningMessage) -> bool:
     """Whether a warning is meant for the user: of pnt_gym in words, or of Gymnasium."""
     return issubclass(warning.category, UserWarning | DeprecationWarning) and "overflow" not in str(warning.message)
 
@@ -81,20 +81,20 @@ def action_case(random: Random) -> str:
     env = cell(env_id, mode, count)
     env.reset(seed=int(random.integers(1000)))
     action = any_action(random, env.action_space.shape)
-    what = f"{env_id} {mode} {count} cells, action {action!r}"
-    with contextlib.suppress(Refused), refusable(what, ActionError):
+    subject = f"{env_id} {mode} {count} cells, action {action!r}"
+    with contextlib.suppress(Refused), refusable(subject, ActionError):
         observation, reward, *_ = env.step(action)
-        finite(what, observation, reward)
+        finite(subject, observation, reward)
     if random.random() < 0.2:
         observation, reward, *_ = env.step(np.zeros(env.action_space.shape, env.action_space.dtype))
-        finite(what, observation, reward)
-    return what
+        finite(subject, observation, reward)
+    return subject
 
 
 def any_action(random: Random, shape: tuple[int, ...]) -> Any:
     """An action of the right shape as a rule."""
-    others = (shape[:-1], (*shape, 1), (1, *shape), (sum(shape[:1]) + 1, *shape[1:]), (0,), (), (3, 3, 3))
-    chosen = shape if random.random() < 0.8 else pick(random, others)
+    wrong_shapes = (shape[:-1], (*shape, 1), (1, *shape), (sum(shape[:1]) + 1, *shape[1:]), (0,), (), (3, 3, 3))
+    chosen = shape if random.random() < 0.8 else pick(random, wrong_shapes)
     kind = pick(random, ("numbers", "numbers", "numbers", "entries", "junk", "list"))
     if kind == "junk":
         return pick(random, JUNK)
@@ -113,22 +113,22 @@ def any_action(random: Random, shape: tuple[int, ...]) -> Any:
 def calls_case(random: Random) -> str:
     """Calls in any order, some of them with anything."""
     env_id = pick(random, pnt_gym.ENV_IDS)
-    what, said = f"{env_id}:", list[str]()
-    with contextlib.suppress(Refused), refusable(what, TypeError):
-        env, made = made_env(random, env_id)
-        what += f" {made}"
+    subject, calls = f"{env_id}:", list[str]()
+    with contextlib.suppress(Refused), refusable(subject, TypeError):
+        env, form = open_env(random, env_id)
+        subject += f" {form}"
     if "env" not in locals():
-        return what
+        return subject
     for _ in range(int(random.integers(2, 7))):
         name = pick(random, CALLS)
-        with contextlib.suppress(Refused), refusable(f"{what} {said} {name}"):
-            env, told = CALLS[name](random, env)
-            said.append(f"{name}{told}")
+        with contextlib.suppress(Refused), refusable(f"{subject} {calls} {name}"):
+            env, words = CALLS[name](random, env)
+            calls.append(f"{name}{words}")
             continue
-        said.append(f"{name} refused")
-    with refusable(f"{what} {said} close"):
+        calls.append(f"{name} refused")
+    with refusable(f"{subject} {calls} close"):
         env.close()
-    return f"{what} {said}"
+    return f"{subject} {calls}"
 
 
 FORMS: Final = {
@@ -143,27 +143,27 @@ FORMS: Final = {
 }
 
 
-def made_env(random: Random, env_id: str) -> tuple[Any, str]:
+def open_env(random: Random, env_id: str) -> tuple[Any, str]:
     """An environment, made directly, with an argument that may be anything."""
     form = pick(random, FORMS[env_id])
-    given: dict[str, Any] = {}
+    arguments: dict[str, Any] = {}
     if random.random() < 0.3:
         names = ("level", "action_mode", "threads", "render_mode", *(["num_envs"] if form is FORMS[env_id][1] else []))
-        given[pick(random, names)] = pick(random, JUNK)
-    return form(**given), f"{form.__name__}({given})"
+        arguments[pick(random, names)] = pick(random, JUNK)
+    return form(**arguments), f"{form.__name__}({arguments})"
 
 
 def _reset(random: Random, env: Any) -> tuple[Any, str]:
-    given: dict[str, Any] = {}
+    arguments: dict[str, Any] = {}
     if random.random() < 0.5:
-        given["seed"] = pick(random, (*JUNK, 3, np.int64(3), np.array([1, 2]), [1, None], [1]))
+        arguments["seed"] = pick(random, (*JUNK, 3, np.int64(3), np.array([1, 2]), [1, None], [1]))
     if random.random() < 0.3:
         options = (*JUNK, {}, {"reset_mask": np.array([True])}, {"reset_mask": [1]}, {"reset_mask": None}, {"a": 1})
         options += ({"item": 0}, {"item": "cork"}, {"target": 0}, {"target": pick(random, JUNK)})
-        given["options"] = pick(random, options)
-    observation, _ = env.reset(**given)
+        arguments["options"] = pick(random, options)
+    observation, _ = env.reset(**arguments)
     finite("reset", observation)
-    return env, f"({given})"
+    return env, f"({arguments})"
 
 
 def _step(random: Random, env: Any) -> tuple[Any, str]:
@@ -179,7 +179,7 @@ def _twice(env: Any) -> tuple[Any, str]:
     return env, ""
 
 
-def _assigned(random: Random, env: Any) -> tuple[Any, str]:
+def _copy(random: Random, env: Any) -> tuple[Any, str]:
     return (copy.deepcopy(env) if random.random() < 0.5 else pickle.loads(pickle.dumps(env))), ""
 
 
@@ -188,7 +188,7 @@ CALLS: Final[dict[str, Callable[[Random, Any], tuple[Any, str]]]] = {
     "step": _step,
     "step again": _step,
     "close": lambda _, env: _twice(env),
-    "copy": _assigned,
+    "copy": _copy,
     "render": lambda _, env: (env if env.render_mode else env.render() or env, ""),
     "spec": lambda _, env: (env, f"{env.spec}"[:0]),
 }
@@ -196,10 +196,10 @@ CALLS: Final[dict[str, Callable[[Random, Any], tuple[Any, str]]]] = {
 
 def line_case(random: Random) -> str:
     """A command line of good and bad options."""
-    said = tried_line(random)
-    if said.find is not None:
-        raise Find(f"{said.line}: {said.find}")
-    return said.line
+    result = try_line(random)
+    if result.find is not None:
+        raise Find(f"{result.line}: {result.find}")
+    return result.line
 
 
 KINDS: Final[dict[str, Callable[[Random], str]]] = {

@@ -52,11 +52,11 @@ def file_case(random: Random) -> str:
     name, kind = pick(random, READERS), pick(random, FILES)
     with TemporaryDirectory() as folder:
         path = Path(folder) / name
-        what = f"{name} {kind}: {FILES[kind](random, path)!r}"
-        with contextlib.suppress(Refused), refusable(what):
+        subject = f"{name} {kind}: {FILES[kind](random, path)!r}"
+        with contextlib.suppress(Refused), refusable(subject):
             READERS[name](path)
-            raise Find(f"{what}: taken")
-    return what
+            raise Find(f"{subject}: taken")
+    return subject
 
 
 def _twice(random: Random, path: Path) -> str:
@@ -142,18 +142,18 @@ def output_case(random: Random) -> str:
     """A table of a command that goes through links, to a device or to a pipe, and leaves them what they are."""
     with TemporaryDirectory() as folder:
         place, content = PLACES[pick(random, PLACES)](Path(folder))
-        what = f"evaluate --json {place}"
+        subject = f"evaluate --json {place}"
         before = os.lstat(place) if os.path.lexists(place) else None
         with content as written:
             command = ("--env", "ToyThrow-v0", "--controller", "analytic", "--picks", "4", "--num-envs", "4")
-            done = call_here("agents.evaluate", *command, "--json", place, folder=Path(folder))
+            process = call_here("agents.evaluate", *command, "--json", place, folder=Path(folder))
             if before is not None and stat.S_IFMT(os.lstat(place).st_mode) != stat.S_IFMT(before.st_mode):
-                raise Find(f"{what}: replaced")
-        if done.returncode == 0 and b'"throws"' not in written():
-            raise Find(f"{what}: nothing is written")
-        if done.returncode not in (0, 2) or "Traceback" in done.stderr:
-            raise Find(f"{what}: exit code {done.returncode}, {done.stderr[-200:]!r}")
-    return what
+                raise Find(f"{subject}: replaced")
+        if process.returncode == 0 and b'"throws"' not in written():
+            raise Find(f"{subject}: nothing is written")
+        if process.returncode not in (0, 2) or "Traceback" in process.stderr:
+            raise Find(f"{subject}: exit code {process.returncode}, {process.stderr[-200:]!r}")
+    return subject
 
 
 Place = tuple[Path, contextlib.AbstractContextManager[Callable[[], bytes]]]

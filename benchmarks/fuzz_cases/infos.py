@@ -18,15 +18,15 @@ def infos_case(random: Random) -> str:
     """Steps of both forms of an environment in an autoreset mode, with the same seeds and actions."""
     env_id, mode = pick(random, pnt_gym.ENV_IDS), pick(random, AutoresetMode)
     limit, seed = pick(random, (None, None, 1, 3)), int(random.integers(10**6))
-    what = f"{env_id} {mode} limit {limit} seed {seed}"
-    given: dict[str, Any] = {} if limit is None else {"max_episode_steps": limit}
+    subject = f"{env_id} {mode} limit {limit} seed {seed}"
+    arguments: dict[str, Any] = {} if limit is None else {"max_episode_steps": limit}
     try:
-        ours, theirs = both(env_id, mode.value, **given)
+        ours, theirs = both(env_id, mode.value, **arguments)
         shape, discrete = (STEPS, *ours.action_space.shape), ours.action_space.dtype.kind == "i"
         actions = random.integers(16, size=shape) if discrete else random.uniform(-1.0, 1.0, shape)
         assert_same_steps(ours, theirs, np.asarray(actions, dtype=ours.action_space.dtype), seed)
         ours.close()
         theirs.close()
     except Exception as error:  # what both forms are given must work
-        raise Find(f"{what}: {type(error).__name__}: {error}") from error
-    return what
+        raise Find(f"{subject}: {type(error).__name__}: {error}") from error
+    return subject

@@ -37,7 +37,7 @@ CONFIGS: Final[dict[str, Any]] = {
 }
 MILD: Final = (0.5, 0.7, 0.9, 1.1, 1.3, 1.5, 2.0, 3.0)
 WILD: Final = (0.0, -1.0, 0.1, 5.0, 10.0, 30.0, 100.0, 1e3, 1e6, 1e12, 1e300, 1e-3, 1e-9)
-OWN: Final = {
+OWN_ITEM: Final = {
     "name": "own", "shape": "box", "size": [0.05, 0.03, 0.03], "mass": 0.01, "drag": 0.9, "seal_force": 10.0,
     "com_depth": 0.5, "friction": 0.5, "rolling_friction": 1e-4, "restitution": 0.3, "opening_delay": 0.01,
     "source": "ours",
@@ -50,26 +50,26 @@ def level_case(random: Random) -> str:
     env_id = pick(random, pnt_gym.ENV_IDS)
     config = CONFIGS[env_id]
     level: dict[str, Any] = {"base": pick(random, config.level_names())}
-    whole = whole_level(config, level["base"])
+    full_level = whole_level(config, level["base"])
     for _ in range(int(random.choice([1, 1, 2, 3]))):
-        change(random, whole, level)
-    if "items" in whole and random.random() < 0.1:
-        one = changed(random, OWN)
-        level |= {"items": ["own"], "extra_items": [{**OWN, **one} if isinstance(one, dict) else one]}
+        change(random, full_level, level)
+    if "items" in full_level and random.random() < 0.1:
+        item = change_value(random, OWN_ITEM)
+        level |= {"items": ["own"], "extra_items": [{**OWN_ITEM, **item} if isinstance(item, dict) else item]}
     if config is LineConfig and random.random() < 0.8:  # what goes by a table is refused as soon as the cell is another
         level["throws"] = "flight"
-    what = f"{env_id} level {level!r}"
-    with contextlib.suppress(Refused), refusable(what), written(random, level) as given:
-        env = gym.make_vec(env_id, num_envs=2, level=given, threads=1)
+    subject = f"{env_id} level {level!r}"
+    with contextlib.suppress(Refused), refusable(subject), level_source(random, level) as level_argument:
+        env = gym.make_vec(env_id, num_envs=2, level=level_argument, threads=1)
         try:
-            throw_twice(what, env, random)
+            throw_twice(subject, env, random)
         except (
             PhysicsError
         ) as error:  # a ConfigError may come late: whether a goal is in reach is known when it is drawn
-            raise Find(f"{what}: taken, then {type(error).__name__}: {error}") from error
+            raise Find(f"{subject}: taken, then {type(error).__name__}: {error}") from error
         finally:
             env.close()
-    return what
+    return subject
 
 
 def hours_case(random: Random) -> str:
@@ -86,33 +86,33 @@ def hours_case(random: Random) -> str:
         "robots": [{**robot, "x": x} for robot, x in zip(robots, places, strict=True)],
         **pick(random, ({}, {}, {"arrivals": {"rate": 0.1}})),
     }
-    what = f"PnTLine-v0 {base} duration {level['duration']} x {places}"
-    with contextlib.suppress(Refused), refusable(what):
+    subject = f"PnTLine-v0 {base} duration {level['duration']} x {places}"
+    with contextlib.suppress(Refused), refusable(subject):
         env = gym.make("PnTLine-v0", level=level)
-        finite(what, env.reset(seed=int(random.integers(1000)))[0])
+        finite(subject, env.reset(seed=int(random.integers(1000)))[0])
         over = False
         while count < 20 and not over:
             choices = np.flatnonzero(env.unwrapped.action_masks())
             observation, reward, _, over, _ = env.step(int(pick(random, choices)) if choices.size else 0)
-            finite(what, observation, reward)
+            finite(subject, observation, reward)
             count += 1
         env.close()
-    return what
+    return subject
 
 
-def throw_twice(what: str, env: Any, random: Random) -> None:
+def throw_twice(subject: str, env: Any, random: Random) -> None:
     """Two throws in every cell, with numbers for results."""
-    finite(what, env.reset(seed=int(random.integers(1000)))[0])
+    finite(subject, env.reset(seed=int(random.integers(1000)))[0])
     for scale in (0.3, 1.5):
         action = scale * random.uniform(-1.0, 1.0, env.action_space.shape)
         if env.action_space.dtype.kind == "i":
             action = random.integers(env.single_action_space.n, size=env.num_envs)
         observation, reward, *_ = env.step(action)
-        finite(what, observation, reward)
+        finite(subject, observation, reward)
 
 
 @contextlib.contextmanager
-def written(random: Random, level: dict[str, Any]) -> Iterator[Any]:
+def level_source(random: Random, level: dict[str, Any]) -> Iterator[Any]:
     """A level as it is, or in a file of YAML, which may have been torn."""
     if random.random() < 0.7:
         yield level
@@ -137,29 +137,29 @@ def whole_level(config: Any, name: str) -> dict[str, Any]:
     level = config.load(name).model_dump(mode="json")
     if config is GripperConfig:
         parts = {"dimensions": PROTOTYPE, "servo": PROTOTYPE_BUILD.servo, "claws": PROTOTYPE_BUILD.claws}
-        level["robot"] |= {part: json.loads(json.dumps(asdict(own))) for part, own in parts.items()}
+        level["robot"] |= {part: json.loads(json.dumps(asdict(part_values))) for part, part_values in parts.items()}
         level["robot"]["masses"] = {field: 0.02 for field in ("arm_mass", "rod_mass", "platform_mass", "half_mass")}
     return level
 
 
-def change(random: Random, whole: dict[str, Any], level: dict[str, Any]) -> None:
+def change(random: Random, full_level: dict[str, Any], level: dict[str, Any]) -> None:
     """Change one value anywhere in a level: a number by a factor, or anything for anything else."""
-    key = pick(random, [k for k in whole if k != "name"])
+    key = pick(random, [k for k in full_level if k != "name"])
     if random.random() < 0.03:
         level[pick(random, ("gravity", "", "BINS", 5, key + "s"))] = 1.0
-    level[key] = changed(random, whole[key])
+    level[key] = change_value(random, full_level[key])
 
 
-def changed(random: Random, value: Any) -> Any:
+def change_value(random: Random, value: Any) -> Any:
     """A value that is a little or altogether another."""
     if isinstance(value, dict) and value and random.random() < 0.95:
         key = pick(random, value)
-        new = {key: changed(random, value[key])}
+        new = {key: change_value(random, value[key])}
         return {**new, "typo": 1.0} if random.random() < 0.03 else new
     if isinstance(value, list) and value and random.random() < 0.9:
         place = int(random.integers(len(value)))
-        kept = [*value[:place], changed(random, value[place]), *value[place + 1 :]]
-        return pick(random, (kept, kept, kept, kept[:-1], [*kept, kept[0]], kept[::-1]))
+        new_list = [*value[:place], change_value(random, value[place]), *value[place + 1 :]]
+        return pick(random, (new_list, new_list, new_list, new_list[:-1], [*new_list, new_list[0]], new_list[::-1]))
     if isinstance(value, int | float) and not isinstance(value, bool) and random.random() < 0.92:
         by = pick(random, MILD if random.random() < 0.6 else WILD)
         return value * by if value else by

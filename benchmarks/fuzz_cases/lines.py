@@ -91,7 +91,7 @@ ALWAYS: Final = {
 """What a command is given before the options drawn, so that it ends soon; options that come again go before."""
 
 
-class Tried(NamedTuple):
+class LineResult(NamedTuple):
     """A command line, and what is wrong with how it was answered; None if nothing."""
 
     line: str
@@ -114,7 +114,7 @@ def place() -> Path:
     return folder
 
 
-def tried_line(random: np.random.Generator) -> Tried:
+def try_line(random: np.random.Generator) -> LineResult:
     """A command line drawn at random, in a copy of the folder of files."""
     module = list(OPTIONS)[int(random.integers(len(OPTIONS)))]
     chosen = list(ALWAYS.get(module, ()))
@@ -125,7 +125,7 @@ def tried_line(random: np.random.Generator) -> Tried:
             at = chosen.index(name)
             del chosen[at : at + 2]
         chosen += [name, *([value] if name.startswith("--") and OPTIONS[module][name] != ("",) else [])]
-    return Tried(json.dumps([module, *chosen], ensure_ascii=False), answer(module, *chosen))
+    return LineResult(json.dumps([module, *chosen], ensure_ascii=False), answer(module, *chosen))
 
 
 def answer(module: str, *arguments: str) -> str | None:
@@ -134,18 +134,18 @@ def answer(module: str, *arguments: str) -> str | None:
         folder = Path(name) / "here"
         shutil.copytree(place(), folder)
         try:
-            done: Any = call_here(module, *arguments, folder=folder)
+            process: Any = call_here(module, *arguments, folder=folder)
         except BaseException:
             return traceback.format_exc(limit=-3)
         with contextlib.suppress(OSError):
-            left = [p.name for p in folder.rglob("*.tmp")]
-            if left:
-                return f"left {left}"
-    words = done.stderr
-    if done.returncode == 0 and "Traceback" not in words:
+            leftovers = [p.name for p in folder.rglob("*.tmp")]
+            if leftovers:
+                return f"left {leftovers}"
+    words = process.stderr
+    if process.returncode == 0 and "Traceback" not in words:
         return None
-    if done.returncode != 2 or "Traceback" in words or not words:
-        return f"exit code {done.returncode}: {words[-300:]!r}"
+    if process.returncode != 2 or "Traceback" in words or not words:
+        return f"exit code {process.returncode}: {words[-300:]!r}"
     last = words.splitlines()[-1]
     if last.startswith("error: ") and len(last) < 700:
         return None

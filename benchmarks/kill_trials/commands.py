@@ -53,8 +53,8 @@ def _plan(env: str, folder: Path) -> None:
         {"label": "sac", "controller": "sac", "throws": [4, 8], "options": LEARNER},
     ]
     plan = {"name": "small", "env": env, "train_level": "waste", "levels": ["waste"], "seeds": [0]}
-    more = {"picks": 8, "num_envs": 4, "entries": entries, "learned": [{"label": "sac", "throws": 8}]}
-    (folder / "plan.yaml").write_text(yaml.safe_dump({**plan, **more, "references": [{"label": "analytic"}]}))
+    options = {"picks": 8, "num_envs": 4, "entries": entries, "learned": [{"label": "sac", "throws": 8}]}
+    (folder / "plan.yaml").write_text(yaml.safe_dump({**plan, **options, "references": [{"label": "analytic"}]}))
 
 
 def _benchmark(processes: int, _: Path) -> Line:

@@ -80,7 +80,7 @@ class Kill:
     moment: float = 0.0
 
 
-def started(line: Line, folder: Path, log: Path, kill: Kill) -> int:
+def start_fork(line: Line, folder: Path, log: Path, kill: Kill) -> int:
     """The exit code of a command in a fork of this process; negative for the signal that ended it.
 
     Raises:
@@ -99,10 +99,10 @@ def started(line: Line, folder: Path, log: Path, kill: Kill) -> int:
             os._exit(code)
     with contextlib.suppress(OSError):  # the child was faster
         os.setpgid(process, process)
-    return _awaited(process, kill.moment)
+    return _wait(process, kill.moment)
 
 
-def spawned(line: Line, folder: Path, log: Path, kill: Kill) -> int:
+def start_process(line: Line, folder: Path, log: Path, kill: Kill) -> int:
     """The same of a command as a user starts it: a new interpreter, whose workers are new ones too."""
     ctypes.CDLL(None).prctl(SUBREAPER, 1, 0, 0, 0)
     with log.open("w", encoding="utf-8") as words:
@@ -110,16 +110,16 @@ def spawned(line: Line, folder: Path, log: Path, kill: Kill) -> int:
         process = subprocess.Popen(
             command, cwd=folder, env=environment(), stdout=words, stderr=words, start_new_session=True
         )
-    code = _awaited(process.pid, kill.moment)
+    code = _wait(process.pid, kill.moment)
     process.returncode = code  # it is waited for already
     return code
 
 
-def _awaited(process: int, moment: float) -> int:
+def _wait(process: int, moment: float) -> int:
     began = time.monotonic()
     while True:
-        found, status = os.waitpid(process, os.WNOHANG)
-        if found:
+        ended, status = os.waitpid(process, os.WNOHANG)
+        if ended:
             break
         passed = time.monotonic() - began
         if passed > PATIENCE or 0.0 < moment < passed:
@@ -195,10 +195,12 @@ def _run(line: Line, folder: Path, log: Path) -> int:
 def state(folder: Path) -> dict[str, str]:
     """Digests of all files below a folder, by name, without the time that things took; leftovers too."""
     files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return {path.relative_to(folder).as_posix(): hashlib.sha256(_kept(path)).hexdigest()[:16] for path in files}
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(_stable_content(path)).hexdigest()[:16] for path in files
+    }
 
 
-def _kept(path: Path) -> bytes:
+def _stable_content(path: Path) -> bytes:
     """What of a file has to be the same in every run."""
     if path.suffix == ".zip":
         return _model(path)
@@ -228,11 +230,11 @@ def _model(path: Path) -> bytes:
 
     with ZipFile(path) as parts:
         data = json.loads(parts.read("data"))
-        said = [f"{name} {data.get(name)}" for name in ("num_timesteps", "_n_updates", "_episode_num")]
+        lines = [f"{name} {data.get(name)}" for name in ("num_timesteps", "_n_updates", "_episode_num")]
         for name in sorted(name for name in parts.namelist() if name.endswith(".pth")):
             tensors = torch.load(io.BytesIO(parts.read(name)), map_location="cpu", weights_only=True)
-            said += flat(tensors, name)
-    return "\n".join(said).encode()
+            lines += flat(tensors, name)
+    return "\n".join(lines).encode()
 
 
 def _timeless(data: Any) -> Any:
@@ -243,7 +245,7 @@ def _timeless(data: Any) -> Any:
 
 def half_files(folder: Path) -> list[str]:
     """Files that are there under their name and not whole; temporary files are nobody's, and a lock is empty."""
-    found: list[str] = []
+    faults: list[str] = []
     for path in sorted(folder.rglob("*")):
         parts = path.relative_to(folder).parts
         temporary = any(part.startswith(".") and part.endswith(".tmp") for part in parts)
@@ -259,19 +261,19 @@ def half_files(folder: Path) -> list[str]:
                 text = path.read_text(encoding="utf-8")
                 assert text.endswith("\n") or path.suffix == ".svg", "no end"
         except Exception as error:
-            found.append(f"{'/'.join(parts)}: {error!r}")
-    return found
+            faults.append(f"{'/'.join(parts)}: {error!r}")
+    return faults
 
 
 def stale_models(folder: Path) -> list[str]:
     """Run folders whose model or policy on top is not that of their last checkpoint."""
-    found: list[str] = []
+    faults: list[str] = []
     for place in folder.rglob("checkpoints"):
         last = max(path for path in place.iterdir() if path.name.isdigit())
         names = ("model.zip", "policy.npz")
         if any((place.parent / name).read_bytes() != (last / name).read_bytes() for name in names):
-            found.append(str(place.parent))
-    return found
+            faults.append(str(place.parent))
+    return faults
 
 
 @final
@@ -281,18 +283,18 @@ class Trials:
     Args:
         command: what is killed.
         folder: for the working folders.
-        start: `started` or `spawned`.
+        start: `start_fork` or `start_process`.
     """
 
     def __init__(
-        self, command: Command, folder: Path, start: Callable[[Line, Path, Path, Kill], int] = started
+        self, command: Command, folder: Path, start: Callable[[Line, Path, Path, Kill], int] = start_fork
     ) -> None:
         self.start = start
         self.command, self.folder, self.log = command, folder, folder / f"{command.name}.log"
         self.kills, self.lost = 0, list[str]()
         began = time.monotonic()
         place = self._fresh("whole")
-        code = self._started(place, Kill())
+        code = self._start(place, Kill())
         assert code == 0, self.log.read_text(encoding="utf-8")
         self.seconds = time.monotonic() - began
         """How long the undisturbed command took [s]."""
@@ -300,40 +302,40 @@ class Trials:
         self.largest = max(path.stat().st_size for path in place.rglob("*") if path.is_file())
         """Size of the largest file that it left [bytes]."""
 
-    def killed(self, kill: Kill) -> bool:
+    def kill_once(self, kill: Kill) -> bool:
         """Kill the command and let it go on; False if it came to its end before."""
         place = self._fresh("killed")
-        code = self._started(place, kill)
+        code = self._start(place, kill)
         if code not in (-signal.SIGKILL, TORN):
             assert code == 0 or (kill.size and code), self.log.read_text(encoding="utf-8")
             return False
         self.kills += 1
-        said = "; ".join(self._found(place))
-        if said:
-            self.lost.append(f"{self.command.name} killed at {kill}: {said}")
+        faults = "; ".join(self._find_faults(place))
+        if faults:
+            self.lost.append(f"{self.command.name} killed at {kill}: {faults}")
         return True
 
     def every_operation(self, step: int = 1) -> Iterator[Kill]:
         """Kill before every change of the folder, or every `step`-th, until the command comes to its end."""
         kill = Kill(operation=1)
-        while self.killed(kill):
+        while self.kill_once(kill):
             yield kill
             kill = Kill(operation=kill.operation + step)
 
-    def _found(self, place: Path) -> list[str]:
+    def _find_faults(self, place: Path) -> list[str]:
         """What is wrong after a kill, and after the command was given again."""
-        found = half_files(place)
-        code = self._started(place, Kill())
+        faults = half_files(place)
+        code = self._start(place, Kill())
         if code != 0:
             words = " ".join(self.log.read_text(encoding="utf-8").split())
             # Nothing was left to do; that is said, and not done twice.
             if code != 2 or "give a larger --steps" not in words:
-                return [*found, f"exit code {code}: {words[-300:]}"]
+                return [*faults, f"exit code {code}: {words[-300:]}"]
         now = state(place)
         differ = sorted(name for name in now.keys() | self.whole.keys() if now.get(name) != self.whole.get(name))
-        return [*found, *(f"{name} differs" for name in differ), *stale_models(place)]
+        return [*faults, *(f"{name} differs" for name in differ), *stale_models(place)]
 
-    def _started(self, place: Path, kill: Kill) -> int:
+    def _start(self, place: Path, kill: Kill) -> int:
         return self.start(self.command.line(place), place, self.log, kill)
 
     def _fresh(self, name: str) -> Path:

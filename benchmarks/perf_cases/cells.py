@@ -176,9 +176,9 @@ def one_joint_rows(row: Place, cell: OneJointCell, cells: int) -> Iterator[Row]:
     def steps() -> float:
         return float(last[0].mean()) + 1.0
 
-    whole, plant = (*row, "throws_per_s"), (*row, "plant_throws_per_s")
-    yield Timing(whole, throw, "1/s", cells, ROUNDS)
-    yield Timing((*row, "throws_per_cpu_s"), whole, "1/s", cells, clock=CPU)
+    round_place, plant = (*row, "throws_per_s"), (*row, "plant_throws_per_s")
+    yield Timing(round_place, throw, "1/s", cells, ROUNDS)
+    yield Timing((*row, "throws_per_cpu_s"), round_place, "1/s", cells, clock=CPU)
     yield Timing(plant, fly, "1/s", cells, ROUNDS)
     yield Timing((*row, "plant_throws_per_cpu_s"), plant, "1/s", cells, clock=CPU)
     yield Timing((*row, "plan_us_per_throw"), plan, "us", cells, ROUNDS)
@@ -190,10 +190,10 @@ def gripper(options: Options) -> Iterator[Row]:
     """The gripper robot's cell: a round of plans, simulated picks and tosses, outcomes, and the next objects."""
     for n, (level, threads) in enumerate(product(("nominal", "belt"), options.threads)):
         cell, row = GripperCell(GripperConfig.load(level), options.cells, threads), ("rates", n)
-        whole = (*row, "throws_per_s")
+        round_place = (*row, "throws_per_s")
         yield Count(row, {"level": level, "cells": options.cells, "threads": threads})
-        yield Timing(whole, partial(toss, draw_first(cell, SEED)), "1/s", options.cells, ROUNDS)
-        yield Timing((*row, "throws_per_cpu_s"), whole, "1/s", options.cells, clock=CPU)
+        yield Timing(round_place, partial(toss, draw_first(cell, SEED)), "1/s", options.cells, ROUNDS)
+        yield Timing((*row, "throws_per_cpu_s"), round_place, "1/s", options.cells, clock=CPU)
 
 
 def toss(cell: GripperCell) -> None:

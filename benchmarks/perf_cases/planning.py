@@ -65,11 +65,13 @@ def planner(options: Options) -> Iterator[Row]:
     """
     throws, size = belt_throws(SCENE), options.size(BATCH)
     for name, (rows, ceiling) in kinds(throws).items():
-        one, many = partial(plan_release, ceiling=ceiling), partial(plan_release_batch, ceiling=ceiling)
+        plan_single, plan_batch = partial(plan_release, ceiling=ceiling), partial(plan_release_batch, ceiling=ceiling)
         large, small = (take(throws, np.resize(rows, count)) for count in (size, CELLS))
-        yield Timing(("plan_release_us", name), solver(one, throws, rows[:SINGLE]), repeats=SINGLE, statistic=median)
-        yield Timing(("batch_plans_per_s", name), partial(many, *large), "1/s", size, statistic=median)
-        yield Timing(("batch_of_64_us", name), partial(many, *small), repeats=140, statistic=median)
+        yield Timing(
+            ("plan_release_us", name), solver(plan_single, throws, rows[:SINGLE]), repeats=SINGLE, statistic=median
+        )
+        yield Timing(("batch_plans_per_s", name), partial(plan_batch, *large), "1/s", size, statistic=median)
+        yield Timing(("batch_of_64_us", name), partial(plan_batch, *small), repeats=140, statistic=median)
     yield Count(("first_plan_s",), lambda: first_plans(options.size(STARTS)))
     rows, slow = np.arange(NLP), ("method_1_slsqp_median_us",)
     yield Timing(slow, solver(method_1, throws, rows), repeats=NLP, statistic=median)
@@ -170,8 +172,8 @@ def one_joint_batch(options: Options) -> Iterator[Row]:
         rows = goals[:count]
         calls = {"releases": (release_states_batch, rows), "plans": (plan_throws, rows)}
         calls["plans_from_release"] = plan_releases, release_states_batch(rows).u
-        for name, (plan, given) in calls.items():
-            yield Timing(("batch", f"{name}_us_at_{count}"), partial(plan, given), count=count)
+        for name, (plan, arguments) in calls.items():
+            yield Timing(("batch", f"{name}_us_at_{count}"), partial(plan, arguments), count=count)
     yield Timing(("batch", "all_releases_of_one_goal_us"), partial(release_states, goals[0]))
     for name, box in (("success", None), ("success_wide", WIDE)):
         rows = random_goals(np.random.default_rng(7), options.size(GOALS), box=box).goal
@@ -181,19 +183,19 @@ def one_joint_batch(options: Options) -> Iterator[Row]:
 def one_joint_solvers(options: Options) -> Iterator[Row]:
     """The same goals by nonlinear programmes: times of a plan, and shares of goals with one that keeps every limit."""
     usual, wide = (random_goals(np.random.default_rng(7), GOALS, box=box).goal for box in (None, WIDE))
-    few = random_goals(np.random.default_rng(7), SOME).goal
+    goal_rows = random_goals(np.random.default_rng(7), SOME).goal
     yield from solves("slsqp", usual)
     yield from solves("slsqp_one_start", usual, starts=1)
     yield from solves("slsqp_max_min", usual, objective="max_min", starts=1)
     yield from solves("slsqp_wide", wide)
-    yield from solves("slsqp_random_guesses", few, guesses="random")
-    yield from solves("ipopt", few, solver="ipopt", starts=1)
+    yield from solves("slsqp_random_guesses", goal_rows, guesses="random")
+    yield from solves("ipopt", goal_rows, solver="ipopt", starts=1)
     space = accessible_space()
     cells = {"kinematic": space.kinematic, "grasp": space.grasp, "planned": space.cells}
-    yield Count(("accessible_cells",), {name: float(len(each)) for name, each in cells.items()})
+    yield Count(("accessible_cells",), {name: float(len(margin)) for name, margin in cells.items()})
 
 
-def solves(name: str, goals: Floats, **given: str | int) -> Iterator[Row]:
+def solves(name: str, goals: Floats, **arguments: str | int) -> Iterator[Row]:
     """Rows of one solver; a plan is good where it keeps every limit at 1 kHz."""
     plans, rows = dict[int, ThrowPlan | None](), cycle(enumerate(goals))
 
@@ -201,12 +203,15 @@ def solves(name: str, goals: Floats, **given: str | int) -> Iterator[Row]:
         k, goal = next(rows)
         plans[k] = None
         with contextlib.suppress(UnreachableGoal):
-            plans[k] = plan_throw(goal, **given)  # type: ignore[arg-type]
+            plans[k] = plan_throw(goal, **arguments)  # type: ignore[arg-type]
 
     def shares() -> dict[str, float]:
         solved = [plan for plan in plans.values() if plan is not None]
         margins = [motion_margins(plan.motion, np.array([plan.radius]), Arm(), Block()) for plan in solved]
-        good, starts = sum(bool((each > 0.0).all()) for each in margins), sum(plan.starts for plan in solved)
+        good, starts = (
+            sum(bool((margin > 0.0).all()) for margin in margins),
+            sum(plan.starts for plan in solved),
+        )
         return {"success": good / len(plans), "success_per_start": sum(p.solved for p in solved) / max(starts, 1)}
 
     yield Count((name,), shares)

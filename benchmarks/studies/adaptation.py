@@ -73,12 +73,17 @@ def newcomers(settings: Settings, amount: Amount) -> Iterator[Figures]:
         names, controllers = core_of(env).item_names, settings["controllers"]
         trials = {name: _trials(make_controller(name, env), env, count, amount.seed) for name in controllers}
     new = [names.index(name) for name in settings["new"]]
-    known = {name: _known_error(found, new) for name, found in trials.items()}
+    known_errors = {name: _error_of_known_kinds(throws, new) for name, throws in trials.items()}
     for kind in new:
         floor = _floor(trials[controllers[0]], kind)
         for name in controllers:
             errors = _by_number(trials[name], kind, rows)
-            yield {"kind": names[kind], "controller": name, **_learned(errors, floor), "known_mean_m": known[name]}
+            yield {
+                "kind": names[kind],
+                "controller": name,
+                **_learning_figures(errors, floor),
+                "known_mean_m": known_errors[name],
+            }
 
 
 def _trials(controller: Controller, env: Env, count: int, seed: int) -> list[Throws]:
@@ -90,21 +95,21 @@ def _trials(controller: Controller, env: Env, count: int, seed: int) -> list[Thr
     return trials
 
 
-def _known_error(trials: list[Throws], new: list[int]) -> float:
+def _error_of_known_kinds(trials: list[Throws], new: list[int]) -> float:
     """Mean error of the kinds that are not new [m]."""
     return float(np.nanmean(np.concatenate([t.landing_error[~np.isin(t.item, new)] for t in trials])))
 
 
-def _numbered(throws: Throws, kind: int, rows: int) -> Ints:
+def _throw_numbers(throws: Throws, kind: int, rows: int) -> Ints:
     """Of throws of a kind that came down, which one of its row each is, the first being 1; 0 for others (N,)."""
-    counted = (throws.item == kind) & np.isfinite(throws.landing_error)
-    grid = counted.reshape(-1, rows)
+    landed = (throws.item == kind) & np.isfinite(throws.landing_error)
+    grid = landed.reshape(-1, rows)
     return (np.cumsum(grid, axis=0) * grid).ravel()
 
 
 def _by_number(trials: list[Throws], kind: int, rows: int) -> list[float]:
     """Mean error of the first, second ... throw of a kind, and of all later ones [m]."""
-    number = np.concatenate([_numbered(throws, kind, rows) for throws in trials])
+    number = np.concatenate([_throw_numbers(throws, kind, rows) for throws in trials])
     error = np.concatenate([throws.landing_error for throws in trials])
     parts = [number == k for k in range(1, COUNTED + 1)]
     return [float(error[rows].mean()) for rows in (*parts, number > COUNTED)]
@@ -118,7 +123,7 @@ def _floor(trials: list[Throws], kind: int) -> float:
     return float(np.hypot(*(landings - landings.mean(axis=0)).T).mean())
 
 
-def _learned(errors: list[float], floor: float) -> Figures:
+def _learning_figures(errors: list[float], floor: float) -> Figures:
     """Errors and floor of a kind [m], throws until it is near the floor, and what these cost in all."""
     return {
         "floor_m": floor,

@@ -30,7 +30,7 @@ class Amount(NamedTuple):
     threads: int
 
 
-def seeded_cells(config: ConveyorConfig, picks: Picks, cells: int, seed: int, threads: int) -> Core:
+def make_seeded_cells(config: ConveyorConfig, picks: Picks, cells: int, seed: int, threads: int) -> Core:
     """Cells whose first picks are drawn; the same seed gives the same objects."""
     core = Core(ConveyorCell(config, cells, picks, threads))
     core.reset(np.arange(cells), generators(cells, seed), seeded=True)
@@ -54,7 +54,7 @@ def infos(core: Core, act: Callable[[int], Any], count: int) -> Infos:
     return {name: np.concatenate([info[name] for info in steps])[:count] for name in steps[0]}
 
 
-def planned(core: Core) -> Callable[[int], Floats]:
+def zero_actions(core: Core) -> Callable[[int], Floats]:
     """Actions that leave every throw as the planner made it."""
     zero = np.zeros((core.count, *core.action_space.shape))
     return lambda _: zero

@@ -15,7 +15,17 @@ from agents.ground.environments import make_vector
 from agents.ground.metrics import throughput
 from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import summary
-from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, distance, infos, planned, seeded_cells
+from benchmarks.studies.cells import (
+    CELLS,
+    Amount,
+    Figures,
+    Infos,
+    Settings,
+    distance,
+    infos,
+    make_seeded_cells,
+    zero_actions,
+)
 from pnt_gym.arrays import concatenate_records, length
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -27,11 +37,11 @@ from pnt_gym.planning.motion.trajectory import JerkTrajectory
 @cache
 def _throws(level: str, amount: Amount) -> Infos:
     """Infos of the planner's throws on a level as JSON; the same objects and targets for every cup."""
-    core = seeded_cells(ConveyorConfig.load(json.loads(level)), "independent", CELLS, amount.seed, amount.threads)
-    return infos(core, planned(core), amount.throws)
+    core = make_seeded_cells(ConveyorConfig.load(json.loads(level)), "independent", CELLS, amount.seed, amount.threads)
+    return infos(core, zero_actions(core), amount.throws)
 
 
-def _thrown(level: Settings, amount: Amount, **changes: Any) -> Infos:
+def _throws_with(level: Settings, amount: Amount, **changes: Any) -> Infos:
     return _throws(json.dumps({**level, **changes}), amount)
 
 
@@ -46,9 +56,9 @@ def effect(settings: Settings, amount: Amount) -> Figures:
         amount: throws.
     """
     level = settings["level"]
-    info = _thrown(level, amount)
-    moved = distance(info, _thrown(level, amount, cup={}))
-    left = np.hypot(*distance(info, _thrown(level, amount, fidelity="flight")))
+    info = _throws_with(level, amount)
+    cup_distance = distance(info, _throws_with(level, amount, cup={}))
+    flight_distance = np.hypot(*distance(info, _throws_with(level, amount, fidelity="flight")))
     return {
         "landing_error": float(info["landing_error"].mean()),
         "success": float(info["is_success"].mean()),
@@ -56,12 +66,12 @@ def effect(settings: Settings, amount: Amount) -> Figures:
         "recontact": float(info["recontact"].mean()),
         "along_sd": float(info["landing_along"].std()),
         "across_sd": float(info["landing_across"].std()),
-        "moved_along_mean": float(moved[0].mean()),
-        "moved_along_sd": float(moved[0].std()),
-        "moved_across_sd": float(moved[1].std()),
-        "moved_p95": float(np.quantile(np.hypot(*moved), 0.95)),
-        "flight_p95": float(np.quantile(left, 0.95)),
-        "flight_mean": float(left.mean()),
+        "moved_along_mean": float(cup_distance[0].mean()),
+        "moved_along_sd": float(cup_distance[0].std()),
+        "moved_across_sd": float(cup_distance[1].std()),
+        "moved_p95": float(np.quantile(np.hypot(*cup_distance), 0.95)),
+        "flight_p95": float(np.quantile(flight_distance, 0.95)),
+        "flight_mean": float(flight_distance.mean()),
         "grip_below_1": float((info["grip_margin"] < 1.0).mean()),
         **(_leaving(level, amount) if "stiffness" in level["cup"] else {}),
     }
@@ -72,7 +82,7 @@ def _leaving(level: Settings, amount: Amount) -> Figures:
     config = ConveyorConfig.load({**level, "fidelity": "flight"})
     partings: list[Parting] = []
     for batch in range(-(-amount.throws // CELLS)):
-        core = seeded_cells(config, "independent", CELLS, amount.seed + batch, amount.threads)
+        core = make_seeded_cells(config, "independent", CELLS, amount.seed + batch, amount.threads)
         picks, plans, mover = core.context, core.plan(np.zeros((CELLS, 2)))[0], core.cell.planner.mover
         motion = mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
         back = mover.back(motion, picks.pick, picks.limits)

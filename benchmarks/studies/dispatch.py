@@ -17,12 +17,12 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 def _by_shift(settings: Settings, rule: str, amount: Amount) -> dict[str, Floats]:
     """Figures of each shift (S,)."""
     thrown = throw({**settings, "picks": "belt", "level": {**settings["level"], "dispatch": rule}}, amount)
-    time, done, passed = (thrown.by_shift(name).sum(axis=0) for name in ("cycle_time", "is_success", "passed"))
+    time, successes, passed = (thrown.by_shift(name).sum(axis=0) for name in ("cycle_time", "is_success", "passed"))
     return {
         "picks_per_min": 60.0 * amount.throws / time,
-        "sorted_per_min": 60.0 * done / time,
-        "recovery": done / (amount.throws + passed),
-        "success": done / amount.throws,
+        "sorted_per_min": 60.0 * successes / time,
+        "recovery": successes / (amount.throws + passed),
+        "success": successes / amount.throws,
         "passed_per_pick": passed / amount.throws,
     }
 
@@ -56,11 +56,13 @@ def patience(settings: Settings, amount: Amount) -> Figures:
     """
     level, shifts, seed = settings["level"], settings["shifts"], amount.seed + settings["seed_offset"]
     atc = {**level, "dispatch": "atc", "patience": settings["patience"]}
-    pace, first = (_planned_pace(each, amount.throws, shifts, seed) for each in (atc, {**level, "dispatch": "first"}))
+    pace, first = (
+        _pace_of_plans(rule_level, amount.throws, shifts, seed) for rule_level in (atc, {**level, "dispatch": "first"})
+    )
     return {"gain": float((pace / first).mean() - 1.0)}
 
 
-def _planned_pace(level: dict[str, Any], throws: int, shifts: int, seed: int) -> Floats:
+def _pace_of_plans(level: dict[str, Any], throws: int, shifts: int, seed: int) -> Floats:
     """Picks a minute of each shift (S,), by plans alone."""
     config = ConveyorConfig.load(level)
     planner = PickPlanner(config)

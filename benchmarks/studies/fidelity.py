@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, distance, infos, seeded_cells
+from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, distance, infos, make_seeded_cells
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 
 def _throws(settings: Settings, fidelity: str, amount: Amount) -> Infos:
     """Infos of independent throws; both fidelities get the same objects, targets and actions."""
     config = ConveyorConfig.load({**settings["level"], "fidelity": fidelity})
-    core = seeded_cells(config, "independent", CELLS, amount.seed, amount.threads)
+    core = make_seeded_cells(config, "independent", CELLS, amount.seed, amount.threads)
     largest, steps = settings["actions"], -(-amount.throws // CELLS)
     actions = np.random.default_rng(amount.seed).uniform(-largest, largest, (steps, CELLS, 2))
     actions[::2] = 0.0

@@ -32,7 +32,7 @@ def arrival(place: Floats, end: Floats, times: Floats, duration: Floats) -> Floa
     return np.take_along_axis(times, (away.shape[1] - 1 - away[:, ::-1].argmax(axis=1))[:, None], axis=1)[:, 0]
 
 
-def flown_over_planned(cell: Any, watch: Watch) -> float:
+def time_ratio(cell: Any, watch: Watch) -> float:
     """How many times the planned way the hands take from lift to their next picks, the robot simulated to the end."""
     if watch.last is None:
         raise RuntimeError("nothing was thrown yet")
@@ -42,5 +42,5 @@ def flown_over_planned(cell: Any, watch: Watch) -> float:
     times = followed.start[:, None] + steps * cell.config.timestep
     end = path.end + thrown.cup_offset
     planned = path.sample(times).position + thrown.cup_offset[:, None]
-    came, due = (arrival(place, end, times, path.duration) for place in (followed.hand, planned))
-    return float(((path.duration + came - due) / path.duration).mean())
+    arrived, due = (arrival(place, end, times, path.duration) for place in (followed.hand, planned))
+    return float(((path.duration + arrived - due) / path.duration).mean())

@@ -20,7 +20,7 @@ LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"
 """Run folders of what was learned, LEVEL/NAME."""
 
 
-def thrown(settings: Settings, amount: Amount) -> Figures:
+def orders(settings: Settings, amount: Amount) -> Figures:
     """Figures of a controller, under `full` really thrown and under `table` by the tables of throws.
 
     Args:

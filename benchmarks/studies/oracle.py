@@ -31,8 +31,8 @@ class FixedPoint(Controller):
         trial = best = np.zeros((len(observation.kind), self._correction.count))
         smallest = np.full((len(best), 1), np.inf)
         for _ in range(4):
-            seen = self._core.preview(trial)
-            error = np.stack([getattr(seen, name) for name in self._correction.errors], axis=-1)
+            preview = self._core.preview(trial)
+            error = np.stack([getattr(preview, name) for name in self._correction.errors], axis=-1)
             size = np.nan_to_num(np.hypot.reduce(error / self._correction.tolerance, axis=1, keepdims=True), nan=np.inf)
             best, smallest = np.where(size < smallest, trial, best), np.minimum(size, smallest)
             trial = np.clip(trial - np.nan_to_num(error) / self._correction.scale, -1.0, 1.0)
@@ -53,9 +53,9 @@ class Watched(Controller):
     def act(self, observation: Observation) -> Actions:
         """Those of the controller, (N, E)."""
         actions = self._controller.act(observation)
-        seen = self._core.preview(actions)
-        thrown = ~getattr(seen, "dropped", np.zeros(len(actions), dtype=np.bool_))
-        self.previewed = np.append(self.previewed, seen.landing_error[thrown])
+        preview = self._core.preview(actions)
+        thrown = ~getattr(preview, "dropped", np.zeros(len(actions), dtype=np.bool_))
+        self.previewed = np.append(self.previewed, preview.landing_error[thrown])
         self.at_bound = np.append(self.at_bound, (np.abs(actions) > 0.999).any(axis=1))
         return actions
 

@@ -37,15 +37,15 @@ def toss(settings: Settings, amount: Amount) -> Figures:
 def quality(settings: Settings, amount: Amount) -> Figures:
     """Landing errors and success of the planner, and of an oracle that previews throws, within an action's range."""
     cell = _tossing(settings, amount)
-    correction, most = np.zeros((amount.throws, 3)), cell.config.action.scale()
+    correction, limit = np.zeros((amount.throws, 3)), cell.config.action.scale()
     planned = cell.preview(cell.context.plans, jitter=True)
     correction[:, 2] = -cell.context.hidden.delay
     for _ in range(2):
-        correction = np.clip(correction, -most, most)
+        correction = np.clip(correction, -limit, limit)
         outcome = cell.preview(_plans(cell, correction), jitter=True)
         correction[:, 0] -= outcome.landing_along
         correction[:, 1] -= outcome.landing_across
-    best = cell.preview(_plans(cell, np.clip(correction, -most, most)), jitter=True)
+    best = cell.preview(_plans(cell, np.clip(correction, -limit, limit)), jitter=True)
     return {
         "planner_success": float(planned.is_success.mean()),
         "planner_error_m": float(planned.landing_error.mean()),

@@ -12,8 +12,8 @@ from agents.controllers.oracle import Oracle
 from agents.controllers.protocol import Observation
 from agents.ground import metrics
 from agents.ground.cli import UsageError
-from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, infos, planned, seeded_cells
-from benchmarks.studies.flown import Watch, flown_over_planned
+from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, infos, make_seeded_cells, zero_actions
+from benchmarks.studies.flown import Watch, time_ratio
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -36,7 +36,7 @@ class Thrown(NamedTuple):
     shifts: int
 
     @property
-    def held(self) -> Bools:
+    def picked(self) -> Bools:
         """Which objects were picked (N,)."""
         return self.info["picked"].astype(np.bool_)
 
@@ -49,9 +49,9 @@ class Thrown(NamedTuple):
         """An info of every throw and shift (T, S)."""
         return self.info[name].reshape(-1, self.shifts)
 
-    def by_item(self, name: str, counted: Bools) -> dict[str, float]:
+    def by_item(self, name: str, counts: Bools) -> dict[str, float]:
         """Mean of an info over the throws that are counted, by the item's name; none of an item that was not thrown."""
-        items = {item: counted & (self.info["item"] == k) for k, item in enumerate(self.core.item_names)}
+        items = {item: counts & (self.info["item"] == k) for k, item in enumerate(self.core.item_names)}
         return {item: float(self.info[name][rows].mean()) for item, rows in items.items() if rows.any()}
 
 
@@ -60,11 +60,11 @@ def _mean(name: str) -> Callable[[Thrown], float]:
 
 
 def _of_picked(name: str, bound: float) -> Callable[[Thrown], float]:
-    return lambda thrown: float((thrown.info[name][thrown.held] < bound).mean())
+    return lambda thrown: float((thrown.info[name][thrown.picked] < bound).mean())
 
 
 def _of_thrown(failed: Callable[[Infos], Any]) -> Callable[[Thrown], float]:
-    return lambda thrown: float((thrown.held & ~thrown.info["dropped"] & failed(thrown.info)).mean())
+    return lambda thrown: float((thrown.picked & ~thrown.info["dropped"] & failed(thrown.info)).mean())
 
 
 def _interval_by_shift(name: str) -> Callable[[Thrown], dict[str, float]]:
@@ -78,7 +78,7 @@ def _success_interval(thrown: Thrown) -> dict[str, float]:
 
 def _most_lost(thrown: Thrown) -> str | None:
     """The kind that is lost most often, and how often."""
-    rates = thrown.by_item("dropped", thrown.held)
+    rates = thrown.by_item("dropped", thrown.picked)
     kind = max(rates, key=lambda name: rates[name])
     return f"{kind} {100 * rates[kind]:.0f} %" if rates[kind] > 0.0 else None
 
@@ -88,7 +88,7 @@ FIGURES: Final[dict[str, Callable[[Thrown], Any]]] = {
     "landing_error_mean_m": _mean("landing_error"),
     "success": _mean("is_success"),
     "success_interval": _success_interval,
-    "success_by_item": lambda thrown: thrown.by_item("is_success", np.full(len(thrown.held), True)),
+    "success_by_item": lambda thrown: thrown.by_item("is_success", np.full(len(thrown.picked), True)),
     "picks_per_min": lambda thrown: thrown.pace.attempted,
     "picks_per_min_interval": lambda thrown: vars(
         metrics.mean_interval(60.0 / thrown.by_shift("cycle_time").mean(axis=0))
@@ -96,14 +96,14 @@ FIGURES: Final[dict[str, Callable[[Thrown], Any]]] = {
     "sorted_per_min": lambda thrown: thrown.pace.sorted,
     "cycle_time": lambda thrown: thrown.pace.cycle_time,
     "wait_time": _mean("wait_time"),
-    "flown_over_planned": lambda thrown: flown_over_planned(thrown.core.cell, thrown.watch),
+    "flown_over_planned": lambda thrown: time_ratio(thrown.core.cell, thrown.watch),
     "recovery": lambda thrown: metrics.recovery(thrown.info["sorted"], thrown.info["passed"]),
     "placed": _mean("placed"),
     "picked": _mean("picked"),
-    "unpicked": lambda thrown: float((~thrown.held).mean()),
+    "unpicked": lambda thrown: float((~thrown.picked).mean()),
     "dropped": _mean("dropped"),
-    "dropped_of_picked": lambda thrown: float(thrown.info["dropped"][thrown.held].mean()),
-    "dropped_by_item": lambda thrown: thrown.by_item("dropped", thrown.held),
+    "dropped_of_picked": lambda thrown: float(thrown.info["dropped"][thrown.picked].mean()),
+    "dropped_by_item": lambda thrown: thrown.by_item("dropped", thrown.picked),
     "most_dropped": _most_lost,
     "missed": _of_thrown(lambda info: ~info["in_opening"]),
     "rim": _of_thrown(lambda info: info["rim"]),
@@ -163,8 +163,8 @@ def throw(settings: Settings, amount: Amount) -> Thrown:
     level = settings["level"] | ({"picks_per_shift": amount.throws} if shifts else {})
     cells = shifts or settings.get("cells", CELLS)
     config = ConveyorConfig.load(level)
-    core = seeded_cells(config, settings.get("picks", "independent"), cells, amount.seed, amount.threads)
-    act = _oracle(core) if settings.get("controller", "analytic") == "oracle" else planned(core)
+    core = make_seeded_cells(config, settings.get("picks", "independent"), cells, amount.seed, amount.threads)
+    act = _oracle(core) if settings.get("controller", "analytic") == "oracle" else zero_actions(core)
     watch = Watch(core.cell)
     return Thrown(infos(core, act, amount.throws * max(shifts, 1)), core, watch, shifts)
 

@@ -76,7 +76,7 @@ def figures(settings: Settings, amount: Amount) -> list[Figures]:
         return list(LEARNERS[learner](lesson, marks))
 
 
-def _judged(controller: Controller, lesson: Lesson) -> Figures:
+def _worth(controller: Controller, lesson: Lesson) -> Figures:
     """What a controller is worth in the full physics; lengths in m."""
     worth = summary(throw_held_out(controller, lesson.full, lesson.amount.throws, lesson.amount.seed))
     return {name: worth[name] for name in ("landing_error_mean_m", "success_rate", "sorted_per_min")}
@@ -86,20 +86,20 @@ def _sac(lesson: Lesson, marks: list[int]) -> Iterator[Figures]:
     """One training, judged at each mark."""
     env, window, seconds = SameStepVecEnv(lesson.full), ThrowWindow(), 0.0
     core = core_of(lesson.full)
-    asked = {"env": ENV, "level": core.config.name, "algo": "sac", "seed": lesson.seed, "num_envs": NUM_ENVS}
-    asked |= {"steps": marks[-1], "checkpoint_every": 2 * marks[-1], "action_mode": core.action_mode}
-    asked |= {"stack": 1, "over": PLANNER}
+    run_args = {"env": ENV, "level": core.config.name, "algo": "sac", "seed": lesson.seed, "num_envs": NUM_ENVS}
+    run_args |= {"steps": marks[-1], "checkpoint_every": 2 * marks[-1], "action_mode": core.action_mode}
+    run_args |= {"stack": 1, "over": PLANNER}
     with tempfile.TemporaryDirectory() as place:
         folder, settings = Path(place) / "run", hyperparameters("sac", ENV)
         model = build("sac", env, settings, lesson.seed)
-        run = RunFolder.create(folder, asked, settings, core.config, model)
+        run = RunFolder.create(folder, run_args, settings, core.config, model)
         for mark in marks:
             quick = lesson.flight if mark <= lesson.share * marks[-1] else None
             began = time.process_time()
-            learn(model, env, run, {**asked, "steps": mark}, Stop(), window, quick=quick, quiet=True)
+            learn(model, env, run, {**run_args, "steps": mark}, Stop(), window, quick=quick, quiet=True)
             seconds += time.process_time() - began
-            policy = run_policy(run.load_actor(run.checkpoints[-1]), asked, lesson.full, "sac")
-            yield {"throws": mark, "seconds": seconds, **_judged(policy, lesson)}
+            policy = run_policy(run.load_actor(run.checkpoints[-1]), run_args, lesson.full, "sac")
+            yield {"throws": mark, "seconds": seconds, **_worth(policy, lesson)}
 
 
 def _mlp(lesson: Lesson, marks: list[int]) -> Iterator[Figures]:
@@ -112,7 +112,7 @@ def _mlp(lesson: Lesson, marks: list[int]) -> Iterator[Figures]:
         practise(controller, lesson.flight, flights, lesson.seed)
         practise(controller, lesson.full, mark - flights, lesson.seed, start=flights)
         seconds = time.process_time() - began
-        yield {"throws": mark, "seconds": seconds, **_judged(controller, lesson)}
+        yield {"throws": mark, "seconds": seconds, **_worth(controller, lesson)}
 
 
 LEARNERS: Final[dict[str, Callable[[Lesson, list[int]], Iterator[Figures]]]] = {"sac": _sac, "mlp": _mlp}

@@ -1,1 +1,1 @@
-"""What the documentation makes instead of saying: parts of pages from code, levels and results."""
+"""Functions that make parts of pages from code, levels and results."""

@@ -8,7 +8,7 @@ import yaml
 
 from agents.ground.places import SHIPPED as ROOT
 
-from .marks import fenced
+from .marks import fence
 
 FIELDS: Final = {"journal": "journal", "volume": "volume", "issue": "number", "doi": "doi", "year": "year"}
 """Keys of the file, and what BibTeX calls them."""
@@ -16,22 +16,25 @@ FIELDS: Final = {"journal": "journal", "volume": "volume", "issue": "number", "d
 
 def citation(_: str) -> str:
     """BibTeX of the suite and of the papers whose methods it ships."""
-    said = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    entries = [_entry("software", said | {"year": ""}), *(_entry(e["type"], e) for e in said["references"])]
-    return fenced("\n\n".join(entries), "bibtex")
+    suite = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    entries = [
+        _entry("software", suite | {"year": ""}),
+        *(_entry(paper["type"], paper) for paper in suite["references"]),
+    ]
+    return fence("\n\n".join(entries), "bibtex")
 
 
-def _entry(kind: str, said: dict[str, Any]) -> str:
-    people = [_name(person) for person in said["authors"]]
-    lines = {"title": f"{{{said['title']}}}", "author": " and ".join(people)}
-    lines |= {name: str(said[key]) for key, name in FIELDS.items() if said.get(key)}
+def _entry(kind: str, entry: dict[str, Any]) -> str:
+    people = [_name(person) for person in entry["authors"]]
+    lines = {"title": f"{{{entry['title']}}}", "author": " and ".join(people)}
+    lines |= {name: str(entry[key]) for key, name in FIELDS.items() if entry.get(key)}
     if kind == "software":
-        lines["version"] = str(said["version"])
-    if "start" in said:
-        lines["pages"] = f"{said['start']}--{said['end']}"
+        lines["version"] = str(entry["version"])
+    if "start" in entry:
+        lines["pages"] = f"{entry['start']}--{entry['end']}"
     body = ",\n".join(f"  {name} = {{{value}}}" for name, value in lines.items())
-    first = said["authors"][0].get("family-names", "pnt_gym").lower()
-    return f"@{'misc' if kind == 'software' else 'article'}{{{first}{said.get('year', '')},\n{body}\n}}"
+    first = entry["authors"][0].get("family-names", "pnt_gym").lower()
+    return f"@{'misc' if kind == 'software' else 'article'}{{{first}{entry.get('year', '')},\n{body}\n}}"
 
 
 def _name(person: dict[str, str]) -> str:

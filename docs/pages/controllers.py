@@ -42,7 +42,7 @@ LINE: Final[Mapping[str, str]] = {
     "index": "the choice with the greatest sum of the log of `atc`'s index and weighted entries, found by CMA-ES",
 }
 """The choice of each controller of a line."""
-DESCRIBED: Final[Mapping[str, Any]] = {
+DESCRIBED_IN: Final[Mapping[str, Any]] = {
     "analytic_height": ballistic.AnalyticHeight,
     "mean_lead": ballistic.MeanLead,
     "mean_shift": bucket_table.mean_shift,
@@ -63,41 +63,41 @@ WORDS: Final[Mapping[str, str]] = {
 
 
 @cache
-def _cells(env_id: str) -> Any:
+def _open_cells(env_id: str) -> Any:
     return make_vector(env_id, num_envs=1, threads=1)
 
 
 def _controller(name: str, env_id: str) -> Controller | None:
     try:
-        return make_controller(name, _cells(env_id))
+        return make_controller(name, _open_cells(env_id))
     except UsageError:
         return None
 
 
-def described(name: str, controller: Controller) -> str:
-    """The first paragraph of what its author says of it."""
-    text = WORDS.get(name) or inspect.getdoc(DESCRIBED.get(name) or inspect.getmodule(type(controller))) or ""
+def description(name: str, controller: Controller) -> str:
+    """The first paragraph of the docstring of a controller, or the words for it in `WORDS`."""
+    text = WORDS.get(name) or inspect.getdoc(DESCRIBED_IN.get(name) or inspect.getmodule(type(controller))) or ""
     return text.split("\n\n", 1)[0].rstrip(".")
 
 
-def _where(ids: list[str]) -> str:
-    """Environments of a controller, in few words."""
+def _environment_names(ids: list[str]) -> str:
+    """Names of the environments in which a controller acts, shortened where it acts in all that throw."""
     throwing = [i for i in pnt_gym.ENV_IDS if config_of(i).trial == "throws"]
     return "all that throw" if ids == throwing else ", ".join(f"`{i}`" for i in ids)
 
 
-def listed(_: str) -> str:
-    """A table of all of them."""
+def controller_table(_: str) -> str:
+    """A table of all controllers of throws."""
     rows: list[tuple[str, str, str, str]] = []
     for name in NAMES:
-        made = {i: found for i in pnt_gym.ENV_IDS if (found := _controller(name, i)) is not None}
-        first = next(iter(made.values()))
+        usable = {i: controller for i in pnt_gym.ENV_IDS if (controller := _controller(name, i)) is not None}
+        first = next(iter(usable.values()))
         learns = "yes" if isinstance(first, Learner) else "no"
-        rows.append((f"`{name}`", learns, _where([*made]), described(name, first)))
+        rows.append((f"`{name}`", learns, _environment_names([*usable]), description(name, first)))
     return table(("controller", "learns", "environments", "what it does"), rows)
 
 
-def of_the_line(_: str) -> str:
+def line_controller_table(_: str) -> str:
     """A table of the controllers of a line."""
     core = line_core(make_vector("PnTLine-v0", num_envs=1, threads=1))
     rows = [(f"`{name}`", LINE[name]) for name in line_names if line_controller(name, core).name == name]

@@ -1,4 +1,4 @@
-"""Pages of the environments: what Gymnasium knows of each, a moving picture, and the docstring, which is the manual."""
+"""Pages of the environments: facts from Gymnasium's registry, a moving picture, and the docstring as a manual."""
 
 from __future__ import annotations
 
@@ -31,25 +31,25 @@ CAPTIONS: Final = {
     "PnTLine-v0": "several robots along one belt",
     "GripperToss-v0": "a gripper inside the platform",
 }
-"""Under the pictures of the gallery."""
+"""Words under the pictures of the gallery."""
 COLUMNS: Final = 4
-"""Of the gallery."""
+"""Number of columns of the gallery."""
 
 
 @cache
-def made(env_id: str) -> Any:
+def default_env(env_id: str) -> Any:
     """An environment at its defaults."""
     return gym.make(env_id).unwrapped
 
 
 def kind(env_id: str) -> str:
     """Whether an episode is one decision, or decisions that follow from one another."""
-    return BANDIT if env_id not in TIMED and made(env_id).core.cell.episode == 1 else SEQUENTIAL
+    return BANDIT if env_id not in TIMED and default_env(env_id).core.cell.episode == 1 else SEQUENTIAL
 
 
 def episode(env_id: str) -> str:
-    """How long it lasts, and how it ends."""
-    core = made(env_id).core
+    """Length of an environment's episode, and how the episode ends."""
+    core = default_env(env_id).core
     if env_id in TIMED:
         return f"{core.config.duration:g} s, then truncation"
     throws = core.cell.episode
@@ -59,17 +59,17 @@ def episode(env_id: str) -> str:
 
 @cache
 def levels(env_id: str) -> tuple[str, ...]:
-    """Names of the shipped levels that it takes."""
-    env, taken = made(env_id), list[str]()
+    """Names of the shipped levels that an environment takes."""
+    env, names = default_env(env_id), list[str]()
     for name in env.core.config.level_names():
         with contextlib.suppress(ConfigError):
             env.make_core(name, None, 1, 1)
-            taken.append(name)
-    return tuple(taken)
+            names.append(name)
+    return tuple(names)
 
 
 def summary(env_id: str) -> str:
-    """The first line of the manual."""
+    """The first line of an environment's manual."""
     return _manual(env_id).split("\n", 1)[0]
 
 
@@ -79,7 +79,7 @@ def _manual(env_id: str) -> str:
 
 def page(env_id: str) -> str:
     """All of one environment."""
-    env = made(env_id)
+    env = default_env(env_id)
     facts = [
         ("Kind of task", f"{kind(env_id)}; an episode is {episode(env_id)}"),
         ("Actions", f"`{env.action_space}`, mode `{env.core.action_mode}`"),
@@ -89,20 +89,23 @@ def page(env_id: str) -> str:
         ("Many", f'`gymnasium.make_vec("{env_id}", num_envs=64)`'),
     ]
     first, manual = _manual(env_id).split("\n", 1)
-    shown = "a line at work, every throw simulated" if env_id in TIMED else "throws of a controller that has learned"
-    picture = f"![{env_id}: {shown}](../pictures/{env_id}.webp)"
+    caption = "a line at work, every throw simulated" if env_id in TIMED else "throws of a controller that has learned"
+    picture = f"![{env_id}: {caption}](../pictures/{env_id}.webp)"
     return "\n\n".join([f"# {env_id}", first, picture, table(("", ""), facts), manual.strip()])
 
 
-def listed(folder: str) -> str:
+def environment_table(folder: str) -> str:
     """A table of all environments; `folder` is where their pages lie, seen from the page of the table."""
     rows = [(f"[{i}]({folder}{i}.md)", kind(i), episode(i), summary(i)) for i in pnt_gym.ENV_IDS]
     return table(("environment", "kind", "episode", "task"), rows)
 
 
-def hidden(env_id: str) -> str:
-    """A table of what no observation tells of a throw or a decision."""
-    rows = [(f"`{one.name}`", one.unit, one.meaning) for one in merge_numbered(made(env_id).core.cell.hidden)]
+def hidden_table(env_id: str) -> str:
+    """A table of the hidden values of a throw or a decision, which no observation contains."""
+    rows = [
+        (f"`{quantity.name}`", quantity.unit, quantity.meaning)
+        for quantity in merge_numbered(default_env(env_id).core.cell.hidden)
+    ]
     return table(("column", "unit", "what is true"), rows)
 
 

@@ -12,14 +12,14 @@ from pydantic.fields import FieldInfo
 from agents.levels import FAMILIES
 from pnt_gym.cells.base.config import ROOT, LevelConfig, Section
 
-from .marks import attributes, fenced, table
+from .marks import attributes, fence, table
 
 TITLES: Final = {"PnT": "conveyor", "PnTLine": "line", "OneJoint": "one-joint arm", "GripperToss": "gripper robot"}
-"""What the families of `agents.levels` are called here."""
+"""Names of the families of `agents.levels` on these pages."""
 
 
 def _parts(family: str, name: str) -> tuple[str, str, str]:
-    """The comment that a level's file begins with, what it differs from, and the rest."""
+    """The comment at the beginning of a level's file, the name of its base, and the text after the comment."""
     text = FAMILIES[family].file_of(name).read_text(encoding="utf-8")
     head = re.match(r"(?:#.*\n)*", text)
     comment = head[0] if head else ""
@@ -28,11 +28,11 @@ def _parts(family: str, name: str) -> tuple[str, str, str]:
 
 
 def _anchor(family: str, name: str) -> str:
-    """Of the heading of a level's file, as Sphinx and code hosts make it."""
+    """Anchor of the heading of a level's file, as Sphinx and code hosts make anchors."""
     return f"{name} of the {TITLES[family]}".replace(" ", "-")
 
 
-def listed(family: str) -> str:
+def level_table(family: str) -> str:
     """A table of a family's levels, the root of all first."""
     rows: list[tuple[str, str, str]] = []
     for name in sorted(FAMILIES[family].level_names(), key=lambda name: name != ROOT):
@@ -41,46 +41,46 @@ def listed(family: str) -> str:
     return table(("level", "differs from", "what it is"), rows)
 
 
-def files(family: str) -> str:
-    """What each level's file says."""
+def level_files(family: str) -> str:
+    """The text of every level's file."""
     blocks: list[str] = []
     for name in FAMILIES[family].level_names():
         _, _, body = _parts(family, name)
-        blocks += [f"### `{name}` of the {TITLES[family]}", fenced(body, "yaml")]
+        blocks += [f"### `{name}` of the {TITLES[family]}", fence(body, "yaml")]
     return "\n\n".join(blocks)
 
 
-def settings(family: str) -> str:
+def setting_table(family: str) -> str:
     """Every setting of a family with its default, unit and reason."""
-    rows = [(f"`{key}`", f"`{default}`", said) for key, default, said in _settings(FAMILIES[family], "")]
+    rows = [(f"`{key}`", f"`{default}`", meaning) for key, default, meaning in _settings(FAMILIES[family], "")]
     return table(("key", "default", "meaning"), rows)
 
 
 def _settings(section: type[Section], above: str) -> Iterator[tuple[str, str, str]]:
     for name, field in section.model_fields.items():
-        inner, many = _section(field.annotation)
+        inner, is_many = _section(field.annotation)
         if inner is not None and issubclass(inner, LevelConfig):  # of another family, with settings of its own
-            yield f"{above}{name}", default_of(field), field.description or ""
+            yield f"{above}{name}", format_default(field), field.description or ""
             continue
-        if inner is None or many or not isinstance(field.default, inner):
-            yield f"{above}{name}", default_of(field), _meaning(section, name, field)
+        if inner is None or is_many or not isinstance(field.default, inner):
+            yield f"{above}{name}", format_default(field), _meaning(section, name, field)
         if inner is not None:
-            yield from _settings(inner, f"{above}{name}{'[]' * many}.")
+            yield from _settings(inner, f"{above}{name}{'[]' * is_many}.")
 
 
 def _meaning(section: type[Section], name: str, field: FieldInfo) -> str:
-    """The description of a setting, or what the docstring of its section says of it."""
+    """The description of a setting, or its entry in the docstring of its section."""
     return (field.description or attributes(section).get(name, "")).replace("|", "\\|")
 
 
 def _section(annotation: Any) -> tuple[type[Section] | None, bool]:
-    """The section that a setting is or holds, if so, and whether it may hold many."""
+    """The section that a setting is or holds, None for another setting, and whether the setting holds many sections."""
     for kind in (annotation, *get_args(annotation)):
         if isinstance(kind, type) and issubclass(kind, Section):
             return kind, get_origin(annotation) is tuple
     return None, False
 
 
-def default_of(field: FieldInfo) -> str:
+def format_default(field: FieldInfo) -> str:
     """The default of a setting, as Python writes it."""
     return "required" if field.is_required() else repr(field.get_default(call_default_factory=True))

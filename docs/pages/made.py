@@ -1,11 +1,12 @@
 """Fills marked blocks of the pages with Markdown made from code, levels and results.
 
     <!-- made: NAME ARGUMENT -->
-    what was made
+    text that the function of this NAME returns
     <!-- /made -->
 
-`make pages` writes the blocks, so that the pages can be read on a code host, and a test holds the written text against
-what is made. The site makes each block again. Blocks `<!-- table:NAME --> <!-- /table -->` are filled as in the README.
+`make pages` writes the blocks, so that the pages can be read on a code host, and a test compares the written text with
+the text of the functions. The site fills each block again. Blocks `<!-- table:NAME --> <!-- /table -->` are filled
+as in the README.
 """
 
 from __future__ import annotations
@@ -23,65 +24,71 @@ from . import cite, commands, controllers, environments, examples, items, levels
 
 DOCS: Final = ROOT / "docs"
 RESULTS: Final = ROOT / "results"
-MADE: Final[Mapping[str, Callable[[str], str]]] = {
+MAKERS: Final[Mapping[str, Callable[[str], str]]] = {
     "citation": cite.citation,
-    "commands": commands.listed,
-    "help": commands.help_of,
-    "controllers": controllers.listed,
-    "line-controllers": controllers.of_the_line,
+    "commands": commands.command_table,
+    "help": commands.command_help,
+    "controllers": controllers.controller_table,
+    "line-controllers": controllers.line_controller_table,
     "environment": environments.page,
-    "environments": environments.listed,
+    "environments": environments.environment_table,
     "gallery": environments.gallery,
-    "examples": examples.listed,
-    "hidden": environments.hidden,
-    "levels": levels.listed,
-    "items": items.listed,
-    "item-keys": items.keys,
-    "level-files": levels.files,
-    "settings": levels.settings,
-    "throw": throw.stages,
-    "parts": papers.parts,
-    "verdicts": results.verdicts,
+    "examples": examples.example_code,
+    "hidden": environments.hidden_table,
+    "levels": levels.level_table,
+    "items": items.item_table,
+    "item-keys": items.key_table,
+    "level-files": levels.level_files,
+    "settings": levels.setting_table,
+    "throw": throw.stage_table,
+    "parts": papers.part_table,
+    "verdicts": results.verdict_table,
 }
-"""What can be made, by name; each takes the rest of its line."""
-DRAWN: Final[Mapping[str, Callable[[], str]]] = {"pictures/throw.svg": throw.drawing}
-"""Drawings of the pages, by their place."""
+"""Functions that fill blocks, by the name of the block; each takes the argument of the block."""
+DRAWINGS: Final[Mapping[str, Callable[[], str]]] = {"pictures/throw.svg": throw.drawing}
+"""Functions that draw the pictures of pages, by the place of the picture in docs/."""
 BLOCK: Final = re.compile(r"^<!-- made: (\S+) ?(.*?) ?-->\n(.*?)^<!-- /made -->$", re.MULTILINE | re.DOTALL)
 RESULTS_PAGE: Final = re.compile(r"\]\(\.\./((?:\.\./)*)(results/[\w/-]+\.md)")
 """A link from a page of docs/ to a page of results."""
 FILE: Final = re.compile(r'^```(\w+) title="([^"]+)"$', re.MULTILINE)
-"""A block of code that is a file, as GitHub ignores and Sphinx wants it named."""
+"""A block of code that is a file: GitHub ignores the title, and Sphinx wants a caption."""
 
 
-def filled(text: str) -> str:
+def fill_page(text: str) -> str:
     """A page with its marked blocks, tables and named files as Sphinx reads them."""
-    text = FILE.sub(r"```{code-block} \1\n:caption: \2\n", fill_blocks(text, RESULTS))
-    return BLOCK.sub(lambda block: MADE[block[1]](block[2]), text)
+    text = BLOCK.sub(lambda block: MAKERS[block[1]](block[2]), fill_blocks(text, RESULTS))
+    return FILE.sub(_caption_block, text)
 
 
-def written(text: str) -> str:
+def _caption_block(block: re.Match[str]) -> str:
+    """The first line of a block of code that is a file; a caption is Markdown, in which `__init__` would be bold."""
+    caption = block[2].replace("_", r"\_")
+    return f"```{{code-block}} {block[1]}\n:caption: {caption}\n"
+
+
+def render_page(text: str) -> str:
     """A page with its marked blocks and tables as the repository holds it."""
 
     def block(old: re.Match[str]) -> str:
-        return f"{old[0].partition(chr(10))[0]}\n{MADE[old[1]](old[2])}\n<!-- /made -->"
+        return f"{old[0].partition(chr(10))[0]}\n{MAKERS[old[1]](old[2])}\n<!-- /made -->"
 
     return BLOCK.sub(block, fill_blocks(text, RESULTS))
 
 
-def by_hand(text: str) -> str:
-    """A page without its marked blocks: the text that people write."""
+def hand_text(text: str) -> str:
+    """The text of a page outside of its marked blocks, which people write."""
     return BLOCK.sub("", text)
 
 
-def pages() -> list[Path]:
+def page_files() -> list[Path]:
     """All pages, without those of a build and of the results, which `python -m agents.report` writes."""
     return sorted(page for page in DOCS.rglob("*.md") if not {"_build", "results"} & {*page.parts[len(DOCS.parts) :]})
 
 
 def write_pages() -> list[Path]:
     """Write the marked blocks of all pages and the drawings anew; return the files that changed."""
-    texts = {page: written(page.read_text(encoding="utf-8")) for page in pages()}
-    texts |= {DOCS / name: draw() for name, draw in DRAWN.items()}
+    texts = {page: render_page(page.read_text(encoding="utf-8")) for page in page_files()}
+    texts |= {DOCS / name: draw() for name, draw in DRAWINGS.items()}
     changed = [file for file, text in texts.items() if not file.is_file() or file.read_text(encoding="utf-8") != text]
     for file in changed:
         deliver_text(file, texts[file])
@@ -104,14 +111,14 @@ def _copy_results(_app: Any) -> None:
             deliver_text(DOCS / "results" / place, text)
 
 
-def _read(_app: Any, page: str, source: list[str]) -> None:
+def _fill_source(_app: Any, page: str, source: list[str]) -> None:
     """Fill a page that Sphinx reads; copied pages of results are full."""
     if not page.startswith("results/"):
-        source[0] = RESULTS_PAGE.sub(r"](\1\2", filled(source[0]))
+        source[0] = RESULTS_PAGE.sub(r"](\1\2", fill_page(source[0]))
 
 
 def setup(app: Any) -> dict[str, bool]:
     """Connect to Sphinx."""
     app.connect("builder-inited", _copy_results)
-    app.connect("source-read", _read)
+    app.connect("source-read", _fill_source)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -13,13 +13,13 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(' '.join(cell.split()) for cell in line)} |" for line in lines)
 
 
-def fenced(text: str, language: str = "text") -> str:
+def fence(text: str, language: str = "text") -> str:
     """A block of code."""
     return f"```{language}\n{text.rstrip()}\n```"
 
 
-def attributes(described: type) -> dict[str, str]:
+def attributes(owner: type) -> dict[str, str]:
     """The entries of the section `Attributes` of a docstring, by name."""
-    text = (inspect.getdoc(described) or "").partition("Attributes:\n")[2]
+    text = (inspect.getdoc(owner) or "").partition("Attributes:\n")[2]
     entries = re.findall(r"^ {4}(\w+): (.*(?:\n {6,}.*)*)", text, flags=re.MULTILINE)
     return {name: " ".join(meaning.split()) for name, meaning in entries}

@@ -1,6 +1,6 @@
-"""Equations as pictures: the site draws them when it is built, and needs no other site to show them.
+"""Equations as pictures: the build of the site draws the equations, so the site needs no other site to show them.
 
-Matplotlib draws what it knows of TeX (fractions, roots, Greek letters, accents). Other TeX is an error of the build.
+Matplotlib draws a part of TeX (fractions, roots, Greek letters, accents). Other TeX is an error of the build.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from typing import Any, Final
 from docutils import nodes
 
 SIZE: Final = 11.0
-"""Of the letters, as the text around them has them [points]."""
+"""Size of the letters, equal to the text around an equation [points]."""
 PIXELS: Final = 96.0 / 72.0
-"""In a point."""
+"""Pixels in a point."""
 
 
 @cache
 def picture(tex: str) -> tuple[str, float, float]:
-    """An equation as SVG in base64, its height and how far it goes below the line [pixels].
+    """An equation as SVG in base64, its height, and its depth below the line of the text [pixels].
 
     Raises:
-        ValueError: TeX that Matplotlib does not know.
+        ValueError: Matplotlib cannot draw this TeX.
     """
     import matplotlib as mpl  # noqa: PLC0415 - heavy, needed for the site only
     from matplotlib.font_manager import FontProperties  # noqa: PLC0415
@@ -38,7 +38,7 @@ def picture(tex: str) -> tuple[str, float, float]:
 
 
 def image(tex: str) -> str:
-    """An equation as an element of HTML, with its TeX for those who cannot see it."""
+    """An equation as an element of HTML, with its TeX for readers who cannot see the picture."""
     data, height, depth = picture(" ".join(tex.split()))
     style = f"height: {height:.1f}px; vertical-align: {-depth:.1f}px"
     return f'<img class="math" alt="{escape(tex, quote=True)}" style="{style}" src="data:image/svg+xml;base64,{data}">'

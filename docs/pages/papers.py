@@ -11,7 +11,7 @@ from agents.reproduce.papers import package
 from .marks import table
 
 
-def parts(paper: str) -> str:
+def part_table(paper: str) -> str:
     """A table of the parts of a paper, which `python -m agents.reproduce PAPER --only PART` computes."""
     rows = [(f"`{name}`", _purpose(compute)) for name, compute in package(paper).PARTS.items()]
     return table(("part", "what it computes"), rows)

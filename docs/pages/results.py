@@ -1,21 +1,23 @@
-"""What the papers' verdicts count."""
+"""The number of figures of each paper by verdict."""
 
 from __future__ import annotations
 
-from agents.ground.files import read_json
+from typing import Final
+
 from agents.ground.places import SHIPPED as ROOT
-from agents.reproduce.record import Record
-from agents.reproduce.record import verdicts as counted
+from agents.report.contents import read_results
+from agents.reproduce.record import Record, verdicts
 
 from .marks import table
 
 RESULTS = ROOT / "results"
+VERDICTS: Final = ("reproduced", "differs", "misprint", "infeasible", "not reproducible", "ours, not compared")
+"""Order of the columns."""
 
 
-def verdicts(_: str) -> str:
-    """How many figures of each paper came out how."""
-    record: Record = read_json(RESULTS / "reproduction.json")
-    counts = {paper: {row[0]: row[1] for row in counted(record, paper).rows} for paper in record["titles"]}
-    kinds = list(dict.fromkeys(kind for found in counts.values() for kind in found))
-    rows = [(title, *(counts[paper].get(kind, "0") for kind in kinds)) for paper, title in record["titles"].items()]
-    return table(("paper", *kinds), rows)
+def verdict_table(_: str) -> str:
+    """A table of the number of figures of each paper by verdict."""
+    record: Record = read_results(RESULTS / "reproduction.json")
+    counts = {paper: {row[0]: row[1] for row in verdicts(record, paper).rows} for paper in record["titles"]}
+    rows = [(title, *(counts[paper].get(name, "0") for name in VERDICTS)) for paper, title in record["titles"].items()]
+    return table(("paper", *VERDICTS), rows)

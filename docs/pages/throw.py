@@ -146,16 +146,16 @@ def resolve(name: str) -> Any:
     return pkgutil.resolve_name(name)
 
 
-def stages(_: str) -> str:
+def stage_table(_: str) -> str:
     """A table of the stages, with the functions of each."""
     rows = [
-        (f"{number}. {stage.name}", ", ".join(f"`{_called(name)}`" for name in stage.functions), stage.text)
+        (f"{number}. {stage.name}", ", ".join(f"`{_function_name(name)}`" for name in stage.functions), stage.text)
         for number, stage in enumerate(STAGES, 1)
     ]
     return table(("stage", "functions", "what happens"), rows)
 
 
-def _called(name: str) -> str:
+def _function_name(name: str) -> str:
     function(name)
     return name.partition(":")[2]
 
@@ -189,7 +189,7 @@ def drawing() -> str:
 def _box(number: int, stage: Stage) -> list[str]:
     """A stage with its number and name, in the column of its room."""
     x, y = LEFT + _lane(stage) * LANE + 8, TOP + number * ROW
-    title = escape(", ".join(map(_called, stage.functions)))
+    title = escape(", ".join(map(_function_name, stage.functions)))
     return [
         f'<text x="{LEFT - 8}" y="{y + 19}" text-anchor="end" fill="#555">{number + 1}</text>',
         f'<rect x="{x}" y="{y}" width="{LANE - 20}" height="30" rx="5" fill="#0b5cad"><title>{title}</title></rect>',

@@ -36,6 +36,7 @@ def _example_rows() -> list[Row]:
     e = example()
     first, last = math.degrees(e.theta_t1), math.degrees(e.theta_t2)
     swapped = "Eqs. 41 and 42; the results print the two values with their names exchanged"
+    # Eq. 38 counts the top's height from the centre, and the arctangent may give the lowest point instead.
     low = abs(_equation_37(e)[1])
     short = 100.0 * (1.0 - e.approximate_length / e.length)
     exact = f"complete elliptic integral; what is printed is Eq. 27, {short:.2f} % short"
@@ -98,6 +99,7 @@ def _coefficients(e: EllipsePath) -> tuple[float, float, float]:
     a, b, phi = e.semi_major, e.semi_minor, e.angle
     cos, sin = math.cos(phi), math.sin(phi)
     return (
+        # x and y turned by -phi into the frame of the axes, then (x / a)^2 + (y / b)^2 = 1.
         (cos / a) ** 2 + (sin / b) ** 2,
         math.sin(2.0 * phi) * (1.0 / a**2 - 1.0 / b**2),
         (sin / a) ** 2 + (cos / b) ** 2,
@@ -114,6 +116,7 @@ def _equation_37(e: EllipsePath) -> tuple[float, float]:
     a, b, phi = e.semi_major, e.semi_minor, e.angle
     first, second, _ = _coefficients(e)
     cos, sin = math.cos(phi), math.sin(phi)
+    # At the top the ellipse is level: 2 A x + B y = 0 for the point at the polar angle theta.
     theta = math.atan((2.0 * first * a * cos + second * a * sin) / (2.0 * first * b * sin - second * b * cos))
     along, across = a * math.cos(theta), b * math.sin(theta)
     return along * cos - across * sin, along * sin + across * cos
@@ -122,8 +125,10 @@ def _equation_37(e: EllipsePath) -> tuple[float, float]:
 def _tangent_rows() -> Iterator[Row]:
     e = example()
     _, second, third = _coefficients(e)
+    # The derivative of Eq. 24 by y vanishes at T2 = (l, h), where the tangent is vertical.
     slope = abs(second * HALF_WIDTH + 2.0 * third * HALF_RISE)
     on = abs(_equation_24(e, HALF_WIDTH, HALF_RISE) - 1.0)
+    # x = l cos t, y = h cos t + w sin t has at T2 (t = 0) the curvature l w / w^3.
     jump = HALF_WIDTH / e.half_chord**2
     note = f"B l + 2 C h, zero but for rounding; T2 is on the ellipse to {on:.0e}"
     yield Row.compared("choe/claim/vertical-tangents", 0.0, slope, "1/m", within=ROUNDING, note=note)
@@ -148,6 +153,7 @@ def _approximation_rows() -> Iterator[Row]:
     a, b = np.meshgrid(np.arange(5.0, 21.0), np.arange(2.0, 21.0), indexing="ij")
     exact = np.vectorize(half_circumference)(a, b)
     error = np.abs(approximate_half_circumference(a, b) - exact)
+    # A semi-minor axis near 0 stands for the limit of a flat ellipse, whose exact half circumference is 2 a.
     thin = 1.0 - float(approximate_half_circumference(1.0, 1e-9)) / half_circumference(1.0, 1e-9)
     note = (
         "a from 5 to 20 and b from 2 to 20, all pairs; the paper's step is not given, here it is 1. Equal within a "
@@ -182,6 +188,7 @@ def _optimum_rows() -> Iterator[Row]:
         **{f"length_{angle:g}deg_m": length for angle, length in flatter.items()},
     )
     note = "below this angle Eq. 27 gives the ellipse a length below the straight line between its ends"
+    # An arc cannot be shorter than its chord; the root is the angle at which Eq. 27 begins to claim it.
     limit = cast(float, brentq(lambda angle: example_at(angle).approximate_length - CHORD, CRITICAL + 1e-6, 10.0))
     yield Row.ours("choe/eq-27/shorter-than-the-chord-below", limit, "deg", note=note)
 

@@ -45,6 +45,7 @@ def _curvature_rows() -> Iterator[Row]:
     rho = e.radius_of_curvature(theta)
     least, at_start = float(rho.min()), float(e.radius_of_curvature(e.theta_t1))
     peak = float(e.point(theta[np.argmax(rho)])[0])
+    # The polar angle falls from T1 to T2, so an angle above that of T2 lies before T2 on the path.
     before = math.degrees(theta[np.argmin(rho)] - e.theta_t2)
     note = (
         f"x of the largest radius of curvature, to be within a twentieth of the path's width: {rho.max():.4f} m at the "
@@ -68,6 +69,7 @@ def _curvature_rows() -> Iterator[Row]:
         "a step r rho of the polar angle is a speed in proportion to rho^(4/3): fastest over slowest is (a / b)^4; "
         "equal centripetal acceleration would need rho^(1/2)"
     )
+    # A step of the polar angle r rho has the length r rho ds/dtheta, and ds/dtheta = (a b rho)^(1/3) by Eq. 51.
     yield Row.ours("choe/speed-law/ratio", float(rho.max() / least) ** (4.0 / 3.0), "-", note=note)
 
 
@@ -92,6 +94,7 @@ def _node_rows() -> Iterator[Row]:
 
 def _unit_row() -> Row:
     """Row with the number of nodes by unit: step 6 sets an angle equal to a length times r."""
+    # rho in millimetres is 1000 times the number; steps in degrees are pi / 180 of those in radians.
     rates = {"m and rad": RATE, "mm and rad": 1000.0 * RATE, "mm and deg": 1000.0 * math.radians(RATE)}
     counts = {units: float(example().nodes(rate).theta.size) for units, rate in rates.items()}
     note = (
@@ -116,6 +119,7 @@ def _time_rows() -> Iterator[Row]:
     period = float(nodes.steps.max()) / speed
     total = period * (nodes.theta.size - 1)
     quick = float(motion(example_cases()["arc"]).duration[0])
+    # Third differences of the positions over the cube of the period estimate the jerk.
     third = np.linalg.norm(np.diff(nodes.points, 3, axis=0), axis=1).max() / period**3
     note = (
         "the paper gives no time, only that it may be smaller than along other paths. The node list at a fixed period "
@@ -150,6 +154,7 @@ def nodes_figure() -> Figure:
     dress(path, "x [mm]", "y [mm]", "node list", legend="lower right")
     _draw_law(law, nodes)
     period = float(nodes.steps.max()) / LIMITS.numbers()[0]
+    # A chord's mean speed belongs to the middle of its period.
     time.plot(period * (0.5 + np.arange(nodes.steps.size)), nodes.steps / period, color=COLOURS[0], label="node list")
     quick = motion(example_cases()["arc"])
     times = np.linspace(0.0, float(quick.duration[0]), 400)
@@ -262,6 +267,7 @@ def _angle_rows() -> Iterator[Row]:
     names = ("rho", "first-derivative", "second-derivative")
     fine = radius_derivatives(FIG_3, np.linspace(0.0, np.pi, 20_001))
     for name, values in zip(names, fine, strict=True):
+        # Twice as many samples halve the largest step of a continuous curve; a jump keeps its size.
         jumps = [float(np.abs(np.diff(values[::every])).max()) for every in (2, 1)]
         smooth = bool(np.isfinite(values).all() and jumps[1] < SMOOTH * jumps[0])
         note = f"a = 0.3 m, b = 0.05 m, theta from 0 to 180 deg: from {values.min():.4g} to {values.max():.4g} m"

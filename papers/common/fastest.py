@@ -100,6 +100,7 @@ def fastest_motion(
     task = _MotionTask(first, last, velocity, lift, drop, lowest, roof, workspace, limits.numbers())
     _check_numbers(task)
     _check_room(task)
+    # A floor that rounding puts above the lower end would exclude that end.
     task = task._replace(floor=float(min(low, task.floor)))
     if task.still:
         return JerkTrajectory(task.start[None], np.zeros((1, FREE)), np.zeros((1, FREE, 3)))
@@ -159,6 +160,7 @@ def _guesses(task: _MotionTask) -> list[float]:
     way = float(np.sqrt(gap @ gap)) + task.lift + task.drop
     reach = float(stroke_time(np.array([way]), *(np.array([value]) for value in task.limits))[0])
     _, acceleration, jerk = task.limits
+    # Time to stop at full acceleration, plus the rise and fall of the acceleration.
     stop = float(np.sqrt(task.velocity @ task.velocity)) / acceleration + acceleration / jerk
     return [reach + stop * bool(task.velocity.any()), 1.6 * (reach + stop)]
 
@@ -181,6 +183,7 @@ def _add_legs(opti: Any, task: _MotionTask) -> dict[str, Leg]:
     legs: dict[str, Leg] = {}
     if task.lift > 0.0:
         legs["lift"] = add_leg(opti, STRAIGHT, task.limits, line=(task.start[0], task.start[1]))
+    # Without a lift the free part begins with the given velocity.
     legs["free"] = add_leg(opti, FREE, task.limits, moving=task.lift == 0.0)
     if task.drop > 0.0:
         legs["drop"] = add_leg(opti, STRAIGHT, task.limits, line=(task.end[0], task.end[1]))
@@ -204,6 +207,7 @@ def _add_bounds(opti: Any, task: _MotionTask, legs: dict[str, Leg]) -> None:
         opti.subject_to(free.position[2, 0] == task.free_ends["start"][2])
     if task.drop > 0.0:
         opti.subject_to(free.position[2, -1] == task.free_ends["end"][2])
+    # The curve lies in the hull of its control points, so the floor holds at all times.
     opti.subject_to(task.floor <= free.control_points(2).T)
     for leg in legs.values():
         if task.roof is not None:

@@ -48,6 +48,7 @@ class Leg:
     def control_points(self, axis: int) -> Any:
         """Inner Bernstein coefficients (1, 2 K) of one coordinate of the position, which bound that coordinate."""
         ca, p, v = load_casadi(), self.position[axis, :], self.velocity[axis, :]
+        # The inner Bernstein coefficients of a cubic lie a third of the interval along the tangents at both ends.
         return ca.horzcat(p[:, :-1] + self.step * v[:, :-1] / 3.0, p[:, 1:] - self.step * v[:, 1:] / 3.0)
 
     def values(self, solution: Any) -> Segments:
@@ -81,11 +82,13 @@ def add_leg(
     a = limits[1] * opti.variable(axes, intervals + 1)
     j = limits[2] * opti.variable(axes, intervals)
     opti.subject_to(opti.bounded(SHORTEST, duration, LONGEST))
+    # The states at the nodes integrate the constant jerk exactly, so the nodes add no error of discretization.
     opti.subject_to(ca.vec(a[:, 1:] - a[:, :-1] - step * j) / limits[1] == 0)
     opti.subject_to(ca.vec(v[:, 1:] - v[:, :-1] - step * (a[:, :-1] + step * j / 2.0)) / limits[0] == 0)
     cubic = a[:, :-1] / 2.0 + step * j / 6.0
     opti.subject_to(ca.vec(p[:, 1:] - p[:, :-1] - step * (v[:, :-1] + step * cubic)) == 0)
     first = int(moving)
+    # The velocity is quadratic in an interval; this is the coefficient between those at the two nodes.
     middle = v[:, first:-1] + step * a[:, first:-1] / 2.0
     for vectors, bound in ((v[:, first:], limits[0]), (middle, limits[0]), (a[:, first:], limits[1]), (j, limits[2])):
         opti.subject_to(ca.vec(ca.sum1((vectors / bound) ** 2)) <= 1.0)
@@ -164,6 +167,7 @@ def hermite(
 ) -> Floats:
     """Positions (K + 1, 3) of the cubic with the given ends and end velocities."""
     s = np.linspace(0.0, 1.0, intervals + 1)[:, None]
+    # Hermite basis: h01 blends the positions, h10 and h11 carry the velocities at the ends.
     blend = s * s * (3.0 - 2.0 * s)
     bend = s * (1.0 - s) ** 2 * velocity - s * s * (1.0 - s) * last_velocity
     return first + blend * (last - first) + duration * bend

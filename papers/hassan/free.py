@@ -91,7 +91,7 @@ def constant_jerk_findings() -> Findings:
 
 
 def headroom_findings(variant: str) -> Findings:
-    """The optimum in every cell with a further bound, by a name of `HEADROOM`."""
+    """The optimum in every cell under one further bound on the hand, stated in the name."""
     rules = HEADROOM[variant]
     return Findings(
         tuple(free_rows(f"headroom/{variant}", optima(rules), rules, f"as {OPTIMUM}, but {describe_bounds(rules)}"))

@@ -162,6 +162,7 @@ def trial_context(
     normals = np.stack([generator.standard_normal(NORMALS) for generator in generators])
     uniforms = np.stack([generator.random(UNIFORMS) for generator in generators])
     index = np.array([config.items.index(name) for name in items])
+    # The first uniform draw chooses the item; the middle of an item's share chooses that item despite rounding.
     uniforms[:, 0] = (index + 0.5) / len(config.items)
     objects = objects_from_draws(normals, uniforms, config, item_arrays(config.item_list()))
     return Context.new(
@@ -207,6 +208,7 @@ def _release_batch(pick: Floats, target: Floats, throws: Throws) -> ReleaseBatch
 
 def _check_plan(pick: Floats, target: Floats, release: ReleaseBatch, path: HandPath) -> None:
     """Raise PntGymError unless pick, release and path agree and lie within the robot's workspace."""
+    # The throw's direction is that of its horizontal way, which must not vanish.
     reach = length((target - pick) * np.array([1.0, 1.0, 0.0]))
     if not (reach > MIN_REACH).all():
         raise PntGymError(f"row {np.argmin(reach)}: pick and target lie above one another; they must be apart")
@@ -250,8 +252,10 @@ def _trial_config(target: Floats, items: Sequence[str], mismatch: float) -> Conv
     low, high = target.min(axis=0), target.max(axis=0)
     if high[2] - low[2] > AGREEMENT:
         raise PntGymError(f"targets lie at heights from {low[2]} to {high[2]} m; they must share one")
+    # A bin that is drawn per throw can stand at each row's target, in one model for all rows.
     random = {"x": (low[0], high[0]), "y": (low[1], high[1]), "side": (min(OPENING), max(OPENING))}
     bins = {"rim": target[0, 2], "random": random}
+    # The plain level leaves out failed picks, soft cups, neighbours and fillings.
     level = {"name": "trial", "base": "nominal_plain", "items": tuple(dict.fromkeys(items)), "bins": bins}
     level["belt"] = {"height": BELT_HEIGHT}
     return ConveyorConfig.load(level, mismatch=mismatch, timestep=TIMESTEP)
@@ -298,14 +302,17 @@ def _clearance(plant: ConveyorPlant, context: Context, followed: FullSimulation)
     """Smallest distance of cup and object while the object falls away (N,) [m]."""
     model, data = plant.scene.model, mujoco.MjData(plant.scene.model)
     cup, object_geom = model.geom("cup").id, plant.scene.object_geom
+    # The platform stays level, and with it the cup.
     data.geom_xmat[cup] = np.eye(3).ravel()
     clearances = np.full(len(context.pick), np.inf)
     for row in range(len(clearances)):
         row_model = plant.batch.get_model(row)
         turn, steps = _rotations(followed.flight, context, row, plant.config.timestep)
         matrices = (turn * Rotation.from_quat(row_model.geom_quat[object_geom], scalar_first=True)).as_matrix()
+        # The record holds the centre of mass; the geom's middle is offset from it in the object's axes.
         centre = followed.flight.position[row, steps] + turn.apply(row_model.geom_pos[object_geom])
         for step, place, matrix in zip(steps, centre, matrices, strict=True):
+            # The hand's position is the tip of the cup, half a cup below the cup's middle.
             data.geom_xpos[cup] = followed.hand[row, step] + np.array([0.0, 0.0, CUP_LENGTH / 2])
             data.geom_xpos[object_geom], data.geom_xmat[object_geom] = place, matrix.ravel()
             gap = float(mujoco.mj_geomDistance(row_model, data, cup, object_geom, 0.5, None))
@@ -318,5 +325,6 @@ def _rotations(flight: ObjectFlight, context: Context, row: int, timestep: float
     first = int(flight.release_step[row])
     ends = min(first + round(CLEAR_UNTIL / timestep), int(flight.last_step[row]) + 1)
     steps = np.arange(first + round(CLEAR_AFTER / timestep), ends, max(round(SAMPLING / timestep), 1), dtype=np.int64)
+    # The record holds no attitudes, so the rate at the release is kept, about a fixed axis.
     spun = context.objects.spin[row] * ((steps - first) * timestep)[:, None]
     return Rotation.from_rotvec(spun) * Rotation.from_euler("z", float(context.objects.yaw[row])), steps

@@ -93,6 +93,7 @@ def is_reachable(poses: Floats) -> Bools:
 def random_poses(count: int, seed: int = 0, theta: tuple[float, float] = PROTOTYPE.theta) -> Floats:
     """Random poses (count, 4), uniform over the reduced workspace and over a range of angles [rad]."""
     rng = np.random.default_rng(seed)
+    # A box that contains the reduced workspace; poses outside the workspace are left out.
     low, high = (np.array([-0.16, -0.155, -0.285, theta[0]]), np.array([0.16, 0.155, -0.12, theta[1]]))
     poses = rng.uniform(low, high, (8 * count, 4))
     return poses[is_reachable(poses)][:count]
@@ -107,6 +108,7 @@ def arm_positions(angles: Floats, theta: float) -> Floats:
     dims = PROTOTYPE
     reach, up = dims.k + dims.r * np.cos(angles.T), dims.r * np.sin(angles.T)
     zero = np.zeros(len(angles))
+    # Elbows less the ends of the forearms: +-u along x for arms 1 and 3, v and the half's end for arm 2 along y.
     first = np.stack([reach[0] - dims.u, zero, up[0]], axis=-1)
     second = np.stack([zero, reach[1] - dims.v - dims.w * np.cos(theta), up[1] - dims.w * np.sin(theta)], axis=-1)
     third = np.stack([dims.u - reach[2], zero, up[2]], axis=-1)
@@ -116,11 +118,13 @@ def arm_positions(angles: Floats, theta: float) -> Floats:
     ahead = (side * along).sum(axis=-1, keepdims=True)
     perpendicular = side - ahead * along
     width = np.linalg.norm(perpendicular, axis=-1, keepdims=True)
+    # Trilateration: equal radii put the point half-way between the first and the third centre.
     x, across = 0.5 * distance, perpendicular / width
     y = ((side * side).sum(axis=-1, keepdims=True) - 2.0 * ahead * x) / (2.0 * width)
     with np.errstate(invalid="ignore"):
         depth = np.sqrt(dims.l**2 - x * x - y * y)
     normal = np.cross(along, across)
+    # Of the two intersections the robot takes the lower one.
     return first + x * along + y * across - np.sign(normal[:, 2:]) * depth * normal
 
 
@@ -142,6 +146,7 @@ def lowest_pose(measure: Callable[[Floats], Floats], theta: float) -> tuple[Floa
         if values[i] < value:
             value, pose = float(values[i]), poses[i]
             best = inverse_kinematics(pose)[:3]
+        # The first grid's spacing is a twentieth of its half width: the second covers two spacings to every side.
         size *= 0.7 if k else 0.1
     return pose, value
 

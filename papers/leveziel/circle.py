@@ -61,17 +61,21 @@ def shares(height: float, theta: float, pixel: float) -> Shares:
     The section is sampled in polar coordinates over a quarter, as the robot is symmetric about the x-z and y-z planes.
     """
     width, turn = 0.5 * pixel, np.pi / 180.0
+    # Middles of polar cells, so that a sum over cells is the midpoint rule.
     radius = width * (np.arange(round(SIDE / width), dtype=np.float64) + 0.5)
     angle = turn * (np.arange(90, dtype=np.float64) + 0.5)
     x, y = radius * np.cos(angle[:, None]), radius * np.sin(angle[:, None])
     inside = is_reachable(poses_at(np.stack([x, y, np.full_like(x, height)], axis=-1), theta))
+    # A polar cell has the area r dr dphi; four quarters.
     area = 4.0 * turn * width * float((inside * radius).sum())
+    # The innermost cell outside the section ends the inscribed circle at that cell's inner border.
     fits = float(np.min(np.where(inside, SIDE, radius - 0.5 * width)))
     return Shares(np.pi * CIRCLE_RADIUS**2 / area if area > 0.0 else np.nan, fits)
 
 
 def fit_circle(theta: float, pixel: float) -> tuple[float, Shares]:
     """The lowest height [m] at which the circle fits, and its shares at that height, by bisection."""
+    # The section shrinks downwards: at -0.20 m the circle fits at all angles, at -0.26 m at none.
     low, high = -0.26, -0.20
     while high - low > 1e-4:
         middle = 0.5 * (low + high)
@@ -136,6 +140,7 @@ def _largest_row(pixel: float) -> Row:
 
 
 def _turn_rows(turns: Mapping[float, PoseMotion], commanded: Floats, record: SimulatedMotions) -> Iterator[Row]:
+    # Against the first command, as the halves are commanded to keep one angle for the whole turn.
     still = np.rad2deg(np.abs(record.pose[..., 3] - commanded[:, :1, 3]).max(axis=1))
     wide = float(np.abs(np.hypot(record.pose[..., 0], record.pose[..., 1]) - CIRCLE_RADIUS).max())
     reach = np.rad2deg(np.concatenate([m.q for m in turns.values()]))

@@ -55,6 +55,7 @@ class Profile:
 
     def sample(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         """Return progress and its first two derivatives at times (S,) from 0 to 1."""
+        # The area under the speed is 1: peak (1 - ramp) = 1.
         peak = 1.0 / (1.0 - self.ramp)
         if self.kind == "s-curve":
             # Two jerk segments fill a ramp, so the highest acceleration is twice the mean acceleration.
@@ -159,6 +160,7 @@ def circle(
     spoke = radius * np.column_stack([np.cos(turn), np.sin(turn), zero, zero])
     rim = radius * np.column_stack([-np.sin(turn), np.cos(turn), zero, zero])
     poses = np.append(middle, angle) + spoke
+    # Derivatives of the pose by progress, of which 1 is a whole turn.
     slope, bend = 2.0 * np.pi * rim, -((2.0 * np.pi) ** 2) * spoke
     return _path_motion(time, poses, slope, bend, progress, dimensions, limits or JointLimits())
 
@@ -183,6 +185,7 @@ def joint_move(
     share, rate, growth = (values[:, None] for values in progress)
     way = q_last - q_first
     q = q_first + share * way
+    # A start on the straight line keeps Newton's method in the assembly mode of both ends.
     pose = forward_kinematics(q, dimensions, start=first + share * (last - first))
     if np.isnan(pose).any():
         raise PoseError(f"the joint-linear move from {first.tolist()} to {last.tolist()} runs through a singularity")
@@ -265,6 +268,7 @@ def _scale_time(
     time: Floats, pose: Floats, q: Floats, speed: Floats, acceleration: Floats, limits: JointLimits
 ) -> PoseMotion:
     """The motion of duration 1, scaled in time until it just keeps the limits; a rest takes no time."""
+    # A motion that takes k times as long has speeds over k and accelerations over k^2.
     duration = max(
         float(np.abs(speed).max()) / limits.speed, float(np.sqrt(np.abs(acceleration).max() / limits.acceleration))
     )

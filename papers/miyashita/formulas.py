@@ -73,6 +73,8 @@ def newton_euler(angle: Floats, speed: Floats, rate: Floats, radius: Floats) -> 
     up = np.stack([-np.sin(angle), np.cos(angle)])
     arm = radius * along + d * up
     perpendicular = np.stack([-arm[1], arm[0]])
+    # A point on a turning arm: tangential acceleration by the rate, centripetal by speed^2; the force carries the
+    # weight.
     force = mass * (rate * perpendicular - speed**2 * arm) - mass * GRAVITY * np.array([[0.0], [-1.0]])
     normal, pull = (force * up).sum(axis=0), (force * along).sum(axis=0)
     # Forces act in the surface, d below the centre of mass; M = J theta'' minus the forces' moment about each vertex.
@@ -97,6 +99,7 @@ def _flight_row() -> Row:
 
 def step_flights(u: Floats, steps: int = 64) -> Floats:
     """States x, y, phi, dy (N, 4) after flights from releases (N, 4), by time steps that are exact for a parabola."""
+    # The centre of mass is l_t from the pivot and d above the arm, and so arcsin(d / l_t) further round.
     elevation = u[:, 0] + np.arcsin(BLOCK.half_height / u[:, 2])
     x, y = u[:, 2] * np.cos(elevation), u[:, 2] * np.sin(elevation)
     vx, vy, phi = -u[:, 1] * y, u[:, 1] * x, u[:, 0].copy()
@@ -123,6 +126,7 @@ def _control_points_row(plan: ThrowPlan) -> Row:
 def _sign_row(plan: ThrowPlan) -> Row:
     """Row on the objective's maximum over Delta M_A, with the constraints as printed and with the sign of the text."""
     weight, margin = float(weights_of("balanced")[1]), float(plan.delta[1])
+    # Eq. 28 over Delta M_A alone: at the plan's margin, at 0, and at two values that the print allows.
     values = {delta: 0.5 * weight * delta**2 for delta in (margin, 0.0, 1.0, 100.0)}
     as_printed = [value for delta, value in values.items() if delta >= margin]
     with_sign = [value for delta, value in values.items() if margin <= delta <= 0.0]
@@ -192,6 +196,7 @@ def _knots_row(plan: ThrowPlan) -> Row:
     programme = Programme(throw, ARM, BLOCK, weighing, static_start=True, per_interval=1)
     x = solve_interior(programme, programme.start(np.linspace(120.0, 100.0, INTERVALS + 1)))[0]
     motion, radius = programme.motion(x), np.array([plan.radius])
+    # One sample per interval: the knots and nothing between.
     knot_rate = INTERVALS / float(motion.duration[0])
     at_knots = motion_margins(motion, radius, ARM, BLOCK, knot_rate)[0]
     between = motion_margins(motion, radius, ARM, BLOCK, 20000.0)[0]
@@ -226,6 +231,7 @@ def _wrap_row() -> Row:
 def _rest_row() -> Row:
     free = plan_throw(GOAL, weights="torque", static_start=False, starts=4)
     start = free.motion.start_angle
+    # A block tips when its weight's line leaves the support: tan = l / d.
     tips = -np.rad2deg(np.arctan2(BLOCK.half_length, BLOCK.half_height))
     return Row.ours(
         "miyashita/inconsistency/block-must-rest-before-the-throw",

@@ -92,6 +92,7 @@ def goals_above_arm(count: int) -> Floats:
     """
     goals, plans = feasible_goals(3 * count + 16)
     stop = plans.motion.stop_angle
+    # Height of the goal over the arm's surface: the goal turned by -stop about the pivot.
     height = np.cos(stop) * goals[:, 1] - np.sin(stop) * goals[:, 0]
     clear = float(np.hypot(BLOCK.half_length, BLOCK.half_height))
     return goals[(height >= clear) & (goals[:, 1] >= LOWEST_GOAL)][:count]
@@ -194,6 +195,7 @@ class Search:
         current, damping = share, np.full(len(share), 1e-2)
         error = residual(current)
         for _ in range(ITERATIONS):
+            # Forward differences on the interpolated flights, which cost no simulation.
             slopes = np.stack([(residual(current + way) - error) / NUDGE for way in NUDGE * np.eye(3)], axis=2)
             trial = np.clip(current + _gauss_newton_step(error, slopes, damping), 1e-3, 1.0 - 1e-3)
             trial_error = residual(trial)
@@ -202,6 +204,7 @@ class Search:
                 np.where(is_better[:, None], trial, current),
                 np.where(is_better[:, None], trial_error, error),
             )
+            # Levenberg and Marquardt: less damping after a success, much more after a failure.
             damping = np.clip(np.where(is_better, 0.3, 6.0) * damping, 1e-7, 1e4)
         return np.where(has_motion(current)[:, None], current, share)
 
@@ -239,6 +242,7 @@ def _release_states(share: Floats) -> Floats:
 def _gauss_newton_step(error: Floats, slopes: Floats, damping: Floats) -> Floats:
     """Damped Gauss-Newton steps (N, 3), -(J^T J + D)^-1 J^T r, shortened to `STEP`."""
     square = np.einsum("nij,nik->njk", slopes, slopes)
+    # The damping is relative to the mean of the diagonal of J^T J, so that its strength does not depend on units.
     damping_matrix = (damping * np.einsum("nii->n", square) / 3.0 + 1e-9)[:, None, None] * np.eye(3)
     step = -np.linalg.solve(square + damping_matrix, np.einsum("nij,ni->nj", slopes, error)[..., None])[..., 0]
     return step * np.minimum(1.0, STEP / np.maximum(np.abs(step).max(axis=1), 1e-12))[:, None]

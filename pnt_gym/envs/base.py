@@ -36,26 +36,26 @@ SECTIONS: Final = (
     "Arguments",
     "Version History",
 )
-"""Of a manual, as Gymnasium orders them."""
+"""Sections of a manual, in Gymnasium's order."""
 ARGUMENTS: Final = """\
 | `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
 | `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
-| `width` | int | 1280 | of a frame [pixels], up to 1920 |
-| `height` | int | 720 | of a frame [pixels], up to 1080 |
+| `width` | int | 1280 | width of a frame [pixels], up to 1920 |
+| `height` | int | 720 | height of a frame [pixels], up to 1080 |
 | `camera` | mapping or None | None | `lookat` (x, y, z) [m], `distance` [m], `azimuth`, `elevation` [deg] to change |
-| `num_envs` | int | 1 | only of the vector form, `gymnasium.make_vec` |
-| `autoreset_mode` | str or AutoresetMode | `"SameStep"` | of the vector form: `SameStep`, `NextStep` or `Disabled` |
-| `max_episode_steps` | int or None | None | of the vector form: an episode's steps; `gymnasium.make` has a TimeLimit |
-| `disable_env_checker` | bool or None | None | of the vector form, which has no checker: True or None |
+| `num_envs` | int | 1 | number of cells; vector form alone (`gymnasium.make_vec`) |
+| `autoreset_mode` | str or AutoresetMode | `"SameStep"` | vector form: `SameStep`, `NextStep` or `Disabled` |
+| `max_episode_steps` | int or None | None | vector form: steps of an episode; `gymnasium.make` adds a TimeLimit |
+| `disable_env_checker` | bool or None | None | vector form, which has no checker: True or None |
 
 `reset(options={"item": ..., "target": ...})` chooses item, target or both for the first throw of an episode, by name or
-index. The throw is drawn until it fits; later throws are drawn as always. In the vector form the request holds for
-every cell that is reset; the option `reset_mask`, a boolean array, says which cells are."""
-"""Rows that the table of arguments has in every manual, and what can be asked of a reset."""
+index. The throw is drawn until it meets the request; later throws are drawn as always. In the vector form the request
+holds for every cell that is reset; the option `reset_mask`, a boolean array, chooses these cells."""
+"""Rows that the table of arguments has in every manual, and the options of a reset."""
 NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
-class Behind(Protocol):
+class BatchedCore(Protocol):
     """The batched simulation behind an environment; row i is environment i. A `Core` throws once a step."""
 
     cell: Any
@@ -72,20 +72,20 @@ class Behind(Protocol):
         ...
 
     def kinds(self) -> dict[str, NDArray[Any]]:
-        """What the info tells of coming steps, (N, ...) each."""
+        """Entries of the info about the coming steps, (N, ...) each."""
         ...
 
     def step(self, actions: object, waiting: Bools | None = None) -> Step:
-        """One step in every row; the step takes back what rows that wait (N,) do in it."""
+        """Take one step in every row; the step of rows that wait (N,) is undone."""
         ...
 
     def view(self) -> View:
-        """Pictures."""
+        """View that draws the rows."""
         ...
 
 
 class Entries(Protocol):
-    """What is seen, as it stands in a manual."""
+    """Entries of an observation, as a manual lists them."""
 
     def __len__(self) -> int:
         """Numbers in an observation."""
@@ -105,8 +105,8 @@ def seed_of(value: Any) -> int | None:
     return int(value)
 
 
-def request_of(options: Any, core: Behind, *others: str) -> Request:
-    """What options of a reset ask the first throw to be; `others` are what else they may hold."""
+def request_of(options: Any, core: BatchedCore, *others: str) -> Request:
+    """The request for the first throw in the options of a reset; `others` are further names of options."""
     if not (options is None or isinstance(options, dict)):
         raise ConfigError(f"options is {one_sentence(repr(options), 80)}; it must be a mapping, or None")
     given, known = cast("dict[object, Any]", options or {}), (*REQUEST_OPTIONS, *others)
@@ -131,16 +131,16 @@ def completed(own: str, family: str) -> str:
 class Facade:
     """Abstract: the common part of single and vector environments.
 
-    An environment pickles and copies with its state: the physics is a pure function of it, so a copy goes on as the
-    original would. Views stay behind: a copy opens its own when it is asked for a picture.
+    An environment pickles and copies with its state. The physics is a pure function of the state, so a copy continues
+    like the original. Views are not copied: a copy opens a view of its own for its first picture.
 
-    The docstring of an environment is its manual. What holds for a whole family stands in the docstring of their
-    abstract class, once; every environment's own is completed with it. The table that a class `observes` by, or the
-    one of its family, takes the place of `{observations}` and its length that of `{entries}`; what can be said to every
-    environment takes that of `{arguments}`.
+    The docstring of an environment is its manual. The docstring of an abstract class holds the text of a whole family
+    of environments, and the manual of each environment is completed with this text. Three marks are replaced:
+    `{observations}` by the table `observes` of the class or of its family, `{entries}` by the number of entries of that
+    table, and `{arguments}` by the arguments of every environment.
     """
 
-    core: Behind
+    core: BatchedCore
     _picture: Picture
     _view: View | None = None
     _spec: EnvSpec | None = None
@@ -150,7 +150,7 @@ class Facade:
 
     @property
     def spec(self) -> EnvSpec | None:
-        """How Gymnasium made the environment; a level given as an object stands there in the form of a file."""
+        """Gymnasium's specification of the environment; a level given as an object is kept in the form of a file."""
         return self._spec
 
     @spec.setter
@@ -193,9 +193,9 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
     """Abstract: one row of a batched core. Subclasses make the core.
 
     Args:
-        level: of the cell.
-        action_mode: how an action is read; None for the cell's default.
-        threads: of the physics; results do not depend on it.
+        level: level of the cell.
+        action_mode: meaning of an action; None for the cell's default.
+        threads: threads of the physics; results do not depend on this number.
         render_mode: one of `RENDER_MODES`, or None.
         width, height, camera: see `Picture`.
 
@@ -207,13 +207,13 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
 
     @classmethod
     def load_config(cls, level: Level) -> LevelConfig:
-        """The config of a level, as the environment reads it; subclasses need not make a cell for it."""
+        """Config of a level, as the environment reads the level; a subclass can read it without making a cell."""
         return cls.make_core(level, None, 1, 1).config
 
     @classmethod
     @abstractmethod
     def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> Any:
-        """`count` rows of a level behind one way to act, a `Behind`."""
+        """A `BatchedCore` with `count` rows of a level and one action mode."""
 
     def __init__(
         self,
@@ -244,13 +244,12 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
         """Begin an episode.
 
         Args:
-            seed: of the throws, or None to go on with the generator as it is.
-            options: what the first throw has to be: "item", a name (or index) of `core.item_names`, and "target", one
-                of `core.cell.target_names`; what is not asked for is drawn. Later throws come as always.
+            seed: seed of the throws; None continues with the generator as it is.
+            options: request for the first throw: "item", a name (or index) of `core.item_names`, and "target", a name
+                (or index) of `core.cell.target_names`. Everything else is drawn, and later throws are drawn as always.
 
         Raises:
-            ConfigError: a seed that is no whole number, or options that ask for what is not there or never comes;
-                the environment is as it was.
+            ConfigError: the seed is no whole number, or no throw meets the request; the environment does not change.
         """
         request, number = request_of(options, self.core), seed_of(seed)
         generator = self.np_random if number is None else seeding.np_random(number)[0]
@@ -303,7 +302,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
 
 
 class ThrowEnv(CoreEnv):
-    """Abstract: one cell, one throw a step. Subclasses say which."""
+    """Abstract: an environment of one cell, with one throw a step. Subclasses make the cell."""
 
     @classmethod
     @abstractmethod
@@ -312,7 +311,7 @@ class ThrowEnv(CoreEnv):
 
     @classmethod
     def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> Core:
-        """`count` cells of a level behind one way to act."""
+        """Core with `count` cells of a level and one action mode."""
         with describes_a_cell():
             return Core(cls.make_cell(level, count, threads), action_mode)
 
@@ -325,8 +324,8 @@ def scalars(info: Mapping[str, NDArray[Any]], row: int, partial: Mapping[str, Bo
         row: which one.
         partial: rows (N,) that have a result, of results that only some rows have.
     """
-    told: dict[str, Any] = {}
+    values_by_name: dict[str, Any] = {}
     for name, values in info.items():
         if name not in partial or partial[name][row]:
-            told[name] = values[row].item() if values.ndim == 1 else values[row].copy()
-    return told
+            values_by_name[name] = values[row].item() if values.ndim == 1 else values[row].copy()
+    return values_by_name

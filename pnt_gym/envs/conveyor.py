@@ -83,7 +83,7 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
 
     Items are the level's `items`, targets its fixed bins, in `nominal` `inside` and `outside`; a bin that is drawn for
     every throw has no name. On the belt the first object is met where it enters the window, from where some bins may
-    be out of reach. What does not come in 4096 draws is refused.
+    be out of reach. A request that no throw meets in 4096 draws is refused.
 
     ## Version History
 

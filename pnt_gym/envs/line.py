@@ -120,7 +120,7 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> LineCore:
         """`count` lines of a level."""
         if action_mode not in (None, MODE):
-            raise ConfigError(f"action_mode is {one_sentence(repr(action_mode), 80)}; a line has {MODE!r}")
+            raise ConfigError(f"action_mode is {one_sentence(repr(action_mode), 80)}; it must be {MODE!r}")
         with describes_a_cell():
             return LineCore(cls.load_config(level), count, threads)
 

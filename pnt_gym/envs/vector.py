@@ -24,28 +24,26 @@ from pnt_gym.errors import ConfigError, OrderError, one_sentence
 class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
     Facade, VectorEnv[Observation, NDArray[np.floating], NDArray[Any]]
 ):
-    """Abstract: N cells on one batch of simulations. Subclasses are made by `vector_form`.
+    """Abstract: a vector environment of N cells on one batch of simulations. `vector_form` makes subclasses.
 
     Args:
         num_envs: number of cells N.
-        level: of the cells.
-        action_mode: how an action is read; None for the cell's default.
-        threads: of the physics; results do not depend on it.
+        level: level of the cells.
+        action_mode: meaning of an action; None for the cells' default.
+        threads: threads of the physics; results do not depend on this number.
         render_mode: "rgb_array" or None.
         width, height, camera: see `Picture`.
-        autoreset_mode: when a cell whose episode is over begins anew: in the same step, in the next one, which throws
-            nothing there, or never by itself.
-        max_episode_steps: steps after which an episode is truncated, by the name that Gymnasium has for them; None for
-            no limit but the cells' own.
-        disable_env_checker: True or None, which `gymnasium.make` takes, too; nothing checks a vector environment.
+        autoreset_mode: when a cell begins a new episode: in the step that ends the old episode, in the next step, in
+            which the cell does not throw, or only at a reset.
+        max_episode_steps: steps after which an episode is truncated; None for the cells' own limit alone.
+        disable_env_checker: True or None, as in calls of `gymnasium.make`; a vector environment has no checker.
 
     Raises:
-        ConfigError: an unknown action, render or autoreset mode, no working cells, no picture, no number of steps, or
-            a checker is asked for.
+        ConfigError: an argument is out of its range, or the level describes no cell that works.
     """
 
     single: ClassVar[type[CoreEnv]]
-    """Row i of seed s is this one of seed s + i."""
+    """Single environment: row i of the vector environment with seed s equals it with seed s + i."""
 
     metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
         "render_modes": ["rgb_array"],
@@ -91,14 +89,14 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """Begin episodes; row i of seed s is the single environment of seed s + i.
 
         Args:
-            seed: one number, one per cell, or None to go on with the generators as they are.
-            options: "reset_mask", a boolean array (num_envs,), restarts only the chosen cells, and the masks of the
-                info hold for these; "item" and "target" are what the first throw of each has to be, as in the single
-                environment.
+            seed: one seed, a seed for each cell, or None to continue with the generators as they are.
+            options: "reset_mask", a boolean array (num_envs,) of the cells to reset, by default all cells; the masks of
+                the info mark these cells. "item" and "target" request the first throw of each of these cells, as in
+                the single environment.
 
         Raises:
-            ConfigError: seeds that are no whole numbers, a list of them or a mask whose length is not the number of
-                cells, or options that ask for what is not there or never comes; the environment is as it was.
+            ConfigError: a seed is no whole number, the length of seeds or mask is not the number of cells, or no throw
+                meets the request; the environment does not change.
             OrderError: the environment is closed.
         """
         if self.closed:
@@ -117,17 +115,17 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
     def step(
         self, actions: NDArray[np.floating]
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Throw in every cell; cells whose episode is over begin the next one as the autoreset mode says.
+        """Throw in every cell; a cell whose episode is over begins a new episode by the autoreset mode.
 
-        A mask `_name` says for which cells `info[name]` holds, as in Gymnasium's own vector environments: for a cell
-        that has begun anew in this step only what a reset tells. In the same step its results are in `final_info`,
-        with their masks, and its last observation is in `final_obs`. The arrays of `info` have the results of the
-        throw for every cell then too, so that `info["landing_error"]` can be read as it stands; the masks leave
-        the cells out that are over. In other modes an array has NaN (or 0) for cells that did not throw.
+        A mask `_name` marks the cells for which `info[name]` holds, as in Gymnasium's own vector environments. For a
+        cell that began a new episode in this step, only entries of a reset hold. In the mode `SameStep`, `final_info`
+        has the results of such a cell, with masks, and `final_obs` its last observation; the arrays of `info` have the
+        results of all cells too, so `info["landing_error"]` can be read directly. In other modes an array has NaN (or
+        0) for cells that did not throw.
 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
-            OrderError: the environment was not reset, or is closed; or cells are over that nothing resets.
+            OrderError: the environment was not reset or is closed, or a cell whose episode is over needs a reset.
         """
         self._check_order()
         waiting, same = self._over, self._autoreset is AutoresetMode.SAME_STEP
@@ -169,7 +167,9 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
             raise ConfigError(f"autoreset_mode is {one_sentence(repr(autoreset_mode), 80)}; it must be one of {known}")
         if disable_env_checker is not None and disable_env_checker is not True:
             said = one_sentence(repr(disable_env_checker), 80)
-            raise ConfigError(f"disable_env_checker is {said}; nothing checks a vector environment: True or None")
+            raise ConfigError(
+                f"disable_env_checker is {said}; it must be True or None, as vector environments have no checker"
+            )
         return AutoresetMode(autoreset_mode)
 
     def _check_order(self) -> None:
@@ -249,12 +249,12 @@ def masked(
         partial: which rows do (N,), of results that only some rows have.
         every: whether results that no row has stay, with masks that are False.
     """
-    told: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for name, values in info.items():
         mask = rows & partial.get(name, True)
         if every or mask.any():
-            told |= {name: values, f"_{name}": mask}
-    return told
+            result |= {name: values, f"_{name}": mask}
+    return result
 
 
 def _final(result: Step, over: Bools) -> dict[str, Any]:
@@ -288,11 +288,11 @@ def _steps_of(value: Any) -> int | None:
 
 
 def vector_form(single: type[CoreEnv], pictured: bool = True) -> type[ThrowVectorEnv]:
-    """The vector form of `SomethingEnv`, to be called `SomethingVectorEnv` in the same module.
+    """Make the vector form of `SomethingEnv`, which the same module should name `SomethingVectorEnv`.
 
     Args:
-        single: of one cell.
-        pictured: whether many can be drawn as well as one.
+        single: environment of one cell.
+        pictured: whether the vector form has pictures.
     """
     name = f"{single.__name__.removesuffix('Env')}VectorEnv"
     manual = f"N cells of `{single.__name__}` on one batch of simulations; row i of seed s is that one of seed s + i."

@@ -22,6 +22,18 @@ MOST_PARTS: Final = 1000
 """Files in an archive."""
 
 
+_BROKEN: Final = (
+    BadZipFile,  # no directory, or a part whose sum does not fit
+    zlib.error,  # a part that is damaged
+    EOFError,  # a part that ends too early
+    NotImplementedError,  # a kind of compression that Python lacks
+    RuntimeError,  # an encrypted part
+    OSError,  # a disk that fails, or a directory that points before the file
+    ValueError,  # an array whose header is no header
+)
+"""Errors of the standard library and of NumPy at an archive that nobody can read."""
+
+
 def arrays_of(path: str | Path, expected: re.Pattern[str], most: int = MOST_NUMBERS) -> dict[str, NDArray[Any]]:
     """The arrays of a NumPy archive (.npz), by name; none of them holds objects.
 
@@ -58,10 +70,9 @@ def archive(
             return
         with opened(path, most) as file:
             yield _directory(file, expected, most, suffix)
-    except (BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, OSError, ValueError) as error:
-        # What the standard library says of an archive that is torn, encrypted or packed in an unusual way.
-        if isinstance(error, PntGymError):
-            raise
+    except PntGymError:
+        raise
+    except _BROKEN as error:
         raise ReadError(f"it is no archive that can be read: {one_sentence(error, 100)}") from None
 
 

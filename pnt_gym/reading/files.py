@@ -128,7 +128,7 @@ def _single_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(data) < len(pairs):
         keys = [key for key, _ in pairs]
         twice = next(key for key in keys if keys.count(key) > 1)
-        raise ValueError(f"key {one_sentence(repr(twice), 60)} stands twice")
+        raise ValueError(f"key {one_sentence(repr(twice), 60)} is given twice")
     return data
 
 

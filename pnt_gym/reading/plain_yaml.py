@@ -71,7 +71,7 @@ class PlainLoader(yaml.SafeLoader):
             key = self._key_of(key_node)
             if key in keys:
                 raise ComposerError(
-                    None, None, f"key {one_sentence(repr(key_node.value), 60)} stands twice", key_node.start_mark
+                    None, None, f"key {one_sentence(repr(key_node.value), 60)} is given twice", key_node.start_mark
                 )
             keys.add(key)
         return node

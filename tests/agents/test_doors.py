@@ -144,7 +144,7 @@ def test_rows_of_single_environments_are_those_of_the_vector_form(here: Path) ->
     learner = make_controller("virtual_goal", rows)
     practise(learner, rows, 40, 0)
     assert throw_held_out(learner, rows, 8, 0).is_success.all()
-    with pytest.raises(UsageError, match="looks ahead in all cells at once"):
+    with pytest.raises(UsageError, match="simulates all cells at once"):
         make_controller("oracle", rows)
     assert throw_held_out(make_controller("oracle", whole), whole, 8, 0).is_success.all()
 
@@ -182,7 +182,7 @@ def test_single_environments_keep_their_wrappers(here: Path) -> None:
     seen = gym.wrappers.TransformObservation(env, misread, env.observation_space)
     assert evaluate(theirs.policy, env, 6)["env"] == "LobAlone-v0"
     assert evaluate(theirs.policy, seen, 6)["landing_error_mean_m"] == pytest.approx(0.1)
-    with pytest.raises(UsageError, match="level is settled by the environment"):
+    with pytest.raises(UsageError, match="level cannot change an environment that is made already"):
         evaluate(theirs.policy, env, 6, level="home")
     with pytest.raises(UsageError, match="needs SAME_STEP autoreset"):
         evaluate(theirs.policy, SyncVectorEnv([lambda: env]), 6)

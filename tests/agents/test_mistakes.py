@@ -38,7 +38,7 @@ YAML = {
     "digits": ("bins: " + "1" * 5000, "4300 digits"),
     "latin-1": ("bins: é".encode("latin-1"), "not UTF-8"),
     "binary": (bytes(range(256)), "not UTF-8"),
-    "twice": ("bins: 1\nbins: 2", "key 'bins' stands twice: line 2"),
+    "twice": ("bins: 1\nbins: 2", "key 'bins' is given twice: line 2"),
     "itself": ("bins: &a [*a]", "refers to itself"),
     "tab": ("bins:\n\t- a", "not valid YAML"),
     "list": ("[1, 2]", ""),
@@ -139,7 +139,7 @@ def test_a_policy_that_is_not_its_models(here: Path) -> None:
     with np.load(file) as parts:
         found = {name: parts[name] for name in parts.files}
     np.savez(file, **{**found, "bias_1": np.nextafter(found["bias_1"], np.float32(1.0))})
-    assert "policy.npz and model.zip are not of the same throw" in refused("agents.publish", "kept", "--to", ".")
+    assert "policy.npz and model.zip are from different moments" in refused("agents.publish", "kept", "--to", ".")
 
 
 def test_a_run_of_before_there_were_policies(here: Path) -> None:

@@ -101,7 +101,7 @@ def test_a_folder_is_published_in_full_or_not_at_all(
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"algo": "recurrent_ppo"}, "a policy of recurrent_ppo remembers, which policy.onnx has no place for"),
+        ({"algo": "recurrent_ppo"}, "a policy of recurrent_ppo has a memory, which policy.onnx cannot hold"),
         ({"over": "mean_lead"}, "policy.onnx would lack the controller 'mean_lead' under the policy"),
     ],
 )

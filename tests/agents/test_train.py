@@ -161,6 +161,6 @@ def test_damaged_runs_are_refused_with_one_sentence(run: Path, damage: Callable[
 def test_a_policy_that_cannot_be_kept_as_numbers_is_not_begun(asked: Arguments, tmp_path: Path) -> None:
     kwargs = "dict(net_arch=[8], activation_fn=nn.PReLU)"
     (tmp_path / "small.yml").write_text(yaml.safe_dump({"default": {**OFF_POLICY, "policy_kwargs": kwargs}}))
-    with pytest.raises(UsageError, match=r"the policy cannot be kept as numbers: .* activation_fn one of ELU, GELU"):
+    with pytest.raises(UsageError, match=r"the policy cannot be saved as arrays: .* activation_fn one of ELU, GELU"):
         main(asked)
     assert [p.name for p in tmp_path.iterdir()] == ["small.yml"]

@@ -31,8 +31,8 @@ evaluate --controller analytic --level . | unknown level '.'; shipped levels are
 evaluate --controller analytic --level LONG | unknown level 'LONG'; shipped levels are
 evaluate --controller analytic --level LONG.yaml | level file 'LONG.yaml' does not exist
 evaluate --controller analytic --level aNULb.yaml | level file 'a\x00b.yaml' does not exist
-evaluate --controller analytic --level day | level 'day' drifts, and nothing in this environment tells
-evaluate --controller kalman | controller 'kalman' goes by what is told of the throw before; u
+evaluate --controller analytic --level day | level 'day' drifts, and the observations of this environment do not show
+evaluate --controller kalman | controller 'kalman' needs observations of the previous landing; u
 evaluate --controller analytic --env PnTRelease | unknown environment 'PnTRelease'; known are PnTConveyor-v0,
 evaluate --controller analytic --env LONG | unknown environment 'LONG'; known are PnTConveyor-v0
 evaluate --controller analytic --env CartPole-v1 | environment 'CartPole-v1' has no core
@@ -44,8 +44,8 @@ evaluate --controller analytic --json folder | cannot write 'folder': it is a fo
 evaluate --controller analytic --json LONG/x.json | cannot write 'x ... File name too long
 evaluate --controller analytic --shifts 2 | --shifts goes with work shifts; PnTConveyor-v0 is judged by throws
 evaluate --controller analytic --video a.mp4 | --video goes with work shifts; PnTConveyor-v0 is judged by throws
-evaluate --controller analytic --load x.npz | --load: controller 'analytic' learns nothing that could be k
-evaluate --controller analytic --save x.npz | --save: controller 'analytic' learns nothing that could be k
+evaluate --controller analytic --load x.npz | --load: controller 'analytic' learns nothing that could be s
+evaluate --controller analytic --save x.npz | --save: controller 'analytic' learns nothing that could be s
 evaluate --controller ridge --load none.npz | 'none.npz' does not exist
 evaluate --controller ridge --load file | 'file' holds no saved controller
 evaluate --controller ridge --load folder | 'folder' holds no saved controller: Is a directory
@@ -91,12 +91,12 @@ train --env ToyThrow-v0 --algo residual_ppo | algorithm residual_ppo does not le
 train --env OneJointThrow-v0 --fidelity flight | --fidelity flight: environment 'OneJointThrow-v0' is simulated i
 train --full-last 10 | --full-last goes with --fidelity flight
 train --full-last -1 --fidelity flight | --full-last is -1; it must be at least 0
-train --algo recurrent_ppo | algorithm 'recurrent_ppo' goes by where a shift begins, which observations here do not tell
+train --algo recurrent_ppo | algorithm 'recurrent_ppo' needs observations that mark the beginning of a shift
 train --stack 101 --env PnTAdapt-v0 | stack is 101; a policy sees from 1 to 100 observations at once
-train --stack 8 | a stack of 8 observations goes by where a shift begins, which observations here do not tell; use PnTA
-train --env OneJointThrow-v0 --stack 2 | a stack of 2 observations goes by where a shift begins
+train --stack 8 | a stack of 8 observations needs observations that mark the beginning of a shift; use PnTA
+train --env OneJointThrow-v0 --stack 2 | a stack of 2 observations needs observations that mark the beginning of a shift
 train --over mlp --env PnTAdapt-v0 | over is 'mlp'; it must be a controller that needs no practice: analytic, analyt
-train --over static | controller 'static' goes by what is told of the throw before; use --env PnTAdapt-v0
+train --over static | controller 'static' needs observations of the previous landing; use --env PnTAdapt-v0
 train --config other.yml | hyperparameters 'other.yml' have no entry for 'PnTConveyor-v0'; entries are PnTRelease-v0
 train --config none.yml | cannot read hyperparameters 'none.yml': No such file or dire
 train --config text.yaml | hyperparameters 'text.yaml' have no entry for 'PnTConveyor-v
@@ -107,8 +107,8 @@ train --out LONG | cannot read or write 'x ... File name too long
 train --resume file | run folder 'file' does not exist
 train --resume folder | 'folder' is not a run folder: it has no args.yml
 train --resume policy | run folder 'policy' is damaged: it has no checkpoint
-train --resume policy --algo ppo | --algo cannot be changed with --resume: the run folder has s
-train --resume policy --out x | --out cannot be changed with --resume: the run folder has se
+train --resume policy --algo ppo | --algo cannot be changed with --resume, because the run folder holds
+train --resume policy --out x | --out cannot be changed with --resume, because the run folder holds
 benchmark --config none.yaml | cannot read benchmark 'none.yaml': No such file or directory
 benchmark --config text.yaml | benchmark 'text.yaml': is 'text': input should be a valid di
 benchmark --config typo.yaml | benchmark 'typo.yaml': key 'name' is missing
@@ -118,7 +118,7 @@ benchmark --config plan.yaml --work file --out o.json | cannot write 'file/piece
 benchmark --config plan.yaml --work file/x --out o.json | cannot write 'file/x/piece.json': Not a directory
 benchmark --config far_plan.yaml | benchmark 'far_plan.yaml': picks is -1111111111 ... input should be greater
 benchmark --config idle_plan.yaml | benchmark 'idle_plan.yaml': unknown controller 'nobody'; known
-benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': stack, over and fidelity are for sac, td3, ppo, t
+benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': `stack`, `over` and `fidelity` can be used only
 benchmark --config over.yaml | benchmark 'over.yaml': entry 'a' has stack 8 over 'mlp'; it must be 1 to 100 over one of
 benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
 reproduce nobody | unknown paper 'nobody'; known are hassan, choe, miyashita, l

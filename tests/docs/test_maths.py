@@ -12,8 +12,8 @@ TEX = re.compile(r"\$\$(.+?)\$\$|\$([^$\n]+?)\$", re.DOTALL)
 
 def equations():
     """Every equation of the papers' pages, once."""
-    texts = [page.read_text(encoding="utf-8") for page in made.pages() if page.parent.name == "papers"]
-    return sorted({block or inline for text in texts for block, inline in TEX.findall(made.by_hand(text))})
+    texts = [page.read_text(encoding="utf-8") for page in made.page_files() if page.parent.name == "papers"]
+    return sorted({block or inline for text in texts for block, inline in TEX.findall(made.hand_text(text))})
 
 
 def test_there_are_equations():

@@ -15,7 +15,19 @@ from agents.dispatchers.registry import NAMES as LINE_NAMES
 from agents.ground.console import COMMANDS
 from agents.levels import FAMILIES
 from agents.reproduce.papers import PAPERS, package
-from docs.pages import cite, commands, controllers, docstrings, environments, items, levels, made, papers, results
+from docs.pages import (
+    breaks,
+    cite,
+    commands,
+    controllers,
+    docstrings,
+    environments,
+    items,
+    levels,
+    made,
+    papers,
+    results,
+)
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -33,7 +45,7 @@ def names(text):
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_every_shipped_level_is_in_its_table_and_its_file_is_shown(family):
-    config, table, files = FAMILIES[family], levels.listed(family), levels.files(family)
+    config, table, files = FAMILIES[family], levels.level_table(family), levels.level_files(family)
     assert sorted(names(table)) == sorted(config.level_names())
     headings = [
         re.sub(r"[^\w\- ]", "", line[4:]).replace(" ", "-") for line in files.splitlines() if line[:4] == "### "
@@ -43,41 +55,41 @@ def test_every_shipped_level_is_in_its_table_and_its_file_is_shown(family):
 
 
 def test_settings_reach_into_sections_lists_and_alternatives():
-    said = names(levels.settings("PnT"))
+    said = names(levels.setting_table("PnT"))
     assert {"motion.dwell", "bins.fixed", "bins.fixed[].accepts", "bins.random", "bins.random.side"} <= set(said)
     assert len(said) == len(set(said)) > 60
     assert ConveyorConfig.load().motion.dwell == 0.1
-    assert "| `motion.dwell` | `0.1` |" in levels.settings("PnT")
+    assert "| `motion.dwell` | `0.1` |" in levels.setting_table("PnT")
 
 
 def test_every_item_of_the_catalogue_is_listed():
-    assert {name for which in items.SETS for name in names(items.listed(which))} == set(CATALOGUE)
-    assert {"mass", "drag", "seal_force", "source"} <= set(names(items.keys("")))
+    assert {name for which in items.SETS for name in names(items.item_table(which))} == set(CATALOGUE)
+    assert {"mass", "drag", "seal_force", "source"} <= set(names(items.key_table("")))
 
 
 def test_every_controller_is_described_and_tried_everywhere():
-    table = controllers.listed("")
+    table = controllers.controller_table("")
     assert tuple(names(table)) == NAMES
     rows = dict(zip(NAMES, table.splitlines()[2:], strict=True))
     assert rows["ridge"].startswith("| `ridge` | yes | all that throw |")
     assert rows["oracle"].startswith("| `oracle` | no | all that throw |")
     assert rows["mean_lead"].startswith("| `mean_lead` | no | `PnTConveyor-v0`, `PnTAdapt-v0`, `PnTRelease-v0` |")
     assert rows["kalman"].startswith("| `kalman` | yes | `PnTAdapt-v0` |")
-    assert tuple(names(controllers.of_the_line(""))) == LINE_NAMES
+    assert tuple(names(controllers.line_controller_table(""))) == LINE_NAMES
 
 
 def test_every_command_shows_its_help():
-    said = commands.help_of("")
-    assert names(commands.listed("")) == [f"pnt-gym {name}" for name in COMMANDS]
+    said = commands.command_help("")
+    assert names(commands.command_table("")) == [f"pnt-gym {name}" for name in COMMANDS]
     for name in COMMANDS:
         assert f"### `pnt-gym {name}`" in said
         assert f"usage: pnt-gym {name} " in said
-    assert str(DOCS.parent) not in said + commands.help_of("checkout")
+    assert str(DOCS.parent) not in said + commands.command_help("checkout")
 
 
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
 def test_every_environment_has_a_page_and_a_small_picture(env_id):
-    assert made.by_hand((DOCS / "environments" / f"{env_id}.md").read_text()) == "\n"
+    assert made.hand_text((DOCS / "environments" / f"{env_id}.md").read_text()) == "\n"
     text = environments.page(env_id)
     assert text.startswith(f"# {env_id}\n")
     assert "## Action Space" in text
@@ -101,9 +113,9 @@ def test_a_page_names_the_levels_that_its_environment_takes():
 def test_what_is_hidden_is_on_the_page_of_datasets(env_id):
     shown = re.findall(r"^<!-- made: hidden (.*) -->$", (DOCS / "datasets.md").read_text(), flags=re.MULTILINE)
     assert shown
-    rows = names(environments.hidden(env_id))
-    assert rows in [names(environments.hidden(shown_id)) for shown_id in shown]
-    assert rows == [*environments.made(env_id).core.hidden()]
+    rows = names(environments.hidden_table(env_id))
+    assert rows in [names(environments.hidden_table(shown_id)) for shown_id in shown]
+    assert rows == [*environments.default_env(env_id).core.hidden()]
 
 
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
@@ -135,7 +147,7 @@ def test_pages_of_results_become_pages_of_the_site():
 
 
 def test_the_papers_verdicts_are_counted():
-    assert names(results.verdicts(""))[0] == "Hassan et al. 2022"
+    assert names(results.verdict_table(""))[0] == "Hassan et al. 2022"
 
 
 def test_the_citation_is_that_of_the_file():
@@ -147,48 +159,61 @@ def test_the_citation_is_that_of_the_file():
 
 def test_arrays_are_called_by_their_names():
     plain = stringify_annotation(Floats, "smart")
-    assert docstrings.named(f"(a: {plain})") == "(a: NDArray[~numpy.float64])"
-    assert docstrings.named(stringify_annotation(ArrayLike | None, "smart")) == "ArrayLike | None"
-    assert docstrings.named("~numpy._typing.ArrayLike | None") == "ArrayLike | None"  # as from Python 3.12 on
-    assert docstrings.named(None) is None
+    assert docstrings.shorten_signature(f"(a: {plain})") == "(a: NDArray[~numpy.float64])"
+    assert docstrings.shorten_signature(stringify_annotation(ArrayLike | None, "smart")) == "ArrayLike | None"
+    assert (
+        docstrings.shorten_signature("~numpy._typing.ArrayLike | None") == "ArrayLike | None"
+    )  # as from Python 3.12 on
+    assert docstrings.shorten_signature("(a: ~typing.Any = <factory>)") == "(a: ~typing.Any = ...)"
+    assert docstrings.shorten_signature(None) is None
 
 
 def test_marked_blocks_are_filled_and_unknown_ones_refused():
     stale = "a\n<!-- made: levels PnT -->\nold\n<!-- /made -->\nb"
-    assert made.filled(stale) == f"a\n{levels.listed('PnT')}\nb"
-    assert made.by_hand(stale) == "a\n\nb"
-    assert made.filled('```python title="x/y.py"\n1\n```') == "```{code-block} python\n:caption: x/y.py\n\n1\n```"
-    assert "| analytic |" in made.filled("<!-- table:benchmark -->\n<!-- /table -->")
+    assert made.fill_page(stale) == f"a\n{levels.level_table('PnT')}\nb"
+    assert made.hand_text(stale) == "a\n\nb"
+    assert made.fill_page('```python title="x/y.py"\n1\n```') == "```{code-block} python\n:caption: x/y.py\n\n1\n```"
+    assert "| analytic |" in made.fill_page("<!-- table:benchmark -->\n<!-- /table -->")
     with pytest.raises(KeyError):
-        made.filled("<!-- made: nothing -->\n<!-- /made -->")
+        made.fill_page("<!-- made: nothing -->\n<!-- /made -->")
 
 
-@pytest.mark.parametrize("page", made.pages(), ids=lambda page: page.relative_to(DOCS).as_posix())
+@pytest.mark.parametrize("page", made.page_files(), ids=lambda page: page.relative_to(DOCS).as_posix())
 def test_a_page_holds_what_is_made(page):
     """`make pages` writes it; each mark has its end, so that the site makes all of it."""
     text = page.read_text(encoding="utf-8")
-    assert made.written(text) == text
+    assert made.render_page(text) == text
     assert text.count("<!-- made: ") == text.count("<!-- /made -->") == len(made.BLOCK.findall(text))
-    assert "<!-- made: " not in made.filled(text)
+    assert "<!-- made: " not in made.fill_page(text)
 
 
 def test_a_written_page_replaces_what_was_there():
     marks = (("<!-- made: levels PnT -->", "<!-- /made -->"), ("<!-- table:benchmark -->", "<!-- /table -->"))
     stale = "".join(f"{begin}\nformer text\n{end}\n" for begin, end in marks)
-    fresh = made.written(stale)
+    fresh = made.render_page(stale)
     assert "former text" not in fresh
-    assert f"<!-- made: levels PnT -->\n{levels.listed('PnT')}\n<!-- /made -->\n" in fresh
+    assert f"<!-- made: levels PnT -->\n{levels.level_table('PnT')}\n<!-- /made -->\n" in fresh
     assert "| analytic |" in fresh
 
 
 @pytest.mark.parametrize("paper", PAPERS)
 def test_every_part_of_a_paper_says_what_it_computes(paper):
-    table = papers.parts(paper)
+    table = papers.part_table(paper)
     assert names(table) == [*package(paper).PARTS]
     assert all(len(row.split("|")[2]) > 12 for row in table.splitlines()[2:])
 
 
 def test_docstrings_are_text_and_code():
     lines = ["the |x| of a_ * b, `c_ * d`:", "", "    e = |f|", "after |g|"]
-    assert docstrings.readable(lines) == [r"the \|x\| of a\_ \* b, `c_ * d`::", "", "    e = |f|", r"after \|g\|"]
-    assert docstrings.readable(["Args:", "    x: y"]) == ["Args:", "    x: y"]
+    assert docstrings.escape_docstring(lines) == [
+        r"the \|x\| of a\_ \* b, `c_ * d`::",
+        "",
+        "    e = |f|",
+        r"after \|g\|",
+    ]
+    assert docstrings.escape_docstring(["Args:", "    x: y"]) == ["Args:", "    x: y"]
+
+
+def test_units_stay_with_their_numbers():
+    assert breaks.UNIT.sub("_", "12.4 mm, 99.1 %; +1.0 (+0.8..+1.2) %") == "12.4_mm, 99.1_%; +1.0 (+0.8..+1.2)_%"
+    assert breaks.UNIT.sub("_", "8 metres of 3 sizes") == "8 metres of 3 sizes"

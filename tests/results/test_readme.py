@@ -13,14 +13,16 @@ import yaml
 
 import pnt_gym  # noqa: F401 - registers the environments
 from agents.ground.console import COMMANDS
-from docs.pages.made import by_hand
+from docs.pages.made import hand_text
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = {"README.md": ROOT / "README.md", **{p.relative_to(ROOT).as_posix(): p for p in ROOT.glob("docs/**/*.md")}}
 BUILT = ("docs/_build/", "docs/results/")
 """Folders that a build of the site leaves."""
-TEXTS = {name: by_hand(path.read_text(encoding="utf-8")) for name, path in PAGES.items() if not name.startswith(BUILT)}
+TEXTS = {
+    name: hand_text(path.read_text(encoding="utf-8")) for name, path in PAGES.items() if not name.startswith(BUILT)
+}
 SCREENS = 110
 """Lines that the README may have: two screens."""
 

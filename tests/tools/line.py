@@ -25,6 +25,12 @@ from pnt_gym.cells.line.state import Fate
 PICKED = (0.8, 0.9, 0.6, 0.85)
 """How often cups seal on each item of the shipped lines, in the tables made here."""
 EDGES = (0.7, 0.8, 0.9)
+THREE_BINS = [
+    {"name": "left", "x": -0.35, "y": 0.38, "size": [0.235, 0.235]},
+    {"name": "right", "x": 0.35, "y": 0.38, "size": [0.235, 0.235], "accepts": ["can", "tray"]},
+    {"name": "far", "x": 0.1, "y": 0.95, "size": [0.235, 0.235], "accepts": ["can"]},
+]
+"""Bins of a robot, of which a can may go into any."""
 BOXES = st.lists(
     st.tuples(st.floats(0.0, 0.2), st.floats(-0.2, 0.2), st.floats(0.005, 0.15), st.floats(0.005, 0.15)),
     min_size=1,

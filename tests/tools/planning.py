@@ -1,8 +1,10 @@
 """Independent ways to the same numbers: the algorithm as printed, and brute force over the elevation."""
 
 import numpy as np
+from ruckig import InputParameter, Result, Ruckig, Trajectory
 
 GRAVITY = 9.81
+SOLVER = Ruckig(1)
 
 
 def printed_algorithm(p, v_max, a_max, j):
@@ -15,6 +17,17 @@ def printed_algorithm(p, v_max, a_max, j):
         return v_max, (j * v_max) ** 0.5
     v = (-(a_max**2) + (a_max**4 + 4 * j**2 * p * a_max) ** 0.5) / (2 * j)
     return min(v, v_max), a_max
+
+
+def travel_time(distance, velocity, acceleration, jerk):
+    """Time from rest to rest over a distance, by another implementation."""
+    if distance == 0.0:
+        return 0.0
+    request, trajectory = InputParameter(1), Trajectory(1)
+    request.target_position = [distance]
+    request.max_velocity, request.max_acceleration, request.max_jerk = [velocity], [acceleration], [jerk]
+    assert SOLVER.calculate(request, trajectory) == Result.Working
+    return trajectory.duration
 
 
 def half_stroke(p, limits, root=None):
@@ -74,6 +87,12 @@ def _at_elevations(theta, reach, rise, limits, steps):
         short, far = np.where(over, short, root), np.where(over, root, far)
     v, time = half_stroke(far**3, limits)
     return far**3, v, time
+
+
+def units(rng, count):
+    """Directions (N, 3) in space."""
+    vectors = rng.normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
 def random_throws(count, seed, rise=(-0.25, 0.15)):

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 from typing import Any
 from unittest import mock
 
+import mujoco
 import numpy as np
 
 import pnt_gym
@@ -139,8 +140,19 @@ def whole_cycle(
     plans = picks.plan if plans is None else plans
     motion = mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
     back = mover.back(motion, picks.pick if following is None else following, picks.limits)
-    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back])
+    begin = motion.pick_velocity
+    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
     return motion, HandCycle(plans, motion.release_time, path)
+
+
+def engine_energy(model: mujoco.MjModel, qpos: np.ndarray, qvel: np.ndarray | float) -> float:
+    """Kinetic and potential energy of a state, by the engine's own account [J]."""
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = qpos, qvel
+    mujoco.mj_forward(model, data)
+    mujoco.mj_energyPos(model, data)
+    mujoco.mj_energyVel(model, data)
+    return data.energy.sum()
 
 
 def spy_on_plant(core: Core) -> list[tuple[Context, HandCycle, SimulatedThrows]]:

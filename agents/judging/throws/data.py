@@ -26,7 +26,7 @@ FIELDS: Final = {
 METRES: Final = {"landing_along": "landing_along_m", "landing_across": "landing_across_m"}
 """Names with unit of some cells' lengths in JSON records."""
 FIRST: Final = 10
-"""Number of throws that count as the begin of a shift."""
+"""Number of throws that count as the beginning of a shift."""
 FAILURES: Final = ("unpicked", "dropped", "recontact", "rim")
 """Causes of failure in order of precedence; `rim`: the target was reached, but the object did not stay."""
 

@@ -13,7 +13,7 @@ from ..record import Row, Summary
 SORTING: Final = {
     "recovery": "recovery: sorted of all that passed",
     "purity": "purity: share of what is in bins",
-    "pick_rate": "picks that held",
+    "pick_rate": "picks that sealed",
     "drop_rate": "lost on the way, of those",
 }
 """Labels of the figures of sorting, which some cells have."""

@@ -30,7 +30,7 @@ def shifts_table(title: str, summary: Summary) -> Table:
         ("tried in vain, of what passed it", percent(summary["passed_tried"])),
         ("purity: share of what is in bins", percent(summary["purity"])),
         *((f"purity of bin {name}", percent(share)) for name, share in summary["purity_by_bin"].items() if share < 1.0),
-        ("picks that held", percent(summary["pick_rate"])),
+        ("picks that sealed", percent(summary["pick_rate"])),
         *(
             (
                 f"robot {name}: at work, picks in a shift, standstill for each",

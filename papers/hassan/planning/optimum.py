@@ -165,6 +165,7 @@ def _fix_ends(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
     throw, clearing, back, down = (legs[name] for name in INTERVALS)
     opti.subject_to(throw.position[:, 0] == task.pick)
     add_rest(opti, throw, 0)
+    # In the window after the release the velocity is constant.
     opti.subject_to(throw.acceleration[:, -1] == 0)
     window = task.rules.window
     opti.subject_to(clearing.position[:, 0] == throw.position[:, -1] + window * throw.velocity[:, -1])
@@ -183,6 +184,7 @@ def _add_flight(opti: Any, task: _ThrowTask, legs: dict[str, Leg], flight: Any) 
     start, velocity = throw.position[:, -1], throw.velocity[:, -1]
     fall = np.array([0.0, 0.0, -0.5 * GRAVITY])
     opti.subject_to(start + flight * velocity + fall * flight**2 == task.aim)
+    # The object comes down on its target: v_z - g t is not positive there.
     opti.subject_to(velocity[2] <= GRAVITY * flight)
     opti.subject_to(flight >= 0.01)
     opti.subject_to(start[2] <= task.ceiling)
@@ -205,6 +207,7 @@ def _keep_clear(opti: Any, task: _ThrowTask, legs: dict[str, Leg]) -> None:
     opti.subject_to(gap[:, 1:].T >= 0)
     opti.subject_to((gap[:, 1:-1] + step * slope[:, 1:-1] / 3.0).T >= 0)
     opti.subject_to((gap[:, 1:] - step * slope[:, 1:] / 3.0).T >= 0)
+    # Sideways the object flies on with the velocity of its release.
     away = back.position[:2, 0] - start[:2] - velocity[:2] * elapsed[0, -1]
     opti.subject_to(ca.sumsqr(away) >= task.rules.clear_distance**2)
 
@@ -234,7 +237,9 @@ def _set_first_guess(opti: Any, task: _ThrowTask, legs: dict[str, Leg], elevatio
     height = task.ceiling - task.aim[2]
     speed = share * task.limits[0]
     rise = speed * np.sin(elevation)
+    # Time in which an object that leaves the ceiling falls to the height of the aim.
     flight = (rise + np.sqrt(max(rise**2 + 2.0 * GRAVITY * height, 1e-4))) / GRAVITY
+    # The release lies between pick and aim: at most nine tenths of the way are flown.
     level = min(speed * np.cos(elevation), 0.9 * reach / flight)
     direction = way / reach
     velocity = np.array([*(level * direction), rise])
@@ -248,6 +253,7 @@ def _set_first_guess(opti: Any, task: _ThrowTask, legs: dict[str, Leg], elevatio
         "return": (hover, zero, approach_top, falling),
         "approach": (approach_top, falling, task.next_pick, zero),
     }
+    # Time to full speed: V / A, and A / J for the rise and fall of the acceleration.
     ramp = task.limits[0] / task.limits[1] + task.limits[1] / task.limits[2]
     for name, (first, before, last, after) in guesses.items():
         time = ramp + 1.5 * float(np.sqrt(np.sum((last - first) ** 2))) / task.limits[0]

@@ -84,6 +84,7 @@ def check_throw(
         length(motion.acceleration).max(axis=1) / bounds[1],
         length(path.jerk(times)).max(axis=1) / bounds[2],
         least_gap(motion.position, times[None] - release_time[:, None], start, velocity, rules),
+        # The release is bound by the ceiling, the hand by ceiling and cap.
         np.maximum(excess, start[:, 2] - roof),
         np.full(count, -np.inf) if area is None else -area.margin(motion.position).min(axis=1),
         miss(start, velocity, targets),
@@ -104,6 +105,7 @@ def least_gap(position: Floats, elapsed: Floats, start: Floats, velocity: Floats
     away = position - start[:, None] - after * velocity[:, None]
     sideways = np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2)
     is_clear: Bools = np.maximum.accumulate((sideways >= rules.clear_distance) & (elapsed > 0.0), axis=1)
+    # Height of the hand over the object, z - z_0 - v_z t + g t^2 / 2, less the margin's share of the fall.
     gap = away[..., 2] + 0.5 * (1.0 - rules.margin) * GRAVITY * elapsed**2
     return np.where((elapsed >= 0.0) & ~is_clear, gap, np.inf).min(axis=1)
 
@@ -114,6 +116,7 @@ def miss(start: Floats, velocity: Floats, targets: Floats) -> Floats:
     An object that starts below the target's height lands only if it rises above that height.
     """
     drop = start[:, 2] - targets[:, 2]
+    # Square of the vertical speed at the target's height; negative where the object never gets there.
     square = velocity[:, 2] ** 2 + 2.0 * GRAVITY * drop
     flight = (velocity[:, 2] + np.sqrt(np.maximum(square, 0.0))) / GRAVITY
     offset = start[:, :2] + flight[:, None] * velocity[:, :2] - targets[:, :2]

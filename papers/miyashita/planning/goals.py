@@ -91,7 +91,9 @@ def random_goals(
         if len(releases) == count:
             return GoalBatch(land(releases, block.half_height), releases)
     missing = count - len(releases)
-    raise PlanningError(f"{missing} of {count} goals were not found: arm and block can do next to nothing of {box}")
+    raise PlanningError(
+        f"{missing} of {count} goals were not found: arm and block have hardly any feasible release in {box}"
+    )
 
 
 def next_virtual_goal(virtual: Floats, goal: Floats, measured: Floats, gain: ArrayLike = 0.7) -> Floats:

@@ -92,6 +92,7 @@ def _inequalities(programme: Programme, knots: Any, step: Any, margins: Any) -> 
     ]
     torque = forces[3] + arm.friction / arm.torque
     half = 0.5 * (arm.angle[1] - arm.angle[0])
+    # Eq. 10: above the knee the torque limit falls linearly with the speed to that at the largest speed.
     fall = (1.0 - min(arm.torque_at_speed, arm.torque) / arm.torque) / (1.0 - arm.knee)
     line = 1.0 + fall * (arm.knee - speed / arm.speed)
     rows = [forces[k] - margins[k] for k in range(3)]

@@ -63,8 +63,10 @@ class ForceCoefficients(NamedTuple):
     def of(cls, radius: float, arm: Arm, block: Block) -> ForceCoefficients:
         """Return the coefficients of Eqs. 1-3 and 21."""
         d, side, mass = block.half_height, block.half_length, block.mass
+        # Inertia about the point of the surface below the centre of mass, per mass [m2].
         spin = block.inertia / mass + d * d
         inertia = arm.inertia + block.inertia + mass * (radius * radius + d * d)
+        # Units: m g for N, m g l for moments, and the largest torque; m cancels in the first three rows.
         moment, torque = GRAVITY * side, arm.torque
         rows = (
             (radius / GRAVITY, -d / GRAVITY, 1.0, 0.0),
@@ -147,6 +149,7 @@ class Programme:
         """Return values that must not be negative (C,), and their Jacobian (C, K)."""
         rows, partial, chain = self._limit_distances(x)
         margin = x[INTERVALS + 1 : INTERVALS + 7]
+        # The margin that each limit counts for: N, M_A, M_B, two ends of angle and of speed, four limits of the torque.
         owner = np.array([0, 1, 2, 3, 3, 4, 4, 5, 5, 5, 5])
         values = [(rows - margin[owner, None]).ravel()]
         slopes = np.zeros((*rows.shape, self.size))
@@ -182,6 +185,7 @@ class Programme:
     def _states(self, x: Floats) -> tuple[tuple[Floats, Floats, Floats], tuple[Floats, Floats, Floats]]:
         """Angle, speed and acceleration at the samples (M,), and their derivatives (M, n + 1)."""
         a, step = x[: INTERVALS + 1], self._time_step(x)
+        # Delta t = speed / gain, so its derivative is -Delta t^2 / speed times that of the gain.
         slope = -(step**2) / self.throw.speed * self._speed[-1]
         way, speed = self._way @ a, self._speed @ a
         states = self.throw.angle - step**2 * way, step * speed, self._rate @ a
@@ -205,6 +209,7 @@ class Programme:
         half = 0.5 * (arm.angle[1] - arm.angle[0])
         unit, zero = np.ones_like(angle), np.zeros_like(angle)
         last = min(arm.torque_at_speed, arm.torque) / arm.torque
+        # Eq. 10: above the knee the torque limit falls linearly with the speed.
         fall = (1.0 - last) / (1.0 - arm.knee)
         line = 1.0 + fall * (arm.knee - speed / arm.speed)
         torque = force[3] + arm.friction / arm.torque

@@ -41,8 +41,10 @@ DRAWING_LOCK: Final = threading.RLock()
 class Viewpoint(Section):
     """Changes of a cell's standard camera; None keeps the standard value."""
 
-    lookat: tuple[Finite, Finite, Finite] | None = Field(default=None, description="Point in the middle [m].")
-    distance: Positive | None = Field(default=None, description="From there [m].")
+    lookat: tuple[Finite, Finite, Finite] | None = Field(
+        default=None, description="Point in the middle of the picture [m]."
+    )
+    distance: Positive | None = Field(default=None, description="Distance of the camera from `lookat` [m].")
     azimuth: Finite | None = Field(default=None, description="Direction of the view in top view [deg].")
     elevation: Finite | None = Field(default=None, description="Direction of the view above the horizontal [deg].")
 
@@ -51,8 +53,10 @@ class Viewpoint(Section):
 class Picture(Section):
     """Size and camera of a cell's pictures."""
 
-    width: int = Field(default=SIZE[1], ge=1, le=LARGEST_SIZE[1], strict=True, description="Of a frame [pixels].")
-    height: int = Field(default=SIZE[0], ge=1, le=LARGEST_SIZE[0], strict=True, description="Of a frame [pixels].")
+    width: int = Field(default=SIZE[1], ge=1, le=LARGEST_SIZE[1], strict=True, description="Width of a frame [pixels].")
+    height: int = Field(
+        default=SIZE[0], ge=1, le=LARGEST_SIZE[0], strict=True, description="Height of a frame [pixels]."
+    )
     camera: Viewpoint = Viewpoint()
 
     @classmethod

@@ -43,8 +43,10 @@ CLAW_ITEMS: Final[tuple[str, ...]] = ("cork", *(item.name for item in _GROUPS["c
 class ItemsConfig(LevelConfig):
     """Abstract: the config of a cell whose robot picks items of the catalogue and items that a level adds."""
 
-    items: tuple[str, ...] = Field(min_length=1)
-    extra_items: tuple[Item, ...] = Field(default=(), description="A user's own items, usable in `items` by name.")
+    items: tuple[str, ...] = Field(
+        min_length=1, description="Names of the items that come; see the catalogue of items."
+    )
+    extra_items: tuple[Item, ...] = Field(default=(), description="Items of your own, which `items` may then name.")
 
     @model_validator(mode="after")
     def _check_items(self) -> Self:

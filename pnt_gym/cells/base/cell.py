@@ -192,7 +192,7 @@ class Cell(ABC, Generic[ConfigT, ThrowsT, PlansT, VerdictT]):
         Raises:
             ConfigError: the cell has no pictures.
         """
-        raise ConfigError(f"{type(self).__name__} has no pictures; it does not say how it is drawn")
+        raise ConfigError(f"{type(self).__name__} has no pictures; it does not override `view`")
 
     def markers(self, row: int) -> list[Marker]:
         """Shapes that are drawn beside the simulation before the coming throw; none by default."""

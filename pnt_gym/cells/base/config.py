@@ -158,10 +158,10 @@ class LevelConfig(Section):
     trial: ClassVar[str] = "throws"
     """Trial that judges controllers: "throws", "work_shifts", or MODULE:CLASS of a trial of your own."""
 
-    name: FileName = Field(default="custom", description="Name of the level; run folders are named after it.")
+    name: FileName = Field(default="custom", description="Name of the level, from which run folders take theirs.")
     mismatch: Annotated[float, Field(ge=0, le=3)] = Field(
         default=1.0,
-        description="The dial m: 0 is the planner's own world, 1 is realistic; scales every unmodelled effect.",
+        description="The dial m, which scales every unmodelled effect: 0 is the planner's own world, 1 is realistic.",
     )
 
     @classmethod
@@ -252,7 +252,9 @@ def describes_a_cell() -> Generator[None, None, None]:
         raise
     except (ValueError, ArithmeticError, MemoryError) as error:
         reason = one_sentence(error, 120)
-        raise ConfigError(f"the level describes no cell that works; one of its numbers is absurd: {reason}") from error
+        raise ConfigError(
+            f"the level describes no cell that can be built, because one of its numbers is too extreme: {reason}"
+        ) from error
 
 
 def serialize_level(level: Level) -> str | dict[str, Any]:

@@ -152,7 +152,7 @@ class Core:
             raise ConfigError(f"level {self.config.name!r} cannot be thrown in: {error}") from error
         if not all(np.isfinite(values).all() for values in (self.observe(), *self.cell.reward(outcome).values())):
             raise ConfigError(
-                f"level {self.config.name!r} gives results that are no numbers; one of its values is absurd"
+                f"level {self.config.name!r} gives results that are not finite; one of its numbers is too extreme"
             )
 
     @property

@@ -90,6 +90,7 @@ class Hold:
 
         The value is not positive where the cup cannot even hold the object at rest with this safety.
         """
+        # `least_margin` solved for the acceleration: F0 / (safety m) is what the vacuum can carry per mass.
         free = self.force / (np.asarray(safety) * self.mass)
         slip = (free - GRAVITY) / np.sqrt(1.0 + self.friction**-2.0)
         arm = self.offset + self.radius

@@ -48,25 +48,25 @@ class Item(Section):
         name: key in the catalogue.
         shape: body of the same extents used for contact and drag.
         size: full extents (L, W, H) in m, H vertical; a cylinder lies with its axis along L and has W = H.
-        mass: kg, empty and dry.
+        mass: mass in kg, empty and dry.
         drag: drag coefficient Cd on the area facing the flow.
         com_depth: depth of the centre of mass below the top, as a share of the height.
         seal_force: holding force F0 of the suction cup on this surface in N, greater than the weight; None where no cup
             holds the item.
-        container: the item may carry a residue.
+        container: whether the item may carry a residue.
         friction: sliding friction coefficient.
         rolling_friction: longest arm in m at which a contact can oppose rolling (MuJoCo's rolling friction).
         restitution: rebound speed over impact speed, 0 to 1.
         upright: whether claws grip the item with its first axis vertical instead of across the claws.
         pad_friction: friction against the pads of claws; None: the same as `friction`.
         opening_delay: delay of the claws' opening while they hold the item, at m = 1, in s.
-        oversize: share by which the item is larger than in the planner of the claws, at m = 1.
-        cup_radius: radius in m of the suction cup for this item; the cup is not wider than the item is across. None:
-            0.018, or four fifths of the item's width where that is less.
-        pick_chance: probability that a suction cup well inside the item's outline seals, where picks may fail.
+        oversize: share by which the item is larger than the planner of the claws takes it to be, at m = 1.
+        cup_radius: radius in m of the suction cup for this item; the cup must not be wider than the item. None:
+            0.018, or four fifths of half the item's width where that is less.
+        pick_chance: probability that a suction cup seals well inside the item's outline, in levels in which picks fail.
         clings: delay with which a wet or sticky face leaves the suction cup after the vacuum's release, at m = 1, in s.
         surface: surface under a suction cup; gives the friction and the safety factor of a grip, see `grip.SURFACES`.
-        source: one line: where the numbers come from, or which are assumed and why.
+        source: one line: the sources of the numbers, and which numbers are assumed, and why.
     """
 
     model_config = ConfigDict(allow_inf_nan=False)

@@ -139,9 +139,7 @@ def step_counts(seconds: Floats, step: float) -> Ints:
         PhysicsError: a throw takes longer than `LONGEST`.
     """
     if not seconds.max() <= LONGEST_THROW:
-        raise PhysicsError(
-            f"a throw takes {seconds.max():.3g} s; those that are simulated take {LONGEST_THROW:g} s at most"
-        )
+        raise PhysicsError(f"a throw takes {seconds.max():.3g} s; a simulated throw takes at most {LONGEST_THROW:g} s")
     return np.ceil(seconds / step).astype(np.int64)
 
 
@@ -199,7 +197,7 @@ def check_warnings(batch: Any) -> None:
         return
     row, kind = (int(i) for i in np.argwhere(batch.warning)[0][:2])
     name = mujoco.mjtWarning(kind).name
-    raise PhysicsError(f"MuJoCo warned in simulation {row}: {name}; a number of the level is beyond what it can step")
+    raise PhysicsError(f"MuJoCo warned in simulation {row}: {name}; a number of the level is too extreme to simulate")
 
 
 def touching(contact: Floats) -> Bools:

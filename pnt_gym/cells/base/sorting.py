@@ -21,14 +21,18 @@ class Belt(Section):
     """The conveyor: a surface that moves along +x, and the stream of objects on it."""
 
     height: Finite = Field(
-        default=-0.90, description="z of the surface [m]; a 50 mm object is then picked at the paper's -0.85."
+        default=-0.90,
+        description="z of the belt's surface [m]; an object of 50 mm is then picked at the paper's -0.85.",
     )
-    speed: Positive = Field(default=0.25, description="Surface speed along +x [m/s].")
-    x: Range = Field(default=(-1.4, 0.8), description="Extent along x [m].")
-    y: Range = Field(default=(-0.55, -0.08), description="Extent along y [m].")
+    speed: Positive = Field(default=0.25, description="Speed of the surface along +x [m/s].")
+    x: Range = Field(default=(-1.4, 0.8), description="Extent of the belt along x [m].")
+    y: Range = Field(default=(-0.55, -0.08), description="Extent of the belt along y [m].")
     pick_x: Range = Field(default=(-0.30, 0.30), description="Window in which an object may be picked, along x [m].")
-    lane_y: Range = Field(default=(-0.45, -0.20), description="Where objects lie across the belt [m].")
-    spacing: Range = Field(default=(0.02, 0.18), description="Gap between consecutive objects along x, uniform [m].")
+    lane_y: Range = Field(default=(-0.45, -0.20), description="Range across the belt in which objects lie [m].")
+    spacing: Range = Field(
+        default=(0.02, 0.18),
+        description="Gap between consecutive objects along x, drawn uniformly from this range [m].",
+    )
     gap: Literal["centre", "edge"] = Field(
         default="edge",
         description="Where `spacing` is measured: between the edges of the objects as they lie, or between their "
@@ -46,7 +50,7 @@ class Belt(Section):
         "picks that touch none come first.",
     )
     camera_x: Finite = Field(
-        default=-0.80, description="Place of the camera along x; a belt-speed error grows from here [m]."
+        default=-0.80, description="Place of the camera along x, from which the error of the belt's speed grows [m]."
     )
 
     @model_validator(mode="after")
@@ -74,12 +78,18 @@ class Bin(Section):
 class RandomBins(Section):
     """One square bin per throw, drawn at random for every throw: a cell with very many bins."""
 
-    x: Range = Field(default=(-0.50, 0.50), description="Centre of the opening along x, uniform [m].")
-    y: Range = Field(default=(0.25, 0.75), description="Centre of the opening along y, uniform [m].")
-    side: Range = Field(default=(0.12, 0.14), description="Inner side of the opening, uniform [m].")
+    x: Range = Field(
+        default=(-0.50, 0.50), description="Centre of the opening along x, drawn uniformly from this range [m]."
+    )
+    y: Range = Field(
+        default=(0.25, 0.75), description="Centre of the opening along y, drawn uniformly from this range [m]."
+    )
+    side: Range = Field(
+        default=(0.12, 0.14), description="Inner side of the opening, drawn uniformly from this range [m]."
+    )
     item_clearance: NonNegative = Field(
         default=0.0,
-        description="The opening is at least the item's longest side plus this [m]; 0 switches the rule off.",
+        description="Least length by which the opening exceeds the item's longest side [m]; 0 switches the rule off.",
     )
 
     @model_validator(mode="after")
@@ -97,19 +107,22 @@ class Bins(Section):
     random: RandomBins | None = Field(
         default=None, description="One square bin, drawn anew for every throw; exclusive with `fixed`."
     )
-    rim: Finite = Field(default=-0.85, description="z of the rim plane, where landing is measured [m].")
-    depth: Positive = Field(default=0.30, description="Inner depth below the rim [m].")
+    rim: Finite = Field(
+        default=-0.85, description="z of the plane of the bins' rims, in which landings are measured [m]."
+    )
+    depth: Positive = Field(default=0.30, description="Inner depth of the bins below the rim [m].")
     emptied: Annotated[int, Field(ge=1, le=100_000)] | None = Field(
         default=None,
-        description="Bins fill, and a bin is emptied after so many objects; a bin that is drawn for a throw holds "
-        "a random number of objects. null: every throw meets an empty bin. Of the conveyor.",
+        description="Number of objects after which a bin is emptied; bins fill until then, and a bin that is drawn "
+        "for a throw holds a random number of objects. null: every throw meets an empty bin. For the "
+        "conveyor only.",
     )
     packing: Annotated[float, Field(gt=0, le=1)] = Field(
         default=0.5,
-        description="Share of a filling that is objects and not air; assumed: poured loosely.",
+        description="Share of objects, and not air, in the volume of a filling; assumed: objects are poured loosely.",
     )
     wall: Annotated[float, Field(ge=0.004, le=0.1)] = Field(
-        default=0.010, description="Wall thickness [m]; thinner than 4 mm lets fast objects through."
+        default=0.010, description="Thickness of the walls [m]; fast objects pass through walls thinner than 4 mm."
     )
 
     @model_validator(mode="after")
@@ -125,45 +138,80 @@ class Bins(Section):
 class Spread(Section):
     """How much throws of one item differ in their hidden values (assumed unless noted)."""
 
-    mass: NonNegative = Field(default=0.22, le=1, description="Mass, lognormal.")
-    size: NonNegative = Field(default=0.08, le=0.5, description="Size, lognormal, common to the three axes.")
-    size_axis: NonNegative = Field(default=0.04, le=0.5, description="Size, lognormal, per axis.")
-    drag: NonNegative = Field(default=0.12, le=1, description="Drag coefficient, lognormal.")
-    seal: NonNegative = Field(default=0.40, le=5, description="Seal force, lognormal.")
+    mass: NonNegative = Field(default=0.22, le=1, description="Lognormal spread of the mass.")
+    size: NonNegative = Field(
+        default=0.08, le=0.5, description="Lognormal spread of the size, common to the three axes."
+    )
+    size_axis: NonNegative = Field(
+        default=0.04, le=0.5, description="Lognormal spread of the size, drawn for each axis."
+    )
+    drag: NonNegative = Field(default=0.12, le=1, description="Lognormal spread of the drag coefficient.")
+    seal: NonNegative = Field(default=0.40, le=5, description="Lognormal spread of the seal force.")
     com_depth: NonNegative = Field(
-        default=0.06, le=1, description="Depth of the centre of mass, normal, share of the height."
+        default=0.06,
+        le=1,
+        description="Standard deviation of the depth of the centre of mass, as a share of the object's height.",
     )
-    grasp: NonNegative = Field(default=0.008, le=0.5, description="Normal per axis, cup against centre of mass [m].")
-    height: NonNegative = Field(default=0.002, le=0.5, description="Normal, lip compression and height error [m].")
-    belt_speed: NonNegative = Field(default=0.005, le=1, description="Normal, relative error of the belt speed.")
+    grasp: NonNegative = Field(
+        default=0.008,
+        le=0.5,
+        description="Standard deviation of the cup's place against the centre of mass, per axis [m].",
+    )
+    height: NonNegative = Field(
+        default=0.002,
+        le=0.5,
+        description="Standard deviation of the height, by the compression of the lip and the error of the camera [m].",
+    )
+    belt_speed: NonNegative = Field(
+        default=0.005, le=1, description="Standard deviation of the relative error of the belt's speed."
+    )
     spin: NonNegative = Field(
-        default=1.0, le=100, description="Normal about x and y at release [rad/s]; a third of it about z."
+        default=1.0,
+        le=100,
+        description="Standard deviation of the spin about x and about y at the release [rad/s]; about z a third of "
+        "this.",
     )
-    spin_per_offset: NonNegative = Field(default=30.0, le=300, description="Spin per metre of grasp offset [rad/s/m].")
-    feedforward: NonNegative = Field(default=0.10, description="Torque feed-forward too small by this share.")
-    yaw: NonNegative = Field(default=1.5707963267948966, description="Half range of the yaw on the belt [rad].")
+    spin_per_offset: NonNegative = Field(
+        default=30.0, le=300, description="Spin at the release per metre of grasp offset [rad/s/m]."
+    )
+    feedforward: NonNegative = Field(
+        default=0.10, description="Share of the torque that the motors' feed-forward lacks."
+    )
+    yaw: NonNegative = Field(
+        default=1.5707963267948966, description="Largest yaw of objects on the belt, to both sides [rad]."
+    )
     residue_chance: Annotated[float, Field(ge=0, le=1)] = Field(
-        default=0.4, description="Containers that are not empty."
+        default=0.4, description="Share of the containers that are not empty."
     )
-    residue: NonNegative = Field(default=1.5, le=100, description="Most residue, in item masses.")
+    residue: NonNegative = Field(
+        default=1.5, le=100, description="Largest residue in a container, in masses of the item."
+    )
 
 
 class Noise(Section):
     """Noise of the cell's sensors (one standard deviation)."""
 
-    size: NonNegative = Field(default=0.003, description="Camera outline and height [m].")
-    mass: NonNegative = Field(default=0.10, description="Measured mass, relative.")
-    seal: NonNegative = Field(default=0.10, description="Measured vacuum, relative.")
-    yaw: NonNegative = Field(default=0.05, description="Measured yaw [rad].")
-    grasp: NonNegative = Field(default=0.004, description="Camera outline against cup position [m].")
+    size: NonNegative = Field(
+        default=0.003, description="Standard deviation of each extent that the camera measures [m]."
+    )
+    mass: NonNegative = Field(default=0.10, description="Relative standard deviation of the measured mass.")
+    seal: NonNegative = Field(default=0.10, description="Relative standard deviation of the measured vacuum.")
+    yaw: NonNegative = Field(default=0.05, description="Standard deviation of the measured yaw [rad].")
+    grasp: NonNegative = Field(
+        default=0.004,
+        description="Standard deviation of the measured grasp offset, from the outline in the camera and the place "
+        "of the cup [m].",
+    )
 
 
 class SortingReward(Section):
     """Weights of the reward's terms, each of which lies in [0, 1]."""
 
-    landing: NonNegative = Field(default=1.0, description="1 - landing error / landing_scale, not below 0.")
-    success: NonNegative = Field(default=0.1, description="1 if the object crossed its opening and lies in its bin.")
-    time: NonNegative = Field(default=0.1, description="1 - cycle time / time_scale, not below 0.")
+    landing: NonNegative = Field(default=1.0, description="Weight of max(0, 1 - landing error / landing_scale).")
+    success: NonNegative = Field(
+        default=0.1, description="Weight of the success: the object crossed its opening and lies in its bin."
+    )
+    time: NonNegative = Field(default=0.1, description="Weight of max(0, 1 - cycle time / time_scale).")
     landing_scale: Positive = Field(default=0.25, description="Landing error at which the landing term reaches 0 [m].")
     time_scale: Positive = Field(default=3.0, description="Cycle time at which the time term reaches 0 [s].")
 
@@ -180,7 +228,7 @@ class SortingLine(ItemsConfig):
         description="Names of the items that come; see the catalogue of items.",
     )
     belt: Belt = Belt()
-    bins: Bins
+    bins: Bins = Field(description="The bins: a list `fixed`, or a section `random`.")
     spread: Spread = Spread()
     noise: Noise = Noise()
 

@@ -126,7 +126,7 @@ class ThrowView:
         """
         recording = self._cell.plant.recording
         if recording is None:
-            raise ConfigError("a picture of a throw needs a throw, got none")
+            raise ConfigError("there is no throw to draw yet; step the environment first")
         last = sum(1 for _ in recording.play(1.0 / fps)) - 1
         number = round(min(last, fps * moment))
         return self._canvas.draw(*next(islice(self.scenes(fps), number, None)))

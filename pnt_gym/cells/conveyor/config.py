@@ -31,7 +31,8 @@ class Limits(Section):
     percent: tuple[Annotated[float, Field(ge=1, le=100)], ...] = Field(
         default=(40.0,),
         min_length=1,
-        description="Shares of V 6 m/s, A 120 m/s2, J 3000 m/s3 (Hassan 2022, IV-B), in percent.",
+        description="Speed settings in percent of the robot's limits, V 6 m/s, A 120 m/s2 and J 3000 m/s3 (Hassan "
+        "2022, IV-B); a throw draws one.",
     )
 
 
@@ -40,7 +41,7 @@ class FollowThrough(Section):
 
     window: NonNegative = Field(
         default=0.080,
-        description="Constant velocity after the release [s]; at 80 ms few objects are touched again.",
+        description="Time of constant velocity after the release [s]; with 80 ms few objects are touched again.",
     )
     gravity_share: Annotated[float, Field(gt=0, le=1)] | None = Field(
         default=None,
@@ -48,15 +49,17 @@ class FollowThrough(Section):
         "straight throws; a free direction uses the next three keys.",
     )
     hand_cap: NonNegative = Field(
-        default=0.15, description="Free direction: how far the hand may rise above the release ceiling [m]."
+        default=0.15, description="Free direction: largest height of the hand above the release ceiling [m]."
     )
     clear_distance: NonNegative = Field(
-        default=0.12, description="Free direction: the hand stays above the object until this far away sideways [m]."
+        default=0.12,
+        description="Free direction: sideways distance from the object up to which the hand stays above the object "
+        "[m].",
     )
     margin: Annotated[float, Field(ge=0, lt=1)] = Field(
         default=0.3,
-        description="Free direction: the hand is above the object by at least this share of g t^2 / 2, t since "
-        "the release.",
+        description="Free direction: least height of the hand above the object, as a share of g t^2 / 2, with t "
+        "since the release.",
     )
 
 
@@ -65,8 +68,8 @@ class Placing(Section):
 
     over_rim: Finite = Field(
         default=0.01,
-        description="Height of the object's lowest point above the rim when it is let go; negative: inside the "
-        "bin [m].",
+        description="Height of the object's lowest point above the rim at the release of a carried object; "
+        "negative: inside the bin [m].",
     )
     clear: NonNegative = Field(
         default=0.02, description="Least height of a carried object above the rims that it passes over [m]."
@@ -77,7 +80,7 @@ class Placing(Section):
     crest: Positive = Field(default=0.025, description="`ellipse`: height of the path above the higher end [m].")
     reserve: NonNegative = Field(
         default=0.03,
-        description="As `motion.reserve`, for a carried object, which misses only by the error of its grasp [m].",
+        description="Like `motion.reserve`, for a carried object, which misses only by the error of its grasp [m].",
     )
 
 
@@ -89,18 +92,20 @@ class Motion(Section):
         description="Release at most this far above the pick (Hassan 2022, IV-B); `horizontal` and "
         "`pick_and_place` rise by this height, at this pick and at the next [m].",
     )
-    clearance: Positive = Field(default=0.05, description="Vertical approach above the next pick, Z_off [m].")
+    clearance: Positive = Field(
+        default=0.05, description="Height above the next pick from which the hand comes down vertically, Z_off [m]."
+    )
     dwell: NonNegative = Field(
         default=0.10, le=10, description="Time at the pick while the vacuum builds up; counted, not simulated [s]."
     )
     follow_through: FollowThrough = FollowThrough()
     ceiling_slack: NonNegative = Field(
-        default=0.03, description="A residual may exceed the release ceiling by this [m]."
+        default=0.03, description="Height by which a residual may exceed the release ceiling [m]."
     )
     reserve: NonNegative = Field(
         default=0.10,
-        description="A target is accepted only if targets this much nearer and farther along the throw are "
-        "feasible too [m].",
+        description="Distance: a target is accepted only if targets nearer and farther by this distance along the "
+        "throw are feasible too [m].",
     )
     placing: Placing = Placing()
 
@@ -112,8 +117,8 @@ class Suction(Section):
     seal vents through its leak as well.
     """
 
-    valve: Duration = Field(default=0.004, description="Valve delay, assumed [s].")
-    tau: Duration = Field(default=0.009, description="Time constant of the vacuum, tight seal, assumed [s].")
+    valve: Duration = Field(default=0.004, description="Delay of the valve, assumed [s].")
+    tau: Duration = Field(default=0.009, description="Time constant of the vacuum under a tight seal, assumed [s].")
     leak: NonNegative = Field(default=0.25, description="Strength of the leak's effect on tau, assumed.")
     leak_reference: Positive = Field(default=20.0, description="Seal force above which the seal does not leak [N].")
     jitter: NonNegative = Field(default=0.001, description="Standard deviation of the release time [s].")
@@ -129,9 +134,9 @@ class Grip(Section):
     )
     safety: Annotated[float, Field(ge=1, le=10)] | Literal["surface"] | None = Field(
         default=None,
-        description="Throws are slowed until the cup could hold this many times the measured load (surface: the "
-        "factor for the item's surface). An object that cannot be held so stays on the belt. null: "
-        "throws take no care.",
+        description="Throws are slowed until the cup could hold the measured load times this factor (surface: the "
+        "factor of the item's surface). An object for which no throw is slow enough stays on the belt. "
+        "null: no throw is slowed.",
     )
 
 
@@ -140,15 +145,17 @@ class Throwable(Section):
 
     drag_area: Positive | None = Field(
         default=None,
-        description="An object is thrown if its Cd A / m is at most this, by its class's Cd and its measured "
-        "outline and mass [m2/kg].",
+        description="Largest Cd A / m of a thrown object, by the Cd of its class and its measured outline and mass "
+        "[m2/kg]; null: no bound.",
     )
     drag_shift: Positive | None = Field(
-        default=None, description="An object is thrown if air moves its landing by at most this, to first order [m]."
+        default=None,
+        description="Largest shift of a thrown object's landing by air, to first order [m]; null: no bound.",
     )
     margin: Annotated[float, Field(ge=1, le=10)] | None = Field(
         default=None,
-        description="An object is thrown if the cup holds at least this many times the measured load of the throw.",
+        description="Least load that the cup must hold for an object to be thrown, as a multiple of the measured "
+        "load of the throw; null: no bound.",
     )
 
 
@@ -162,7 +169,7 @@ class Cup(Section):
         "m/rad].",
     )
     damping: Annotated[float, Field(ge=0, le=0.95)] = Field(
-        default=0.25, description="Damping ratio of the object's swing about each of its level axes, assumed."
+        default=0.25, description="Damping ratio of the object's swing about each level axis, assumed."
     )
     peel: bool = Field(
         default=True,
@@ -204,10 +211,16 @@ class Classifier(Section):
 class ActionScale(Section):
     """Residual of an action of 1 in each action mode."""
 
-    along: Positive = Field(default=0.20, description="Drag-free landing shift along the throw [m].")
-    across: Positive = Field(default=0.06, description="Drag-free landing shift across the throw [m].")
+    along: Positive = Field(
+        default=0.20, description="Shift of the drag-free landing along the throw, for an action of 1 [m]."
+    )
+    across: Positive = Field(
+        default=0.06, description="Shift of the drag-free landing across the throw, for an action of 1 [m]."
+    )
     xyz: tuple[Positive, Positive, Positive] = Field(
-        default=(0.12, 0.02, 0.015), description="Raw shift of the release point along, sideways, up [m]."
+        default=(0.12, 0.02, 0.015),
+        description="Shift of the release point along the throw, sideways and up, for an action of 1 in the mode "
+        "`release_xyz` [m].",
     )
 
 
@@ -256,9 +269,10 @@ class ConveyorConfig(SortingLine):
     patience: Positive = Field(
         default=8.0,
         le=1e6,
-        description="k of `dispatch: atc`: an object that can wait this much longer must be e times as quick [s].",
+        description="k of `dispatch: atc`: an object that can wait longer by this time comes first only if its "
+        "cycle is shorter by the factor e [s].",
     )
-    picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Episode length on the belt.")
+    picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Throws of an episode on the belt.")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -267,12 +281,12 @@ class ConveyorConfig(SortingLine):
                 raise ValueError(f"items: {item.name!r} has no seal_force; a suction cup cannot hold it")
         for name in self.mix or ():
             if name not in self.items:
-                raise ValueError(f"mix tells of {name!r}, which is not among the items {self.items}")
+                raise ValueError(f"mix: {name!r} is not among the items {self.items}")
         for true, row in self.classifier.confusion.items():
             where = f"classifier.confusion of {true!r}"
             for name in (true, *row):
                 if name not in self.items:
-                    raise ValueError(f"{where} tells of {name!r}, which is not among the items {self.items}")
+                    raise ValueError(f"{where}: {name!r} is not among the items {self.items}")
             if abs(sum(row.values()) - 1.0) > SUM_TOLERANCE:
                 raise ValueError(f"{where} sums to {sum(row.values()):.7g}; the shares of an item must sum to 1")
         if self.belt.tracking:

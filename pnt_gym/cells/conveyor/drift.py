@@ -23,13 +23,22 @@ class Wander(Section):
     bound: ClassVar[float]
     """Bound of all numbers of this section."""
 
-    even: float = Field(default=0.0, description="Constant in a shift, uniform within +- this.")
-    normal: float = Field(default=0.0, description="Constant in a shift, normal with this standard deviation.")
-    step: float = Field(default=0.0, description="A new value after every `steps_every` picks, uniform within +- this.")
-    walk: float = Field(default=0.0, description="Random walk: standard deviation of a change between picks.")
+    even: float = Field(
+        default=0.0, description="Constant in a shift: drawn uniformly from minus this value to this value."
+    )
+    normal: float = Field(
+        default=0.0, description="Constant in a shift: drawn from a normal distribution with this standard deviation."
+    )
+    step: float = Field(
+        default=0.0,
+        description="Jumps: a new value after every `steps_every` picks, drawn uniformly from minus this value to "
+        "this value.",
+    )
+    walk: float = Field(default=0.0, description="Random walk: standard deviation of the change from pick to pick.")
     ramp: float = Field(
         default=0.0,
-        description="A straight line through the shift, zero in its middle; its end is uniform within +- this.",
+        description="Straight line through the shift, zero in its middle; the end is drawn uniformly from minus "
+        "this value to this value.",
     )
     most: float
 
@@ -49,9 +58,11 @@ class Wander(Section):
 
     def path(self, random: np.random.Generator, picks: int, steps_every: int) -> Floats:
         """Values at the picks of a shift (P,); the number of draws does not depend on the level."""
+        # Every part is drawn at every level, so the draws that follow do not depend on the parts that a level uses.
         even, ramp, level = random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.standard_normal()
         steps = random.uniform(-1.0, 1.0, picks)[np.arange(picks) // steps_every]
         walk = np.concatenate([[0.0], np.cumsum(random.standard_normal(picks)[1:])])
+        # From -1 to 1, so that the ramp's mean over a shift is zero.
         through = np.linspace(-1.0, 1.0, picks) if picks > 1 else np.zeros(1)
         parts = (even * self.even, level * self.normal, steps * self.step, walk * self.walk, ramp * through * self.ramp)
         return np.clip(sum(parts, np.zeros(picks)), -self.most, self.most)
@@ -63,13 +74,14 @@ class Valve(Wander):
 
     key, unit, bound = "delay", "s", 0.03
 
-    most: float = Field(default=0.02, description="The sum never leaves +- this.")
+    most: float = Field(default=0.02, description="Bound of the sum of all parts, up and down.")
     film: float = Field(
         default=0.0,
-        description="Dirt on the cup: the delay grows evenly by this until the cup is cleaned, half of it below zero.",
+        description="Dirt on the cup: the delay grows evenly by this value until the cup is cleaned, from minus "
+        "half of it to half of it.",
     )
     cleaned: Annotated[int, Field(ge=2, le=100_000)] = Field(
-        default=25, description="Picks between two cleanings; a shift begins anywhere between."
+        default=25, description="Picks between two cleanings; a shift begins anywhere between two cleanings."
     )
 
     @property
@@ -81,6 +93,7 @@ class Valve(Wander):
         """Values at the picks of a shift (P,) [s]."""
         parts = super().path(random, picks, steps_every)
         since = (random.integers(self.cleaned) + np.arange(picks)) % self.cleaned
+        # Half of the growth is taken off, so that the film's mean is zero.
         return np.clip(parts + self.film * (since / (self.cleaned - 1) - 0.5), -self.most, self.most)
 
 
@@ -90,7 +103,7 @@ class CameraOffset(Wander):
 
     key, unit, bound = "camera", "m", 0.05
 
-    most: float = Field(default=0.03, description="The sum never leaves +- this.")
+    most: float = Field(default=0.03, description="Bound of the sum of all parts, up and down.")
 
 
 @final
@@ -99,7 +112,7 @@ class Encoder(Wander):
 
     key, unit, bound = "encoder", "of the speed", 0.05
 
-    most: float = Field(default=0.03, description="The sum never leaves +- this.")
+    most: float = Field(default=0.03, description="Bound of the sum of all parts, up and down.")
 
 
 @final
@@ -108,7 +121,7 @@ class Draught(Wander):
 
     key, unit, bound = "draught", "m/s", 3.0
 
-    most: float = Field(default=1.5, description="The sum never leaves +- this.")
+    most: float = Field(default=1.5, description="Bound of the sum of all parts, up and down.")
 
 
 @final
@@ -134,11 +147,12 @@ class Feedback(Section):
     """The camera over a bin that measures the landing of the previous throw, in `PnTAdapt-v0`."""
 
     noise: Annotated[float, Field(ge=0, le=0.1)] = Field(
-        default=0.005, description="Standard deviation of the landing it sees, along and across [m]."
+        default=0.005,
+        description="Standard deviation of the landing that the camera measures, along and across the throw [m].",
     )
     unseen: Annotated[float, Field(ge=0, le=1)] = Field(
-        default=0.05, description="Share of the landings that it misses by chance."
+        default=0.05, description="Share of the landings that the camera misses by chance."
     )
     view: Annotated[float, Field(gt=0, le=1)] = Field(
-        default=0.25, description="It sees what comes down within this of the target [m]."
+        default=0.25, description="Largest distance from the target at which the camera sees a landing [m]."
     )

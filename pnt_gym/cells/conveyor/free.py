@@ -31,6 +31,7 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
         batch.expand("opt.wind")[rows, :2] = context.drift.draught
     write_object(batch, rows, scene.object_body, geom, o.mass, o.inertia, o.placement, o.fluid)
     batch.expand("geom_pos")[rows, geom, 2] = o.com_depth - LIP_GAP - o.size[:, 2] / 2
+    # MuJoCo's order: sliding, torsional [m], rolling [m].
     batch.expand("geom_friction")[rows, geom] = np.stack(
         [o.friction, 0.1 * o.rolling_friction, o.rolling_friction], axis=-1
     )
@@ -114,6 +115,7 @@ class FreeObjects:
             records,
             steps,
         )
+        # The last step undone: semi-implicit Euler moves by the velocity at the step's end.
         before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
         landing = landing_point(*before, rim)[:, :2]
         landing = np.where(np.isfinite(landing), landing, state[:, :2])
@@ -140,6 +142,7 @@ class FreeObjects:
 def _last_moment_above(context: Context, height: Floats) -> Ints:
     """Last moments (N,) at which objects at heights (N, K) [m] are entirely above their rims."""
     full, depth = context.objects.extents, context.objects.com_depth
+    # Farthest point of an object from its centre of mass, in any attitude: half the diagonal plus the offset.
     radius = length(full) / 2.0 + np.abs(depth - full[:, 2] / 2.0)
     below = height < (context.target[:, 2] + radius)[:, None]
     return np.maximum(height.shape[1] - 1 - np.argmax(~below[:, ::-1], axis=1), 0) * (~below).any(axis=1)

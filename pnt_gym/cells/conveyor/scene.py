@@ -172,6 +172,7 @@ def _bin_places(config: ConveyorConfig) -> list[tuple[float, float, tuple[float,
 def _empty_stage(config: ConveyorConfig) -> MjSpec:
     """A model with air, light, floor and belt, without object and bins."""
     spec = mujoco.MjSpec()
+    # Air is unmodelled by the planner: there is none at mismatch 0.
     set_options(spec, config.timestep, density=AIR_DENSITY * config.mismatch, viscosity=AIR_VISCOSITY * config.mismatch)
     light_stage(spec, ambient=0.35, diffuse=0.45)
     spec.worldbody.add_light(pos=[0.6, -1.4, 1.6], dir=[-0.3, 0.6, -1.0], diffuse=np.full(3, 0.5))
@@ -181,6 +182,7 @@ def _empty_stage(config: ConveyorConfig) -> MjSpec:
 
 def _add_object_and_bins(spec: MjSpec, config: ConveyorConfig) -> None:
     """Add the bins, and a free body whose frame is at its centre of mass, with one geom of any shape."""
+    # Mass, inertia and size stand in until the plant writes those of each object.
     add_free_object(
         spec,
         0.02,
@@ -229,6 +231,7 @@ def add_cup(spec: MjSpec, lip: float) -> None:
 
     A compliant lip of a length `lip` [m] collides with nothing and is only drawn.
     """
+    # The solid cup begins where the lip ends.
     parts = [("cup", lip, CUP_LENGTH, _CUP_BIT, HAND_RGBA)]
     if lip > 0.0:
         parts.append(("lip", 0.0, lip, 0, LIP_RGBA))
@@ -251,6 +254,7 @@ def _add_grip(spec: MjSpec, config: ConveyorConfig) -> None:
     spec.body("object").add_site(name="grip", size=[0.004, 0.004, 0.004], group=4)
     spec.add_equality(
         name="grip",
+        # A compliant lip holds the object's place and lets the object turn.
         type=mujoco.mjtEq.mjEQ_CONNECT if config.swings else mujoco.mjtEq.mjEQ_WELD,
         objtype=mujoco.mjtObj.mjOBJ_SITE,
         name1="tcp",

@@ -126,8 +126,7 @@ class DriftingCells(SteadyCells):
     def __init__(self, config: ConveyorConfig, generators: Generators) -> None:
         if not FEWEST_PICKS <= config.picks_per_shift <= MOST_PICKS:
             raise ConfigError(
-                f"picks_per_shift is {config.picks_per_shift}; a shift in which a throw tells something for the "
-                f"next has {FEWEST_PICKS} to {MOST_PICKS}"
+                f"picks_per_shift is {config.picks_per_shift}; in PnTAdapt-v0 it must be {FEWEST_PICKS} to {MOST_PICKS}"
             )
         self._config = config
         self._schedule = DriftSchedule.draw(generators, config)
@@ -165,8 +164,8 @@ def make_drift(config: ConveyorConfig, generators: Generators, feedback: bool) -
         return DriftingCells(config, generators)
     if config.drift.moves:
         raise ConfigError(
-            f"level {config.name!r} drifts, and nothing in this environment tells of it; use PnTAdapt-v0, or set "
-            "the parts of its section `drift` to 0"
+            f"level {config.name!r} drifts, and the observations of this environment do not show drift; use "
+            "PnTAdapt-v0, or set the parts of its section `drift` to 0"
         )
     return SteadyCells()
 

@@ -29,16 +29,17 @@ class Table(Section):
     height: Finite = Field(default=-0.321, description="z of the surface [m].")
     x: Range = Field(default=(-0.110, 0.030), description="Extent along x [m].")
     y: Range = Field(default=(-0.080, 0.080), description="Extent along y [m].")
-    pick_x: Range = Field(default=(-0.060, -0.020), description="Where objects are picked [m].")
-    pick_y: Range = Field(default=(-0.030, 0.030), description="[m]")
+    pick_x: Range = Field(default=(-0.060, -0.020), description="Range along x in which objects are picked [m].")
+    pick_y: Range = Field(default=(-0.030, 0.030), description="Range along y in which objects are picked [m].")
     speed: NonNegative = Field(
         default=0.0,
-        description="Of the surface, a belt's [m/s]; `pick_x` and `pick_y` are then where the claws begin to close.",
+        description="Speed of the surface, for a belt [m/s]; the claws then begin to close in `pick_x` and `pick_y`.",
     )
     travel_deg: Finite = Field(default=0.0, description="Direction in which the belt moves, from the x axis [deg].")
     camera: Finite = Field(
         default=0.0,
-        description="Where the camera sees objects on the belt: this far from the origin along its travel [m].",
+        description="Distance from the origin, along the belt's travel, at which the camera sees objects on the "
+        "belt [m].",
     )
 
     @property
@@ -56,15 +57,19 @@ class Table(Section):
 class Tray(Section):
     """Compartments in a row along y, one for each kind of object, in the order of `items`."""
 
-    x: Finite = Field(default=0.185, description="Middle of the row [m].")
-    y: Finite = Field(default=0.0, description="Middle of the row [m].")
-    rim: Finite = Field(default=-0.430, description="z of the rim plane, where landing is measured [m].")
-    depth: Positive = Field(default=0.050, description="Of the compartments below the rim [m].")
+    x: Finite = Field(default=0.185, description="Middle of the row of compartments along x [m].")
+    y: Finite = Field(default=0.0, description="Middle of the row of compartments along y [m].")
+    rim: Finite = Field(default=-0.430, description="z of the plane of the rims, in which landings are measured [m].")
+    depth: Positive = Field(default=0.050, description="Depth of the compartments below the rim [m].")
     opening: tuple[Positive, Positive] = Field(
         default=(0.052, 0.052), description="Inner opening of a compartment along x and y [m]."
     )
-    wall: Annotated[float, Field(ge=0.002, le=0.1)] = Field(default=0.004, description="[m]")
-    settle: Duration = Field(default=0.14, gt=0, description="Simulated after the planned landing, to come to lie [s].")
+    wall: Annotated[float, Field(ge=0.002, le=0.1)] = Field(default=0.004, description="Thickness of the walls [m].")
+    settle: Duration = Field(
+        default=0.14,
+        gt=0,
+        description="Simulated time after the planned landing, in which the object comes to rest [s].",
+    )
 
     def centres(self, count: int) -> Floats:
         """Middle of every compartment's opening (count, 3) [m]."""
@@ -78,9 +83,13 @@ class Grip(Section):
 
     open_deg: Finite = Field(default=-35.0, description="Angle of the halves above the object [deg].")
     squeeze_deg: Positive = Field(
-        default=7.0, description="Closed beyond the first contact with the planned width; 4 N per pad [deg]."
+        default=7.0,
+        description="Angle by which the halves close beyond the first contact with an object of the planned width; "
+        "4 N per pad [deg].",
     )
-    release_deg: Positive = Field(default=10.0, description="Opened beyond that contact at the release [deg].")
+    release_deg: Positive = Field(
+        default=10.0, description="Angle by which the halves open beyond that contact at the release [deg]."
+    )
     closing: Duration = Field(default=0.070, gt=0, description="Time to close [s].")
     hold: Duration = Field(default=0.030, description="Standstill with closed claws before the lift [s].")
     opening: Duration = Field(
@@ -88,7 +97,7 @@ class Grip(Section):
         default=0.060,
         description="Time to open; the prototype moves its halves by 15 deg in 60 ms (section VI-B) [s].",
     )
-    clearance: Positive = Field(default=0.002, description="Lower edge of the pads above the table [m].")
+    clearance: Positive = Field(default=0.002, description="Height of the pads' lower edge above the table [m].")
 
 
 class Motion(Section):
@@ -96,57 +105,73 @@ class Motion(Section):
 
     height: Finite = Field(default=-0.200, description="z of the platform at the release [m].")
     release_x: tuple[Finite, ...] = Field(
-        default=(0.030, 0.045, 0.060, 0.070, 0.080), min_length=1, description="Release points that are tried [m]."
+        default=(0.030, 0.045, 0.060, 0.070, 0.080),
+        min_length=1,
+        description="Release points along x that the planner tries [m].",
     )
-    release_y: NonNegative = Field(default=0.6, description="Release at this share of the target's y.")
+    release_y: NonNegative = Field(default=0.6, description="y of the release, as a share of the target's y.")
     elevation_deg: tuple[Finite, ...] = Field(
-        default=(0.0, 8.0, 16.0, 24.0), min_length=1, description="Directions of the throw that are tried [deg]."
+        default=(0.0, 8.0, 16.0, 24.0),
+        min_length=1,
+        description="Elevations of the throw that the planner tries [deg].",
     )
-    acceleration: Positive = Field(default=15.0, description="Largest on the throw's straight line [m/s2].")
+    acceleration: Positive = Field(
+        default=15.0, description="Largest acceleration on the straight line of the throw [m/s2]."
+    )
     move_acceleration: Positive | None = Field(
         default=None,
-        description="Largest of the way from grip to line [m/s2]; null where motor speed alone bounds it, as that of a "
-        "small robot.",
+        description="Largest acceleration on the way from grip to line [m/s2]; null where the speed of the motors "
+        "alone bounds it, as for a small robot.",
     )
-    before: NonNegative = Field(default=0.012, description="Constant velocity before the release [s].")
+    before: NonNegative = Field(default=0.012, description="Time of constant velocity before the release [s].")
     after: NonNegative = Field(
         default=0.010,
-        description="Constant velocity after the release [s]; longer forgives a late opening and costs cycle time.",
+        description="Time of constant velocity after the release [s]; a longer time forgives a late opening and "
+        "costs cycle time.",
     )
     speed_share: Share = Field(
-        default=0.75, description="Motor speeds up to this share of the largest; the rest is left for accelerations."
+        default=0.75,
+        description="Share of the largest motor speed that the plan uses; accelerations need the remainder.",
     )
-    line_speed_share: Share = Field(default=0.85, description="The same on the throw's straight line.")
-    drop_height: Finite = Field(default=-0.215, description="z of the platform above a compartment to drop into [m].")
+    line_speed_share: Share = Field(
+        default=0.85,
+        description="Share of the largest motor speed that the plan uses on the straight line of the throw.",
+    )
+    drop_height: Finite = Field(default=-0.215, description="z of the platform above a compartment at a drop [m].")
     rest: NonNegative = Field(default=0.040, description="Standstill before the claws open for a drop [s].")
 
 
 class Errors(Section):
     """Effects that the planner does not know, at m = 1; every value is scaled by the mismatch m. All assumed."""
 
-    width: NonNegative = Field(default=0.02, le=0.5, description="Standard deviation of the size, relative.")
-    mass: NonNegative = Field(default=0.15, le=1, description="Lognormal.")
-    friction: NonNegative = Field(default=0.10, le=1, description="Lognormal.")
-    drag: NonNegative = Field(default=0.15, le=1, description="Lognormal.")
+    width: NonNegative = Field(default=0.02, le=0.5, description="Relative standard deviation of the object's extents.")
+    mass: NonNegative = Field(default=0.15, le=1, description="Lognormal spread of the mass.")
+    friction: NonNegative = Field(default=0.10, le=1, description="Lognormal spread of the friction.")
+    drag: NonNegative = Field(default=0.15, le=1, description="Lognormal spread of the drag coefficient.")
     placement: NonNegative = Field(
         default=0.002, le=0.5, description="Standard deviation of the object's place per axis [m]."
     )
-    yaw_deg: NonNegative = Field(default=3.0, description="Standard deviation of its direction [deg].")
-    delay: NonNegative = Field(default=1.0, le=100, description="Factor of every item's own `opening_delay`.")
-    timing: Duration = Field(default=0.002, description="Standard deviation of the opening's delay [s].")
+    yaw_deg: NonNegative = Field(default=3.0, description="Standard deviation of the object's direction [deg].")
+    delay: NonNegative = Field(default=1.0, le=100, description="Factor of the `opening_delay` of every item.")
+    timing: Duration = Field(default=0.002, description="Standard deviation of the delay of the claws' opening [s].")
     feedforward: Annotated[float, Field(ge=0, le=1)] = Field(
-        default=0.30, description="The servos' feed-forward torque lacks this share, so they lag."
+        default=0.30, description="Share of the torque that the servos' feed-forward lacks, so that the servos lag."
     )
-    camera: NonNegative = Field(default=0.0003, description="Standard deviation of a measured extent [m].")
-    belt_speed: NonNegative = Field(default=0.0, le=1, description="Standard deviation of the belt's speed, relative.")
+    camera: NonNegative = Field(
+        default=0.0003, description="Standard deviation of each extent that the camera measures [m]."
+    )
+    belt_speed: NonNegative = Field(default=0.0, le=1, description="Relative standard deviation of the belt's speed.")
 
 
 class Action(Section):
     """Correction of the throw for an action of 1."""
 
-    along: Positive = Field(default=0.030, description="Release point along the throw, and so the landing [m].")
-    across: Positive = Field(default=0.015, description="Release point sideways [m].")
-    opening: Positive = Field(default=0.050, description="Opening earlier or later [s].")
+    along: Positive = Field(
+        default=0.030,
+        description="Shift of the release point along the throw, for an action of 1; the landing moves as far [m].",
+    )
+    across: Positive = Field(default=0.015, description="Shift of the release point sideways, for an action of 1 [m].")
+    opening: Positive = Field(default=0.050, description="Delay of the claws' opening, for an action of 1 [s].")
 
     def scale(self) -> Floats:
         """Correction for an action of 1 as an array (3,) [m, m, s]."""
@@ -156,9 +181,11 @@ class Action(Section):
 class Reward(SortingReward):
     """Weights of the reward's terms; a compartment is the bin."""
 
-    success: NonNegative = Field(default=0.5, description="1 if the object crossed its opening and lies in its bin.")
-    landing_scale: Positive = Field(default=0.06, description="[m]")
-    time_scale: Positive = Field(default=2.0, description="[s]")
+    success: NonNegative = Field(
+        default=0.5, description="Weight of the success: the object crossed its opening and lies in its compartment."
+    )
+    landing_scale: Positive = Field(default=0.06, description="Landing error at which the landing term reaches 0 [m].")
+    time_scale: Positive = Field(default=2.0, description="Cycle time at which the time term reaches 0 [s].")
 
 
 @final
@@ -167,13 +194,21 @@ class GripperConfig(ItemsConfig):
 
     folder: ClassVar[str | Path] = "gripper"
 
-    task: Task = Field(default="toss", description="Release in motion, or at rest above the tray as the paper did.")
+    task: Task = Field(
+        default="toss",
+        description="toss: a release in motion. drop: a release at rest above the tray, as in the paper.",
+    )
     timestep: Annotated[float, Field(ge=0.0001, le=0.001)] = Field(default=0.001, description="Physics step [s].")
     robot: Robot = Robot()
     conveyor: Conveyor | None = Field(
-        default=None, description="A conveyor cell that gives what this cell does not say itself; null for none."
+        default=None,
+        description="A conveyor cell from which this cell takes the values that it does not set; null for none.",
     )
-    items: tuple[str, ...] = Field(default=CLAW_ITEMS, min_length=1)
+    items: tuple[str, ...] = Field(
+        default=CLAW_ITEMS,
+        min_length=1,
+        description="Names of the items, each with a compartment of the tray; see the catalogue of items.",
+    )
     table: Table = Table()
     tray: Tray = Tray()
     grip: Grip = Grip()
@@ -182,7 +217,8 @@ class GripperConfig(ItemsConfig):
     action: Action = Action()
     reward: Reward = Reward()
     observation: Mapping[str, tuple[Finite, Positive]] = Field(
-        default_factory=dict, description="Centre and scale of the features whose own do not suit this cell."
+        default_factory=dict,
+        description="Centre and scale by feature, for features whose usual values do not suit this cell.",
     )
 
     @model_validator(mode="before")

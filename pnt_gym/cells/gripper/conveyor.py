@@ -36,13 +36,14 @@ class Conveyor(Section):
 
     level: str = Field(
         default="nominal",
-        description="Level of the conveyor cell: a shipped one's name, or a file. What drifts in it does not here.",
+        description="Level of the conveyor cell: a shipped level's name, or a file. Drift of the level is left out.",
     )
     origin: tuple[Finite, Finite, Finite] = Field(
-        description="The robot's origin, amid its motor axes, in the conveyor cell's frame [m]."
+        description="Origin of this robot, amid its motor axes, in the frame of the conveyor cell [m]."
     )
     pick_x: Range | None = Field(
-        default=None, description="Where along the belt the grip may begin; null for the conveyor's own window [m]."
+        default=None,
+        description="Range along the belt in which the grip may begin; null for the window of the conveyor cell [m].",
     )
 
     def site(self) -> ConveyorSite:

@@ -84,6 +84,7 @@ class TossPlans:
     @property
     def start(self) -> Floats:
         """Position of the platform where the line begins (N, 3) [m]."""
+        # A ramp takes half the way that full speed takes in the same time.
         return self.release - self.velocity * (0.5 * self.ramp + self.before)[:, None]
 
     @property
@@ -113,6 +114,7 @@ class TossPlans:
         opening_delay = np.zeros_like(self.ramp) if delay is None else delay
         t = np.broadcast_to(time, (len(self.ramp), np.shape(time)[-1]))
         moving = (t - self.grip_time[:, None]) / self.move_time[:, None]
+        # Way with the belt over the belt's speed: full speed until the grip, then fading.
         along = np.minimum(t, self.grip_time[:, None]) + self.move_time[:, None] * fading_travel(moving)
         position = self.pick[:, None] + along[..., None] * self.belt[:, None]
         position = position + ease(moving)[..., None] * (self.start - self.pick - self.belt_travel)[:, None]
@@ -129,6 +131,7 @@ class TossPlans:
         """Path length on the line at times, divided by the full speed (N, S) [s]."""
         ramp = np.maximum(self.ramp, 1e-9)[:, None]
         flat = (self.before + self.after)[:, None]
+        # Braking is the ramp backwards: the way at full speed less the way of a ramp.
         up, down = np.clip(t / ramp, 0.0, 1.0), np.clip((t - flat) / ramp - 1.0, 0.0, 1.0)
         level = np.clip(t - ramp, 0.0, flat)
         return ramp * _ramp_travel(up) + level + ramp * (down - _ramp_travel(down))
@@ -143,6 +146,7 @@ def ease(share: Floats) -> Floats:
 def fading_travel(share: Floats) -> Floats:
     """Path of a speed that falls from 1 to 0 as `1 - ease(s)`: 0 before, 1/2 at the end."""
     s = np.clip(share, 0.0, 1.0)
+    # Integral of 1 - (10 s^3 - 15 s^4 + 6 s^5).
     return s - s**4 * (2.5 + s * (s - 3.0))
 
 

@@ -214,7 +214,7 @@ class TossPlanner:
         }
 
     def _follow_speeds(self, plans: TossPlans) -> tuple[Floats, Floats]:
-        """Speed of the fastest motor, claws open or closed, at the begin of closing and of the lift.
+        """Speed of the fastest motor, claws open or closed, at the beginning of closing and of the lift.
 
         (N,) each [rad/s]; NaN out of reach.
         """

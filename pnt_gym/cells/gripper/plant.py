@@ -51,12 +51,14 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
     def fly(self, context: Context, plans: TossPlans) -> RecordedThrows:
         """Simulate one throw in every simulation: the N objects, and the N throws."""
         step, hidden = self.config.timestep, context.hidden
+        # Only a delay lengthens the simulation; an early opening must not shorten it.
         landing = plans.release_time + np.maximum(plans.shift, 0.0) + LATEST_FLIGHT * plans.flight_time
         end = np.maximum(plans.stop_time, landing + hidden.delay + self.config.tray.settle)
         steps = step_counts(end, step)
         self.write(context, plans)
         control = self._controls(plans, context.kind, hidden, int(steps.max()))
         if (row := self.record_row) is not None:
+            # The planned flight is that of the object's middle, which hangs below the platform.
             start = plans.release[row] - np.array([0.0, 0.0, plans.hang[row]])
             plan = start, plans.velocity[row], plans.flight_time[row]
             self.record_throw(self.scene.object_body, control[row, : steps[row]], plan, plans.target[row])
@@ -93,6 +95,7 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
         pose_after, pose_before = (closed_pose(start + sign * rate, self._dimensions) for sign in (_INSTANT, -_INSTANT))
         qvel = batch.bind("qvel")
         first = pose_after.shape[1]
+        # Joint speeds that keep the loops closed: a central difference of closed poses.
         qvel[:, :first] = (pose_after - pose_before) / (2.0 * _INSTANT)
         qvel[:, first : first + 3] = speed[:, None] * travel
 
@@ -115,6 +118,7 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
         time = np.asarray(np.arange(moving) * step, dtype=np.float64)
         poses = plans.pose(time, hidden.delay)
         share = 1.0 - self.config.mismatch * self.config.errors.feedforward
+        # The controller knows the catalogue's mass, not the mass of this object.
         payload = self._mass[kind][:, None]
         references = motor_references(poses, step, self._dimensions, self._build, payload=payload, share=share)
         control = np.ones((len(kind), steps, int(model.nu) + int(model.neq)))
@@ -125,6 +129,7 @@ class GripperPlant(Plant[Context, TossPlans, RecordedThrows]):
 
 def _attitude(yaw: Floats, upright: Floats) -> Floats:
     """Quaternions (N, 4) of a turn about the vertical, for upright objects after turning the body's x axis up."""
+    # Half of a turn by -90 degrees about y, which lifts the body's x axis.
     tilt = np.where(upright, -np.pi / 4.0, 0.0)
     cos, sin = np.cos(yaw / 2.0), np.sin(yaw / 2.0)
     c, s = np.cos(tilt), np.sin(tilt)

@@ -23,11 +23,22 @@ class Robot(Section):
     Masses grow with the square of the scale and the fingers' springs with its cube; the servos do not.
     """
 
-    scale: Positive = Field(default=1.0, description="Every length over the prototype's.")
-    dimensions: _Part = Field(default_factory=dict, description="Lengths, strokes and home as in `Dimensions`.")
-    servo: _Part = Field(default_factory=dict, description="Values of a `MotorServo`.")
-    claws: _Part = Field(default_factory=dict, description="Values of `Claws`.")
-    masses: _Part = Field(default_factory=dict, description="Masses of a `Build` [kg].")
+    scale: Positive = Field(default=1.0, description="Factor of every length of the prototype.")
+    dimensions: _Part = Field(
+        default_factory=dict,
+        description="Lengths, strokes and home pose that differ from the prototype's, by the names of `Dimensions`.",
+    )
+    servo: _Part = Field(
+        default_factory=dict,
+        description="Values of the servos that differ from the prototype's, by the names of `MotorServo`.",
+    )
+    claws: _Part = Field(
+        default_factory=dict,
+        description="Values of the claws that differ from the prototype's, by the names of `Claws`.",
+    )
+    masses: _Part = Field(
+        default_factory=dict, description="Masses that differ from the prototype's, by the names of `Build` [kg]."
+    )
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -78,6 +78,7 @@ def build_scene(config: GripperConfig) -> Scene:
     """
     spec = mujoco.MjSpec()
     m = config.mismatch
+    # Air is unmodelled by the planner: there is none at mismatch 0.
     set_options(spec, config.timestep, density=AIR_DENSITY * m, viscosity=AIR_VISCOSITY * m)
     dimensions, build = config.robot.parts()
     floor = min(FLOOR, config.tray.rim - config.tray.depth - config.tray.wall - _FLOOR_DROP)
@@ -85,6 +86,7 @@ def build_scene(config: GripperConfig) -> Scene:
     _add_table(spec, config, floor)
     _add_tray(spec, config, floor)
     robot = add_gripper(spec, dimensions, build)
+    # Bounds are compiled once, so they hold the largest of all items.
     _add_object(spec, max(_LARGEST, *(max(item.size) for item in config.item_list())))
     _add_sensors(spec, robot)
     spec.option.tolerance = _TOLERANCE
@@ -105,6 +107,7 @@ def tray_panels(tray: Tray, count: int) -> tuple[Floats, Floats]:
     """Half extents (P, 3) and centres (P, 3) of the tray's walls and bottom, in the world [m]."""
     centres, (x, y), wall = tray.centres(count), tray.opening, tray.wall
     middle, high = tray.rim - tray.depth / 2.0, tray.depth / 2.0
+    # A compartment for each item, and a wall before, between and after them.
     length = count * (y + wall) + wall
     half, centre = [(x / 2.0 + wall, length / 2.0, wall / 2.0)], [(tray.x, tray.y, tray.rim - tray.depth - wall / 2.0)]
     for side in (-1.0, 1.0):
@@ -120,6 +123,7 @@ def _add_stage(spec: MjSpec, floor: float, size: float) -> None:
     """Add light, floor and sky for a robot of a size over the prototype's."""
     half = max(1.0, 0.6 * size)
     light_stage(spec)
+    # In extents of the model; the camera comes close to a robot of half a metre.
     spec.visual.map.znear = 0.005
     spec.worldbody.add_light(pos=size * np.array([0.4, -0.8, 0.7]), dir=[-0.3, 0.7, -0.9], diffuse=np.full(3, 0.45))
     add_floor(spec, floor, half, contype=0, conaffinity=_OBJECT_BIT, solref=SURROUNDINGS_SOLREF, group=1)
@@ -177,6 +181,7 @@ def _add_tray(spec: MjSpec, config: GripperConfig, floor: float) -> None:
 
 def _add_object(spec: MjSpec, half: float) -> None:
     """Add a free body whose frame is at its centre of mass, with one geom of any shape."""
+    # Mass, inertia and size stand in until the plant writes those of each object.
     add_free_object(
         spec,
         0.005,

@@ -78,9 +78,9 @@ class Value(Section):
 class Down(Section):
     """A robot that stands still for a while."""
 
-    robot: str = Field(min_length=1)
-    start: NonNegative = Field(description="Begin of the standstill, since the begin of the work shift [s].")
-    end: Positive = Field(description="End of the standstill, since the begin of the work shift [s].")
+    robot: str = Field(min_length=1, description="Name of the robot that stands still.")
+    start: NonNegative = Field(description="Start of the standstill, from the beginning of the work shift on [s].")
+    end: Positive = Field(description="End of the standstill, from the beginning of the work shift on [s].")
 
 
 def _random_bins_error(level: object) -> str:
@@ -157,7 +157,7 @@ class LineConfig(LevelConfig):
             self._check_item(name, "value.of")
         for down in self.down:
             if down.robot not in [robot.name for robot in self.robots]:
-                raise ValueError(f"down tells of robot {down.robot!r}, which is not in the line")
+                raise ValueError(f"down names robot {down.robot!r}, which is not in the line")
             if down.start >= down.end:
                 raise ValueError(f"down runs from {down.start:g} to {down.end:g} s; the first must be smaller")
         return self
@@ -230,7 +230,7 @@ class LineConfig(LevelConfig):
 
     def _check_item(self, name: str, where: str) -> None:
         if name not in self.cell.items:
-            raise ValueError(f"{where} tells of {name!r}, which is not among the cell's items {self.cell.items}")
+            raise ValueError(f"{where}: {name!r} is not among the cell's items {self.cell.items}")
 
     def files(self) -> tuple[Path, ...]:
         """File of the table of throws, if the level names one."""

@@ -76,6 +76,7 @@ def belt_extent(config: LineConfig) -> tuple[float, float]:
 def _add_surroundings(spec: MjSpec, config: LineConfig, belt: tuple[float, float]) -> None:
     """Add light, floor, the belt and its frame."""
     light_stage(spec, ambient=0.42, diffuse=0.26)
+    # MuJoCo scales clipping planes and the free camera by the extent, which must hold the whole belt.
     spec.stat.center, spec.stat.extent = [sum(belt) / 2, 0.0, -0.3], (belt[1] - belt[0]) / 2 + 1.0
     spec.visual.map.shadowclip = 2.0  # else the shadows' borders are seen on the floor
     sun = {"diffuse": np.full(3, 0.42), "specular": np.full(3, 0.2)}
@@ -119,6 +120,7 @@ def _add_robot(spec: MjSpec, config: LineConfig, index: int) -> T3krHandles:
     for number, colour in enumerate(bin_colours(config, index)):
         for geom in robot_spec.body(f"bin_{number}").geoms:
             geom.rgba = colour
+    # Robots of one model share its names, so each robot's names begin with its index.
     prefix = f"{index}_"
     spec.attach(robot_spec, prefix=prefix, frame=spec.worldbody.add_frame(pos=[config.robots[index].x, 0.0, 0.0]))
     return robot.with_prefix(prefix)

@@ -61,36 +61,40 @@ class ArmSection(Section):
 class BlockSection(Section):
     """The block of the tasks `throw` and `sort` (section 6)."""
 
-    mass: Positive = Field(default=Block.mass, description="[kg]")
-    half_length: Positive = Field(default=Block.half_length, description="l_A = l_B, half the length [m].")
-    half_height: Positive = Field(default=Block.half_height, description="d, half the height [m].")
-    depth: Positive = Field(default=Block.depth, description="Across the plane [m].")
+    mass: Positive = Field(default=Block.mass, description="Mass of the block [kg].")
+    half_length: Positive = Field(default=Block.half_length, description="Half the length of the block, l_A = l_B [m].")
+    half_height: Positive = Field(default=Block.half_height, description="Half the height of the block, d [m].")
+    depth: Positive = Field(default=Block.depth, description="Extent of the block across the plane of the throw [m].")
 
 
 class Servo(Section):
     """The joint's PD controller; the gains are not published."""
 
-    kp: Positive = Field(default=2000.0, description="[N m/rad]; about 23 Hz with the arm's inertia.")
-    kv: NonNegative = Field(default=20.0, description="[N m s/rad]; a damping ratio of 0.7.")
+    kp: Positive = Field(default=2000.0, description="Position gain [N m/rad]; about 23 Hz with the arm's inertia.")
+    kv: NonNegative = Field(default=20.0, description="Speed gain [N m s/rad]; a damping ratio of 0.7.")
 
 
 class Errors(Section):
     """Effects that the planner does not know, at m = 1; every value is scaled by the mismatch m. All assumed."""
 
-    radius: Finite = Field(default=0.003, description="The object lies this much too far out [m].")
+    radius: Finite = Field(default=0.003, description="Distance by which the object lies too far out [m].")
     inertia: Annotated[float, Field(gt=-0.3, le=1)] = Field(
-        default=0.10, description="Inertia of plate and actuator is larger by this share."
+        default=0.10, description="Share by which the inertia of plate and actuator is larger than planned."
     )
     friction: NonNegative = Field(default=0.6, description="Coulomb friction of the gear [N m].")
     viscous: NonNegative = Field(default=0.02, description="Viscous friction of the gear [N m s/rad].")
     drag: NonNegative = Field(default=1.05, description="Drag coefficient of the object, that of a cube.")
     delay: Annotated[float, Field(ge=0, le=0.05)] = Field(
         default=0.005,
-        description="The object comes free this long after the arm has begun to brake; ideal release only [s].",
+        description="Time from the beginning of the arm's braking until the object comes free; for the release "
+        "`ideal` only [s].",
     )
-    placement: NonNegative = Field(default=0.0002, description="Standard deviation of the radius per throw [m].")
+    placement: NonNegative = Field(
+        default=0.0002, description="Standard deviation of the object's radius from throw to throw [m]."
+    )
     timing: Annotated[float, Field(ge=0, le=0.01)] = Field(
-        default=0.0001, description="Standard deviation of the release time per throw; ideal release only [s]."
+        default=0.0001,
+        description="Standard deviation of the release time from throw to throw; for the release `ideal` only [s].",
     )
 
 
@@ -98,12 +102,14 @@ class Camera(Section):
     """Frames of the flying object, from which the flight is estimated (section 6)."""
 
     rate: Annotated[float, Field(ge=50, le=10000)] = Field(default=1000.0, description="Frames per second.")
-    frames: Annotated[int, Field(ge=8, le=5000)] = Field(default=400, description="Most frames of one throw.")
+    frames: Annotated[int, Field(ge=8, le=5000)] = Field(
+        default=400, description="Largest number of frames of a throw."
+    )
     position: NonNegative = Field(
-        default=0.0003, description="Standard deviation of x and of y at m = 1; scaled by the mismatch [m]."
+        default=0.0003, description="Standard deviation of the measured x and y at m = 1; scales with the mismatch [m]."
     )
     angle_deg: NonNegative = Field(
-        default=0.17, description="Standard deviation of the angle at m = 1; scaled by the mismatch [deg]."
+        default=0.17, description="Standard deviation of the measured angle at m = 1; scales with the mismatch [deg]."
     )
 
 
@@ -117,11 +123,11 @@ def _check_goal(label: str, y: float, phi: float) -> None:
 class Goal(Section):
     """State that a throw passes: z_d of the paper."""
 
-    name: str = Field(default="goal", min_length=1)
-    x: Finite = Field(description="[m]")
-    y: Finite = Field(description="Up [m].")
-    phi_deg: Finite = Field(description="Unwrapped: 510 is not 150 [deg].")
-    dy: Finite = Field(description="Vertical speed [m/s].")
+    name: str = Field(default="goal", min_length=1, description="Name of the goal.")
+    x: Finite = Field(description="Horizontal position from the pivot [m].")
+    y: Finite = Field(description="Height above the pivot [m].")
+    phi_deg: Finite = Field(description="Angle of the block, not wrapped: 510 is not 150 [deg].")
+    dy: Finite = Field(description="Vertical speed, up positive [m/s].")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -136,13 +142,13 @@ class Goal(Section):
 class GoalRegion(Section):
     """Box from which the goal of every throw is drawn, until one is in reach and out of the arm's sweep."""
 
-    x: Range = Field(default=(-0.40, 0.10), description="[m]")
-    y: Range = Field(default=(0.15, 0.45), description="[m]")
-    phi_deg: Range = Field(default=(100.0, 200.0), description="[deg]")
-    dy: Range = Field(default=(-1.5, 0.0), description="[m/s]")
+    x: Range = Field(default=(-0.40, 0.10), description="Range of the horizontal position from the pivot [m].")
+    y: Range = Field(default=(0.15, 0.45), description="Range of the height above the pivot [m].")
+    phi_deg: Range = Field(default=(100.0, 200.0), description="Range of the block's angle [deg].")
+    dy: Range = Field(default=(-1.5, 0.0), description="Range of the vertical speed [m/s].")
     reserve: Annotated[float, Field(ge=0, le=0.05)] = Field(
         default=0.010,
-        description="A goal is taken only if the arm can make up for an object that comes free this late too [s].",
+        description="Largest delay of the release for which the arm must be able to make up at a goal [s].",
     )
 
     @model_validator(mode="after")
@@ -165,8 +171,12 @@ class Goals(Section):
     the list `PUSHED`.
     """
 
-    fixed: tuple[Goal, ...] = ()
-    region: GoalRegion | None = None
+    fixed: tuple[Goal, ...] = Field(
+        default=(), description="Goals by name, of which each throw draws one; exclusive with `region`."
+    )
+    region: GoalRegion | None = Field(
+        default=None, description="Box from which the goal of each throw is drawn; exclusive with `fixed`."
+    )
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -178,17 +188,21 @@ class Goals(Section):
 class Tolerance(Section):
     """Distance from the goal within which a throw is a success."""
 
-    position: Positive = Field(default=0.005, description="[m]")
-    angle_deg: Positive = Field(default=2.0, description="[deg]")
-    speed: Positive = Field(default=0.05, description="Vertical speed [m/s].")
+    position: Positive = Field(default=0.005, description="Largest distance from the goal of a success [m].")
+    angle_deg: Positive = Field(default=2.0, description="Largest error of the angle of a success [deg].")
+    speed: Positive = Field(default=0.05, description="Largest error of the vertical speed of a success [m/s].")
 
 
 class Scale(Section):
     """T of the Appendix: scales that make metres, radians and metres per second comparable; not published."""
 
-    position: Positive = Field(default=1.0, le=1e6)
-    angle: NonNegative = Field(default=0.1, le=1e6)
-    speed: NonNegative = Field(default=0.1, le=1e6)
+    position: Positive = Field(
+        default=1.0,
+        le=1e6,
+        description="Weight of an error of the position in the distance of a state from its goal [1/m].",
+    )
+    angle: NonNegative = Field(default=0.1, le=1e6, description="Weight of an error of the angle [1/rad].")
+    speed: NonNegative = Field(default=0.1, le=1e6, description="Weight of an error of the vertical speed [s/m].")
 
     def weights(self) -> Floats:
         """The diagonal of T (4,)."""
@@ -198,12 +212,20 @@ class Scale(Section):
 class Action(Section):
     """Correction of the throw for an action of 1."""
 
-    position: Positive = Field(default=0.20, description="Virtual goal, along x and up [m].")
-    angle_deg: Positive = Field(default=60.0, description="Virtual goal, phi [deg].")
-    speed: Positive = Field(default=0.8, description="Virtual goal, vertical speed [m/s].")
-    release_angle_deg: Positive = Field(default=10.0, description="Release state, angle of the arm [deg].")
-    release_speed: Positive = Field(default=3.0, description="Release state, speed of the arm [rad/s].")
-    release_radius: Positive = Field(default=0.03, description="Release state, radius of the object [m].")
+    position: Positive = Field(
+        default=0.20, description="Shift of the virtual goal along x and up, for an action of 1 [m]."
+    )
+    angle_deg: Positive = Field(default=60.0, description="Turn of the virtual goal, for an action of 1 [deg].")
+    speed: Positive = Field(
+        default=0.8, description="Change of the virtual goal's vertical speed, for an action of 1 [m/s]."
+    )
+    release_angle_deg: Positive = Field(
+        default=10.0, description="Change of the arm's angle at the release, for an action of 1 [deg]."
+    )
+    release_speed: Positive = Field(
+        default=3.0, description="Change of the arm's speed at the release, for an action of 1 [rad/s]."
+    )
+    release_radius: Positive = Field(default=0.03, description="Change of the object's radius, for an action of 1 [m].")
 
     def goal_scale(self) -> Floats:
         """Offset of x, y [m], phi [rad] and dy [m/s] for an action of 1 (4,)."""
@@ -220,10 +242,16 @@ class Reward(Section):
     position: NonNegative = Field(default=1.0, description="Weight of max(0, 1 - landing error / position_scale).")
     angle: NonNegative = Field(default=0.3, description="Weight of max(0, 1 - |angle error| / angle_scale_deg).")
     speed: NonNegative = Field(default=0.2, description="Weight of max(0, 1 - |speed error| / speed_scale).")
-    success: NonNegative = Field(default=0.5, description="Weight of the success, 0 or 1.")
-    position_scale: Positive = Field(default=0.10, description="[m]")
-    angle_scale_deg: Positive = Field(default=30.0, description="[deg]")
-    speed_scale: Positive = Field(default=0.40, description="[m/s]")
+    success: NonNegative = Field(default=0.5, description="Weight of the success.")
+    position_scale: Positive = Field(
+        default=0.10, description="Landing error at which the position term reaches 0 [m]."
+    )
+    angle_scale_deg: Positive = Field(
+        default=30.0, description="Error of the angle at which the angle term reaches 0 [deg]."
+    )
+    speed_scale: Positive = Field(
+        default=0.40, description="Error of the vertical speed at which the speed term reaches 0 [m/s]."
+    )
 
 
 @final
@@ -233,11 +261,15 @@ class OneJointConfig(LevelConfig):
     folder: ClassVar[str | Path] = "one_joint"
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {"goals": ("fixed", "region")}
 
-    task: Task = Field(default="throw", description="A state in the air, one of three pallets, or two parts joined.")
+    task: Task = Field(
+        default="throw",
+        description="throw: a block passes a state. sort: a block lands in one of three pallets. assembly: two "
+        "parts join.",
+    )
     release: Release = Field(
         default="ideal",
-        description="ideal: the object is held rigidly and let go at once. contact: it lies between two stoppers, "
-        "which push it while it leaves; then `delay` and `timing` have no meaning.",
+        description="ideal: the object is held rigidly and let go at once. contact: the object lies between two "
+        "stoppers, which push the object while it leaves; `delay` and `timing` then have no meaning.",
     )
     timestep: Annotated[float, Field(ge=0.0001, le=0.002)] = Field(
         default=0.001, description="Physics step [s]; 1 ms places the flight to 0.2 mm, 2 ms to 0.7 mm."

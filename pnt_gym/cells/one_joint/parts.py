@@ -109,6 +109,7 @@ class Part:
     def inertias(self) -> tuple[float, float, float]:
         """Moments of inertia about the part's u axis, the axis across the plane, and the v axis [kg m2]."""
         along_u, along_v = self.density * self.depth * _moments(np.array(self.outline))[1]
+        # A prism adds m depth^2 / 12 about axes in its plane; about u counts the extent along v, and vice versa.
         flat = self.mass * self.depth**2 / 12.0
         return float(along_v + flat), self.inertia, float(along_u + flat)
 
@@ -198,8 +199,10 @@ def _moments(outline: Floats) -> tuple[Floats, Floats]:
     """Centroid (2,) and second moments of area (2,), of u^2 and of v^2, of a polygon (V, 2) by Green's theorem."""
     a, b, cross = outline, np.roll(outline, -1, axis=0), _cross_products(outline)[:, None]
     area = cross.sum() / 2.0
+    # Sums over the triangles between the origin and the sides, a side's ends being a and b.
     centroid = ((a + b) * cross).sum(axis=0) / (6.0 * area)
     second = ((a * a + a * b + b * b) * cross).sum(axis=0) / 12.0
+    # Parallel axes: from the origin to the centroid.
     return centroid, second - area * centroid**2
 
 
@@ -210,6 +213,7 @@ def _box(u: tuple[float, float], v: tuple[float, float]) -> tuple[float, float, 
 
 def _nose(v: float) -> tuple[float, float, float, float, float]:
     """Tip of the stem: a square on its corner, whose upper half rises above the end of the stem at v."""
+    # The square's diagonal is the stem's width, so that its lower half is hidden in the stem.
     half = STEM / np.sqrt(8.0)
     return 0.0, v, float(half), float(half), np.pi / 4
 

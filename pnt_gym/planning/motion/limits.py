@@ -186,6 +186,7 @@ class EllipticWorkspace:
     z_max: float = math.inf
 
     def __post_init__(self) -> None:
+        # The two semi-axes; heights may be infinite.
         for item in fields(self)[:2]:
             value = getattr(self, item.name)
             if not (math.isfinite(value) and value > 0.0):
@@ -219,6 +220,7 @@ class EllipticWorkspace:
         square, half = dx * dx + dy * dy, x * dx + y * dy
         discriminant = half * half - square * (x * x + y * y - 1.0)
         root = np.sqrt(np.maximum(discriminant, 0.0))
+        # A line that misses the ellipse has an empty interval, from 1 to -1.
         hit = discriminant >= 0.0
         near = np.where(hit, np.maximum((-half - root) / square, 0.0), 1.0)
         far = np.where(hit, (-half + root) / square, -1.0)

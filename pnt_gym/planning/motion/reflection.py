@@ -134,6 +134,7 @@ class Matrices:
         a, v, p = (np.zeros((pieces + 1, pieces)) for _ in range(3))
         step = 1.0 / pieces
         for k in range(pieces):
+            # Rows: effect of a unit jerk in each piece on the states at the borders, from rest, in units of T.
             p[k + 1] = p[k] + step * (v[k] + step * (a[k] / 2.0 + step * jerk[k] / 6.0))
             v[k + 1] = v[k] + step * (a[k] + step * jerk[k] / 2.0)
             a[k + 1] = a[k] + step * jerk[k]
@@ -254,6 +255,7 @@ def _product(rows: Floats | Singles, matrix: Floats) -> Floats:
 
 def _scale_block(m: Matrices, problem: Problem, time: Floats) -> _Block:
     t = time[:, None]
+    # Relative to a motion with the velocity of the start, which adds its way in `carried`.
     way = problem.way + t * problem.drift - t * problem.before
     ends = np.stack([way, t * (problem.after - problem.before), t**2 * problem.braking], axis=-1)
     row = _product(ends, m.least) + (t * problem.before)[..., None] * m.carried

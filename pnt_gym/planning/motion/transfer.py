@@ -90,6 +90,7 @@ def fast_transfer(
     )
     guess = estimate(way, before, after, rows, drift)
     first = FIRST * guess if shortest is None else np.maximum(FIRST * guess, shortest)
+    # In units of A / J, by which `SCALES` orders the matrices.
     ratio = STRETCH * np.maximum(guess, first) * problem.bounds[:, 2] / problem.bounds[:, 1]
     scale = np.abs(np.log(ratio)[:, None] - np.log(SCALES)).argmin(axis=1)
     duration, steps, jerks = np.full(count, np.nan), np.zeros((count, PIECES)), np.zeros((count, PIECES, 3))
@@ -110,6 +111,7 @@ def estimate(way: Floats, before: Floats, after: Floats, limits: LimitRows, drif
     remaining way lies in the direction of the motion, half a move from rest to rest where it lies against the motion.
     """
     velocity, acceleration, jerk = limits
+    # Change of velocity at full acceleration, plus the rise and fall of the acceleration.
     turn = length(after - before) / acceleration + acceleration / jerk
     ahead = before + after
     remainder = way - 0.5 * ahead * turn[:, None]
@@ -117,6 +119,7 @@ def estimate(way: Floats, before: Floats, after: Floats, limits: LimitRows, drif
         remainder = remainder + drift * turn[:, None]
     distance = length(remainder)
     along = remainder[:, 0] * ahead[:, 0] + remainder[:, 1] * ahead[:, 1] + remainder[:, 2] * ahead[:, 2]
+    # 0 for a way along the motion, 1 for a way against it: half of one less the cosine.
     against = 0.5 - 0.5 * along / np.maximum(distance * length(ahead), 1e-9)
     quick = distance / velocity
     return turn + quick + against * np.maximum(BACKWARD * stroke_time(distance, *limits) - quick, 0.0)

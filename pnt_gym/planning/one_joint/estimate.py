@@ -76,6 +76,7 @@ def fit_flight(
         if not np.isfinite(column[counts]).all():
             raise PlanningError(f"{name} must be finite where the mask counts it")
     time = np.where(counts, time, 0.0)
+    # Without gravity's share the height is a straight line over time, like x and phi.
     columns[1] = columns[1] + 0.5 * GRAVITY * time * time
     (x0, vx), (y0, vy), (phi0, spin) = _line_fits(time, columns, counts)
     return FittedFlight(x0, y0, phi0, vx, vy, spin)

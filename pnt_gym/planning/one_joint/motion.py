@@ -87,6 +87,7 @@ class ArmMotion:
     @property
     def release_speed(self) -> Floats:
         """Speed of the arm at the release (N,) [rad/s]."""
+        # At a border of the intervals the cubic B-spline's slope depends on the two outer control points only.
         return (self.knots[:, -1] - self.knots[:, -3]) / (2.0 * self.time_step)
 
     @property
@@ -163,6 +164,7 @@ def spline_knots(start: Floats, time_step: Floats, accelerations: Floats) -> Flo
     The second differences of the control points are the accelerations at the borders times the squared time step.
     """
     bends = accelerations * (time_step * time_step)[:, None]
+    # At rest the first and the third control point are equal, so the angle at the border is middle + bend / 6.
     middle = start - bends[:, 0] / 6.0
     slopes = np.cumsum(bends, axis=1) - 0.5 * bends[:, :1]
     later = middle[:, None] + np.cumsum(slopes, axis=1)
@@ -170,6 +172,7 @@ def spline_knots(start: Floats, time_step: Floats, accelerations: Floats) -> Flo
 
 
 def _mean(three: Floats) -> Floats:
+    # Uniform cubic B-splines at a border of their intervals: 1/6, 4/6, 1/6.
     return (three[:, 0] + 4.0 * three[:, 1] + three[:, 2]) / 6.0
 
 

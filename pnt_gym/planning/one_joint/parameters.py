@@ -24,7 +24,7 @@ class Block:
     """
 
     mass: float = 0.029
-    """[kg], of wood (section 6)."""
+    """Mass of the wooden block [kg] (section 6)."""
     half_length: float = 0.030
     """l_A = l_B: from the centre of mass to the vertices A (outer) and B (inner) along the arm [m]."""
     half_height: float = 0.015
@@ -56,7 +56,7 @@ class Arm:
     length: float = 0.62
     """Length of the whole plate, mounted at its middle [m] (section 6)."""
     width: float = 0.15
-    """[m] (section 6)"""
+    """Width of the plate, across the plane of the throw [m] (section 6)."""
     thickness: float = 0.005
     """Not published; the thickness of a common sheet [m]."""
     density: float = 2700.0

@@ -93,6 +93,7 @@ def _flight_times(goal: _Goals, a: Floats, branch: Floats) -> tuple[Floats, Floa
     square = a * a
     lead, linear = GRAVITY * (2.0 + square), goal.dy * (1.0 + square)
     last = a * (a * goal.y + goal.x)
+    # `lead` is twice the quadratic's first coefficient, so that t = (branch sqrt(inside) - linear) / lead.
     inside = linear * linear + 2.0 * lead * last
     return (branch * np.sqrt(np.maximum(inside, 0.0)) - linear) / lead, inside
 
@@ -116,6 +117,7 @@ def _root_intervals(goals: _Goals, borders: Floats, turn: int, angles: tuple[flo
     grid = _grid(goals, borders, angles)
     branch = np.array([[1.0], [-1.0]])
     value = _miss(goals, grid, branch)
+    # Borders of smoothness are samples, so the middle of a cell decides whether the branch exists in the cell.
     time, inside = _flight_times(goals, 0.5 * (grid[..., 1:] + grid[..., :-1]), branch)
     valid = (inside >= 0.0) & (time > 0.0)
     change = valid & ((value[..., :-1] < 0.0) != (value[..., 1:] < 0.0))
@@ -144,6 +146,7 @@ def _borders(goals: _Goals) -> Floats:
     """
     square, lift = goals.dy * goals.dy, 2.0 * GRAVITY * goals.y
     side = 2.0 * GRAVITY * goals.x
+    # Coefficients of dy^2 (1 + a^2)^2 + 2 g (2 + a^2) a (a y + x), by falling powers of a.
     falling = np.concatenate([square + lift, side, 2.0 * (square + lift), 2.0 * side, square], axis=2)[:, 0]
     scale = np.maximum(np.abs(falling).max(axis=1, keepdims=True), SMALL)
     lead = np.where(np.abs(falling[:, :1]) > SMALL * scale, falling[:, :1], SMALL * scale)
@@ -235,6 +238,7 @@ def _release(goal: _Goals, a: Floats, branch: Floats) -> Floats:
     radius = _release_place(goal, a, time)[1]
     moving = time > 0.0
     speed = a / np.where(moving, time, 1.0)
+    # l_t is the distance of the centre of mass from the pivot: r along the arm and d across.
     length = np.sqrt(radius * radius + goal.d * goal.d)
     u = np.stack([goal.phi - a, speed, length, time], axis=1)
     u[~(moving & (radius > 0.0))] = np.nan
@@ -254,6 +258,7 @@ def _polish(u: Floats, z: Floats, turns: Ints, half_height: float) -> Floats:
         index = index[np.abs(np.linalg.det(jacobian)) > SMALL]
         jacobian = landing_jacobian(u[index], half_height)
         better = u[index] + np.linalg.solve(jacobian, error[index, :, None])[..., 0]
+        # A step to l_t <= d is left out: r = sqrt(l_t^2 - d^2) would not be real.
         better = np.where(better[:, 2:3] > half_height, better, u[index])
         gain = np.abs(goal[index] - land(better, half_height)).max(axis=1) < np.abs(error[index]).max(axis=1)
         u[index[gain]] = better[gain]

@@ -37,6 +37,7 @@ class Shapes:
         intervals = self.values.shape[1] - 1
         step = 1.0 / intervals
         before, rise = self.values[:, :-1], np.diff(self.values, axis=1)
+        # Exact integrals of an acceleration that is linear in an interval.
         speed = _running_sum(step * (before + 0.5 * rise))
         angle = _running_sum(step * (speed[:, :-1] + step * (0.5 * before + rise / 6.0)))
         share = np.arange(self.per_interval) / self.per_interval
@@ -50,6 +51,7 @@ class Shapes:
         )
         for name, (samples, borders) in zip(("accelerations", "speeds", "angles"), inner, strict=True):
             whole = np.concatenate([samples.reshape(samples.shape[0], -1), borders[:, -1:]], axis=1)
+            # The class is frozen; fields that follow from others are set here once.
             object.__setattr__(self, name, whole)
 
     @property
@@ -105,6 +107,7 @@ def rising_shapes(ramps: Sequence[float], tilts: Sequence[float]) -> list[tuple[
     rows: list[tuple[float, ...]] = []
     for ramp in ramps:
         for tilt in tilts:
+            # A ramp of 0 starts at full height; the bound only avoids 0 / 0.
             share = np.where(time < ramp, time / max(ramp, 1.0), 1.0)
             rows.append(tuple(float(v) for v in share * (1.0 + tilt * (time / INTERVALS - 0.5))))
     return rows

@@ -84,8 +84,10 @@ def _run_up(speed: float, law: tuple[float, float, float, float]) -> tuple[float
     """
     plateau, knee, outer, inner = law
     knee = min(knee, plateau)
+    # Square of the plateau that is reached for a moment only: k^2 / (2 outer) + (p^2 - k^2 + p^2) / (2 inner) = v.
     square = inner * (speed - 0.5 * knee**2 * (1.0 / outer - 1.0 / inner))
     if square < knee**2:
+        # Much jerk is not reached on the rise: p^2 / (2 outer) + p^2 / (2 inner) = v.
         knee = plateau = math.sqrt(2.0 * speed * outer * inner / (outer + inner))
     else:
         plateau = min(plateau, math.sqrt(square))
@@ -107,6 +109,7 @@ def _write_law(
     law = (shares[0] * limits[1], shares[1] * limits[1], shares[2] * limits[2], INNER * limits[2])
     speed = limits[0]
     if 2.0 * _run_up(speed, law)[4] > length:
+        # The arc is too short for the speed limit: bisection for the speed whose two run-ups fill the arc.
         low, high = 0.0, speed
         for _ in range(HALVINGS):
             speed = 0.5 * (low + high)
@@ -174,6 +177,7 @@ def _law_slowdown(
         cell = _cell(ways, s, cell)
         phi = _angle(angles, ways, cell, s)
         sin, cos = math.sin(phi), math.cos(phi)
+        # x' = l sin phi, y' = h sin phi + w cos phi, c = -l w / g^3, and c' is dc / dphi over g.
         climb = rise * sin + chord * cos
         square = (width * sin) ** 2 + climb**2
         bend = -width * chord / (square * math.sqrt(square))
@@ -202,6 +206,7 @@ def _write_quickest_law(
             if level == 0:
                 shares = FIRST[i]
             else:
+                # Neighbours of a law: each of its three numbers less and more.
                 by = math.exp(FINER[level - 1] * (2.0 * (i % 2) - 1.0))
                 plateau, knee, outer = middle
                 shares = (
@@ -235,6 +240,7 @@ def _write_points(
             cell = _cell(ways, s, cell)
             phi = _angle(angles, ways, cell, s)
             for _ in range(NEWTON):
+                # Newton's method: the arc length's derivative by the angle is the pace.
                 phi += (s - ways[cell] - _way(width, rise, chord, angles[cell], phi)) / _pace(width, rise, chord, phi)
             time = phases[k, 0] + share * duration
             steps[n], last_time = time - last_time, time
@@ -256,6 +262,7 @@ def _write_second_derivatives(x: Floats, steps: Floats, n: int, out: Floats) -> 
     out[0] = out[n] = above[0] = 0.0
     for k in range(1, n):
         near, far = steps[k - 1], steps[k]
+        # Rest at the start gives x[1] = x[0] + steps[0]^2 out[1] / 6, and the end likewise; both replace given points.
         before = x[0] if k == 2 else x[k - 1]
         after = x[n] if k == n - 2 else x[k + 1]
         lower, middle, upper = near, 2.0 * (near + far), far

@@ -180,12 +180,14 @@ class EllipsePath:
     def angle(self) -> float:
         """Inclination phi of the major axis [rad], in [-pi/2, pi/2]; 0 for a circle."""
         square = (self.half_width - self.top_height) * (self.half_width + self.top_height)
+        # tan 2 phi = 2 l h / (l^2 - Y^2); the product of sum and difference keeps its digits where Y is near l.
         return 0.5 * math.atan2(2.0 * self.half_width * self.half_rise, square)
 
     @property
     def semi_major(self) -> float:
         """Length a of the semi-major axis [m]."""
         square = (self.half_width - self.top_height) * (self.half_width + self.top_height)
+        # a^2 + b^2 = l^2 + Y^2 and a^2 - b^2 = hypot(l^2 - Y^2, 2 l h).
         difference = math.hypot(square, 2.0 * self.half_width * self.half_rise)
         return math.sqrt(0.5 * (self.half_width**2 + self.top_height**2 + difference))
 

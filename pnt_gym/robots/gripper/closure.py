@@ -159,6 +159,7 @@ def solve_joints(points: Joints, dims: Dimensions, branch: Floats | float) -> tu
         planar += points.up * points.up
         reach = points.along * points.along
         reach += planar
+        # |A - B|^2 = l^2 with B = r (cos q, sin q): 2 r (out cos q + up sin q) = |A|^2 + r^2 - l^2.
         reach += dims.r**2 - dims.l**2
         reach *= 0.5 / dims.r
         root = np.sqrt(planar - reach * reach)
@@ -176,6 +177,7 @@ def solve_joints(points: Joints, dims: Dimensions, branch: Floats | float) -> tu
 def forearms(pose: Floats, points: Joints, cos: Floats, sin: Floats, dims: Dimensions) -> Closure:
     """The forearms from the elbows at the arms' angles to the platform joints; a forearm need not have the length l."""
     out, up = points.out - dims.r * cos, points.up - dims.r * sin
+    # Forearms 2 and 4 times the derivative of A_2 and A_4 by theta, w (-sin theta, cos theta) outwards and upwards.
     fold = dims.w * (up[1::2] * points.cos_theta - out[1::2] * points.sin_theta)
     return Closure(
         *(pose[0], pose[1]),

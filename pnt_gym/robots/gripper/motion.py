@@ -25,7 +25,7 @@ def travel_time(
         start: (..., 4) x, y, z [m], theta [rad].
         end: (..., 4), the same shape.
         dimensions: the robot.
-        speed: of the motors [rad/s].
+        speed: largest speed of the motors [rad/s].
 
     Returns:
         (...,) [s]; NaN where a line leaves the reach.

@@ -23,9 +23,9 @@ class JointLimits:
     """
 
     speed: float = MOTOR_SPEED
-    """[rad/s]"""
+    """Largest speed of every motor [rad/s]."""
     acceleration: float = np.inf
-    """[rad/s2]; not published, so unbounded by default."""
+    """Largest acceleration of every motor [rad/s2]; not published, so unbounded by default."""
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.speed) and self.speed > 0.0):

@@ -21,6 +21,7 @@ def dress_base(spec: MjSpec, dims: Dimensions) -> None:
         out = np.array([np.cos(arm * np.pi / 2), np.sin(arm * np.pi / 2), 0.0])
         side = np.array([-out[1], out[0], 0.0])
         centre = dims.k * out
+        # A box of a quarter turn is a box along the axes; half extents are the absolute values.
         half = np.abs(0.014 * out + 0.017 * side) + np.array([0.0, 0.0, 0.023])
         brush.box(centre - 0.006 * s * out, s * half, MOTOR)
         brush.cylinder(centre - 0.020 * s * side, centre + 0.020 * s * side, 0.010 * s, ACCENT)
@@ -66,6 +67,7 @@ def dress_finger(body: MjsBody, claws: Claws, pad: tuple[float, float, float], s
     brush, length = Brush(body), claws.length
     plate, spread, thick = 0.03 * length, 0.3 * claws.pad[0], 0.04 * length
     back = pad[1] + sign * (claws.pad[1] / 2.0 + plate)
+    # The knee lies outwards, on the side of the pad's back, and leaves the space between the pads free.
     knee = (sign * 0.16 * length, -0.45 * length)
     for x in (-spread, spread):
         brush.capsule((x, 0, 0), (x, *knee), thick, _PRINT)

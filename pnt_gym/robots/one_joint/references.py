@@ -46,6 +46,7 @@ class Clock:
     @classmethod
     def releasing_at(cls, release: Floats, step: float) -> Clock:
         """The clock that puts releases (N,) [s] in the middle of a step."""
+        # 1e-9: a release in the middle of a step stays in that step despite rounding.
         last = np.ceil(release / step - 0.5 - 1e-9).astype(np.int64)
         return cls(release - (last + 0.5) * step, last)
 
@@ -67,6 +68,7 @@ def motor_references(motion: ArmMotion, load: Load, clock: Clock, arm: Arm, step
     first = motion.sample(clock.start[:, None]).angle
     angle = np.concatenate([first, first + step * np.cumsum(during[:, :-1], axis=1)], axis=1)
     acceleration = (during - before) / step
+    # The load counts up to the release, which is in the middle of its step; 1e-9 s absorbs rounding.
     carried = begin[:, 1:] + 0.5 * step <= motion.duration[:, None] + 1e-9
     torque = _torque(angle, before, acceleration, carried, load, arm)
     return np.stack([angle, before, torque], axis=-1)
@@ -75,6 +77,7 @@ def motor_references(motion: ArmMotion, load: Load, clock: Clock, arm: Arm, step
 def _torque(angle: Floats, speed: Floats, acceleration: Floats, carried: Bools, load: Load, arm: Arm) -> Floats:
     """Inverse dynamics of arm and load (Eq. 21); the arm itself is balanced."""
     m, r, d = load.mass[:, None], load.radius[:, None], load.height[:, None]
+    # Parallel axes: the load's inertia about the pivot.
     inertia = load.inertia[:, None] + m * (r * r + d * d)
     weight = m * GRAVITY * (r * np.cos(angle) - d * np.sin(angle))
     arm_torque = arm.inertia * acceleration + arm.friction * np.sign(speed)

@@ -139,7 +139,7 @@ def test_the_table_of_a_sorter_has_what_its_level_tells(done: dict[str, Any]) ->
     told = {"purity": 0.98, "pick_rate": 0.9, "drop_rate": 0.01, "energy_per_pick_j": 40.0, "share_unpicked": 0.1}
     table = [row | (told if row["label"] == "ridge" else {}) for row in done["table"]]
     grid = sorting_table({**done, "table": table}, "waste")
-    assert list(grid.header[2:]) == ["purity", "picks that held", "lost on the way", "energy per pick"]
+    assert list(grid.header[2:]) == ["purity", "picks that sealed", "lost on the way", "energy per pick"]
     assert [row[2:] for row in grid.rows] == [["98.0 %", "90.0 %", "1.0 %", "40.0 J"]] * 2
     assert "not picked" in failure_table({**done, "table": table}, "waste").header
 

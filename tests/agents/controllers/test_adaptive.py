@@ -105,7 +105,7 @@ def test_they_refuse_a_cell_that_tells_nothing(name: str) -> None:
         other = gym.make_vec(env_id, num_envs=2)
         with pytest.raises(UsageError) as caught:
             make_controller(name, other)
-        said = f"controller {name!r} goes by what is told of the throw before; use --env PnTAdapt-v0"
+        said = f"controller {name!r} needs observations of the previous landing; use --env PnTAdapt-v0"
         assert str(caught.value) == said
         other.close()
 

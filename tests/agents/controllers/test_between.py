@@ -175,7 +175,7 @@ def test_what_cannot_stand_between_is_refused(stack: int, over: str, said: str) 
 def test_a_policy_with_a_memory_does_not_act_elsewhere() -> None:
     size = make_vector("PnTConveyor-v0", None, 1, 1).single_observation_space.shape[0]
     with closing(make_vector("PnTConveyor-v0", None, 1, 1)) as env:
-        with pytest.raises(UsageError, match="it goes by where a shift begins"):
+        with pytest.raises(UsageError, match="it needs observations that mark the beginning of a shift"):
             run_policy(an_actor(size, 4), asked(algo="recurrent_ppo"), env, "it")
         with pytest.raises(UsageError, match=r"takes observations \(136,\) .* but the environment has \(104,\)"):
             run_policy(an_actor(4 * FEATURES), asked(4), env, "it")

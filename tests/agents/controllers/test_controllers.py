@@ -324,6 +324,6 @@ def test_state_of_another_cell_is_refused(name: str, tmp_path: Path) -> None:
         learned = make_controller(name, one)
         practise(learned, one, 40, 0)
         save_state(learned, tmp_path / "state.npz")
-        with pytest.raises(UsageError, match=f"'{name}' learned") as refused:
+        with pytest.raises(UsageError, match=f"the saved state of '{name}'") as refused:
             load_state(make_controller(name, other), tmp_path / "state.npz")
         assert "\n" not in str(refused.value)

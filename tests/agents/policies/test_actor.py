@@ -132,7 +132,7 @@ def test_a_recurrent_actor_remembers_as_the_model(settings: dict[str, Any], tmp_
 def test_other_recurrent_networks_are_refused(more: dict[str, Any]) -> None:
     made = pytest.importorskip("sb3_contrib").RecurrentPPO
     kwargs = {"lstm_hidden_size": 8, **more}
-    with pytest.raises(UsageError, match="a recurrent one through one plain LSTM before them"):
+    with pytest.raises(UsageError, match="a recurrent policy needs one plain LSTM before these layers"):
         actor_of(made("MlpLstmPolicy", Wide(), policy_kwargs=kwargs, device="cpu"))
 
 
@@ -183,7 +183,7 @@ class ReLU(nn.Module):
 @pytest.mark.parametrize("activation", [nn.PReLU, nn.Dropout, nn.Hardtanh, Halved, ReLU])
 @pytest.mark.parametrize("algorithm", [SAC, TD3, PPO])
 def test_other_networks_are_refused(algorithm: Any, activation: Any) -> None:
-    with pytest.raises(UsageError, match="the policy cannot be kept as numbers: "):
+    with pytest.raises(UsageError, match="the policy cannot be saved as arrays: "):
         actor_of(model(algorithm, {"net_arch": [8], "activation_fn": activation}))
 
 

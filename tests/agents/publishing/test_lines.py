@@ -86,7 +86,7 @@ def test_a_graph_that_chooses_otherwise_is_refused(tmp_path: Path, monkeypatch: 
         with monkeypatch.context() as patch:
             made = onnx_graph.graph(wrong, {})
             patch.setattr(onnx_graph, "graph", lambda *_, made=made: made)
-            with pytest.raises(UsageError, match="the ONNX graph chooses otherwise than the policy"):
+            with pytest.raises(UsageError, match="the ONNX graph does not choose as the policy does"):
                 save_onnx(right, tmp_path / "policy.onnx", {})
         assert not (tmp_path / "policy.onnx").exists()
 

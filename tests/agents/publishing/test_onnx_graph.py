@@ -74,6 +74,6 @@ def test_a_graph_that_acts_otherwise_is_refused(tmp_path: Path, monkeypatch: pyt
         with monkeypatch.context() as patch:
             made = onnx_graph.graph(wrong, {})
             patch.setattr(onnx_graph, "graph", lambda *_, made=made: made)
-            with pytest.raises(UsageError, match=r"the ONNX graph acts otherwise than the policy, by .* of the range"):
+            with pytest.raises(UsageError, match=r"the ONNX graph differs from the policy by .* of the range"):
                 save_onnx(right, tmp_path / "policy.onnx", {})
         assert not (tmp_path / "policy.onnx").exists()

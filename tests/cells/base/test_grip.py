@@ -31,23 +31,6 @@ def stays(one, acceleration):
     return pressed * mu > sideways and f * RADIUS > sideways * z + down * (e + RADIUS)
 
 
-def test_at_rest_it_holds_as_many_times_as_force_over_weight():
-    central = hold(force=0.981, mass=0.02, offset=0.0)
-    assert margin(central, (0.0, 0.0, 0.0)) == pytest.approx(5.0)
-    beside = hold(force=0.981, mass=0.02, offset=RADIUS)
-    assert margin(beside, (0.0, 0.0, 0.0)) == pytest.approx(2.5)
-
-
-def test_sideways_on_a_thin_object_friction_decides():
-    # m (g + a / mu) = 0.1 (9.81 + 40) = 4.981
-    assert margin(hold(force=9.962, mass=0.1, depth=0.001, offset=0.0), (20.0, 0.0, 0.0)) == pytest.approx(2.0)
-
-
-def test_sideways_on_a_deep_object_the_moment_decides():
-    # (m a z + m g r) / r = 0.1 (20 * 0.09 / 0.018 + 9.81) = 10.981
-    assert margin(hold(force=10.981, mass=0.1, depth=0.09, offset=0.0), (0.0, 20.0, 0.0)) == pytest.approx(1.0)
-
-
 def test_a_hand_that_falls_faster_than_its_object_loses_nothing():
     assert margin(hold(), (0.0, 0.0, -20.0)) > 1e6
 

@@ -141,7 +141,7 @@ def test_a_throw_that_has_not_happened_has_no_frames():
     core = belt_core()
     view = small_view(core)
     assert view.last_throw() == []
-    with pytest.raises(ConfigError, match="needs a throw"):
+    with pytest.raises(ConfigError, match="there is no throw to draw yet"):
         view.at(0.0)
     view.close()
 
@@ -193,9 +193,6 @@ def test_a_list_of_frames_covers_the_last_throw():
     assert isinstance(frames, list)
     assert (info["cycle_time"] - 0.1) * FPS - 1 <= len(frames) <= (info["cycle_time"] + 0.6) * FPS
     env.close()
-
-
-# Videos.
 
 
 def count_frames(path):

@@ -137,9 +137,6 @@ def test_an_infeasible_residual_is_shortened_as_little_as_possible_and_reported(
     np.testing.assert_array_equal(core.step(action).info["residual_clipped"], clipped)
 
 
-# Wrong actions.
-
-
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_a_number_that_is_none_is_refused_with_its_cell(mode, bad):

@@ -15,8 +15,6 @@ from tests.tools.nightly import with_nightly
 from tests.tools.throws import is_feasible, make_core, planned, same_bits, vary
 
 COUNT, PICKS = 8, 15
-
-
 SHIFTS = {
     "nominal": vary("nominal_plain", picks_per_shift=1000),
     "waste": vary("waste_plain", picks_per_shift=1000),
@@ -119,9 +117,6 @@ def test_the_belt_speed_error_grows_with_the_way_from_the_camera():
     context, _ = planned(config, objects, x)
     np.testing.assert_allclose(context.belt_shift, objects.belt_error * (x + 0.8), rtol=1e-12)
     np.testing.assert_allclose(context.grasp - objects.grasp, np.stack([context.belt_shift, 0 * x], axis=1), atol=1e-15)
-
-
-# Which throws are taken on.
 
 
 @pytest.fixture(scope="module", params=["nominal_plain", "waste_plain", "tight_plain"])

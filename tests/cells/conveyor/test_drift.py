@@ -27,9 +27,6 @@ def centred(values):
     return (np.abs(values.mean(axis=0)) <= 4.5 * error + 1e-12).all()
 
 
-# What a level may say.
-
-
 @pytest.mark.parametrize("value", [-1e-9, 10.0, np.inf, -np.inf, np.nan])
 @pytest.mark.parametrize(("kind", "part"), [*product(KINDS, [*PARTS, "most"]), ("delay", "film")])
 def test_a_part_without_bounds_is_refused_with_its_value_and_the_range(kind, part, value):
@@ -104,9 +101,6 @@ def test_the_shipped_levels_drift_and_their_far_forms_twice_as_much(name):
         for part in {*one} - {"most", "cleaned"}:
             assert two[part] == pytest.approx(2.0 * one[part])
         assert two["most"] >= one["most"]
-
-
-# What the values are like.
 
 
 @pytest.mark.parametrize("kind", KINDS.values())

@@ -1,6 +1,5 @@
 """Energy of a cycle: work in less work out is what the machine gained, by the engine's own account of its energy."""
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -8,7 +7,7 @@ from pnt_gym.cells.base.energy import work_between, work_of_steps
 from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.scene import SENSORS
 from pnt_gym.robots.t3kr.kinematics import closed_pose
-from tests.tools.throws import make_core, same_bits, vary, whole_cycle
+from tests.tools.throws import engine_energy, make_core, same_bits, vary, whole_cycle
 
 COUNT = 6
 ROWS = np.arange(COUNT)
@@ -23,31 +22,17 @@ def begun():
     return core, picks, clock, elsewhere
 
 
-def engine_energy(plant, row):
-    """Kinetic and potential energy of a simulation as it stands [J]."""
-    model, data = plant.current_state(row)
-    mujoco.mj_energyPos(model, data)
-    mujoco.mj_energyVel(model, data)
-    return data.energy.sum()
-
-
 def test_motors_put_in_what_robot_and_object_gain(begun):
     """Up to the release, in vacuum: fast, and higher than before."""
     core, picks, clock, _ = begun
     plant = core.cell.plant
     plant.write(picks)
-    before = np.array([engine_energy(plant, row) for row in ROWS])
+    models = [plant.batch.get_model(row) for row in ROWS]
+    states = zip(models, plant.batch.bind("qpos"), plant.batch.bind("qvel"), strict=True)
+    before = np.array([engine_energy(*state) for state in states])
     record = plant._roll_out_robot(ROWS, picks, clock, clock.release + 1)
-    gained = np.empty(COUNT)
-    for row in ROWS:
-        model = plant.batch.get_model(row)
-        data = mujoco.MjData(model)
-        moment = clock.release[row] - 1
-        data.qpos[:], data.qvel[:] = record["qpos"][row, moment], record["qvel"][row, moment]
-        mujoco.mj_forward(model, data)
-        mujoco.mj_energyPos(model, data)
-        mujoco.mj_energyVel(model, data)
-        gained[row] = data.energy.sum() - before[row]
+    places, rates = (record[name][ROWS, clock.release - 1] for name in ("qpos", "qvel"))
+    gained = np.array([engine_energy(*state) for state in zip(models, places, rates, strict=True)]) - before
     torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., plant._motors]
     put_in = work_of_steps(torque, speed, clock.release, clock.step)
     taken = work_of_steps(-torque, speed, clock.release, clock.step)
@@ -66,12 +51,9 @@ def test_a_planned_cycle_from_rest_to_rest_gains_only_height(begun):
     lifted = np.empty((2, COUNT))
     for k, place in enumerate((picks.pick, elsewhere)):
         for row in ROWS:
-            data = mujoco.MjData(model)
-            pose = closed_pose((place + picks.cup_offset)[row : row + 1], 1, plant.scene.robot.geometry)
-            data.qpos[plant._robot_qpos] = pose[0]
-            mujoco.mj_forward(model, data)
-            mujoco.mj_energyPos(model, data)
-            lifted[k, row] = data.energy[0]
+            pose = model.qpos0.copy()
+            pose[plant._robot_qpos] = closed_pose((place + picks.cup_offset)[row], 1, plant.scene.robot.geometry)
+            lifted[k, row] = engine_energy(model, pose, 0.0)
     np.testing.assert_allclose(put_in - taken, lifted[1] - lifted[0], atol=0.01 * put_in.min())
     assert same_bits(plant._effort_of_plan(clock, np.zeros(COUNT, dtype=np.int64)).energy, put_in)
 

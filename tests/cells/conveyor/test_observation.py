@@ -20,16 +20,10 @@ def drawn(config, count=COUNT, seed=0) -> Objects:
     return take(PickPlanner(config).draw([np.random.default_rng(seed)], np.arange(1), count), 0)
 
 
-def contexts(config, objects: Objects):
-    x = np.linspace(*config.belt.pick_x, len(objects.mass))
-    return planned(config, objects, x)
-
-
 def seen(config, objects: Objects):
     """Observations of throwable objects, and which they are."""
-    context, good = contexts(config, objects)
-    rows = np.flatnonzero(good)
-    return TABLE.encode(take(replace(context), rows)), good
+    context, good = planned(config, objects, np.linspace(*config.belt.pick_x, len(objects.mass)))
+    return TABLE.encode(take(context, np.flatnonzero(good))), good
 
 
 @pytest.fixture(scope="module", params=["nominal_plain", "waste_plain"])

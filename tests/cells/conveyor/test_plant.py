@@ -61,9 +61,6 @@ def test_motors_stay_below_their_torque_with_large_corrections(level):
     assert info["peak_torque"].max() < 530.0
 
 
-# One recorded throw, stepped again by hand.
-
-
 def states_after_release(recording: Recording, count: int):
     """Time, position, velocity and world's angular velocity (count, 10) from the first state without grip on."""
     model, data = recording.model, mujoco.MjData(recording.model)
@@ -124,9 +121,6 @@ def test_without_spin_nothing_turns():
     core = make_core("ideal", 1)
     states = states_after_release(recorded(core), 50)
     assert np.abs(states[:, 7:]).max() < 0.02
-
-
-# One effect at a time, against its own formula.
 
 
 def lonely(**changes):
@@ -212,9 +206,6 @@ def test_a_weak_feed_forward_moves_the_hand_off_its_path():
     assert weak.preview(zero).tracking_error.min() > stiff.preview(zero).tracking_error.max()
 
 
-# The cup stays solid.
-
-
 def recontact_share(window, share=None):
     follow = {"follow_through": {"window": window, "gravity_share": share}, "reserve": 0.0}
     core = make_core(vary("ideal", motion=follow), 60)
@@ -249,9 +240,6 @@ def test_an_engine_warning_is_an_error_and_not_a_number(tmp_path, monkeypatch):
         core.preview(np.zeros((2, 2)))
     core.cell.context = context
     assert np.isfinite(core.preview(np.zeros((2, 2))).landing_error).all()
-
-
-# An oracle passes the task, a deliberate miss fails it.
 
 
 def test_an_oracle_that_looks_ahead_sorts_almost_everything():

@@ -92,7 +92,6 @@ def test_the_eight_rod_robot_stands_in_the_same_cell():
 
 
 def test_a_belt_carries_an_object_along_at_its_speed():
-    """The object is set down on the running belt and rides it."""
     core = make_core(vary("nominal", items=["plastic_package"], belt={"speed": 0.4}), 1)
     model, data = free_object(core)
     q = core.cell.plant.scene.object_qpos
@@ -101,9 +100,6 @@ def test_a_belt_carries_an_object_along_at_its_speed():
         mujoco.mj_step(model, data)
     velocity = data.qvel[core.cell.plant.scene.object_qvel]
     assert velocity == pytest.approx(0.4, rel=0.02)
-
-
-# Walls.
 
 
 def free_object(core):

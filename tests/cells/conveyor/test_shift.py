@@ -14,8 +14,6 @@ from pnt_gym.errors import ConfigError
 from tests.tools.drifting import ALL, QUICK, actions, cells
 from tests.tools.throws import CONVEYOR, make_core, parts_of, same_bits, vary
 
-# Without drift it is the cell that everybody knows.
-
 
 def same_info(mine, other):
     """Whether an info has all that another one has, to the last bit."""
@@ -59,8 +57,8 @@ def test_a_level_that_drifts_is_refused_where_nothing_tells_of_it(env_id, kind):
         with pytest.raises(ConfigError) as caught:
             make(env_id, level={"base": "waste", "drift": {kind: {"walk": 0.001}}})
         assert str(caught.value) == (
-            "level 'custom' drifts, and nothing in this environment tells of it; use PnTAdapt-v0, or set the parts of "
-            "its section `drift` to 0"
+            "level 'custom' drifts, and the observations of this environment do not show drift; use PnTAdapt-v0, or "
+            "set the parts of its section `drift` to 0"
         )
 
 
@@ -68,13 +66,8 @@ def test_a_level_that_drifts_is_refused_where_nothing_tells_of_it(env_id, kind):
 def test_a_shift_needs_a_throw_that_follows_and_is_drawn_whole(picks):
     with pytest.raises(ConfigError) as caught:
         gym.make("PnTAdapt-v0", level={"base": "waste", "picks_per_shift": picks})
-    assert str(caught.value) == (
-        f"picks_per_shift is {picks}; a shift in which a throw tells something for the next has 2 to 100000"
-    )
+    assert str(caught.value) == (f"picks_per_shift is {picks}; in PnTAdapt-v0 it must be 2 to 100000")
     assert gym.make("PnTConveyor-v0", level={"base": "waste", "picks_per_shift": picks}).reset(seed=0)
-
-
-# What a shift is.
 
 
 def shifts(seeds, **changes):
@@ -167,9 +160,6 @@ def test_shifts_differ_by_seed_and_follow_from_it():
         env.step(action)
     env.reset()
     assert not {*drifts(env)} & {*first}
-
-
-# What it does to a throw, and that nobody sees it.
 
 
 @pytest.fixture(scope="module")

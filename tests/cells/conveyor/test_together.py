@@ -1,6 +1,5 @@
 """Shipped levels, which are honest in all sections at once: grip, cup, pick, belt, order and bins go together."""
 
-import pickle
 from itertools import cycle, product
 
 import gymnasium as gym
@@ -55,14 +54,6 @@ def test_a_row_is_the_same_alone_in_a_batch_and_with_other_threads(level, change
     same(batch, steps(core_of(level, picks, threads=2, **changes), count))
     alone = core_of(level, picks, rows=range(5, 6), **changes)
     same(batch, steps(alone, count, first=5), slice(5, 6))
-
-
-@pytest.mark.parametrize("level", with_nightly(LEVELS, ["nominal", "blown"]))
-def test_copies_go_on_alike(level):
-    core = core_of(level, fidelity="flight")
-    steps(core, 2)
-    copy = pickle.loads(pickle.dumps(core))
-    same(steps(core), steps(copy))
 
 
 @EVERY

@@ -1,6 +1,5 @@
 """Energy of a toss: what the motors put in is what robot and object gained, and what damping took."""
 
-import mujoco
 import numpy as np
 
 from pnt_gym.cells.base.core import Core
@@ -9,17 +8,9 @@ from pnt_gym.cells.base.plant import roll_out
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.scene import SENSORS
+from tests.tools.throws import engine_energy
 
 COUNT = 5
-
-
-def energy(model, qpos, qvel):
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = qpos, qvel
-    mujoco.mj_forward(model, data)
-    mujoco.mj_energyPos(model, data)
-    mujoco.mj_energyVel(model, data)
-    return data.energy.sum()
 
 
 def test_motors_put_in_what_is_gained_and_what_damping_takes():
@@ -32,13 +23,14 @@ def test_motors_put_in_what_is_gained_and_what_damping_takes():
     plant.write(throws, plans)
     control = plant._controls(plans, throws.kind, throws.hidden, int(steps.max()))
     models = [plant.batch.get_model(row) for row in range(COUNT)]
-    begin = [energy(models[row], plant.batch.bind("qpos")[row], plant.batch.bind("qvel")[row]) for row in range(COUNT)]
+    states = zip(models, plant.batch.bind("qpos"), plant.batch.bind("qvel"), strict=True)
+    begin = [engine_energy(*state) for state in states]
     record = roll_out(plant.batch, control, steps, ("sensordata", "qpos", "qvel"))
     torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., plant.motors]
     put_in, taken = (work_of_steps(sign * torque, speed, steps, step) for sign in (1.0, -1.0))
     for row in range(COUNT):
         last, model = steps[row] - 1, models[row]
-        gained = energy(model, record["qpos"][row, last], record["qvel"][row, last]) - begin[row]
+        gained = engine_energy(model, record["qpos"][row, last], record["qvel"][row, last]) - begin[row]
         damped = (model.dof_damping * record["qvel"][row, : last + 1] ** 2).sum() * step
         assert gained > 0.05
         np.testing.assert_allclose(put_in[row] - taken[row], gained + damped, rtol=0.03)

@@ -76,7 +76,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"robots": [{"name": "a", "x": 2.0}, {"name": "b", "x": 0.0}]}, "upstream robots come first"),
     (
         {"robots": [{"name": "a", "x": 0.0, "skills": ["tray", "stone"]}]},
-        "skills of robot 'a' tells of 'stone', which is not among the cell's items",
+        "skills of robot 'a': 'stone' is not among the cell's items",
     ),
     (
         {"robots": [{"name": "a", "x": 0.0, "skills": ["tray"]}]},
@@ -89,10 +89,10 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     ({"robots": [{"name": "a", "x": 0.0, "bins": [FAR]}]}, "no robot can throw anything into its bins"),
     ({"robots": [{"name": "a", "x": 0.0, "bins": [RED]}]}, "no robot takes item 'can'"),
-    ({"value": {"of": {"stone": 1.0}}}, "value.of tells of 'stone', which is not among the cell's items"),
+    ({"value": {"of": {"stone": 1.0}}}, "value.of: 'stone' is not among the cell's items"),
     ({"value": {"of": {"can": -1.0}}}, "value.of.can is -1.0"),
     ({"value": {"spread": 3.0}}, "value.spread is 3.0: input should be less than or equal to 2"),
-    ({"down": [{"robot": "nobody", "start": 0.0, "end": 1.0}]}, "down tells of robot 'nobody', which is not in the"),
+    ({"down": [{"robot": "nobody", "start": 0.0, "end": 1.0}]}, "down names robot 'nobody', which is not in the"),
     ({"down": [{"robot": "first", "start": 3.0, "end": 3.0}]}, "down runs from 3 to 3 s; the first must be smaller"),
     ({"down": [{"robot": "first", "start": -1.0, "end": 3.0}]}, "down.0.start is -1.0"),
     ({"arrivals": {"rate": 6.0}}, "arrivals.rate is 6 objects a second; these items have room on the belt's lanes for"),
@@ -103,7 +103,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"cell": {"belt": {"neighbours": "solid"}}}, "cell.belt.neighbours is 'solid'; on a line carried objects pass"),
     ({"cell": {"planner": "auto"}}, "cell.planner and cell.throwable choose what is thrown; on a line robots do"),
     ({"cell": {"drift": {"delay": {"even": 0.005}}}}, "cell.drift moves; the robots of a line do not drift"),
-    ({"cell": {"mix": {"stone": 1.0}}}, "cell: mix tells of 'stone', which is not among the items"),
+    ({"cell": {"mix": {"stone": 1.0}}}, "cell: mix: 'stone' is not among the items"),
     ({"cell": {"mix": {"can": 0.0}}}, "mix.can is 0.0"),
     (
         {

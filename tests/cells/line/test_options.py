@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from benchmarks.line_exactness import compared
+from benchmarks.line_exactness import compare_shift
 from pnt_gym.arrays import take
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.planning import plan_release_batch
 from pnt_gym.planning.motion.intercept import plan_intercept
 from pnt_gym.planning.motion.limits import LimitRows
-from tests.tools.line import begun, chances, decided, with_table
+from tests.tools.line import THREE_BINS, begun, chances, decided, with_table
 from tests.tools.nightly import with_nightly
 
 LEVELS = {
@@ -17,27 +17,14 @@ LEVELS = {
     "speed": {"base": "speed", "arrivals": {"rate": 2.0}},
     "skills3": {"base": "skills3"},
     "plain": {"base": "single", "cell": {"belt": {"tracking": False}, "motion": {"reserve": 0.0}}},
-    "two bins": {
-        "base": "single",
-        "robots": [
-            {
-                "name": "first",
-                "x": 0.0,
-                "bins": [
-                    {"name": "left", "x": -0.35, "y": 0.38, "size": [0.235, 0.235]},
-                    {"name": "right", "x": 0.35, "y": 0.38, "size": [0.235, 0.235], "accepts": ["can", "tray"]},
-                    {"name": "far", "x": 0.1, "y": 0.95, "size": [0.235, 0.235], "accepts": ["can"]},
-                ],
-            }
-        ],
-    },
+    "three bins": {"base": "single", "robots": [{"name": "first", "x": 0.0, "bins": THREE_BINS}]},
 }
 
 
 @pytest.mark.parametrize("name", LEVELS)
 def test_every_case_is_the_planners_own_and_none_is_missing(name, tables):
     """A sample of `python benchmarks/line_exactness.py`."""
-    found = compared(with_table(LEVELS[name], tables), cases=250, seed=1)
+    found = compare_shift(with_table(LEVELS[name], tables), cases=250, seed=1)
     assert found.cases >= 250
     assert found.unlike == 0
     assert found.feasible > 20
@@ -83,7 +70,7 @@ def test_without_riding_along_the_times_are_those_of_intercept_and_release(table
             cell.reset(np.arange(1), cell.generators)
 
 
-@pytest.mark.parametrize("name", ["speed", "skills3", "plain", "two bins"])
+@pytest.mark.parametrize("name", ["speed", "skills3", "plain", "three bins"])
 def test_what_is_done_is_planned_as_it_was_when_it_was_chosen(name, tables):
     """To the last bit, though it is planned again, beside other throws."""
     level = with_table({**LEVELS[name], "duration": 12.0}, tables)

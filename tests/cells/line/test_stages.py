@@ -18,16 +18,11 @@ from pnt_gym.cells.line.options import MoverPlanner
 from pnt_gym.cells.line.stream import redraw
 from pnt_gym.cells.line.throws import redraw_picks
 from pnt_gym.planning.motion.chase import earliest
-from tests.tools.line import begun, decided, with_table
+from tests.tools.line import THREE_BINS, begun, decided, with_table
 from tests.tools.throws import same_bits
 
-BINS = [
-    {"name": "left", "x": -0.35, "y": 0.38, "size": [0.235, 0.235]},
-    {"name": "right", "x": 0.35, "y": 0.38, "size": [0.235, 0.235], "accepts": ["can", "tray"]},
-    {"name": "far", "x": 0.1, "y": 0.95, "size": [0.235, 0.235], "accepts": ["can"]},
-]
 ROBOTS = [
-    {"name": "first", "x": 0.0, "bins": BINS},
+    {"name": "first", "x": 0.0, "bins": THREE_BINS},
     {"name": "second", "x": 1.4, "percent": [30, 50], "skills": ["can", "paper_ball", "tray"]},
     {"name": "third", "x": 2.8},
 ]
@@ -42,11 +37,6 @@ LEVELS: dict[str, dict[str, Any]] = {
     },
     "quick": {"base": "speed", "cell": {"belt": {"speed": 0.5}, "limits": {"percent": [40, 100]}}, "horizon": 1.5},
 }
-
-
-@pytest.fixture(scope="module")
-def tables(tmp_path_factory):
-    return tmp_path_factory.mktemp("tables")
 
 
 @pytest.mark.parametrize("name", LEVELS)

@@ -155,16 +155,12 @@ def test_an_item_without_a_value_is_worth_one():
     assert set(np.unique(stream.worth)) == {1.0, 7.0}
 
 
-def whole(cell):
-    return arrays(cell.stream)
-
-
 def test_the_same_seed_gives_the_same_stream_however_throws_are_made_and_whatever_is_decided(tmp_path):
     level = {"base": "skills3_burst", "duration": 5.0}
     forms = [with_table(level, tmp_path), {**level, "throws": "flight"}, {**level, "throws": "full"}]
     cells = [begun(form, 2, 6) for form in forms]
     for shift in range(2):
-        first, *others = (whole(cell) for cell in cells)
+        first, *others = (arrays(cell.stream) for cell in cells)
         assert len(first) > 25
         for other in others:
             for name, values in first.items():
@@ -174,16 +170,16 @@ def test_the_same_seed_gives_the_same_stream_however_throws_are_made_and_whateve
             for _ in range(6 + k):
                 cell.take(decided(cell, random))
             cell.reset(np.arange(2), cell.generators)
-    assert not same_bits(first[".x"], whole(begun(forms[1], 2, 7))[".x"])
+    assert not same_bits(first[".x"], arrays(begun(forms[1], 2, 7).stream)[".x"])
 
 
 def test_a_new_shift_is_another_and_the_other_lines_go_on():
     cell = begun({"base": "skills3_burst", "duration": 5.0, **FLIGHT}, 3)
-    before, state = whole(cell), cell.state
+    before, state = arrays(cell.stream), cell.state
     cell.take(decided(cell, np.random.default_rng(0)))
     going = cell.state
     cell.reset(np.array([1]), [cell.generators[1]])
-    after = whole(cell)
+    after = arrays(cell.stream)
     for name in (".x", ".worth", ".luck", ".objects.mass"):
         assert same_bits(before[name][[0, 2]], after[name][[0, 2]])
         assert not same_bits(before[name][1], after[name][1])

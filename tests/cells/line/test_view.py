@@ -196,9 +196,6 @@ def test_bins_have_the_colours_of_what_comes_into_them():
     assert np.ptp(third[[0, 2, 3]], axis=0).max() == 0.0
 
 
-# Frames.
-
-
 @pytest.mark.usefixtures("opengl")
 @pytest.mark.parametrize("name", with_nightly(("one", "three"), ["one"]))
 def test_frames_of_one_decision_after_the_other_are_one_film(name):
@@ -248,9 +245,6 @@ def test_the_list_of_an_environment_is_what_happened_since_the_last_decision():
         count += len(frames)
     assert count == int(np.ceil(env.metadata["render_fps"] * env.core.cell.state.clock[0] - 1e-9))
     env.close()
-
-
-# What there is no picture of.
 
 
 def test_pictures_are_of_one_line():

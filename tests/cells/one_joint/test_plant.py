@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -40,9 +39,6 @@ def at_release(flight, values):
     return values[np.arange(len(values)), flight.clock.release_step]
 
 
-# Without mismatch.
-
-
 def test_the_flight_is_the_closed_form(ideal):
     time = ideal.time - ideal.release_time[:, None]
     counts = ideal.after_release & (time <= RELEASES[:, 3:])
@@ -75,7 +71,6 @@ def test_the_part_leaves_with_the_velocity_of_its_place_on_the_arm(ideal):
 
 
 def test_energy_and_momentum_are_kept_in_flight(ideal):
-    """Kinetic and potential energy, horizontal speed and spin do not change after the release."""
     rate = ideal.velocity + 0.5 * ideal.step * np.array([0.0, -G, 0.0])
     energy = 0.5 * (rate[..., 0] ** 2 + rate[..., 1] ** 2) + G * ideal.pose[..., 1]
     for values, tolerance in ((energy, 1e-5), (ideal.velocity[..., 0], 1e-9), (ideal.velocity[..., 2], 1e-9)):
@@ -99,9 +94,6 @@ def test_the_motors_work_is_the_energy_that_arm_and_part_have_gained(ideal):
 def test_torque_stays_within_the_motors_limit(ideal):
     assert ideal.peak_torque.min() > 3.0
     assert fly(OneJointConfig.load("nominal"), throws(RELEASES)).peak_torque.max() <= IDEAL.arm.torque
-
-
-# One effect at a time.
 
 
 @pytest.mark.parametrize(("delay", "low", "high"), [(0.005, 0.045, 0.062), (0.010, 0.090, 0.118)])
@@ -169,9 +161,6 @@ def test_the_scatter_is_as_large_as_the_config_says():
     assert np.rad2deg(drawn.noise[..., 2].std()) == pytest.approx(config.camera.angle_deg, rel=0.01)
 
 
-# Release by contact.
-
-
 @pytest.fixture(scope="module")
 def by_contact():
     return fly(OneJointConfig.load("ideal", release="contact"), throws(RELEASES))
@@ -198,9 +187,6 @@ def test_until_it_leaves_a_part_in_contact_stays_in_its_place(by_contact):
     assert np.abs(np.where(held, phi - arm, 0.0)).max() < np.deg2rad(0.5)
 
 
-# A recording.
-
-
 def test_a_recording_plays_the_throw_again():
     config = OneJointConfig.load("ideal")
     plant = OneJointPlant(config, 2)
@@ -211,9 +197,6 @@ def test_a_recording_plays_the_throw_again():
     steps = len(poses) - 1
     np.testing.assert_array_equal(np.array(poses)[1:, [0, 2]], flight.pose[1, :steps, :2])
     np.testing.assert_allclose(plant.recording.plan[-1][[0, 2]], state_at_goal(RELEASES)[1, :2], atol=1e-9)
-
-
-# Trouble.
 
 
 def test_an_engine_that_warns_is_an_error(tmp_path, monkeypatch):
@@ -228,10 +211,3 @@ def test_an_engine_that_warns_is_an_error(tmp_path, monkeypatch):
 def test_without_errors_a_mismatch_of_one_is_the_ideal_world():
     assert fly(alone(), throws(RELEASES)).pose.tobytes() == fly(IDEAL, throws(RELEASES)).pose.tobytes()
     assert set(NO_ERRORS) == set(type(IDEAL.errors).model_fields)
-
-
-def test_the_model_is_what_the_planner_reckons_with():
-    model = OneJointPlant(IDEAL, 1).scene.model
-    assert model.body("block").mass[0] == pytest.approx(BLOCK.mass, rel=1e-12)
-    assert model.body("block").inertia[1] == pytest.approx(BLOCK.inertia, rel=1e-12)
-    assert int(model.opt.jacobian) == int(mujoco.mjtJacobian.mjJAC_DENSE)

@@ -38,12 +38,9 @@ def test_parts_meet_pallets_and_each_other_and_the_arm_only_where_they_lie_on_it
     assert not can_meet(model, "arm", "pallet_1")
 
 
-def test_the_air_has_the_density_of_the_mismatch():
-    for mismatch in (0.0, 0.5, 1.0):
-        config = OneJointConfig.load("nominal", mismatch=mismatch)
-        job = job_of(config)
-        model = build_scene(config, job.parts, job.pallets).model
-        assert model.opt.density == pytest.approx(1.2 * mismatch)
+@pytest.mark.parametrize("mismatch", [0.0, 0.5, 1.0])
+def test_the_air_has_the_density_of_the_mismatch(mismatch):
+    assert scene(mismatch=mismatch).model.opt.density == pytest.approx(1.2 * mismatch)
 
 
 def test_the_air_only_drags():

@@ -2,29 +2,18 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from ruckig import InputParameter, Result, Ruckig, Trajectory
 
 from pnt_gym.arrays import take
 from pnt_gym.planning import InterceptReason, MotionLimits, plan_intercept
+from tests.tools.planning import travel_time
 
 CLEARANCE = 0.05
 WINDOW = (-0.4, 0.4)
 
 
-def travel_time(distance, limits):
-    """Rest-to-rest time by another implementation."""
-    if distance == 0.0:
-        return 0.0
-    request, trajectory = InputParameter(1), Trajectory(1)
-    request.target_position = [distance]
-    request.max_velocity, request.max_acceleration, request.max_jerk = ([x] for x in limits.numbers())
-    assert Ruckig(1).calculate(request, trajectory) == Result.Working
-    return trajectory.duration
-
-
 def arrival(start, place, limits):
     above = place + np.array([0.0, 0.0, CLEARANCE])
-    return travel_time(float(np.linalg.norm(above - start)), limits) + travel_time(CLEARANCE, limits)
+    return sum(travel_time(way, *limits.numbers()) for way in (float(np.linalg.norm(above - start)), CLEARANCE))
 
 
 def scene(count, seed):

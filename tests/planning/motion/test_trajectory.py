@@ -15,11 +15,7 @@ from pnt_gym.planning import (
     speed_at,
 )
 from pnt_gym.planning.motion.trajectory import Segments, superpose
-
-
-def units(rng, count):
-    vectors = rng.normal(size=(count, 3))
-    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
+from tests.tools.planning import units
 
 
 def throw_and_return(count=16, seed=3):
@@ -115,16 +111,11 @@ def test_rest_to_rest_matches_the_scalar_curve():
         np.testing.assert_allclose(ours[0], reference[:, None] * move / 0.5, rtol=0, atol=1e-11)
 
 
-def test_zero_move_and_shared_times_per_path():
-    limits = MotionLimits.t3kr(35)
+def test_a_move_of_nothing_takes_no_time_beside_others():
     moves = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])
-    path = JerkTrajectory.concatenate(np.ones((2, 3)), [rest_to_rest(moves, limits)])
+    path = JerkTrajectory.concatenate(np.ones((2, 3)), [rest_to_rest(moves, MotionLimits.t3kr(35))])
     assert path.duration[0] == 0.0
-    times = np.linspace(0.0, 0.3, 7)
-    shared, per_path = path.sample(times), path.sample(np.tile(times, (2, 1)))
-    for one, other in zip(shared, per_path, strict=True):
-        np.testing.assert_array_equal(one, other)
-    np.testing.assert_array_equal(shared.position[0], 1.0)
+    np.testing.assert_array_equal(path.sample(np.linspace(0.0, 0.3, 7)).position[0], 1.0)
 
 
 def test_moving_start_is_integrated():
@@ -180,10 +171,7 @@ def test_bad_times_are_refused():
 def test_superposed_motions_are_the_sums_of_their_samples():
     rng = np.random.default_rng(0)
     count = 50
-    parts = []
-    for columns in (5, 8):
-        durations = rng.uniform(0.0, 0.2, (count, columns)) * (rng.random((count, columns)) < 0.8)
-        parts.append(Segments(durations, rng.normal(size=(count, columns, 3))))
+    parts = [random_segments(rng, count, columns) for columns in (5, 8)]
     # Both end together in some rows, and borders coincide.
     parts[1].durations[:5, :5], parts[1].durations[:5, 5:] = parts[0].durations[:5], 0.0
     start, velocity = rng.normal(size=(2, count, 3))
@@ -193,14 +181,11 @@ def test_superposed_motions_are_the_sums_of_their_samples():
     both = np.minimum(one.duration, other.duration)[:, None] * np.linspace(0.0, 1.0, 400)
     found = whole.sample(both)
     line = start[:, None] + both[..., None] * velocity[:, None]
-    np.testing.assert_allclose(
-        found.position, one.sample(both).position + other.sample(both).position + line, atol=1e-12
-    )
-    total = one.sample(both).velocity + other.sample(both).velocity + velocity[:, None]
+    first, second = one.sample(both), other.sample(both)
+    total = first.velocity + second.velocity + velocity[:, None]
+    np.testing.assert_allclose(found.position, first.position + second.position + line, atol=1e-12)
     np.testing.assert_allclose(found.velocity, total, atol=1e-12)
-    np.testing.assert_allclose(
-        found.acceleration, one.sample(both).acceleration + other.sample(both).acceleration, atol=1e-12
-    )
+    np.testing.assert_allclose(found.acceleration, first.acceleration + second.acceleration, atol=1e-12)
 
 
 def random_segments(rng, count, columns):

@@ -10,13 +10,9 @@ from hypothesis import strategies as st
 from papers.common.fastest import fastest_motion
 from pnt_gym.arrays import take
 from pnt_gym.planning import GRAVITY, JerkTrajectory, MotionLimits, min_time_scurve
-from pnt_gym.planning.motion.transfer import PIECES, Band, Transfers, fast_transfer
+from pnt_gym.planning.motion.transfer import Band, Transfers, fast_transfer
 from tests.tools.commands import environment
-
-
-def units(rng, count):
-    vectors = rng.normal(size=(count, 3))
-    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
+from tests.tools.planning import units
 
 
 def cases(count, seed=1):
@@ -80,17 +76,6 @@ def test_whatever_is_called_a_motion_is_one(way, headings, slopes, shares, limit
     np.testing.assert_allclose(path.end[0], way, rtol=0, atol=1e-9)
     np.testing.assert_allclose(path.knots.velocity[0, -1], speeds[1][0], rtol=0, atol=1e-9)
     assert_within(path, bounds)
-
-
-def test_shapes():
-    way, before, after, limits, _ = cases(5)
-    moves = fast_transfer(way, before, after, limits)
-    assert moves.duration.shape == moves.feasible.shape == (5,)
-    assert moves.jerks.shape == (5, PIECES, 3)
-    assert moves.segments.durations.shape == (5, PIECES)
-    assert moves.feasible.dtype == np.bool_
-    one = fast_transfer(way, before, after, MotionLimits.t3kr(45))
-    assert one.feasible.all()
 
 
 @pytest.mark.nightly
@@ -193,15 +178,6 @@ def test_the_hand_stays_above_the_object_it_let_go_and_then_behind_it():
     assert behind[1] >= clear - 1e-5
 
 
-def same(one: Transfers, other: Transfers):
-    for name in ("duration", "steps", "jerks", "feasible"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), name)
-
-
-def taken(moves: Transfers, rows):
-    return Transfers(moves.duration[rows], moves.steps[rows], moves.jerks[rows], moves.feasible[rows])
-
-
 def test_row_does_not_depend_on_its_batch():
     count = 70
     way, before, after, limits, drift = cases(count, seed=9)
@@ -217,7 +193,9 @@ def test_row_does_not_depend_on_its_batch():
     assert whole.feasible.any()
     shuffled = np.random.default_rng(5).permutation(count)
     for rows in [shuffled, np.arange(33), np.arange(64), np.array([3, 3, 3]), *np.arange(0, count, 7)[:, None]]:
-        same(plan(rows), taken(whole, rows))
+        part, expected = plan(rows), take(whole, rows)
+        for name, values in vars(part).items():
+            np.testing.assert_array_equal(values, getattr(expected, name), name)
 
 
 def fingerprint():

@@ -10,8 +10,6 @@ from pnt_gym.errors import PlanningError
 from pnt_gym.planning.paths import EllipsePath, approximate_half_circumference, half_circumference
 from pnt_gym.planning.paths.ellipse import MOST_NODES
 
-# No limit of time: how long an example takes depends on what else the machine does, not on the paths.
-untimed = settings(deadline=None)
 EXAMPLE = EllipsePath.paper(half_width=0.15, half_rise=0.025)
 widths = st.floats(0.05, 1.0)
 shares = st.floats(-0.99, 0.99)
@@ -39,7 +37,6 @@ def test_exact_length_of_the_example_by_two_other_ways():
     assert EXAMPLE.length == pytest.approx(0.323730, abs=5e-7)
 
 
-@untimed
 @given(st.floats(1e-6, 1.0))
 def test_half_circumference_is_the_elliptic_integral(ratio):
     for major, minor in ((2.0, 2.0 * ratio), (2.0 * ratio, 2.0)):
@@ -55,7 +52,6 @@ def test_mean_error_of_the_printed_approximation():
     assert (error / exact).mean() == pytest.approx(0.002315, abs=5e-7)
 
 
-@untimed
 @given(widths, shares, tops)
 def test_an_ellipse_by_its_top_is_vertical_at_both_ends_and_has_that_top(width, share, top):
     e = EllipsePath.with_top(width, share * top, top)
@@ -76,7 +72,6 @@ def test_an_ellipse_by_its_top_is_vertical_at_both_ends_and_has_that_top(width, 
     assert (np.diff(points[:, 0]) >= -1e-12).all()
 
 
-@untimed
 @given(widths, st.floats(0.01, 5.0), st.floats(0.001, 0.999))
 def test_angle_and_top_are_two_names_of_one_ellipse(width, slope, share):
     rise = slope * width
@@ -131,7 +126,6 @@ def test_the_papers_rule_refuses_whole_critical_angles(degrees):
         EllipsePath.paper(half_width=0.15, half_rise=0.15 * np.tan(np.radians(degrees)))
 
 
-@untimed
 @given(st.floats(0.01, 1.0), st.floats(0.001, 2.0))
 def test_the_papers_rule_gives_an_ellipse_or_a_reason(width, rise):
     try:
@@ -168,7 +162,7 @@ def test_bad_ellipses_are_refused(make, word):
 SIZES = st.floats(1e-30, 1e30)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(width=SIZES, top=SIZES, share=st.floats(-0.999, 0.999), rate=st.floats(1e3, 1e9))
 def test_ellipses_of_any_size_have_a_length_and_nodes_that_end(width, top, share, rate):
     """Half the circumference lies between the major axis and half the box around the ellipse."""

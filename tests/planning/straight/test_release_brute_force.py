@@ -11,11 +11,6 @@ CASES = 1500
 ROUNDING = 1e-11
 
 
-def planar(picks, targets):
-    step = targets - picks
-    return np.hypot(step[:, 0], step[:, 1]), step[:, 2]
-
-
 def check_plans(plans, picks, targets, limits, ceiling):
     """Every plan obeys the S-curve, the ceiling and the law of falling bodies."""
     ok = plans.feasible
@@ -33,8 +28,9 @@ def check_plans(plans, picks, targets, limits, ceiling):
 
 def compare(plans, picks, targets, limits, ceiling):
     """Nothing brute force finds is quicker, and all but a handful of narrow optima it finds too."""
-    reach, rise = planar(picks, targets)
-    time, distance, speed, _ = brute_force(reach, rise, limits, ceiling=ceiling - picks[:, 2])
+    step = targets - picks
+    reach = np.hypot(step[:, 0], step[:, 1])
+    time, distance, speed, _ = brute_force(reach, step[:, 2], limits, ceiling=ceiling - picks[:, 2])
     exists = np.isfinite(time)
     assert plans.feasible[exists].all()
     assert (plans.time[exists] <= time[exists] * (1.0 + 1e-9)).all()

@@ -53,6 +53,17 @@ def followed(model, poses, step=STEP, robot=(PROTOTYPE, PROTOTYPE_BUILD)):
     return np.array(rows)
 
 
+def driven(model, poses, push=0.0):
+    """The data after the motors have been run along poses (S, 4), with a torque on the right half [N m]."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = closed_pose(poses[0])
+    data.joint("half_right").qfrc_applied[0] = push
+    for control in motor_references(poses, STEP).controls():
+        data.ctrl[:] = control
+        mujoco.mj_step(model, data)
+    return data
+
+
 def sampled(motion, step=STEP, rest=0.03):
     time = np.arange(0.0, motion.duration + rest, step)
     return np.stack([np.interp(time, motion.time, column) for column in motion.pose.T], axis=-1)
@@ -123,13 +134,7 @@ def test_closed_poses_close_the_loops_and_agree_with_the_kinematics():
 
 
 def test_the_gear_turns_both_halves_alike_under_a_one_sided_load():
-    data = mujoco.MjData(MODEL)
-    poses = np.tile(PROTOTYPE.home, (300, 1))
-    data.qpos[:] = closed_pose(poses[0])
-    data.joint("half_right").qfrc_applied[0] = 0.3
-    for control in motor_references(poses, STEP).controls():
-        data.ctrl[:] = control
-        mujoco.mj_step(MODEL, data)
+    data = driven(MODEL, np.tile(PROTOTYPE.home, (300, 1)), push=0.3)
     right, left = data.joint("half_right").qpos[0], data.joint("half_left").qpos[0]
     assert right - PROTOTYPE.home_theta > 1e-4  # the servos give
     assert abs(right - left) < np.deg2rad(0.05)
@@ -137,12 +142,8 @@ def test_the_gear_turns_both_halves_alike_under_a_one_sided_load():
 
 def test_feed_forward_alone_holds_the_robot():
     soft = built(build=PROTOTYPE_BUILD.with_servo(kp=1e-6, kv=1e-6))
-    data = mujoco.MjData(soft)
     pose = np.array([0.02, -0.03, -0.22, np.deg2rad(-50.0)])
-    data.qpos[:] = closed_pose(pose)
-    for control in motor_references(np.tile(pose, (50, 1)), STEP).controls():
-        data.ctrl[:] = control
-        mujoco.mj_step(soft, data)
+    data = driven(soft, np.tile(pose, (50, 1)))
     # In free fall it would be 12 mm lower by now.
     assert np.linalg.norm(pose_of(data)[:3] - pose[:3]) < 0.5e-3
 
@@ -170,14 +171,10 @@ def test_the_springs_limit_the_grip_on_a_rigid_object():
         )
 
     model = built(dress=bar)
-    data = mujoco.MjData(model)
     share = np.linspace(0.0, 1.0, 150)
     theta = np.concatenate([claws.theta + 0.1 - share * (0.1 + squeeze), np.full(250, claws.theta - squeeze)])
     poses = np.column_stack([np.tile([0.0, 0.0, -0.22], (400, 1)), theta])
-    data.qpos[:] = closed_pose(poses[0])
-    for control in motor_references(poses, STEP).controls():
-        data.ctrl[:] = control
-        mujoco.mj_step(model, data)
+    data = driven(model, poses)
     force, normal = np.zeros(6), {}
     for index, contact in enumerate(data.contact):
         mujoco.mj_contactForce(model, data, index, force)

@@ -75,20 +75,8 @@ def test_static_torque_is_the_gradient_of_height():
         np.testing.assert_allclose(work[:, axis], rise, rtol=1e-6, atol=1e-6)
 
 
-def test_payload_is_shared_with_the_smallest_torques():
-    """What the payload adds does the same work as any other split, and has no part that only squeezes."""
-    x, v, a = states(200)
-    added = motor_torque(x, v, a, 2.0) - motor_torque(x, v, a, 0.0)
-    rows = jacobian(x)
-    force = 2.0 * (a + np.array([0.0, 0.0, G]))
-    np.testing.assert_allclose(np.einsum("nij,ni->nj", rows, added), force, rtol=1e-9, atol=1e-9)
-    best = np.einsum("nij,nj->ni", np.linalg.pinv(rows.transpose(0, 2, 1)), force)
-    np.testing.assert_allclose(added, best, rtol=1e-9, atol=1e-9)
-
-
 @pytest.mark.parametrize("payload", [0.0, 0.5])
 def test_mujoco_moves_as_the_torques_ask(payload):
-    """In the engine's closed chain, the torques produce the acceleration they were made for."""
     spec = mujoco.MjSpec()
     handles = add_t3kr(spec)
     set_options(spec, 0.0004, density=0.0, viscosity=0.0)

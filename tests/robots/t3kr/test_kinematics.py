@@ -110,7 +110,6 @@ def test_out_of_reach_is_nan_for_all_arms():
 
 
 def test_one_arm_out_of_reach_makes_the_pose_unreachable():
-    """Points with some arms in reach and some not must still be NaN for every arm."""
     reach = inverse_kinematics(np.random.default_rng(3).uniform(-2, 1, (4000, 3)))
     bad = np.isnan(reach)
     assert bad.any() and not bad.all()

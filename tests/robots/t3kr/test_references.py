@@ -47,20 +47,6 @@ def test_samples_on_knots_are_exact_and_between_them_close(stride):
     assert np.abs(out - fine)[..., 2::3].max() < 0.2
 
 
-def test_sampled_velocity_is_the_derivative_of_the_sampled_position():
-    stride = 400
-    out = sampled(2, 4 * stride + 1, stride)
-    step = SPACING / stride
-    slope = (out[:, 2:, 0::3] - out[:, :-2, 0::3]) / (2 * step)
-    np.testing.assert_allclose(slope, out[:, 1:-1, 1::3], atol=1e-4)
-
-
-def test_torque_is_linear_between_knots():
-    out = sampled(2, 9)[..., 2::3]
-    np.testing.assert_allclose(out[:, 2], (out[:, 0] + out[:, 4]) / 2, rtol=1e-12)
-    assert np.abs(out[:, 4] - out[:, 0]).min() > 0.0
-
-
 @pytest.mark.parametrize("count", [1, 2, 3, 7, 64])
 def test_a_row_does_not_depend_on_the_others(count):
     """Bit for bit; 64 rows of 251 knots also cross the block that is solved at once."""

@@ -9,9 +9,9 @@ from mujoco.batch import Batch
 
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
-from pnt_gym.robots.t3kr.kinematics import closed_pose, forward_kinematics
+from pnt_gym.robots.t3kr.kinematics import closed_pose
 from pnt_gym.robots.t3kr.model import add_t3kr, control_columns, qpos_columns
-from pnt_gym.robots.t3kr.references import exact_references, joint_knots, knot_count, upsample
+from pnt_gym.robots.t3kr.references import joint_knots, knot_count, upsample
 
 PICK, TARGET = np.array([-0.2, -0.25, -0.85]), np.array([0.3, 0.4])
 V, A, J = 2.4, 48.0, 3000.0
@@ -192,16 +192,3 @@ def test_the_box_is_held_until_release():
     held = slice(0, run["release"])
     grasp = run["box"][held] - run["hand"][held] + [0, 0, BOX_HALF[2]]
     assert np.linalg.norm(grasp, axis=1).max() < 0.1e-3
-
-
-@pytest.mark.parametrize(("timestep", "stride"), [(0.001, 4), (0.0004, 10)])
-def test_interpolated_references_follow_the_throw(timestep, stride):
-    steps = round(HORIZON / timestep)
-    fine = exact_references(joint_knots(*(part[None] for part in hand_path(np.arange(steps) * timestep))))
-    spacing = timestep * stride
-    knots = joint_knots(*(part[None] for part in hand_path(np.arange(knot_count(steps, stride)) * spacing)))
-    out = upsample(knots, spacing, stride, np.empty((1, steps, 12)))
-    error = forward_kinematics(out[..., 0::3]) - forward_kinematics(fine[..., 0::3])
-    assert np.linalg.norm(error, axis=-1).max() < 0.002e-3
-    assert np.abs(out - fine)[..., 1::3].max() < 0.002
-    assert np.abs(out - fine)[..., 2::3].max() < 10.0

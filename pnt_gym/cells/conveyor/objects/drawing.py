@@ -105,6 +105,7 @@ def objects_from_draws(
     size = _sizes(table, kind, z["size"], z["size_axis"], config)
     leftover = table.container[kind] & (u["residue_chance"] < spread.residue_chance)
     residue = np.where(leftover, spread.residue * u["residue"], 0.0)
+    # Spreads are log-normal, so masses, forces and drag stay positive.
     mass = table.mass[kind] * np.exp(spread.mass * z["mass"]) * (1.0 + residue)
     seal = table.seal_force[kind] * np.exp(spread.seal * z["seal"])
     depth = table.com_depth[kind] + spread.com_depth * z["com_depth"] + 0.12 * residue / (1.0 + residue)
@@ -119,8 +120,10 @@ def objects_from_draws(
         mass=mass,
         drag=table.drag[kind] * np.exp(spread.drag * z["drag"]),
         com_depth=com_depth,
+        # At mismatch 0 the planner throws the centre of mass, from mismatch 1 on the tip of the cup.
         known_depth=max(1.0 - m, 0.0) * com_depth,
         seal=seal,
+        # An object cannot be free before the valve's command, whatever the jitter.
         delay=np.maximum(m * (release_delay(seal, mass, config.suction) + table.clings[kind]) + jitter, 0.0),
         jitter=jitter,
         cup_radius=np.where(config.cup.fitted, table.cup_radius[kind], CUP_RADIUS),
@@ -230,6 +233,7 @@ def peel_impulse(weight: Floats, grasp: Floats, radius: Floats, tau: Floats) -> 
     """
     offset = np.sqrt(grasp[..., 0] ** 2 + grasp[..., 1] ** 2)
     side = grasp / np.maximum(offset, 1e-12)[..., None]
+    # The force m g exp(-t / tau) over all times gives m g tau; the rest is its arm.
     size = weight * tau * (offset + HALF_LIP * radius)
     return size[..., None] * np.stack([-side[..., 1], side[..., 0]], axis=-1)
 
@@ -258,6 +262,7 @@ def spin_from_impulse(impulse: Floats, mass: Floats, size: Floats, shape: Ints, 
     index = shape.reshape(-1)
     inertia = solid_shell_inertia(mass.reshape(-1), lying_size(index, size.reshape(-1, 3)), index)
     level = np.concatenate([impulse, np.zeros_like(impulse[..., :1])], axis=-1)
+    # The inertia is diagonal only in the object's axes: there the impulse becomes a spin, which is turned back.
     return to_body_axes(to_body_axes(level, yaw) / inertia.reshape(size.shape), -yaw)
 
 
@@ -286,6 +291,7 @@ def _classify(kind: Ints, draw: Floats, config: ConveyorConfig) -> Ints:
     """Items that the classifier sees in objects of kinds S, for uniform draws S."""
     if not config.classifier.confusion:
         return kind.copy()
+    # Inverse of a cumulative distribution: the draw passes as many bounds as there are items before the seen one.
     reached = np.cumsum(config.confusion(), axis=1)[kind]
     return np.minimum((draw[..., None] >= reached).sum(axis=-1), len(config.items) - 1)
 

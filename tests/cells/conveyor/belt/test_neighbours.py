@@ -20,6 +20,7 @@ from pnt_gym.cells.conveyor.objects.outline import half_extent
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.scurve import accelerate, coast
 from tests.tools.nightly import with_nightly
+from tests.tools.outlines import outlines, overlap
 from tests.tools.throws import make_core, same_bits, vary
 
 COUNT = 24
@@ -42,34 +43,20 @@ def some_objects(count, seed):
     )
 
 
-def covers(one, points, shrink):
-    """Whether an object's outline about the origin holds points (P, 2), from the definition of its shape."""
-    cos, sin = np.cos(one.yaw), np.sin(one.yaw)
-    along, across = points @ [cos, sin], points @ [-sin, cos]
-    a, b = one.size[0] / 2 - shrink, one.size[1] / 2 - shrink
-    if one.shape == ELLIPSOID:
-        return (along / a) ** 2 + (across / b) ** 2 <= 1.0
-    return (np.abs(along) <= a) & (np.abs(across) <= b)
-
-
-def meet_by_points(one, other, apart, shrink):
-    """Whether two outlines share a point of a fine grid."""
-    grid = np.linspace(-0.15, 0.15, 301)
-    points = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
-    return bool((covers(one, points, shrink) & covers(other, points - apart, shrink)).any())
-
-
-def test_outlines_overlap_where_they_share_points():
+def test_outlines_overlap_where_drawn_ones_do():
+    """To a millimetre, by which the corners of drawn ellipses lie inside of the true ones."""
     count = 300
     one, other = some_objects(count, 0), some_objects(count, 1000)
     apart = np.random.default_rng(0).uniform(-0.15, 0.15, (count, 2))
-    still = np.zeros((count, 1, 3))
+    still, pairs = np.zeros((count, 1, 3)), ((one, np.zeros((count, 2))), (other, apart))
     found = sweeps_through(one, np.zeros((count, 2)), still, take(other, np.s_[:, None]), apart[:, None])[:, 0]
-    surely = [meet_by_points(take(one, k), take(other, k), apart[k], 0.001) for k in range(count)]
-    maybe = [meet_by_points(take(one, k), take(other, k), apart[k], -0.001) for k in range(count)]
-    assert 0.2 < np.mean(surely) < 0.8
-    assert found[np.array(surely)].all()
-    assert not found[~np.array(maybe)].any()
+    surely, maybe = (
+        overlap(*(outlines(replace(objects, size=objects.size + wider), place) for objects, place in pairs))
+        for wider in (-0.002, 0.002)
+    )
+    assert 0.2 < surely.mean() < 0.8
+    assert found[surely].all()
+    assert not found[~maybe].any()
 
 
 def overlap_in_arrays(first, second, distance):

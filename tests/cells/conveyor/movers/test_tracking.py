@@ -10,12 +10,12 @@ from pnt_gym.cells.conveyor.action import MODES
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import Grips
 from pnt_gym.cells.conveyor.cup.parting import Parting
-from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
+from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.scene import SENSORS
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import make_core, same_bits, spy_on_plant, vary
+from tests.tools.throws import make_core, same_bits, spy_on_plant, vary, whole_cycle
 
 COUNT, DWELL, FAST = 24, 0.1, 0.8
 PLANNERS = ("straight", "free_direction")
@@ -128,15 +128,8 @@ def test_in_the_simulator_cup_and_object_stay_together_over_the_dwell(mismatch):
 def test_the_hand_comes_to_the_belt_and_rides_as_planned(planner):
     """The whole cycle in the simulator: descent, touch, and the dwell after it."""
     core = core_of(planner=planner, count=60)
-    cell, zeros = core.cell, np.zeros((60, 2))
-    plans, _ = core.plan(zeros)
-    context = core.context
-    motion = cell.planner.mover.throw(context.pick, plans, context.throw_limits, context.ceiling)
-    back = cell.planner.mover.back(motion, context.pick, context.limits)
-    begin = motion.pick_velocity
-    path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=True)
-    cycle = HandCycle(plans, motion.release_time, path)
-    followed = cell.plant.follow(context, cycle)
+    context, (_, cycle) = core.context, whole_cycle(core, core.plan(np.zeros((60, 2)))[0])
+    followed, path = core.cell.plant.follow(context, cycle), cycle.path
     clock = ThrowClock.of(context, cycle, core.config)
     steps = np.arange(followed.hand.shape[1])
     astray = np.linalg.norm(followed.hand - clock.hand(steps).position, axis=-1)

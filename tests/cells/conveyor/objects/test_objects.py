@@ -190,7 +190,6 @@ def test_the_delay_of_a_seal(seal, mass, leak, delay):
     mass=st.floats(0.002, 0.06),
     more=st.floats(1.01, 3.0),
 )
-@settings(max_examples=100, deadline=None)
 def test_delay_grows_with_the_seal_and_falls_with_the_mass(seal, mass, more):
     suction = Suction()
 
