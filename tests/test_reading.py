@@ -226,5 +226,5 @@ def test_json_of_a_file_is_the_data_with_every_key_once(tmp_path: Path):
     with pytest.raises(ReadError, match="too deep"):
         json_of(tmp_path / "deep.json")
     (tmp_path / "twice.json").write_text('{"a": {"b": 1, "b": 2}}')
-    with pytest.raises(ReadError, match="key 'b' stands twice"):
+    with pytest.raises(ReadError, match="key 'b' is given twice"):
         json_of(tmp_path / "twice.json")
