@@ -103,6 +103,7 @@ def _fading_time(line: Floats, percent: float) -> float:
     """Time until an empty hand that rides with the belt stands still, as `stop_motion` [s]."""
     velocity, peak = line[VELOCITY] * percent / 100.0, line[ACCELERATION] * percent / 100.0
     jerk, speed = line[JERK] * percent / 100.0, line[SPEED]
+    # The bounds of `planning.motion.riding`: T <= (V + s) / A + A / J, and a peak of at most a share of A.
     longest = (velocity + speed) / peak + peak / jerk
     usual = (line[USUAL_SPEED] + speed) / peak + peak / jerk
     return min(longest, max(usual, 2.0 * speed / (line[MOST_SHARE] * peak)))
@@ -159,6 +160,7 @@ def end_cycles(
             cycle = decision[LIFT] + stop_time
             hand[n, r] = decision[PICK : PICK + 3]
             if line[RIDES] > 0.0:
+                # The velocity of the belt fades evenly on average: its way is s T / 2.
                 hand[n, r, 0] += line[SPEED] * stop_time / 2.0
         free[n, r] = ends[n] = clock[n] + cycle
         expected[n, r] = clock[n] + planned

@@ -153,6 +153,7 @@ def find_near(
         wide = cup + abs(centre) + math.sqrt(length * length + width * width + height * height) / 2.0
         for k in range(path.shape[1]):
             x, y, z = _numbers(drift[row, k])
+            # The nearest moment is at most half a gap away, in which the object comes nearer by its relative speed.
             room = margin + 0.5 * gap * math.sqrt(x * x + y * y + z * z)
             x, y, z = _numbers(path[row, k])
             sideways = math.sqrt(x * x + y * y)
@@ -219,6 +220,7 @@ def part_objects(
         x, y, z = _rotate(turn, a, b, c)
         centre[row, 0], centre[row, 1], centre[row, 2] = cos * x - sin * y, cos * y + sin * x, z
         p, q, r = _numbers(rate[row])
+        # The velocity of the centre of mass about the tip, omega x r, in the world's axes.
         x, y, z = _rotate(turn, q * c - r * b, r * a - p * c, p * b - q * a)
         velocity[row, 0] += cos * x - sin * y
         velocity[row, 1] += cos * y + sin * x
