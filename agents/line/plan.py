@@ -91,7 +91,7 @@ def _check(arguments: Arguments) -> None:
     if not 0.0 < arguments.recovery < 1.0:
         raise UsageError(f"--recovery is {arguments.recovery:g}; it must lie between 0 and 1")
     if not (arguments.robots and all(1 <= count <= MOST_ROBOTS for count in arguments.robots)):
-        raise UsageError(f"--robots is {arguments.robots}; a line has 1 to {MOST_ROBOTS}")
+        raise UsageError(f"--robots is {arguments.robots}; a line has 1 to {MOST_ROBOTS} robots")
     if arguments.controller not in NAMES:
         raise UsageError(f"--controller is {arguments.controller!r}; it must be one of {', '.join(NAMES)}")
 
@@ -199,10 +199,11 @@ def answer(arguments: Arguments, rows: list[dict[str, Any]]) -> str:
     if not enough:
         best = max(rows, key=lambda row: row["recovery"])
         return (
-            f"no plan recovers {percent(arguments.recovery)}; the best, {_plan_text(best)}, {percent(best['recovery'])}"
+            f"no plan reaches a recovery of {percent(arguments.recovery)}; the best plan, {_plan_text(best)}, reaches "
+            f"{percent(best['recovery'])}"
         )
     least = min(enough, key=lambda row: (row["robots"], row["percent"], row["belt_speed"]))
-    return f"{_plan_text(least)} are enough for {percent(arguments.recovery)}"
+    return f"the smallest plan with a recovery of {percent(arguments.recovery)}: {_plan_text(least)}"
 
 
 def _plan_text(row: dict[str, Any]) -> str:
