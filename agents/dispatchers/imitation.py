@@ -28,7 +28,7 @@ BATCH: Final = 256
 RATE: Final = 2e-3
 """Learning rate of the first epoch; it falls to zero along a cosine."""
 HELD_OUT: Final = 8
-"""Every label of this rank is held out, to measure how often the scorer agrees with the planner."""
+"""One label in so many is held out, to measure how often the scorer agrees with the planner."""
 NEVER: Final = -1e9
 
 

@@ -25,7 +25,7 @@ from ..ground.versions import versions
 
 Tunable = Literal["atc", "price", "beam", "price_beam", "joint_beam", "index", "guided_beam"]
 ORDER: Final[tuple[Tunable, ...]] = get_args(Tunable)
-"""Controllers in the order of tuning; each uses the settings of the first one."""
+"""Controllers in the order of tuning; each controller uses the settings of the first controller."""
 ENOUGH: Final = 32
 """Least number of shifts from which settings are kept; with fewer shifts settings are only shown."""
 HEAD: Final = (

@@ -47,7 +47,7 @@ class Belt(Section):
         default="solid",
         description="What happens to a neighbour that a carried object sweeps through: nothing (ghosts), or the "
         "neighbour is knocked, rides on and cannot be picked any more (solid). With solid neighbours, "
-        "picks that touch none come first.",
+        "picks that touch no neighbour come first.",
     )
     camera_x: Finite = Field(
         default=-0.80, description="Place of the camera along x, from which the error of the belt's speed grows [m]."
@@ -225,7 +225,7 @@ class SortingLine(ItemsConfig):
     items: tuple[str, ...] = Field(
         default=("paper", "metal_can", "plastic_package"),
         min_length=1,
-        description="Names of the items that come; see the catalogue of items.",
+        description="Names of the items on the belt; see the catalogue of items.",
     )
     belt: Belt = Belt()
     bins: Bins = Field(description="The bins: a list `fixed`, or a section `random`.")
