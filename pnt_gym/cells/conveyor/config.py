@@ -230,7 +230,7 @@ class ConveyorConfig(SortingLine):
 
     timestep: Annotated[float, Field(ge=0.0001, le=0.002)] = Field(
         default=0.001,
-        description="Physics step [s]; 1 ms for training, 0.4 ms for evaluation, above 2 ms the kinematic loops drift apart.",
+        description="Physics step [s]; 1 ms for training, 0.4 ms for evaluation, above 2 ms kinematic loops drift.",
     )
     fidelity: Literal["full", "flight"] = Field(
         default="full",
