@@ -1,4 +1,4 @@
-"""Work shifts of lines, decision by decision: the one loop in which controllers work them."""
+"""Work shifts of lines, decision by decision: the loop in which controllers make the decisions."""
 
 from __future__ import annotations
 

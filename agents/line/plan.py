@@ -35,13 +35,13 @@ class Arguments:
     recovery: float = 0.95
     """Recovery to reach: share of all objects that are sorted."""
     robots: tuple[int, ...] = (1, 2, 3, 4)
-    """Numbers of robots to try; robots beyond those of the level are copies of its last, at equal distances."""
+    """Numbers of robots to try; further robots than the level has are copies of its last robot, at equal distances."""
     speeds: Annotated[tuple[float, ...] | None, option("that of the level", "M/S ...")] = None
     """Belt speeds to try [m/s]; the number of objects per minute stays the same."""
     percents: Annotated[tuple[float, ...] | None, option("those of the level", "PERCENT ...")] = None
     """Limits of the robots to try [% of V, A and J]."""
     skills: tuple[Literal["level", "all"], ...] = ("level",)
-    """Skills to try: those of the level, or every robot takes all items that its bins accept."""
+    """Skills to try: the skills of the level, or for every robot all items that its bins accept."""
     minutes: float = 2.0
     """Length of a shift [min]."""
     shifts: int = 16
@@ -117,7 +117,7 @@ def make_plans(level: LineConfig, arguments: Arguments) -> Any:
 
 
 def line_up(level: LineConfig, count: int) -> list[Robot]:
-    """The first `count` robots of the level; further robots copy its last one, as far apart as its first two."""
+    """The first `count` robots of the level; further robots copy its last robot, at the distance of its first two."""
     robots = list(level.robots[:count])
     low, high = level.cell.belt.pick_x
     step = robots[1].x - robots[0].x if len(robots) > 1 else 2.0 * (high - low)
@@ -142,7 +142,7 @@ def down(config: LineConfig, arguments: Arguments) -> LineConfig:
 
 
 def with_table(config: LineConfig, arguments: Arguments) -> LineConfig:
-    """The line with its table of chances, which is made if there is none yet."""
+    """The line with its table of chances; a missing table is made."""
     if table_path(config).is_file():
         return config
     place = arguments.tables / f"{digest(config)}.json"
