@@ -177,7 +177,11 @@ def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("short: [", "not valid YAML"), ("[short]", "not a file of settings by level"), ("short: 3", "not a file of settings by level")],
+    [
+        ("short: [", "not valid YAML"),
+        ("[short]", "not a file of settings"),
+        ("short: 3", "not a file of settings"),
+    ],
 )
 def test_a_damaged_file_of_settings_is_told_before_any_work(tmp_path: Path, short: str, text: str, said: str) -> None:
     (tmp_path / "rules.yaml").write_text(text)
