@@ -1,4 +1,4 @@
-"""Work shifts of lines, decision by decision: the one loop in which controllers work them."""
+"""Work shifts of lines, decision by decision: the loop in which controllers make the decisions."""
 
 from __future__ import annotations
 
@@ -89,4 +89,4 @@ def _check_figures(over: Bools, info: Mapping[str, Any]) -> None:
     """Check that shifts have figures where they are over (N,)."""
     figures = info.get("final_info", {}).get("_shift_value_per_min", np.zeros(len(over), dtype=np.bool_))
     if (over & ~figures).any():
-        raise UsageError("the environment cuts shifts short of their end; leave max_episode_steps out")
+        raise UsageError("max_episode_steps ends work shifts early; leave max_episode_steps out")

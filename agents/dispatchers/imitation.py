@@ -28,7 +28,7 @@ BATCH: Final = 256
 RATE: Final = 2e-3
 """Learning rate of the first epoch; it falls to zero along a cosine."""
 HELD_OUT: Final = 8
-"""Every label of this rank is held out, to measure how often the scorer agrees with the planner."""
+"""One label in so many is held out, to measure how often the scorer agrees with the planner."""
 NEVER: Final = -1e9
 
 
@@ -44,7 +44,7 @@ class Labels:
 
     @classmethod
     def concatenate(cls, parts: list[Self]) -> Self:
-        """Labels of several parts in one."""
+        """All labels of several parts."""
         return cls(np.concatenate([p.observations for p in parts]), np.concatenate([p.choice for p in parts]))
 
 
@@ -63,7 +63,7 @@ def collect_labels(
     parts, labels = list[Labels](), list[Ints]()
 
     def act(observation: Observation) -> NDArray[Any]:
-        """Choices of the worker; the expert labels first, because it may read the lines themselves."""
+        """Choices of the worker; the expert labels first, because an expert may read the lines themselves."""
         labels.append(np.asarray(expert.act(observation), dtype=np.int64))
         return labels[-1] if worker is expert else worker.act(observation)
 

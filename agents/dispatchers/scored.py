@@ -69,8 +69,7 @@ def run_scores(folder: Path, checkpoint: Path | None = None) -> ScoreController:
     if policy.sizes != (ENTRIES, CHOICES) or getattr(policy, "output", "scores") != "scores":
         inputs, outputs = policy.sizes
         raise UsageError(
-            f"the policy of {str(folder)!r} takes {inputs} entries and gives {outputs} numbers; a line has {ENTRIES} "
-            "and "
-            f"{CHOICES} choices"
+            f"the policy of {str(folder)!r} has {inputs} inputs and {outputs} outputs; a line needs {ENTRIES} inputs "
+            f"and {CHOICES} outputs"
         )
     return ScoreController(run.arguments["algo"], policy)

@@ -27,7 +27,7 @@ PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0
 SHARE: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98)
 """Candidate shares of its value that a choice loses if a robot downstream can take it too."""
 COARSE: Final = ((0.5, 1.0, 2.0, 5.6, 16.0), (0.0, 0.2, 0.4, 0.6, 0.8, 0.95))
-"""Candidates of both, with which the search for price begins."""
+"""Candidate patiences and shares with which the search for price begins."""
 SHARES: Final = (0.5, 0.65, 0.8, 0.9)
 """Candidate shares for the beam, which takes a thousand times as long as a rule."""
 TRUST: Final = (1.0, 2.0, 4.0, 8.0)
@@ -39,7 +39,7 @@ PRICE: Final = (0.6, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5)
 POPULATION: Final = 16
 """Indices in each generation of a search."""
 EACH: Final = 16
-"""Shifts on which a generation is compared, new ones every time."""
+"""Shifts on which a generation is compared; every generation has new shifts."""
 SEARCHED_SHIFTS: Final = POPULATION * EACH
 """Shifts that a generation of a search works."""
 ROWS: Final = 512
@@ -103,7 +103,7 @@ class Bench:
         self.level, self.seeds, self._progress = level, seeds, progress
 
     def other_shifts(self, shifts: int, number: int) -> Bench:
-        """Bench with other shifts, which differ from those here and between numbers."""
+        """Bench with shifts that this bench does not have; each number gives separate shifts."""
         first = int(self.seeds[-1]) + 1 + number * shifts
         return Bench(self.level, np.arange(first, first + shifts), self._progress)
 

@@ -66,9 +66,8 @@ def calibrate(
     )
     success_share = columns["hits"].sum() / columns["picked"].sum()
     return (
-        f"{len(columns['kind'])} throws: cups sealed on {columns['picked'].mean():.1%}, of what they held "
-        f"{success_share:.1%} "
-        f"ended in its bin; the table is in {place}"
+        f"{len(columns['kind'])} throws: {columns['picked'].mean():.1%} of the picks succeeded, and "
+        f"{success_share:.1%} of the picked objects ended in their bins; the table is in {place}"
     )
 
 
@@ -100,8 +99,8 @@ def random_throws(config: LineConfig, throws: int, seed: int, num_envs: int, thr
 
 def _no_throw_text(config: LineConfig, shifts: int) -> str:
     return (
-        f"level {config.name!r}: nobody threw anything in {shifts} shifts of {config.duration:g} s; arrivals.rate is "
-        f"{config.arrivals.rate:g} objects a second, so that {config.arrivals.rate * config.duration:.3g} come in one"
+        f"level {config.name!r}: no robot threw an object in {shifts} shifts of {config.duration:g} s; arrivals.rate "
+        f"is {config.arrivals.rate:g} objects a second, or {config.arrivals.rate * config.duration:.3g} objects a shift"
     )
 
 

@@ -65,7 +65,7 @@ def main(arguments: Arguments) -> None:
     check_writable(place)
     scorer = teach(level, arguments)
     deliver(place, scorer.save)
-    console().print(f"the scorer is in {place}; {module_name('agents.evaluate')} --controller {place} works with it")
+    console().print(f"the scorer is in {place}; {module_name('agents.evaluate')} --controller {place} uses the scorer")
     if arguments.eval_shifts:
         compare_with_rule(level, scorer, arguments)
 
@@ -82,7 +82,10 @@ def teach(level: LineConfig, arguments: Arguments) -> Scorer:
         parts.append(collect_labels(level, share, scorer, arguments))
         labels = Labels.concatenate(parts)
         scorer, alike = fit_scorer(labels, patience, arguments.hidden, arguments.seed)
-        console().print(f"round {number + 1}: {len(labels.choice)} decisions, {alike:.1%} of others chosen alike")
+        console().print(
+            f"round {number + 1}: {len(labels.choice)} decisions; scorer and planner agree on {alike:.1%} of the "
+            "held-out decisions"
+        )
     assert scorer is not None
     return scorer
 

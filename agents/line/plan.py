@@ -35,13 +35,13 @@ class Arguments:
     recovery: float = 0.95
     """Recovery to reach: share of all objects that are sorted."""
     robots: tuple[int, ...] = (1, 2, 3, 4)
-    """Numbers of robots to try; robots beyond those of the level are copies of its last, at equal distances."""
+    """Numbers of robots to try; further robots than the level has are copies of its last robot, at equal distances."""
     speeds: Annotated[tuple[float, ...] | None, option("that of the level", "M/S ...")] = None
     """Belt speeds to try [m/s]; the number of objects per minute stays the same."""
     percents: Annotated[tuple[float, ...] | None, option("those of the level", "PERCENT ...")] = None
     """Limits of the robots to try [% of V, A and J]."""
     skills: tuple[Literal["level", "all"], ...] = ("level",)
-    """Skills to try: those of the level, or every robot takes all items that its bins accept."""
+    """Skills to try: the skills of the level, or for every robot all items that its bins accept."""
     minutes: float = 2.0
     """Length of a shift [min]."""
     shifts: int = 16
@@ -91,7 +91,7 @@ def _check(arguments: Arguments) -> None:
     if not 0.0 < arguments.recovery < 1.0:
         raise UsageError(f"--recovery is {arguments.recovery:g}; it must lie between 0 and 1")
     if not (arguments.robots and all(1 <= count <= MOST_ROBOTS for count in arguments.robots)):
-        raise UsageError(f"--robots is {arguments.robots}; a line has 1 to {MOST_ROBOTS}")
+        raise UsageError(f"--robots is {arguments.robots}; a line has 1 to {MOST_ROBOTS} robots")
     if arguments.controller not in NAMES:
         raise UsageError(f"--controller is {arguments.controller!r}; it must be one of {', '.join(NAMES)}")
 
@@ -117,7 +117,7 @@ def make_plans(level: LineConfig, arguments: Arguments) -> Any:
 
 
 def line_up(level: LineConfig, count: int) -> list[Robot]:
-    """The first `count` robots of the level; further robots copy its last one, as far apart as its first two."""
+    """The first `count` robots of the level; further robots copy its last robot, at the distance of its first two."""
     robots = list(level.robots[:count])
     low, high = level.cell.belt.pick_x
     step = robots[1].x - robots[0].x if len(robots) > 1 else 2.0 * (high - low)
@@ -142,7 +142,7 @@ def down(config: LineConfig, arguments: Arguments) -> LineConfig:
 
 
 def with_table(config: LineConfig, arguments: Arguments) -> LineConfig:
-    """The line with its table of chances, which is made if there is none yet."""
+    """The line with its table of chances; a missing table is made."""
     if table_path(config).is_file():
         return config
     place = arguments.tables / f"{digest(config)}.json"
@@ -199,10 +199,11 @@ def answer(arguments: Arguments, rows: list[dict[str, Any]]) -> str:
     if not enough:
         best = max(rows, key=lambda row: row["recovery"])
         return (
-            f"no plan recovers {percent(arguments.recovery)}; the best, {_plan_text(best)}, {percent(best['recovery'])}"
+            f"no plan reaches a recovery of {percent(arguments.recovery)}; the best plan, {_plan_text(best)}, reaches "
+            f"{percent(best['recovery'])}"
         )
     least = min(enough, key=lambda row: (row["robots"], row["percent"], row["belt_speed"]))
-    return f"{_plan_text(least)} are enough for {percent(arguments.recovery)}"
+    return f"the smallest plan with a recovery of {percent(arguments.recovery)}: {_plan_text(least)}"
 
 
 def _plan_text(row: dict[str, Any]) -> str:

@@ -25,7 +25,7 @@ from ..ground.versions import versions
 
 Tunable = Literal["atc", "price", "beam", "price_beam", "joint_beam", "index", "guided_beam"]
 ORDER: Final[tuple[Tunable, ...]] = get_args(Tunable)
-"""Controllers in the order of tuning; each uses the settings of the first one."""
+"""Controllers in the order of tuning; each controller uses the settings of the first controller."""
 ENOUGH: Final = 32
 """Least number of shifts from which settings are kept; with fewer shifts settings are only shown."""
 HEAD: Final = (
@@ -76,10 +76,10 @@ def main(arguments: Arguments) -> None:
     console().print(
         settings_table(f"level {level.name}, {arguments.shifts} shifts each, seed {arguments.seed}", rows(results))
     )
-    message = f"{arguments.shifts} shifts are too few to keep what they say; {ENOUGH} are enough"
-    console().print(f"kept in {place}" if enough else message)
+    message = f"{arguments.shifts} shifts are too few, so no settings were saved; set --shifts to {ENOUGH} or more"
+    console().print(f"the best settings are in {place}" if enough else message)
     if arguments.json is not None:
-        console().print(f"all that was tried is in {arguments.json}")
+        console().print(f"all tried settings are in {arguments.json}")
 
 
 def try_settings(level: LineConfig, arguments: Arguments) -> dict[str, list[SettingsResult]]:
@@ -152,7 +152,7 @@ def read_settings(place: Path) -> dict[str, Any]:
     if not (
         isinstance(by_level, dict) and all(isinstance(level_settings, dict) for level_settings in by_level.values())
     ):
-        raise UsageError(f"{str(place)!r} holds no settings of rules by level")
+        raise UsageError(f"{str(place)!r} is not a file of settings by level")
     return by_level
 
 

@@ -166,14 +166,14 @@ line calibrate --num-envs 0 | --num-envs is 0; it must be at least 1
 line calibrate --threads 0 | --threads is 0; it must be at least 1
 line calibrate --level nowhere | unknown level 'nowhere'; shipped levels are line3, nominal, single
 line calibrate --level near.yaml | level file 'near.yaml': robots 'a' at x 0 m and 'b' at 0.5 m have windows
-line calibrate --level far.yaml --num-envs 2 | level 'far': no robot can throw anything into its bins; move them closer
+line calibrate --level far.yaml --num-envs 2 | level 'far': no robot can throw an object into its bins
 line calibrate --out folder | cannot write 'folder': it is a folder
 line calibrate --out nowhere/deep/table.json --level text | unknown level 'text'
 line imitate --shifts 0 | --shifts is 0; it must be at least 1
 line imitate --hidden 0 | --hidden is 0; it must be at least 1
 line imitate --level nowhere | unknown level 'nowhere'; shipped levels are line3
 line plan --recovery 1.5 | --recovery is 1.5; it must lie between 0 and 1
-line plan --robots 7 | --robots is (7,); a line has 1 to 4
+line plan --robots 7 | --robots is (7,); a line has 1 to 4 robots
 line plan --controller best | --controller is 'best'; it must be one of random, fifo
 line plan --down second | --down is 'second'; it must be ROBOT:MINUTES
 line plan --level nowhere | unknown level 'nowhere'; shipped levels are line3

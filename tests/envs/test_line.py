@@ -171,7 +171,7 @@ def test_a_release_corrects_throws_where_there_are_any():
     assert told
     assert {shape for shape, _ in told} == {(1, 26)}
     assert not np.array_equal(*errors, equal_nan=True)
-    with pytest.raises(ConfigError, match="level 'custom' goes by a table of throws, which no release corrects; set"):
+    with pytest.raises(ConfigError, match="level 'custom' takes the results of throws from a table, so"):
         made().core.use(release)
 
 

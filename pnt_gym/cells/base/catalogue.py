@@ -44,7 +44,7 @@ class ItemsConfig(LevelConfig):
     """Abstract: the config of a cell whose robot picks items of the catalogue and items that a level adds."""
 
     items: tuple[str, ...] = Field(
-        min_length=1, description="Names of the items that come; see the catalogue of items."
+        min_length=1, description="Names of the items that the robot throws; see the catalogue of items."
     )
     extra_items: tuple[Item, ...] = Field(default=(), description="Items of your own, which `items` may then name.")
 

@@ -158,10 +158,10 @@ class LevelConfig(Section):
     trial: ClassVar[str] = "throws"
     """Trial that judges controllers: "throws", "work_shifts", or MODULE:CLASS of a trial of your own."""
 
-    name: FileName = Field(default="custom", description="Name of the level, from which run folders take theirs.")
+    name: FileName = Field(default="custom", description="Name of the level, also part of the names of run folders.")
     mismatch: Annotated[float, Field(ge=0, le=3)] = Field(
         default=1.0,
-        description="The dial m, which scales every unmodelled effect: 0 is the planner's own world, 1 is realistic.",
+        description="Factor m on every unmodelled effect: 0 makes the planner's predictions exact, 1 is realistic.",
     )
 
     @classmethod

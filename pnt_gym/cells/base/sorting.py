@@ -47,7 +47,7 @@ class Belt(Section):
         default="solid",
         description="What happens to a neighbour that a carried object sweeps through: nothing (ghosts), or the "
         "neighbour is knocked, rides on and cannot be picked any more (solid). With solid neighbours, "
-        "picks that touch none come first.",
+        "picks that touch no neighbour come first.",
     )
     camera_x: Finite = Field(
         default=-0.80, description="Place of the camera along x, from which the error of the belt's speed grows [m]."
@@ -113,13 +113,13 @@ class Bins(Section):
     depth: Positive = Field(default=0.30, description="Inner depth of the bins below the rim [m].")
     emptied: Annotated[int, Field(ge=1, le=100_000)] | None = Field(
         default=None,
-        description="Number of objects after which a bin is emptied; bins fill until then, and a bin that is drawn "
-        "for a throw holds a random number of objects. null: every throw meets an empty bin. For the "
+        description="Number of objects after which a bin is emptied. A fixed bin fills up to this number; a bin that "
+        "is drawn for a throw holds a random number of objects. null: every throw meets an empty bin. For the "
         "conveyor only.",
     )
     packing: Annotated[float, Field(gt=0, le=1)] = Field(
         default=0.5,
-        description="Share of objects, and not air, in the volume of a filling; assumed: objects are poured loosely.",
+        description="Share of objects (without air) in the volume of a filling; assumed: objects are poured loosely.",
     )
     wall: Annotated[float, Field(ge=0.004, le=0.1)] = Field(
         default=0.010, description="Thickness of the walls [m]; fast objects pass through walls thinner than 4 mm."
@@ -225,7 +225,7 @@ class SortingLine(ItemsConfig):
     items: tuple[str, ...] = Field(
         default=("paper", "metal_can", "plastic_package"),
         min_length=1,
-        description="Names of the items that come; see the catalogue of items.",
+        description="Names of the items on the belt; see the catalogue of items.",
     )
     belt: Belt = Belt()
     bins: Bins = Field(description="The bins: a list `fixed`, or a section `random`.")

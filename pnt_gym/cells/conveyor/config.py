@@ -203,8 +203,8 @@ class Classifier(Section):
 
     confusion: dict[str, dict[str, Annotated[float, Field(ge=0, le=1)]]] = Field(
         default={},
-        description="For each item, the shares in which it is taken for each item, which sum to 1; errors scale "
-        "with the mismatch. Items that are not listed are always recognised.",
+        description="For each true item, the shares of the items that the classifier reports, which sum to 1; "
+        "errors scale with the mismatch. Items that are not listed are always recognised.",
     )
 
 
@@ -230,7 +230,7 @@ class ConveyorConfig(SortingLine):
 
     timestep: Annotated[float, Field(ge=0.0001, le=0.002)] = Field(
         default=0.001,
-        description="Physics step [s]; 1 ms for training, 0.4 ms for evaluation, above 2 ms the loops drift.",
+        description="Physics step [s]; 1 ms for training, 0.4 ms for evaluation, above 2 ms kinematic loops drift.",
     )
     fidelity: Literal["full", "flight"] = Field(
         default="full",
@@ -239,7 +239,7 @@ class ConveyorConfig(SortingLine):
     )
     mix: dict[str, Positive] | None = Field(
         default=None,
-        description="Relative frequency of the items; an item that is not listed does not come. null: all items "
+        description="Relative frequency of the items; an item that is not listed never arrives. null: all items "
         "are equally frequent.",
     )
     limits: Limits = Limits()

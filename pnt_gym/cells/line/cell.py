@@ -156,7 +156,7 @@ class LineCell:
             OrderError: nothing was recorded.
         """
         if self.watched is None:
-            raise OrderError("nobody watches this line; open a view of it first")
+            raise OrderError("the cycles of this line are not recorded; open a view of the line first")
         return self.watched
 
     @property
@@ -302,8 +302,9 @@ def _check_room(config: LineConfig, count: int, objects: int) -> None:
     check_whole_number("num_envs", count, MOST_CELLS)
     if count * objects > MOST_OBJECTS:
         raise ConfigError(
-            f"num_envs is {count}; a shift of level {config.name!r} takes {objects} objects, and there is room for "
-            f"{MOST_OBJECTS} together: make it at most {MOST_OBJECTS // objects}, or the shift shorter"
+            f"num_envs is {count}; a shift of level {config.name!r} draws {objects} objects, and all lines "
+            f"together draw at most {MOST_OBJECTS}: set num_envs to at most {MOST_OBJECTS // objects}, or shorten "
+            "the shift"
         )
 
 

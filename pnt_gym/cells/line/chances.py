@@ -127,9 +127,9 @@ def read_table(config: LineConfig) -> Chances | None:
     except AccessError as error:
         raise ConfigError(f"chances: cannot read {str(path)!r}: {error}") from None
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError):
-        raise ConfigError(f"chances: {str(path)!r} is no table as `pnt-gym line calibrate` writes it") from None
+        raise ConfigError(f"chances: {str(path)!r} is not a table from `pnt-gym line calibrate`") from None
     if entries.get("digest") != digest(config):
-        raise ConfigError(f"chances: {str(path)!r} is the table of other cells than those of level {config.name!r}")
+        raise ConfigError(f"chances: {str(path)!r} was made for other cells than those of level {config.name!r}")
     return table
 
 

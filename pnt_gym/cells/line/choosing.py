@@ -193,7 +193,7 @@ class Chooser:
         options = self._options(objects, sight, line, hand, (np.ones_like(self.can_take), np.zeros(len(self.bases))))
         if len(options.row) == 0:
             raise ConfigError(
-                f"level {self._config.name!r}: no robot can throw anything into its bins; move them closer"
+                f"level {self._config.name!r}: no robot can throw an object into its bins; move the bins closer"
             )
         option = take(options, line)
         throws = replace(take(objects, (line, option.place)), percent=option.percent)

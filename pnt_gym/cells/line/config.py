@@ -33,17 +33,17 @@ class Robot(Section):
 
     name: Label = Field(description="Name of the robot.")
     x: Finite = Field(
-        ge=-FARTHEST, le=FARTHEST, description="Where its base stands along the belt, downstream positive [m]."
+        ge=-FARTHEST, le=FARTHEST, description="Position of the robot's base along the belt, downstream positive [m]."
     )
     skills: tuple[str, ...] = Field(
         default=(),
-        description="Items that the robot takes, as the classifier sees them; empty: all items that its bins take.",
+        description="Items that the robot takes, as classified by the camera; empty: all items that its bins accept.",
     )
     bins: tuple[Bin, ...] = Field(
-        default=(), description="Bins of the robot, seen from its base; empty: the bins of the `cell`."
+        default=(), description="Bins of the robot, with positions from its base; empty: the bins of the `cell`."
     )
     percent: Percents = Field(
-        default=(), description="Speed settings from which the robot chooses; empty: those of the `cell` [%]."
+        default=(), description="Speed settings from which the robot chooses; empty: the settings of the `cell` [%]."
     )
 
 
@@ -51,10 +51,12 @@ class Robot(Section):
 class Arrivals(Section):
     """Arrival of objects along the belt."""
 
-    rate: Annotated[float, Field(gt=0, le=20)] = Field(default=1.5, description="Objects a second.")
+    rate: Annotated[float, Field(gt=0, le=20)] = Field(
+        default=1.5, description="Mean number of objects per second [1/s]."
+    )
     regularity: Annotated[float, Field(ge=0.1, le=100)] = Field(
         default=1.0,
-        description="Shape of the gamma distribution of the gaps: 1 is a Poisson stream, less means bursts.",
+        description="Shape of the gamma distribution of the gaps: 1 is a Poisson stream, values below 1 make bursts.",
     )
     gap: Annotated[float, Field(ge=0, le=1)] = Field(
         default=0.01,
@@ -69,14 +71,14 @@ class Value(Section):
     of: dict[str, NonNegative] = Field(default={}, description="Value by item; an item that is not listed is worth 1.")
     spread: Annotated[float, Field(ge=0, le=2)] = Field(
         default=0.0,
-        description="Spread of the values of single objects, lognormal with the item's value as mean; the camera "
-        "sees the value of each object.",
+        description="Spread of the lognormal distribution of single objects' values, whose mean is the item's value; "
+        "the camera sees the value of each object.",
     )
 
 
 @final
 class Down(Section):
-    """A robot that stands still for a while."""
+    """Standstill of one robot for a part of the work shift."""
 
     robot: str = Field(min_length=1, description="Name of the robot that stands still.")
     start: NonNegative = Field(description="Start of the standstill, from the beginning of the work shift on [s].")
@@ -86,8 +88,8 @@ class Down(Section):
 def _random_bins_error(level: object) -> str:
     """Error sentence for a line with random bins."""
     return (
-        f"level {level!r} of a line has cell.bins.random, which draws a bin for every throw; its robots have bins that "
-        "are fixed: leave random out and list them in cell.bins.fixed, or in the bins of each robot"
+        f"level {level!r} of a line has cell.bins.random, which draws a bin for every throw; the robots of a line "
+        "have fixed bins: leave random out and list the bins in cell.bins.fixed, or in the bins of each robot"
     )
 
 
@@ -95,14 +97,14 @@ def _random_bins_error(level: object) -> str:
 class LineConfig(LevelConfig):
     """A line of robots along one belt.
 
-    Robots, belt, items and bins are given by a conveyor cell, `cell`, in the form of the conveyor's levels; x counts
-    from each robot's base there.
+    Robots, belt, items and bins are given by a conveyor cell, `cell`, in the form of the conveyor's levels. Positions
+    in the cell count from each robot's base.
     """
 
     folder: ClassVar[str | Path] = "line"
     trial: ClassVar[str] = "work_shifts"
 
-    cell: ConveyorConfig = Field(description="A level of the conveyor, or differences from one.")
+    cell: ConveyorConfig = Field(description="A level of the conveyor, or differences from such a level.")
     robots: tuple[Robot, ...] = Field(
         default=(Robot(name="first", x=0.0),),
         min_length=1,
@@ -120,7 +122,8 @@ class LineConfig(LevelConfig):
         default=3.0, description="Objects that can be lifted within this time are among the choices [s]."
     )
     price_of_time: NonNegative = Field(
-        default=1.0, description="Value that a second costs, in the reward and in the order of the choices [1/s]."
+        default=1.0,
+        description="Value that a second of time costs, in the reward and in the order of the choices [1/s].",
     )
     throws: Literal["table", "flight", "full"] = Field(
         default="table",
@@ -130,7 +133,7 @@ class LineConfig(LevelConfig):
     chances: str | None = Field(
         default=None,
         description="File with the table of throws, as `pnt-gym line calibrate` writes it; null: the shipped "
-        "table of such cells.",
+        "table of the level's cells.",
     )
 
     @field_validator("cell", mode="before")
@@ -155,11 +158,12 @@ class LineConfig(LevelConfig):
         self._check_skills()
         for name in self.value.of:
             self._check_item(name, "value.of")
+        names = [robot.name for robot in self.robots]
         for down in self.down:
-            if down.robot not in [robot.name for robot in self.robots]:
-                raise ValueError(f"down names robot {down.robot!r}, which is not in the line")
+            if down.robot not in names:
+                raise ValueError(f"down names robot {down.robot!r}; the robots of this line are {names}")
             if down.start >= down.end:
-                raise ValueError(f"down runs from {down.start:g} to {down.end:g} s; the first must be smaller")
+                raise ValueError(f"down.start is {down.start:g} s; it must be smaller than down.end, {down.end:g} s")
         return self
 
     def _check_cell(self) -> None:
@@ -168,21 +172,22 @@ class LineConfig(LevelConfig):
             raise ValueError(_random_bins_error(self.name))
         if cell.belt.neighbours != "ghosts":
             raise ValueError(
-                "cell.belt.neighbours is 'solid'; on a line carried objects pass over others: use 'ghosts'"
+                "cell.belt.neighbours is 'solid'; on a line carried objects pass over the belt's objects: use 'ghosts'"
             )
         if cell.planner == "auto" or any(
             getattr(cell.throwable, name) is not None for name in type(cell.throwable).model_fields
         ):
             raise ValueError(
-                "cell.planner and cell.throwable choose what is thrown; on a line robots do, by their skills"
+                "cell.planner 'auto' and cell.throwable select the thrown objects; on a line the robots' skills do: "
+                "leave both out"
             )
         if cell.drift.moves:
-            raise ValueError("cell.drift moves; the robots of a line do not drift")
+            raise ValueError("cell.drift is not zero; a line has no drift: leave cell.drift out")
         covered, room = self.arrivals.rate * _footprint(cell), np.ptp(cell.belt.lane_y) * cell.belt.speed
         if covered > FULLEST * room:
             raise ValueError(
-                f"arrivals.rate is {self.arrivals.rate:g} objects a second; these items have room on the belt's lanes "
-                f"for at most {FULLEST * room / _footprint(cell):.3g}"
+                f"arrivals.rate is {self.arrivals.rate:g} objects a second; the belt's lanes have room for at most "
+                f"{FULLEST * room / _footprint(cell):.3g} of these items a second"
             )
 
     def _check_robots(self) -> None:
@@ -192,8 +197,8 @@ class LineConfig(LevelConfig):
         counts = [len(robot.bins or self.cell.bins.fixed) for robot in self.robots]
         if self.cell.bins.emptied is not None and len(set(counts)) > 1:
             raise ValueError(
-                f"cell.bins.emptied is {self.cell.bins.emptied}; robots with {counts} bins each do not fill theirs "
-                "alike: leave it null"
+                f"cell.bins.emptied is {self.cell.bins.emptied}; robots with {counts} bins fill their bins "
+                "unequally: set cell.bins.emptied to null"
             )
         low, high = self.cell.belt.pick_x
         for before, robot in zip(self.robots, self.robots[1:], strict=False):
@@ -209,7 +214,7 @@ class LineConfig(LevelConfig):
             raise ValueError(
                 f"a shift of {self.duration:g} s with arrivals.rate {self.arrivals.rate:g} and {high - low:g} m of a "
                 f"belt that runs {self.cell.belt.speed:g} m/s takes {self.objects:.3g} objects; at most "
-                f"{MOST_OBJECTS} are drawn: shorten it, or move the robots closer together"
+                f"{MOST_OBJECTS} are drawn: shorten the shift, or move the robots closer together"
             )
 
     def _check_skills(self) -> None:
@@ -223,10 +228,12 @@ class LineConfig(LevelConfig):
         for index in np.flatnonzero(~can_take.any(axis=0)):
             if self.cell.shares()[index] > 0.0:
                 raise ValueError(
-                    f"no robot takes item {self.cell.items[index]!r}; give one of them the skill and a bin"
+                    f"no robot takes item {self.cell.items[index]!r}; give a robot the skill and a bin for the item"
                 )
         for index in np.flatnonzero(~can_take.any(axis=1)):
-            raise ValueError(f"robot {self.robots[index].name!r} takes nothing; give it skills that its bins accept")
+            raise ValueError(
+                f"robot {self.robots[index].name!r} takes no item; give the robot skills that its bins accept"
+            )
 
     def _check_item(self, name: str, where: str) -> None:
         if name not in self.cell.items:

@@ -62,8 +62,8 @@ class LineCore:
         """
         if not isinstance(self.cell.throws, SimulatedThrows):
             raise ConfigError(
-                f"level {self.config.name!r} goes by a table of throws, which no release corrects; set `throws` to "
-                "'flight' or 'full'"
+                f"level {self.config.name!r} takes the results of throws from a table, so no release can be corrected; "
+                "set `throws` to 'flight' or 'full'"
             )
         self.cell.throws.release = release
 
@@ -80,7 +80,7 @@ class LineCore:
             ConfigError: the request is not empty.
         """
         if request:
-            raise ConfigError(f"options ask for {next(iter(request))}; what comes along a line cannot be asked for")
+            raise ConfigError(f"options ask for {next(iter(request))}; a line takes no requests for objects or bins")
         self.cell.reset(rows, generators)
 
     def observe(self) -> NDArray[np.float32]:

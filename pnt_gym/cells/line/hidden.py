@@ -50,26 +50,32 @@ def _results(truth: Truth) -> ThrowResults:
 
 
 OBJECTS: Final = (
-    *_per_choice("true_kind", "-", "what the object of choice K is, an index of `items`", lambda t: t.objects.kind),
-    *_per_choice("worth", "-", "what that object is worth in a bin that takes it", lambda t: t.worth),
+    *_per_choice(
+        "true_kind", "-", "true item of the object of choice K, an index of `items`", lambda t: t.objects.kind
+    ),
+    *_per_choice("worth", "-", "value of the object of choice K in a bin that takes the object", lambda t: t.worth),
 )
 """Quantities of every line."""
 BY_TABLE: Final = (
     *OBJECTS,
-    *_per_choice("picked", "-", "1 if the cup would seal", lambda t: _results(t).picked),
+    *_per_choice("picked", "-", "1 if the cup would seal on the object of choice K", lambda t: _results(t).picked),
     *_per_choice(
         "is_success", "-", "1 if the object would lie in the bin of the choice", lambda t: _results(t).is_success
     ),
-    *_per_choice("sorted", "-", "1 if it would, and that bin takes what the object is", lambda t: _results(t).sorted),
-    *_per_choice("value", "-", "what the choice would bring in before the shift is over", lambda t: t.value),
+    *_per_choice("sorted", "-", "1 if is_success_K is 1 and the bin takes the true item", lambda t: _results(t).sorted),
+    *_per_choice("value", "-", "value that the choice would add before the shift ends", lambda t: t.value),
 )
 """Quantities of a line with a table of throws, which gives the result of every choice."""
 SIMULATED: Final = (
     *OBJECTS,
     *_per_choice("mass", "kg", "true mass of the object of choice K", lambda t: t.objects.mass),
-    *_per_choice("height", "m", "true height of that object", lambda t: t.objects.size[..., 2]),
-    *_per_choice("seal", "N", "true vacuum force F0 on that object before the release", lambda t: t.objects.seal),
-    *_per_choice("delay", "s", "release of that object later than commanded", lambda t: t.objects.delay),
+    *_per_choice("height", "m", "true height of the object of choice K", lambda t: t.objects.size[..., 2]),
+    *_per_choice(
+        "seal", "N", "true vacuum force F0 on the object of choice K before the release", lambda t: t.objects.seal
+    ),
+    *_per_choice(
+        "delay", "s", "time from the commanded to the true release of the object of choice K", lambda t: t.objects.delay
+    ),
 )
-"""Quantities of a line with simulated throws: the properties that decide about them. Results are unknown, because only
-the chosen throw is simulated."""
+"""Quantities of a line with simulated throws: the hidden properties on which results depend. Results are unknown,
+because only the chosen throw is simulated."""

@@ -129,5 +129,5 @@ class StreamSampler:
         except self._jam as jam:
             raise ConfigError(
                 f"level {self._config.name!r}: arrivals.rate is {arrivals.rate:g} objects a second; with arrivals.gap "
-                f"{arrivals.gap:g} m about {jam.room * speed:.3g} a second find room on the belt"
+                f"{arrivals.gap:g} m the belt has room for about {jam.room * speed:.3g} a second"
             ) from None

@@ -81,4 +81,4 @@ class Turns:
         return lines[has_candidates], ends[has_candidates]
 
     def _impossible(self) -> ConfigError:
-        return ConfigError(f"level {self._config.name!r}: its robots find nothing that they can take")
+        return ConfigError(f"level {self._config.name!r}: the robots find no object that they can take")

@@ -58,7 +58,7 @@ class LineView:
 
     def __init__(self, cell: LineCell, size: tuple[int, int] = SIZE) -> None:
         if cell.count != 1:
-            raise ConfigError(f"pictures are of one line, and there are {cell.count}; set num_envs to 1")
+            raise ConfigError(f"num_envs is {cell.count}; pictures show a single line: set num_envs to 1")
         cell.watch()
         self._cell, self._origin = cell, cell.config.robots[0].x
         near = _move_to_origin(cell.config)
@@ -98,7 +98,7 @@ class LineView:
         Raises:
             ConfigError: always.
         """
-        raise ConfigError("a line is not shown in a window; film it")
+        raise ConfigError("a line cannot be shown in a window; make a film or a picture of the line")
 
     def close(self) -> None:
         """Free the renderer and stop recording cycles; safe to call twice."""

@@ -213,7 +213,7 @@ def test_a_policy_that_corrects_throws_is_refused_on_a_line(tmp_path: Path) -> N
     config.write_text(yaml.safe_dump({"default": small}))
     begun = Arguments(env="ToyThrow-v0", level="waste", algo="ppo", steps=16, num_envs=2, config=config, eval_picks=0)
     main(replace(begun, out=tmp_path / "run"))
-    with pytest.raises(UsageError, match="takes 26 entries and gives 2 numbers"):
+    with pytest.raises(UsageError, match="has 26 inputs and 2 outputs"):
         run_scores(tmp_path / "run")
 
 

@@ -178,5 +178,5 @@ def test_from_python_by_name_and_by_function():
 
 def test_shifts_that_are_cut_short_are_no_shifts():
     env = gym.make_vec("PnTLine-v0", num_envs=2, level="value", max_episode_steps=5)
-    with pytest.raises(UsageError, match="cuts shifts short of their end; leave max_episode_steps out"):
+    with pytest.raises(UsageError, match="max_episode_steps ends work shifts early; leave max_episode_steps out"):
         evaluate("value_rate", env, picks=2)

@@ -25,8 +25,8 @@ def made(tmp_path_factory):
 def test_a_table_is_written_and_said_to_be(made):
     folder, said = made
     told = json.loads((folder / "table.json").read_text())
-    assert f"\n{told['throws']} throws: cups sealed on " in said  # below the bar
-    assert "ended in its bin; the table is in table.json" in " ".join(said.split())
+    assert f"\n{told['throws']} throws: " in said and "of the picks succeeded" in said  # below the bar
+    assert "of the picked objects ended in their bins; the table is in table.json" in " ".join(said.split())
     assert 120 <= told["throws"] < 128
     assert told["digest"] == digest(LineConfig.load(LEVEL))
     assert told["items"] == ["tray", "can", "paper_ball", "yoghurt_cup"]
@@ -60,5 +60,5 @@ def test_a_line_on_which_nothing_comes_is_said_to_have_no_throws(tmp_path):
     empty = {"name": "empty", "base": "single", "arrivals": {"rate": 1e-9}, "duration": 5}
     level = tmp_path / "empty.yaml"
     level.write_text(yaml.safe_dump(empty))
-    said = "level 'empty': nobody threw anything in 224 shifts of 5 s; arrivals.rate is 1e-09 objects a second"
+    said = "level 'empty': no robot threw an object in 224 shifts of 5 s; arrivals.rate is 1e-09 objects a second"
     assert said in refused("agents.line calibrate", "--level", level, "--out", tmp_path / "table.json")

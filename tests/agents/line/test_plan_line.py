@@ -48,5 +48,5 @@ def test_it_says_which_plan_is_enough_and_writes_what_it_found(tmp_path):
     assert [plan["robots"] for plan in plans] == [1, 3]
     assert plans[1]["recovery"] > plans[0]["recovery"] > 0.0
     assert all(plan["recovery_low"] <= plan["recovery"] <= plan["recovery_high"] for plan in plans)
-    assert "are enough for 20.0 %" in " ".join(said.split())
+    assert "the smallest plan with a recovery of 20.0 %:" in " ".join(said.split())
     assert (tmp_path / "plans.svg").read_text().startswith("<?xml")

@@ -171,13 +171,17 @@ def test_what_a_guided_beam_makes_of_its_plans_is_sought_with_the_guide_that_the
 def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
     said = output_of(f"line tune --level {short} --what atc --shifts 2 --out rules.yaml", tmp_path)
     assert "patience" in said
-    assert "2 shifts are too few to keep what they say" in said
+    assert "2 shifts are too few, so no settings were saved" in said
     assert not (tmp_path / "rules.yaml").exists()
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("short: [", "not valid YAML"), ("[short]", "no settings of rules"), ("short: 3", "no settings of rules")],
+    [
+        ("short: [", "not valid YAML"),
+        ("[short]", "not a file of settings"),
+        ("short: 3", "not a file of settings"),
+    ],
 )
 def test_a_damaged_file_of_settings_is_told_before_any_work(tmp_path: Path, short: str, text: str, said: str) -> None:
     (tmp_path / "rules.yaml").write_text(text)

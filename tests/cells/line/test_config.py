@@ -60,8 +60,8 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     *(
         (
             {"base": "single", "name": "mine", "cell": {"bins": bins}},
-            "level 'mine' of a line has cell.bins.random, which draws a bin for every throw; its robots have bins that "
-            "are fixed: leave random out and list them in cell.bins.fixed, or in the bins of each robot",
+            "level 'mine' of a line has cell.bins.random, which draws a bin for every throw; the robots of a line "
+            "have fixed bins: leave random out and list the bins in cell.bins.fixed, or in the bins of each robot",
         )
         for bins in ({"random": {}}, {"random": {"side": [0.3, 0.4]}, "fixed": []})
     ),
@@ -80,29 +80,32 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"robots": [{"name": "a", "x": 0.0, "skills": ["tray"]}]},
-        "no robot takes item 'can'; give one of them the",
+        "no robot takes item 'can'; give a robot the skill",
     ),
     ({"robots": [{"name": "a", "x": 0.0, "percent": [120]}]}, "robots.0.percent.0 is 120: input should be less than"),
     (
         {"robots": [{"name": "a", "x": 0.0, "bins": [ON_THE_BELT]}]},
         "lies on the belt, which spans y -0.65..-0.04 m",
     ),
-    ({"robots": [{"name": "a", "x": 0.0, "bins": [FAR]}]}, "no robot can throw anything into its bins"),
+    ({"robots": [{"name": "a", "x": 0.0, "bins": [FAR]}]}, "no robot can throw an object into its bins"),
     ({"robots": [{"name": "a", "x": 0.0, "bins": [RED]}]}, "no robot takes item 'can'"),
     ({"value": {"of": {"stone": 1.0}}}, "value.of: 'stone' is not among the cell's items"),
     ({"value": {"of": {"can": -1.0}}}, "value.of.can is -1.0"),
     ({"value": {"spread": 3.0}}, "value.spread is 3.0: input should be less than or equal to 2"),
-    ({"down": [{"robot": "nobody", "start": 0.0, "end": 1.0}]}, "down names robot 'nobody', which is not in the"),
-    ({"down": [{"robot": "first", "start": 3.0, "end": 3.0}]}, "down runs from 3 to 3 s; the first must be smaller"),
+    ({"down": [{"robot": "nobody", "start": 0.0, "end": 1.0}]}, "down names robot 'nobody'; the robots of this"),
+    (
+        {"down": [{"robot": "first", "start": 3.0, "end": 3.0}]},
+        "down.start is 3 s; it must be smaller than down.end, 3 s",
+    ),
     ({"down": [{"robot": "first", "start": -1.0, "end": 3.0}]}, "down.0.start is -1.0"),
-    ({"arrivals": {"rate": 6.0}}, "arrivals.rate is 6 objects a second; these items have room on the belt's lanes for"),
+    ({"arrivals": {"rate": 6.0}}, "arrivals.rate is 6 objects a second; the belt's lanes have room for at most"),
     ({"arrivals": {"rate": 0.0}}, "arrivals.rate is 0.0: input should be greater than 0"),
     ({"arrivals": {"rate": 21.0}}, "arrivals.rate is 21.0: input should be less than or equal to 20"),
     ({"arrivals": {"regularity": 0.01}}, "arrivals.regularity is 0.01: input should be greater than or equal to 0.1"),
     ({"arrivals": {"gap": -0.01}}, "arrivals.gap is -0.01"),
     ({"cell": {"belt": {"neighbours": "solid"}}}, "cell.belt.neighbours is 'solid'; on a line carried objects pass"),
-    ({"cell": {"planner": "auto"}}, "cell.planner and cell.throwable choose what is thrown; on a line robots do"),
-    ({"cell": {"drift": {"delay": {"even": 0.005}}}}, "cell.drift moves; the robots of a line do not drift"),
+    ({"cell": {"planner": "auto"}}, "cell.planner 'auto' and cell.throwable select the thrown objects; on a line"),
+    ({"cell": {"drift": {"delay": {"even": 0.005}}}}, "cell.drift is not zero; a line has no drift: leave"),
     ({"cell": {"mix": {"stone": 1.0}}}, "cell: mix: 'stone' is not among the items"),
     ({"cell": {"mix": {"can": 0.0}}}, "mix.can is 0.0"),
     (
@@ -110,7 +113,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
             "cell": {"bins": {"emptied": 60}},
             "robots": [{"name": "a", "x": 0.0}, {"name": "b", "x": 2, "bins": [ANY]}],
         },
-        "cell.bins.emptied is 60; robots with [4, 1] bins each do not fill theirs alike: leave it null",
+        "cell.bins.emptied is 60; robots with [4, 1] bins fill their bins unequally: set",
     ),
     ({"cell": {"belt": {"speed": 9.0}}}, "cell: belt.speed is 9 m/s"),
     ({"cell": {"typo": 1}}, "cell: unknown key 'typo'"),
@@ -149,7 +152,7 @@ def test_a_table_is_that_of_its_cells(tmp_path: Path):
     other = with_table({"base": "single", "cell": {"limits": {"percent": [35]}}}, tmp_path)
     with pytest.raises(ConfigError) as caught:
         gym.make("PnTLine-v0", level={"base": "single", "name": "mine", "chances": other["chances"]})
-    said = f"chances: {other['chances']!r} is the table of other cells than those of level 'mine'"
+    said = f"chances: {other['chances']!r} was made for other cells than those of level 'mine'"
     assert str(caught.value) == said
     LineCell(LineConfig.load(other), 1)
 
@@ -161,7 +164,7 @@ NO_TABLES = ("", "{", "[]", "{}", "null", "5", '{"digest": "x"}', '"text"')
 def test_a_file_that_is_no_table_is_refused(text, tmp_path: Path):
     (tmp_path / "table.json").write_text(text)
     for name, said in (
-        ("table.json", "is no table as `pnt-gym line calibrate` writes it"),
+        ("table.json", "is not a table from `pnt-gym line calibrate`"),
         ("none.json", "cannot read"),
     ):
         with pytest.raises(ConfigError) as caught:
@@ -182,7 +185,7 @@ def test_a_table_of_other_shape_or_of_no_shares_is_refused(tmp_path: Path):
     shares = {"picked": [None, 0.5, 0.5, 0.5], "landed": (2.0 * np.ones((4, 1, 4))).tolist()}
     for name, value in [*wrong.items(), *shares.items()]:
         (tmp_path / "table.json").write_text(json.dumps({**good, name: value}))
-        with pytest.raises(ConfigError, match="is no table as `pnt-gym line calibrate` writes it") as caught:
+        with pytest.raises(ConfigError, match="is not a table from `pnt-gym line calibrate`") as caught:
             gym.make("PnTLine-v0", level={"base": "single", "chances": str(tmp_path / "table.json")})
         assert "\n" not in str(caught.value)
 

@@ -249,7 +249,7 @@ def test_the_list_of_an_environment_is_what_happened_since_the_last_decision():
 
 def test_pictures_are_of_one_line():
     core = LineCore(LineConfig.load(LEVELS["one"]), 3)
-    with pytest.raises(ConfigError, match="pictures are of one line, and there are 3; set num_envs to 1"):
+    with pytest.raises(ConfigError, match="num_envs is 3; pictures show a single line: set num_envs to 1"):
         core.view()
     with pytest.raises(ConfigError, match="render_mode is 'rgb_array'; a vector environment takes None"):
         gym.make_vec("PnTLine-v0", num_envs=3, render_mode="rgb_array")
