@@ -6,6 +6,7 @@ import math
 import multiprocessing
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -17,6 +18,7 @@ from pnt_gym.cells.line.observation import LineSummary, encode_observation
 from pnt_gym.cells.line.options import MoverPlanner
 from pnt_gym.cells.line.stream import redraw
 from pnt_gym.cells.line.throws import redraw_picks
+from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.chase import earliest
 from tests.tools.line import THREE_BINS, begun, decided, with_table
 from tests.tools.throws import same_bits
@@ -211,3 +213,17 @@ def test_meetings_are_those_of_a_search_that_tries_every_time(speed, far):
     wanted = np.array([_plain_search(chase) for chase in chases])
     assert same_bits(reached, ~np.isnan(wanted))
     assert same_bits(time[reached], wanted[reached])
+
+
+def test_robots_that_find_nothing_to_take_end_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pnt_gym.cells.line.turns.MOST_LOOKS", 0)
+    with pytest.raises(ConfigError, match="level 'single': the robots find no object that they can take"):
+        gym.make("PnTLine-v0", level="single")
+
+
+def test_the_context_of_a_line_is_its_state() -> None:
+    cell = gym.make("PnTLine-v0", level="single").unwrapped.core.cell
+    state = cell.state
+    assert cell.context is state
+    cell.context = state
+    assert cell.state is state

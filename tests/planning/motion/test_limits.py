@@ -4,7 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pnt_gym.arrays import take
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning import EllipticWorkspace, MotionLimits
+from pnt_gym.planning.motion.limits import LimitRows
 
 SPACE = EllipticWorkspace(z_min=-1.0, z_max=-0.5)
 
@@ -39,6 +41,11 @@ def test_bad_limit_names_field_and_value(field, value):
         with pytest.raises(ValueError, match=field) as error:
             MotionLimits(**{**good, field: bad})
         assert str(value) in str(error.value)
+
+
+def test_rows_are_as_many_as_the_throws():
+    with pytest.raises(PlanningError, match="the limits hold 2 throws but 3 are planned"):
+        LimitRows.t3kr(np.array([30.0, 40.0])).arrays(3)
 
 
 def test_lengths_must_agree():
