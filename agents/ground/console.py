@@ -13,6 +13,7 @@ COMMANDS: Final = {
     "demo": ("demo", "compare the planner and a trained policy on the same 64 throws, within a minute"),
     "train": ("train", "train a policy that corrects the planner, then compare the two"),
     "evaluate": ("evaluate", "judge a controller on held-out throws, in picks per minute"),
+    "compare": ("compare", "settle which of two controllers is better, with as few throws as that takes"),
     "play": ("play", "watch a controller throw: video, picture or window"),
     "publish": ("publish", "write a folder with a trained policy, its card, its film and its ONNX file"),
     "dataset": ("dataset", "collect throws of a controller as a Minari dataset, for offline learning"),

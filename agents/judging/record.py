@@ -15,6 +15,7 @@ from pnt_gym.arrays import Floats
 from ..ground import metrics
 from ..ground.files import jsonable
 from ..ground.tables import Grid, value_table
+from .measures import Measure
 
 Summary: TypeAlias = Mapping[str, Any]
 Result: TypeAlias = Mapping[str, Any]
@@ -66,6 +67,18 @@ class Record(ABC):
     @abstractmethod
     def values(self) -> Mapping[str, Floats]:
         """Each figure of `figures` for every unit (U,), in SI units; NaN where a unit has none."""
+
+    def observations(self) -> Mapping[str, Floats]:
+        """Each figure of `measures` for units that do not depend on one another (U,), in SI units; NaN for none."""
+        return self.values()
+
+    @classmethod
+    def measures(cls) -> Mapping[str, Measure]:
+        """Figures of a sequential comparison, the first of which decides; by default only signs of differences count.
+
+        A subclass that knows how large a difference may be gives its figures a cap, which finds differences sooner.
+        """
+        return {name: Measure.of_signs(figure) for name, figure in cls.figures.items()}
 
     def summary(self) -> dict[str, Any]:
         """Count of the units, and mean and 95 % interval of each figure as `NAME`, `NAME_low` and `NAME_high`."""

@@ -64,6 +64,12 @@ class ConfidenceSequence:
         """Whether the interval lies between -margin and margin."""
         return -margin <= self.low and self.high <= margin
 
+    def as_json(self) -> dict[str, float | int | bool | None]:
+        """Mean, limits and number of observations; the mean of no observations is None."""
+        value = self.value if self.count else None
+        ends = {"low": self.low, "high": self.high, "excludes_zero": self.excludes_zero}
+        return {"value": value, **ends, "count": self.count}
+
     def update(self, values: ArrayLike) -> None:
         """Narrow the interval by further observations (N,)."""
         self._values = np.concatenate([self._values, np.asarray(values, dtype=np.float64)])
