@@ -1,11 +1,11 @@
 """Confidence sequences: intervals for a mean that stay valid however often they are looked at.
 
-Observations x lie in [-B, B], so y = B + x lies in [0, 2B]. A gambler who doubts that the mean of y is at most m bets a
-fraction f of the capital on each observation; the capital is multiplied by 1 - f + f y / m. Where each observation, given
-all earlier ones, has a mean of at most m, no strategy is expected to gain, and the capital reaches 1 / alpha at any time
-with a probability of at most alpha (Ville's inequality). The capital here is divided over many fractions f, as in Cover's
-universal portfolio, so no variance has to be known. The lower limit is the largest m against which the capital reached
-1 / alpha; the upper limit is the lower limit of 2B - y.
+Observations x lie in [-B, B], so y = B + x lies in [0, 2B]. A gambler who doubts that the mean of y is at most m bets
+a fraction f of the capital on each observation; the capital is multiplied by 1 - f + f y / m. Where each observation,
+given all earlier ones, has a mean of at most m, no strategy is expected to gain, and the capital ever reaches 1 / alpha
+with a probability of at most alpha (Ville's inequality). The capital here is divided over many fractions f, as in
+Cover's universal portfolio, so no variance has to be known. The lower limit is the largest m against which the capital
+reached 1 / alpha; the upper limit is the lower limit of 2B - y. Each limit has half of the probability to err.
 
 Assumed: the mean of an observation, given all earlier observations, is constant. Nothing is assumed of the distribution
 but its bound. For observations of equal distribution that do not depend on one another this always holds.

@@ -176,8 +176,8 @@ def resolve_shared_task(
     for task in trained:
         if (task[0], task[2]) != (trained[0][0], trained[0][2]):
             raise UsageError(
-                f"controllers were trained in {trained[0][0]} and {task[0]}, with actions {trained[0][2]} and {task[2]}; "
-                "compare controllers of one environment and action mode"
+                f"controllers were trained in {trained[0][0]} and {task[0]}, with actions {trained[0][2]} and "
+                f"{task[2]}; compare controllers of one environment and action mode"
             )
     return [*trained, *tasks, resolve_task("analytic", env, level, None)][0]
 
