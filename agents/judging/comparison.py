@@ -221,15 +221,18 @@ def prepare(
         name = _label(policy) if isinstance(policy, str) else controller.name
         if name in controllers:
             raise UsageError(f"controller {name!r} is given twice; the names of compared controllers must differ")
-        if isinstance(policy, str | type):
+        learns_now = isinstance(policy, str | type)
+        if learns_now:
             controller.reset(seed)
-        usual = trial.practice(controller) if isinstance(policy, str | type) else 0
-        count = usual if practice is None or not usual else practice
-        if usual and not count:
+        usual = trial.practice(controller) if learns_now else 0
+        steps[name] = usual if practice is None or not usual else practice
+        if usual and not steps[name]:
             raise UsageError(f"--practice is 0, but controller {name!r} has learned nothing; it must be at least 1")
-        tell = progress(name, count) if progress is not None and count else None
-        controllers[name] = trial.practise(controller, count, seed, progress=tell) if count else controller
-        steps[name] = count
+        controllers[name] = controller
+    for name, count in steps.items():
+        if count:
+            tell = None if progress is None else progress(name, count)
+            controllers[name] = trial.practise(controllers[name], count, seed, progress=tell)
     return controllers, steps
 
 

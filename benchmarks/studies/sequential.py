@@ -78,7 +78,7 @@ def false_alarms(settings: Settings, amount: Amount) -> Figures:
     """Share of comparisons without any difference in which an interval ever leaves out 0, over all three figures.
 
     Args:
-        settings: `null`, how the differences lose their mean, and the number of `comparisons`.
+        settings: `source`, how the differences lose their mean, and the number of `comparisons`.
         amount: throws of each comparison.
     """
     random = np.random.default_rng(amount.seed)
@@ -87,11 +87,11 @@ def false_alarms(settings: Settings, amount: Amount) -> Figures:
     throws = [recorded(comparison[side], comparison["level"])[0] for comparison, _ in pairs() for side in ("learned",)]
     alarms = 0
     for _ in range(settings["comparisons"] // CHUNK):
-        chosen = throws if settings["null"] == "same controller" else sources
+        chosen = throws if settings["source"] == "same controller" else sources
         source = chosen[random.integers(len(chosen))]
         index = random.integers(len(source["success"]), size=(2, CHUNK, amount.throws))
         signs = random.choice([-1.0, 1.0], size=index.shape[1:])
-        alarms += any_alarm(make[settings["null"]](source, index, signs))
+        alarms += any_alarm(make[settings["source"]](source, index, signs))
     rate = metrics.wilson(alarms, settings["comparisons"])
     return {"false_alarms": {"value": rate.value, "low": rate.low, "high": rate.high}}
 
