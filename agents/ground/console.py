@@ -18,6 +18,7 @@ COMMANDS: Final = {
     "publish": ("publish", "write a folder with a trained policy, its card, its film and its ONNX file"),
     "dataset": ("dataset", "collect throws of a controller as a Minari dataset, for offline learning"),
     "benchmark": ("benchmark.__main__", "let every controller of a plan learn, and compare them throw by throw"),
+    "verify": ("benchmark.verify", "throw a sample of a benchmark's results again, and compare bit by bit"),
     "levels": ("levels", "list the shipped levels, or print one in full"),
     "doctor": ("doctor", "print versions and rendering, and throw for a second: the text for a bug report"),
     "line plan": ("line.plan", "sweep robots and belt speeds: the line that a stream of objects needs"),
