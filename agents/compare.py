@@ -78,8 +78,10 @@ def main(arguments: Arguments) -> None:
         head = {"env": env_id, "level": trial.core.config.name, "seed": arguments.seed, "practice": steps}
         try:
             _run(comparison)
-        finally:  # also after Ctrl-C
+        except KeyboardInterrupt:  # the verdict so far is as valid as any other
             _deliver(comparison, head, arguments)
+            raise
+        _deliver(comparison, head, arguments)
 
 
 def _run(comparison: Comparison) -> None:
