@@ -174,7 +174,8 @@ def _where(row: Mapping[str, Any]) -> str:
 
 def _plan(file: Path, plan: Any) -> Plan:
     try:
-        return Plan.model_validate(plan)
+        # A file holds every key of its plan; keys of other kinds of trials, at their defaults, must not count as given.
+        return Plan.model_validate(Plan.model_validate(plan).model_dump(exclude_defaults=True))
     except ValidationError as error:
         raise UsageError(f"plan in {str(file)!r}: {first_problem(error)}") from None
 

@@ -97,7 +97,7 @@ def test_differences_in_form_are_differences() -> None:
 @pytest.mark.parametrize(
     ("changes", "options", "words"),
     [
-        ({"plan": {"name": "x"}}, (), "plan in 'file.json': train_level"),
+        ({"plan": {"name": "x"}}, (), "plan in 'file.json': key 'train_level' is missing"),
         ({"results": 3}, (), "'file.json' was not written by this version"),
         ({}, ("--rows", "0"), "--rows is 0; it must be at least 1"),
         ({}, ("--longest", "-1"), "--longest is -1; no row of plan 'small' learned in so few seconds"),

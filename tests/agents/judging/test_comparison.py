@@ -99,7 +99,7 @@ def test_three_controllers_make_three_pairs_with_wider_intervals() -> None:
 
 
 def test_fewer_figures_narrow_the_interval() -> None:
-    reports = [compare(planner, far, "ToyThrow-v0", 16, figures=names, **SMALL) for names in (None, ["success"])]
+    reports = [compare(planner, near, "ToyThrow-v0", 16, figures=names, **SMALL) for names in (None, ["success"])]
     all_three, alone = (report["pairs"][0]["figures"]["success"] for report in reports)
     assert alone["high"] - alone["low"] < all_three["high"] - all_three["low"]
     assert list(reports[1]["figures"]) == ["success"]
