@@ -53,6 +53,8 @@ def recorded(choice: Mapping[str, Any], level: str) -> list[dict[str, Floats]]:
 def pairs() -> Iterator[tuple[Mapping[str, Any], list[dict[str, Floats]]]]:
     """The published comparisons, and the differences of each figure between their controllers, seed by seed."""
     for comparison in benchmark()["comparisons"]:
+        if comparison["learned"] == comparison["reference"]:
+            continue
         sides = [recorded(comparison[side], comparison["level"]) for side in ("learned", "reference")]
         count = max(map(len, sides))
         both = zip(*(side * (count // len(side)) for side in sides), strict=True)  # a planner has one seed for all
