@@ -34,6 +34,13 @@ class Segments:
         durations[:, :count], jerks[:, :count] = self.durations, self.jerks
         return Segments(durations, jerks)
 
+    def delay(self, time: Floats) -> Segments:
+        """Return the same motions after a time (N,) [s] without jerk."""
+        durations = np.concatenate([time[:, None], self.durations], axis=1)
+        jerks = np.zeros((*durations.shape, 3))
+        jerks[:, 1:] = self.jerks
+        return Segments(durations, jerks)
+
     def contiguous(self) -> tuple[Floats, Floats]:
         """Durations and jerks as arrays for compiled functions."""
         return np.ascontiguousarray(self.durations), np.ascontiguousarray(self.jerks)

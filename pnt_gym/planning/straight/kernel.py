@@ -220,7 +220,7 @@ def _is_accepted(
 
 
 @compile_for(
-    "void(f8[:, ::1], f8[:, :, ::1], f8[:, ::1], UniTuple(f8, 3), f8[::1], i8[::1], f8[::1], b1[::1], i8[::1], b1[::1])"
+    "void(f8[:, ::1], f8[:, :, ::1], f8[:, :], UniTuple(f8, 3), f8[::1], i8[::1], f8[::1], b1[::1], i8[::1], b1[::1])"
 )
 def choose_targets(
     throws: Floats,

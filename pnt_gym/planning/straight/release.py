@@ -96,7 +96,7 @@ OPEN: Final = (0.0, math.inf, -math.inf, math.inf)
 """Line bounds without a workspace."""
 
 
-def planrelease_lines(
+def plan_release(
     pick: Point,
     target: Point,
     limits: MotionLimits,

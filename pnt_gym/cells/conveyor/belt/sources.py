@@ -288,7 +288,7 @@ class BeltPicks(PickSource):
         good, throwing = meeting.feasible & throwable, np.zeros(len(x))
         rows = np.flatnonzero(good)
         throws = take(context, rows)
-        _, throwing[rows] = mover.throw_times(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
+        throwing[rows] = mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling).stop_time
         start = meeting.time + self._dwell
         stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
         among = Candidates(np.ones(len(x)), start + throwing, start, start + stays, good)

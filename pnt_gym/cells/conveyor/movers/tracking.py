@@ -17,16 +17,16 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, concatenate_records
+from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, Reach, ThrowMotion
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.riding import DOWNSTREAM, Fading, arrival_time
-from pnt_gym.planning.motion.scurve import coast
 from pnt_gym.planning.motion.trajectory import Segments, superpose
 from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.planning.straight.targets import TargetChoice
 
 STOPPING: Final = ("straight",)
 """Planners whose returns stop above the pick, at the clearance."""
@@ -96,6 +96,16 @@ class TrackingMover(Mover):
         good = self._mover.accepts(_virtual_context(context, fading), shift)
         return good & fading.is_possible(limits) & self._workspace.contains(context.pick)
 
+    def choose_targets(
+        self, pick: Floats, targets: Floats, limits: LimitRows, ceiling: Floats, origin: Floats, may_throw: Bools
+    ) -> TargetChoice | None:
+        """The inner mover's choice, of throws from the virtual picks."""
+        fading = Fading.for_limits(limits, len(pick), self._speed)
+        may_ride = may_throw & fading.is_possible(limits) & self._workspace.contains(pick)
+        return self._mover.choose_targets(
+            _virtual_pick(pick, fading), targets, fading.planning_limits(limits), ceiling, origin, may_ride
+        )
+
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """The inner mover's motions plus the fading belt speed; a short motion is delayed until the speed has faded."""
         fading = Fading.for_limits(limits, len(pick), self._speed)
@@ -104,21 +114,11 @@ class TrackingMover(Mover):
         return replace(
             motion,
             pick=pick,
-            segments=superpose(concatenate_records([coast(delay), motion.segments], axis=1), fading.fade_out()),
+            segments=superpose(motion.segments.delay(delay), fading.fade_out()),
             release_time=motion.release_time + delay,
             stop_time=motion.stop_time + delay,
             pick_velocity=np.tile(self._speed * DOWNSTREAM, (len(pick), 1)),
         )
-
-    def throw_times(
-        self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats
-    ) -> tuple[Floats, Floats]:
-        """The inner mover's times, delayed where a motion is shorter than the fading."""
-        fading = Fading.for_limits(limits, len(pick), self._speed)
-        planning_limits = fading.planning_limits(limits)
-        released, stopped = self._mover.throw_times(_virtual_pick(pick, fading), release, planning_limits, ceiling)
-        delay = np.maximum(fading.time - released, 0.0)
-        return released + delay, stopped + delay
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions to the touches of the objects that the hand lifts at next picks (N, 3) [m]."""
