@@ -186,6 +186,11 @@ def take(record: RecordT, index: Any) -> RecordT:
     return _map_arrays(itemgetter(_copy_index(record, index)), record)
 
 
+def take_rows(record: RecordT, rows: Ints, count: int) -> RecordT:
+    """The record of some rows in ascending order; the record itself where these are all of its `count` rows."""
+    return record if len(rows) == count else take(record, rows)
+
+
 def _copy_index(record: Any, index: Any) -> Any:
     """The index, copied where the record's columns are read later than the index may change."""
     if not isinstance(record, Record) or "_is_packed" in record.__dict__:

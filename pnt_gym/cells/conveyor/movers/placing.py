@@ -179,7 +179,7 @@ class PlacingMover(Mover):
         near, far = self.heights(next_pick, motion.stop, np.full(len(next_pick), self.rim + self.rules.clear))
         return self.over(motion.stop, next_pick, (far, near), limits)
 
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings, by false position between the times at which objects enter and leave the window."""
         low, high = self._belt.pick_x
 
@@ -196,9 +196,7 @@ class PlacingMover(Mover):
         position = at(np.where(good, time, 0.0))
         back = self.back(motion, position, limits)
         wait = np.where(good, np.maximum(time - back.durations.sum(axis=1), 0.0), 0.0)
-        return Meeting(
-            position, np.where(good, time, 0.0), wait, good, concatenate_records([coast(wait), back], axis=1)
-        )
+        return Meeting(position, position, np.where(good, time, 0.0), wait, good, back.delay(wait))
 
     def _hang(self, pick: Floats) -> Floats:
         """Extents of objects below the planner's points (N,) [m]: at the pick the object lies on the belt."""

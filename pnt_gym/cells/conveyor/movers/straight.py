@@ -78,12 +78,14 @@ class Reach:
 
     Attributes:
         position: points where the hand lifts the object (N, 3) [m].
+        end: points where a motion to rest would end (N, 3) [m]; upstream of `position` for a hand that rides.
         time: time from the end of the throw until the hand touches the object (N,) [s].
         wait: standstill above the pick (N,) [s].
         feasible: whether the object can be picked (N,).
     """
 
     position: Floats
+    end: Floats
     time: Floats
     wait: Floats
     feasible: Bools
@@ -149,15 +151,22 @@ class Mover(ABC):
         """Motions from the end of a throw to next picks (N, 3) [m], which end at rest."""
 
     @abstractmethod
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
         """The earliest meetings with objects on the belt.
 
         `place` (N, 3) [m] are the pick points of the objects at the moment when the throw ends.
         """
 
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """The earliest meetings without motions, for rules that compare many objects."""
-        return self.meet(motion, place, limits)
+    def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
+        """Motions from the end of a throw to meetings as of `reach`."""
+        assert isinstance(reach, Meeting)
+        return reach.back
+
+    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+        """The earliest meetings as `reach`, with the motions."""
+        reach = self.reach(motion, place, limits)
+        columns = {name: value for name, value in vars(reach).items() if name != "back"}
+        return Meeting(**columns, back=self.approach(motion, reach, limits))
 
 
 class StraightMover(Mover):
@@ -249,22 +258,22 @@ class StraightMover(Mover):
         """Motions straight to the point above the next pick, then down."""
         return straight_back(motion.stop, next_pick, np.zeros(len(next_pick)), limits, self._clearance)
 
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-        """The earliest meetings of hands that move from rest to rest, with their motions."""
-        meetings = self.reach(motion, place, limits)
-        back = straight_back(motion.stop, meetings.position, meetings.wait, limits, self._clearance)
-        return Meeting(**vars(meetings), back=back)
-
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
         """The earliest meetings of hands that move from rest to rest, without motions."""
         intercept = meet_on_belt(motion.stop, place, self._belt.speed, limits, self._clearance, self._belt.pick_x)
         met = intercept.feasible
+        position = np.where(met[:, None], intercept.position, place)
         return Reach(
-            position=np.where(met[:, None], intercept.position, place),
+            position=position,
+            end=position,
             time=np.where(met, intercept.time, 0.0),
             wait=np.where(met, intercept.wait, 0.0),
             feasible=met,
         )
+
+    def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
+        """Motions straight to the points above the picks, the waits, and the descents."""
+        return straight_back(motion.stop, reach.end, reach.wait, limits, self._clearance)
 
     def braking_limits(self, release: ReleaseBatch, limits: Limits) -> Limits:
         """Limits of the braking: with `gravity_share`, the hand accelerates downwards by at most that share of g."""

@@ -125,21 +125,17 @@ class TrackingMover(Mover):
         growing = self._growing(len(next_pick))
         return _end_riding(self._mover.back(motion, next_pick - self._behind, growing.planning_limits(limits)), growing)
 
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-        """The earliest meetings; their positions are those of the lifts."""
-        growing = self._growing(len(place))
-        meetings = self._mover.meet(motion, place - self._early, growing.planning_limits(limits))
-        good = meetings.feasible & (meetings.back.durations.sum(axis=1) >= growing.time)
-        return replace(
-            meetings, position=meetings.position + self._behind, back=_end_riding(meetings.back, growing), feasible=good
-        )
-
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """The earliest meetings without motions; a return is at least as long as the growth of the belt speed."""
+        """The earliest meetings; a return is at least as long as the growth of the belt's speed."""
         growing = self._growing(len(place))
-        meetings = self._mover.reach(motion, place - self._early, growing.planning_limits(limits))
-        good = meetings.feasible & (meetings.time >= growing.time)
-        return replace(meetings, position=meetings.position + self._behind, feasible=good)
+        reach = self._mover.reach(motion, place - self._early, growing.planning_limits(limits))
+        time = reach.back.durations.sum(axis=1) if isinstance(reach, Meeting) else reach.time
+        return replace(reach, position=reach.position + self._behind, feasible=reach.feasible & (time >= growing.time))
+
+    def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
+        """The inner mover's motions, onto the moving belt."""
+        growing = self._growing(len(reach.time))
+        return _end_riding(self._mover.approach(motion, reach, growing.planning_limits(limits)), growing)
 
     def _growing(self, count: int) -> Fading:
         return Fading(self._speed, np.full(count, self._arrival))
