@@ -9,7 +9,7 @@ from typing import Final, NamedTuple, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, recompute_rows, take
-from pnt_gym.cells.base.aside import Purpose, side_generator
+from pnt_gym.cells.base.aside import Purpose, draw_aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
 from pnt_gym.cells.conveyor.context import Context, belt_shift
@@ -19,7 +19,7 @@ from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
 from pnt_gym.cells.conveyor.movers.placing import EllipseMover, HorizontalMover, PlaceMover, is_at_rest
 from pnt_gym.cells.conveyor.movers.straight import Mover, StraightMover
 from pnt_gym.cells.conveyor.movers.tracking import TrackingMover
-from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, SideDraws, objects_from_draws
+from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, ObjectMaker, SideDraws
 from pnt_gym.cells.conveyor.objects.fill import draw_fill, fixed_areas, mean_volumes
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.throwable import is_throwable
@@ -77,6 +77,7 @@ class PickPlanner:
         """Whether fixed bins (columns) accept items (rows)."""
         self._has_throw_rule = config.throwable != Throwable()
         self._table = item_arrays(config.item_list())
+        self._maker = ObjectMaker(config, self._table)
         self._volumes = mean_volumes(config, self._table)
         side_effects = (
             (config.pick.fails, Purpose.PICK, "pick"),
@@ -93,10 +94,10 @@ class PickPlanner:
         for place, row in enumerate(rows):
             generator = generators[int(row)]
             for purpose, column in self._side_purposes:
-                side_generator(generator, purpose).random(out=getattr(side_draws, column)[place])
+                draw_aside(generator, purpose, getattr(side_draws, column)[place])
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
-        return objects_from_draws(normals, uniforms, self.config, self._table, side_draws)
+        return self._maker.make(normals, uniforms, side_draws)
 
     def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
         """Draw an object from the generator of each row, and its pick point anywhere in the window (N, 3) [m]."""

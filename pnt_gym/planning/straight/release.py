@@ -176,10 +176,15 @@ def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, e
     angle = finite_rows(elevation, len(start), "elevation")
     if (np.abs(angle) >= 0.5 * np.pi).any():
         raise PlanningError(f"elevation must lie in (-pi/2, pi/2) rad, got {angle[np.argmax(np.abs(angle))]}")
-    never = np.full(len(start), np.inf)
-    throws = np.array([*start.T, *end.T, *limits.arrays(len(start)), zero, never, *LineBounds.below(never)])
-    plans = to_batch(_plan_throws(throws, slope=np.tan(angle)))
-    return plans.replace(angle=np.where(plans.feasible, angle, np.nan))
+    return aim_lines(start, end, limits.arrays(len(zero)), angle)
+
+
+def aim_lines(picks: Floats, targets: Floats, limits: LimitRows, elevation: Floats) -> ReleaseBatch:
+    """Return the throws as `release_at_elevation`, for arrays that need no check."""
+    throws = np.zeros((15, len(picks)))
+    throws[0:3], throws[3:6], throws[6:9] = picks.T, targets.T, limits
+    plans = to_batch(_plan_throws(throws, slope=np.tan(elevation)))
+    return plans.replace(angle=np.where(plans.feasible, elevation, np.nan))
 
 
 def release_at_point(

@@ -182,7 +182,7 @@ class BeltPicks(PickSource):
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
         """The objects on the belt, also those that can no longer be picked, and their centres (K, 3) [m]."""
-        objects, x = take(self.stream.objects, row), self.stream.x[row]
+        objects, x = take(take(self.stream.objects, [row]), 0), self.stream.x[row].copy()
         height = self._planner.config.belt.height + objects.size[:, 2] / 2
         return objects, np.stack([x, objects.draws.lane_y, height], axis=-1)
 

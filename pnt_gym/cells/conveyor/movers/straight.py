@@ -24,7 +24,7 @@ from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.scurve import coast, cube_roots
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch
-from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation, release_at_point, stops_inside
+from pnt_gym.planning.straight.release import aim_lines, plan_release_batch, release_at_point, stops_inside
 from pnt_gym.planning.straight.targets import Rules, TargetChoice, choose_targets
 
 _LOWER_STEPS = 24
@@ -193,12 +193,12 @@ class StraightMover(Mover):
         """Releases at the nominal elevation, or at a lower one where the release would exceed ceiling and slack."""
         limits, top = context.throw_limits, context.ceiling + slack
         angle = np.where(context.plan.feasible, context.plan.angle, 0.0)
-        release = release_at_elevation(context.pick, goal, limits, angle)
+        release = aim_lines(context.pick, goal, limits, angle)
         rows = np.flatnonzero(release.feasible & (release.position[:, 2] > top))
         if rows.size == 0:
             return release
         angle[rows] = _lower_elevation(context.pick[rows], goal[rows], take(limits, rows), angle[rows], top[rows])
-        return release_at_elevation(context.pick, goal, limits, angle)
+        return aim_lines(context.pick, goal, limits, angle)
 
     def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at given points, at the speed that the hand can reach on the way."""
@@ -296,11 +296,11 @@ def straight_back(stop: Floats, next_pick: Floats, wait: Floats, limits: Limits,
     return back
 
 
-def _lower_elevation(pick: Floats, goal: Floats, limits: Limits, angle: Floats, top: Floats) -> Floats:
+def _lower_elevation(pick: Floats, goal: Floats, limits: LimitRows, angle: Floats, top: Floats) -> Floats:
     """The largest elevations (N,) [rad] below `angle` whose releases stay below the height `top` (N,) [m]."""
 
     def fits(share: Floats) -> Bools:
-        release = release_at_elevation(pick, goal, limits, angle * share)
+        release = aim_lines(pick, goal, limits, angle * share)
         return release.feasible & (np.nan_to_num(release.position[:, 2], nan=np.inf) <= top)
 
     # A coarse walk down finds the first elevation that fits; bisection then refines its border.

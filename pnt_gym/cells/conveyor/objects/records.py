@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Final, final
 
 from pnt_gym.arrays import Floats, Ints, Record
 from pnt_gym.cells.base.fluid import (
@@ -17,6 +17,9 @@ from pnt_gym.cells.base.fluid import (
     lying_size,
     solid_shell_inertia,
 )
+
+TARGET_DRAWS: Final = 8
+"""Largest number of bins that are tried for one object before it stays on the belt."""
 
 
 @final
@@ -120,3 +123,20 @@ class Objects(Record):
     def fluid(self) -> Floats:
         """MuJoCo's `geom_fluid` of N objects (N, 12)."""
         return fluid_coefficients(self.shape, self.extents, self.drag)
+
+
+_SHAPES: Final = {
+    "size": (3,), "solref": (2,), "grasp": (2,), "spin": (3,), "grasp_noise": (2,), "place": (4,),
+    "bin": (TARGET_DRAWS, 3),
+}  # fmt: skip
+"""Shapes of the columns of objects that are not one number."""
+
+
+def columns_of_objects() -> dict[str, int]:
+    """First columns of the values in the rows of a block of objects, the contents of bins last."""
+    return Objects.first_columns({**_SHAPES, "fill": (1,)})
+
+
+def objects_in_block(block: Floats, bins: int) -> Objects:
+    """Objects whose values lie in a block S + (C,), with draws for the contents of a number of bins."""
+    return Objects.from_block(block, {**_SHAPES, "fill": (bins,)})
