@@ -33,6 +33,8 @@ class BlockColumn(NamedTuple):
     columns: slice
     shape: tuple[int, ...]
     dtype: Any
+    place: tuple[Any, ...]
+    """Index of the column in a block."""
 
 
 class Layout(NamedTuple):
@@ -191,6 +193,15 @@ def dot(first: Floats, second: Floats) -> Floats:
     return first[..., 0] * second[..., 0] + first[..., 1] * second[..., 1] + first[..., 2] * second[..., 2]
 
 
+def join_columns(first: Floats, *columns: Floats | float) -> Floats:
+    """Arrays S, or single numbers, as the last axis of an array S + (K,): `np.stack` in a fifth of its time."""
+    result = np.empty((*first.shape, 1 + len(columns)))
+    result[..., 0] = first
+    for k, column in enumerate(columns, 1):
+        result[..., k] = column
+    return result
+
+
 def take(record: RecordT, index: Any) -> RecordT:
     """The record whose arrays are indexed along their leading shape; fields that are neither arrays nor records stay.
 
@@ -333,8 +344,9 @@ def _lay_out(kind: type[Record], columns: tuple[tuple[tuple[int, ...], str], ...
                 parts[name] = lay_out(inner)
             else:
                 shape, dtype = next(remaining)
-                parts[name] = BlockColumn(slice(begin, begin + math.prod(shape)), shape, np.dtype(dtype))
-                begin = parts[name].columns.stop
+                columns = slice(begin, begin + math.prod(shape))
+                parts[name] = BlockColumn(columns, shape, np.dtype(dtype), (..., columns if shape else begin))
+                begin = columns.stop
         return Layout(kind, parts)
 
     return lay_out(kind)
@@ -368,7 +380,8 @@ def _unpack(block: Floats, part: Any) -> Any:
     """A copy of a column, or the record in the record."""
     if isinstance(part, Layout):
         return _packed(part.kind, block, part)
-    return block[..., part.columns].reshape(block.shape[:-1] + part.shape).astype(part.dtype)
+    column = block[part.place].astype(part.dtype)
+    return column.reshape(block.shape[:-1] + part.shape) if len(part.shape) > 1 else column
 
 
 @cache

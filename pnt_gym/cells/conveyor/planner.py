@@ -8,7 +8,7 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, recompute_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, recompute_rows, take
 from pnt_gym.cells.base.aside import Purpose, draw_aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
@@ -46,13 +46,13 @@ class BinsInTurn(NamedTuple):
     """Centres of the openings at the rims (N, T, 3) [m]."""
     opening: Floats
     """Inner sizes of the openings along x and y (N, T, 2) [m]."""
-    index: Ints
+    bin: Ints
     """Indices of fixed bins (N, T); 0 where bins are drawn per throw."""
 
     def at(self, attempt: Ints) -> tuple[Floats, Floats, Ints]:
         """Centre (N, 3), opening (N, 2) and index (N,) of the bins that are tried at attempts (N,)."""
         rows = np.arange(len(attempt)), attempt
-        return self.target[rows], self.opening[rows], self.index[rows]
+        return self.target[rows], self.opening[rows], self.bin[rows]
 
 
 @final
@@ -111,7 +111,7 @@ class PickPlanner:
         The point is the cup tip on the object, lowered by the known depth of the centre of mass.
         """
         height = self.height(objects.size, objects.known_depth)
-        return np.stack([x, objects.draws.lane_y, height], axis=-1)
+        return join_columns(x, objects.draws.lane_y, height)
 
     def height(self, size: Floats, depth: Floats) -> Floats:
         """Heights of the planner's points at picks of objects, S [m].
@@ -166,7 +166,7 @@ class PickPlanner:
         first, accepted = self._accept(context)
         good = can_hold & accepted
         attempts, last, count = [first], np.arange(len(good)), len(good)
-        for attempt in range(1, bins.index.shape[1]):
+        for attempt in range(1, bins.bin.shape[1]):
             rows = np.flatnonzero(~good)
             if rows.size == 0:
                 break
@@ -277,6 +277,6 @@ class PickPlanner:
         choices = self.accepts[objects.measured.kind]
         count = choices.sum(axis=1)
         start = np.minimum((objects.draws.bin[:, 0, 0] * count).astype(np.int64), count - 1)
-        chosen_rank = (start[:, None] + np.arange(choices.shape[1])) % count[:, None]
+        chosen_rank = (start[:, None] + np.arange(choices.shape[1], dtype=np.int64)) % count[:, None]
         rank = np.cumsum(choices, axis=1) - 1
         return np.argmax(choices[:, None] & (rank[:, None] == chosen_rank[:, :, None]), axis=2)

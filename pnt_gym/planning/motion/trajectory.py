@@ -130,7 +130,7 @@ class JerkTrajectory:
         from pnt_gym.planning.motion.sampling import COLUMNS, lay_out  # noqa: PLC0415 - numba takes a while
 
         _check_shapes(self.start, self.durations, self.jerks)
-        zero = np.zeros_like(self.start)
+        zero = np.zeros(self.start.shape)
         velocity = zero if self.start_velocity is None else self.start_velocity
         acceleration = zero if self.start_acceleration is None else self.start_acceleration
         begin = [np.ascontiguousarray(values) for values in (self.start, velocity, acceleration)]

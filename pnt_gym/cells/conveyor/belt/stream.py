@@ -6,7 +6,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, take
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.objects.outline import half_extent
 from pnt_gym.cells.conveyor.objects.records import Objects
@@ -58,7 +58,7 @@ class BeltStream:
 
     def places(self, rows: Ints) -> Floats:
         """Positions x, y of all stored objects on some belts (K, LET_GO + Q, 2) [m]."""
-        return np.stack([self.x[rows], self.objects.draws.lane_y[rows]], axis=-1)
+        return join_columns(self.x[rows], self.objects.draws.lane_y[rows])
 
     def begin(self, rows: Ints) -> None:
         """Start new streams in some rows; the first object enters the window one gap after the episode begins."""

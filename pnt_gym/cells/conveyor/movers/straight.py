@@ -260,7 +260,8 @@ class StraightMover(Mover):
 
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
         """The earliest meetings of hands that move from rest to rest, without motions."""
-        intercept = meet_on_belt(motion.stop, place, self._belt.speed, limits, self._clearance, self._belt.pick_x)
+        rows, belt = limits.arrays(len(place)), self._belt
+        intercept = meet_on_belt(motion.stop, place, belt.speed, rows, self._clearance, belt.pick_x)
         met = intercept.feasible
         position = np.where(met[:, None], intercept.position, place)
         return Reach(

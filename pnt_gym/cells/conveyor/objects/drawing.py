@@ -11,8 +11,8 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
+from pnt_gym.arrays import Floats, Ints, join_columns
+from pnt_gym.cells.base.fluid import lying_extents, solid_shell_inertia
 from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.base.rotations import to_body_axes
 from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
@@ -192,7 +192,7 @@ def peel_impulse(weight: Floats, grasp: Floats, radius: Floats, tau: Floats) -> 
     side = grasp / np.maximum(offset, 1e-12)[..., None]
     # The force m g exp(-t / tau) over all times gives m g tau; the rest is its arm.
     size = weight * tau * (offset + HALF_LIP * radius)
-    return size[..., None] * np.stack([-side[..., 1], side[..., 0]], axis=-1)
+    return size[..., None] * join_columns(-side[..., 1], side[..., 0])
 
 
 def blow_impulse(mass: Floats, grasp: Floats, speed: float) -> Floats:
@@ -203,7 +203,7 @@ def blow_impulse(mass: Floats, grasp: Floats, speed: float) -> Floats:
         grasp: centre of mass relative to the cup's axis, along x, y, S + (2,) [m].
         speed: speed that the air gives the centre of mass [m/s].
     """
-    return (mass * speed)[..., None] * np.stack([grasp[..., 1], -grasp[..., 0]], axis=-1)
+    return (mass * speed)[..., None] * join_columns(grasp[..., 1], -grasp[..., 0])
 
 
 def spin_from_impulse(impulse: Floats, mass: Floats, size: Floats, shape: Ints, yaw: Floats) -> Floats:
@@ -217,7 +217,7 @@ def spin_from_impulse(impulse: Floats, mass: Floats, size: Floats, shape: Ints, 
         yaw: yaw of the objects, S [rad].
     """
     index = shape.reshape(-1)
-    inertia = solid_shell_inertia(mass.reshape(-1), lying_size(index, size.reshape(-1, 3)), index)
+    inertia = solid_shell_inertia(mass.reshape(-1), lying_extents(index, size.reshape(-1, 3)), index)
     level = np.concatenate([impulse, np.zeros_like(impulse[..., :1])], axis=-1)
     # The inertia is diagonal only in the object's axes: there the impulse becomes a spin, which is turned back.
     return to_body_axes(to_body_axes(level, yaw) / inertia.reshape(size.shape), -yaw)

@@ -14,7 +14,7 @@ from pnt_gym.cells.base.fluid import (
     GeomPlacement,
     fluid_coefficients,
     geom_placement,
-    lying_size,
+    lying_extents,
     solid_shell_inertia,
 )
 
@@ -106,8 +106,8 @@ class Objects(Record):
 
     @cached_property
     def extents(self) -> Floats:
-        """Extents of the modelled bodies of N objects (N, 3) [m], see `lying_size`."""
-        return lying_size(self.shape, self.size)
+        """Extents of the modelled bodies of N objects (N, 3) [m], see `lying_extents`."""
+        return lying_extents(self.shape, self.size)
 
     @cached_property
     def inertia(self) -> Floats:
