@@ -306,7 +306,10 @@ def _map_unread(change: Callable[..., Any], first: Record, *records: Any) -> Any
         return _packed(first.__class__, change(*[state["_block"] for state in states]), layout)
 
     def read(name: str) -> Any:
-        return _map_arrays(change, *map(attrgetter(name), (first, *records)))
+        column = getattr(first, name)
+        if records or column.__class__ is not np.ndarray:
+            return _map_arrays(change, column, *map(attrgetter(name), records))
+        return change(column)
 
     return first.unread(read, max([state.get("_depth", 0) for state in states]) + 1)
 

@@ -68,7 +68,7 @@ class Fading:
 
     def planning_limits(self, limits: Limits) -> LimitRows:
         """Limits that the fading leaves to the planned motions; placeholders where the fading is not possible."""
-        from pnt_gym.planning.motion.strokes import reduce_limits  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.planning.motion.kernel import reduce_limits  # noqa: PLC0415 - numba takes a while
 
         remaining = np.array(limits.arrays(len(self.time)))
         reduce_limits(self.time, self.speed, MOST_SHARE, remaining)
@@ -86,7 +86,7 @@ class Fading:
 
     def _segments(self, sign: float, count: int) -> Segments:
         """Segments of which the last two are the growth (sign 1) or the fading (-1)."""
-        from pnt_gym.planning.motion.strokes import write_fading  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.planning.motion.kernel import write_fading  # noqa: PLC0415 - numba takes a while
 
         rows = len(self.time)
         segments = Segments(np.empty((rows, count)), np.empty((rows, count, 3)))

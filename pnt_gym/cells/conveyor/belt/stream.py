@@ -49,7 +49,7 @@ class BeltStream:
     @property
     def queue(self) -> Objects:
         """Objects that may be picked, the most downstream first (N, Q)."""
-        return take(self.objects, np.s_[:, PASSED_PLACES:])
+        return take(self.objects, np.s_[:, np.arange(PASSED_PLACES, PASSED_PLACES + self.length)])
 
     @property
     def queue_x(self) -> Floats:

@@ -232,7 +232,7 @@ class StraightMover(Mover):
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions along the line from pick to release, through the window at constant velocity, and to a stop."""
-        from pnt_gym.planning.motion.strokes import RUN_UP, STOPPING, write_throws  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.planning.motion.kernel import RUN_UP, STOPPING, write_throws  # noqa: PLC0415 - numba takes a while
 
         count, rows = len(pick), np.array(limits.arrays(len(pick)))
         braking = self.braking_limits(release, LimitRows(*rows)).arrays(count).acceleration
@@ -287,7 +287,7 @@ class StraightMover(Mover):
 
 def straight_back(stop: Floats, next_pick: Floats, wait: Floats, limits: Limits, clearance: float) -> Segments:
     """Motions from rest at `stop` to above the next pick, a wait (N,) [s], and the vertical approach: 15 segments."""
-    from pnt_gym.planning.motion.strokes import MOVE, write_returns  # noqa: PLC0415 - numba takes a while
+    from pnt_gym.planning.motion.kernel import MOVE, write_returns  # noqa: PLC0415 - numba takes a while
 
     count, rows = len(stop), np.array(limits.arrays(len(stop)))
     back = Segments(np.empty((count, 2 * MOVE + 1)), np.empty((count, 2 * MOVE + 1, 3)))

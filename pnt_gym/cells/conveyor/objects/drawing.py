@@ -20,7 +20,7 @@ from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects, object
 from pnt_gym.constants import GRAVITY
 
 NORMALS, UNIFORMS = 24, 12 + 3 * TARGET_DRAWS
-"""Numbers of an object's standard normal and uniform draws, whose columns stand in `draw_kernel`."""
+"""Numbers of an object's standard normal and uniform draws, whose columns stand in `kernel`."""
 HALF_LIP: Final = 4.0 / (3.0 * np.pi)
 """Distance of half a disc's centroid from the disc's middle, in radii."""
 
@@ -77,10 +77,10 @@ class ObjectMaker:
 
     def make(self, normals: Floats, uniforms: Floats, side_draws: SideDraws) -> Objects:
         """Objects S from standard normal draws S + (NORMALS,), uniform draws S + (UNIFORMS,) and side draws S."""
-        from pnt_gym.cells.conveyor.objects.draw_kernel import COLUMN, draw_objects  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.cells.conveyor.objects.kernel import COLUMN, draw_objects  # noqa: PLC0415 - numba takes a while
 
         shape, bins = normals.shape[:-1], side_draws.fill.shape[-1]
-        z, u = normals.reshape(-1, NORMALS), uniforms.reshape(-1, UNIFORMS)
+        z, u = (np.ascontiguousarray(draw).reshape(-1, draw.shape[-1]) for draw in (normals, uniforms))
         side = np.empty((len(z), 2 + bins))
         side[:, 0], side[:, 1] = side_draws.pick.reshape(-1), side_draws.seen.reshape(-1)
         side[:, 2:] = side_draws.fill.reshape(-1, bins)
@@ -98,7 +98,7 @@ class ObjectMaker:
         return objects_in_block(block.reshape(*shape, -1), bins)
 
     def _factors(self, normals: Floats) -> Floats:
-        """Exponential factors (N, 8) as `draw_kernel` names them; spreads are log-normal, so values stay positive."""
+        """Exponential factors (N, 8) as `kernel` names them; spreads are log-normal, so values stay positive."""
         spread, exponents = self._config.spread, np.empty((len(normals), 8))
         exponents[:, :5] = self._scales * normals[:, _SPREAD_COLUMNS]
         exponents[:, 5:] = spread.size * normals[:, 1:2] + spread.size_axis * normals[:, 2:5]

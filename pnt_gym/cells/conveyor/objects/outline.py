@@ -34,7 +34,7 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
         objects: N objects.
         place: one point per object, relative to the object's middle, along world x, y (N, 2) [m].
     """
-    from pnt_gym.cells.conveyor.objects.outline_kernel import find_inside  # noqa: PLC0415 - numba takes a while
+    from pnt_gym.cells.conveyor.objects.kernel import find_inside  # noqa: PLC0415 - numba takes a while
 
     inside = np.empty(len(place))
     find_inside(objects.shape == ELLIPSOID, objects.size, objects.yaw, place, inside)

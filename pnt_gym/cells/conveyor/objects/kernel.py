@@ -1,4 +1,4 @@
-"""Objects from their random draws, one row each. Compiled; see `pnt_gym.compiled`.
+"""Objects from their random draws, and distances from their outlines, one row each. Compiled; see `pnt_gym.compiled`.
 
 NumPy rounds exponentials and logarithms in its own way, so factors that are exponentials are arguments, and the caller
 computes the delay of the release. The random spin is written without that of the lip.
@@ -6,7 +6,9 @@ computes the delay of the release. The random spin is written without that of th
 
 from __future__ import annotations
 
-from pnt_gym.arrays import Floats
+import math
+
+from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import CYLINDER
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, columns_of_objects
@@ -173,3 +175,26 @@ def draw_objects(
             percent[min(int(u[U_PERCENT] * len(percent)), len(percent) - 1)],
         )
         object_[FILL:] = side[S_FILL:]
+
+
+@compile_for("void(b1[::1], f8[:, :], f8[:], f8[:, :], f8[::1])")
+def find_inside(is_ellipse: Bools, size: Floats, yaw: Floats, place: Floats, inside: Floats) -> None:
+    """Write the distances of points from outlines, as `outline.inside_outline` (N,).
+
+    Args:
+        is_ellipse: whether an outline is an ellipse, else a rectangle (N,).
+        size: extents of the objects (N, 3) [m].
+        yaw: yaws of the objects (N,) [rad].
+        place: points relative to the objects' middles (N, 2) [m].
+        inside: written (N,) [m].
+    """
+    for row in range(len(inside)):
+        cos, sin, x, y = math.cos(yaw[row]), math.sin(yaw[row]), place[row, 0], place[row, 1]
+        along, across = abs(cos * x + sin * y), abs(cos * y - sin * x)
+        length, width = size[row, 0] / 2.0, size[row, 1] / 2.0
+        if is_ellipse[row]:
+            inside[row] = (1.0 - math.hypot(along / length, across / width)) * min(length, width)
+        else:
+            beyond, aside = along - length, across - width
+            outside = math.hypot(max(beyond, 0.0), max(aside, 0.0))
+            inside[row] = max(min(-beyond, -aside), 0.0) - outside
