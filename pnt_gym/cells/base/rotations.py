@@ -1,7 +1,4 @@
-"""Rotations of N bodies: about the vertical by a yaw, and in general by unit quaternions with w first.
-
-Compiled functions do not use this module: a file that is compiled contains every function that its code calls.
-"""
+"""Rotations of N bodies: about the vertical by a yaw, and in general by unit quaternions with w first."""
 
 from __future__ import annotations
 
