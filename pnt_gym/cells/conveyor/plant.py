@@ -267,7 +267,8 @@ def _widen(batch: Any, rows: Ints, cylinders: Ints, radius: Floats) -> None:
 
 def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: Fall) -> ObjectFlight:
     """Flights joined from records with the robot, up to a step of each (N,), and records without the robot."""
-    sensors = np.zeros((len(robot_sensors), max(int(clock.end.max()), robot_sensors.shape[1]), fall.sensors.shape[2]))
+    last = max(int((clear + fall.steps).max()), robot_sensors.shape[1])
+    sensors = np.zeros((len(robot_sensors), last, fall.sensors.shape[2]))
     sensors[:, : robot_sensors.shape[1]] = robot_sensors[..., : sensors.shape[2]]
     for row, (first, steps) in enumerate(zip(clear, fall.steps, strict=True)):
         sensors[row, first : first + steps] = fall.sensors[row, :steps]
