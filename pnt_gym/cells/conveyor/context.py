@@ -8,12 +8,13 @@ from typing import NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, Record, dot, join_columns
+from pnt_gym.arrays import Bools, Floats, Ints, dot, join_columns
 from pnt_gym.cells.base.rotations import to_body_axes
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.records import Record
 
 
 @final

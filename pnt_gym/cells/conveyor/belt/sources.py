@@ -8,7 +8,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, Record, replace_rows, take, take_rows
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take, take_rows
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt.neighbours import course, sweeps_through
 from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream
@@ -23,6 +23,7 @@ from pnt_gym.planning.dispatch import Candidates, Rule, index
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.records import Record
 
 MOST_DRAWS: Final = 120
 """Number of objects without a feasible throw after which the cell is impossible."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, final
 
-from pnt_gym.arrays import Floats, Ints, Record
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.fluid import (
     GeomPlacement,
     fluid_coefficients,
@@ -17,6 +17,7 @@ from pnt_gym.cells.base.fluid import (
     lying_extents,
     solid_shell_inertia,
 )
+from pnt_gym.records import Record
 
 TARGET_DRAWS: Final = 8
 """Largest number of bins that are tried for one object before it stays on the belt."""
