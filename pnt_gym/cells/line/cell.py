@@ -14,7 +14,7 @@ from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle, record_cycle
-from pnt_gym.cells.line.books import Accounts, Books
+from pnt_gym.cells.line.books import Accounts
 from pnt_gym.cells.line.chances import Chances, required_table
 from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
 from pnt_gym.cells.line.config import LineConfig
@@ -38,6 +38,8 @@ USUAL_CYCLE: Final = 0.9
 """Typical time of a decision: 0.75 s with good planners, 1.4 s with random choices on the shipped levels [s]."""
 MOST_OBJECTS: Final = 5_000_000
 """Objects of all lines together at most: about 5 GB."""
+_FATES: Final = np.array([Fate.SORTED, Fate.MISPLACED, Fate.FLOOR, Fate.HELD])
+"""Fates of an object after its pick, as `act_kernel` takes them."""
 
 
 @final
@@ -227,18 +229,18 @@ class LineCell:
         from pnt_gym.cells.line.act_kernel import end_cycles  # noqa: PLC0415 - numba takes a while
 
         state, stream, rows = self.state, self.live_stream, np.arange(self.count)
-        chosen = take(state.choices, (rows, choice))
-        attempt, valid = Attempt(self.chooser, state.robot, stream, choice, chosen), chosen.real
+        chosen, index = take(state.choices, (rows, choice)), state.choices.index
+        attempt = Attempt(self.chooser, state.robot, stream, choice, chosen)
         results = self.throws.execute(state, stream, attempt)
         free, expected, busy, hand = (values.copy() for values in (state.free, state.expected, state.busy, state.hand))
-        lift, end = np.empty((2, self.count))
+        entries, since, before = state.books.read(), np.empty(self.count), np.empty((4, self.count), dtype=np.int64)
+        end, value = cycles = np.empty((2, self.count))
         end_cycles(
-            self._numbers, state.robot, choice, state.choices.real, state.choices.numbers, results.picked, state.clock,
-            free, expected, busy, hand, lift, end,
+            self._numbers, _FATES, state.robot, choice, state.choices.real, index, state.choices.numbers,
+            results.picked, results.sorted, results.ended_in, state.clock, stream.worth, free, expected, busy, hand,
+            *entries, since, before, cycles,
         )  # fmt: skip
-        in_time = valid & (end <= self.config.duration)
-        value = np.where(in_time & results.sorted, stream.worth[rows, chosen.index], 0.0)
-        books = _write_attempts(state, attempt, results, lift, in_time)
+        books = state.books.overwritten(entries, (rows, chosen.index), Accounts(since, *before))
         after = replace(state, books=books, free=free, expected=expected, hand=hand, busy=busy)
         self.state = self.turns.advance(stream, after, np.flatnonzero(~self.over))
         elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - state.clock, 0.0)
@@ -269,33 +271,10 @@ class LineCell:
         return record_cycle(decision, tip, planner.config, planner.mover, self.throws.recording)
 
 
-def _write_attempts(state: LineState, attempt: Attempt, results: ThrowResults, lift: Floats, in_time: Bools) -> Books:
-    """The books after one attempt in each line where the choice exists.
-
-    Args:
-        state: states of the lines before.
-        attempt: the choices.
-        results: results of the throws (N,).
-        lift: times of the lifts (N,) [s].
-        in_time: whether each cycle exists and ends within the work shift (N,).
-    """
-    from pnt_gym.cells.line.act_kernel import account_attempts  # noqa: PLC0415 - numba takes a while
-
-    rows = np.flatnonzero(attempt.valid)
-    before, index = state.books.read(), attempt.chosen.index[rows]
-    since, (attempts, fate, taker, ended_in) = np.empty(len(rows)), np.empty((4, len(rows)), dtype=np.int64)
-    account_attempts(
-        np.array([Fate.SORTED, Fate.MISPLACED, Fate.FLOOR, Fate.HELD]), rows, index, state.robot,
-        results.picked, results.sorted, results.ended_in, lift, in_time, before.attempts, before.fate, before.taker,
-        before.ended_in, since, attempts, fate, taker, ended_in,
-    )  # fmt: skip
-    return state.books.write((rows, index), Accounts(since, attempts, fate, taker, ended_in))
-
-
 def _cycle_numbers(config: LineConfig) -> Floats:
     """Numbers of a line as `act_kernel` names them."""
     belt, limits = config.cell.belt, (T3KR_VELOCITY, T3KR_ACCELERATION, T3KR_JERK)
-    return np.array([*limits, belt.speed, float(belt.tracking), USUAL_SPEED, MOST_SHARE, IDLE_TIME])
+    return np.array([*limits, belt.speed, float(belt.tracking), USUAL_SPEED, MOST_SHARE, IDLE_TIME, config.duration])
 
 
 def _check_room(config: LineConfig, count: int, objects: int) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final, final
+from functools import cached_property
+from typing import Any, Final, TypeAlias, final
 
 import numpy as np
 
@@ -36,6 +37,8 @@ LONGEST_PAUSE: Final = 1.0
 """A robot looks again after this time even if nothing is near, since an object that another robot failed to pick comes
 unannounced [s]."""
 _TRIALS: Final = 200
+FastTables: TypeAlias = tuple[tuple[Any, ...], tuple[Any, ...]]
+"""Tables of a line and of the order of its choices."""
 
 
 @final
@@ -63,6 +66,12 @@ class Chooser:
         """Numbers of the line as `turn_kernel` names them."""
         self._blank_choice, self.blank = self._sample_choice()
         """Choice and context (1,) that fill rows without a choice."""
+        blank, price = self._blank_choice, (config.price_of_time, config.cell.belt.speed, config.cell.belt.pick_x[0], NEAR)
+        self._order = (
+            np.array(price), chances.percent, chances.edges, chances.picked, chances.landed,
+            blank.numbers[0].copy(), np.concatenate([blank.index, blank.bin]),
+        )  # fmt: skip
+        """Tables of the order of choices as `decision_kernel` takes them."""
 
     @property
     def planner(self) -> PickPlanner:
@@ -95,16 +104,26 @@ class Chooser:
         robot, has_choice = state.robot[sight.line], np.empty(len(sight.line), dtype=np.bool_)
         hand, robots = state.hand[sight.line, robot], (self.can_take, self.bases)
         options = self._options(stream.objects, sight, robot, hand, robots)
-        config, blank, chances = self._config, self._blank_choice, self._chances
-        numbers = config.price_of_time, config.cell.belt.speed, config.cell.belt.pick_x[0], NEAR, UNAVAILABLE_X
+        numbers, *tables = self._order
         choose_options(
-            np.array(numbers), sight.line, robot, sight.object_index, sight.x, sight.kind,
-            options.row, options.place, options.bin, options.numbers, stream.worth, self.can_take, self.bases,
-            chances.percent, chances.edges, chances.picked, chances.landed,
-            blank.numbers[0], np.concatenate([blank.index, blank.bin]),
+            numbers, sight.line, robot, sight.object_index, sight.x, sight.kind,
+            options.row, options.place, options.bin, options.numbers, stream.worth, self.can_take, self.bases, *tables,
             has_choice, choices.real, choices.index, choices.bin, choices.numbers,
         )  # fmt: skip
         return has_choice
+
+    @cached_property
+    def fast_tables(self) -> FastTables | None:
+        """Tables with which `decision_kernel` advances lines; None where planners have stages outside of it."""
+        planner, sites = self._option_planner, self._sites
+        if not isinstance(planner, StraightPlanner) or planner.is_careful:
+            return None
+        robots, begins, ends = self._config.standstills()
+        line = (
+            self.numbers, self.can_take, self.bases, robots, np.stack([begins, ends], axis=1),
+            sites.ranges, sites.accepts, sites.bin, *planner.tables,
+        )  # fmt: skip
+        return line, self._order
 
     def plan_choices(self, robot: Ints, stream: Stream, choices: Choices) -> Context:
         """Picks and throws of choices (N,) of robots (N,), one in each line; arbitrary where not real.

@@ -145,8 +145,8 @@ def observe_lines(state: LineState, robot: Ints, coming: Floats, duration: float
 
     choices, observations = state.choices, np.empty((len(state.clock), ENTRIES), dtype=np.float32)
     write_observations(
-        duration, CLIP, state.clock, robot, state.hand, state.expected, coming, choices.real, state.robot == robot,
-        choices.numbers, log_rate(choices), LINE_TABLE.scaling, CHOICE_TABLE.scaling, observations,
+        duration, CLIP, MIN_RATE, state.clock, robot, state.hand, state.expected, coming, choices.real,
+        state.robot == robot, choices.numbers, LINE_TABLE.scaling, CHOICE_TABLE.scaling, observations,
     )  # fmt: skip
     return observations
 

@@ -22,24 +22,26 @@ def _encode(value: float, centre: float, scale: float, clip: float) -> float:
 
 
 @kernel_part
-def _write_choice(choice: Floats, log_rate: float, values: Floats) -> None:
+def _write_choice(choice: Floats, least_rate: float, values: Floats) -> None:
     """Write the features of a real choice in the order of `CHOICE_TABLE`."""
-    values[0] = 1.0
+    rate = choice[VALUE] * choice[CHANCE] / (choice[LIFT] + choice[THROWING])
+    values[0], values[8] = 1.0, math.log(max(rate, least_rate))
     values[1], values[2] = choice[PICK], choice[PICK + 1]
     values[3], values[4], values[5] = choice[LIFT], choice[LIFT] + choice[THROWING], choice[WAIT]
-    values[6], values[7], values[8], values[9] = choice[LEAVE] - choice[LIFT], choice[VALUE], log_rate, choice[CHANCE]
+    values[6], values[7], values[9] = choice[LEAVE] - choice[LIFT], choice[VALUE], choice[CHANCE]
     values[10], values[11] = choice[PERCENT], math.hypot(choice[AWAY], choice[AWAY + 1])
     values[12], values[13] = choice[STOP], choice[STOP + 1]
     values[14], values[15], values[16], values[17] = choice[CROWD], choice[HEIRS], choice[REACHES], choice[QUEUE]
 
 
 @compile_for(
-    "void(f8, f8, f8[:], i8[:], f8[:, :, :], f8[:, :], f8[:], b1[:, :], b1[:], f8[:, :, :], f8[:, :], f8[:, ::1],"
+    "void(f8, f8, f8, f8[:], i8[:], f8[:, :, :], f8[:, :], f8[:], b1[:, :], b1[:], f8[:, :, :], f8[:, ::1],"
     "f8[:, ::1], f4[:, ::1])"
 )
 def write_observations(
     duration: float,
     clip: float,
+    least_rate: float,
     clock: Floats,
     robot: Ints,
     hand: Floats,
@@ -48,7 +50,6 @@ def write_observations(
     real: Bools,
     is_turn: Bools,
     choices: Floats,
-    log_rates: Floats,
     line_scale: Floats,
     choice_scale: Floats,
     observations: NDArray[np.float32],
@@ -58,6 +59,7 @@ def write_observations(
     Args:
         duration: length of a work shift [s].
         clip: bound of every entry.
+        least_rate: value per second below which choices count as equal [1/s].
         clock: times of the decisions (N,) [s].
         robot: deciding robots (N,).
         hand: places of the hands (N, R, 3) [m].
@@ -66,7 +68,6 @@ def write_observations(
         real: whether each choice exists (N, choices).
         is_turn: whether the choices are those of the robot; otherwise none is shown (N,).
         choices: numbers of the choices (N, choices, columns).
-        log_rates: logarithms of the choices' value per second (N, choices).
         line_scale: centre and scale of the features of `LINE_TABLE` (2, F).
         choice_scale: centre and scale of the features of `CHOICE_TABLE` (2, G).
         observations: written (N, F + choices G).
@@ -86,7 +87,7 @@ def write_observations(
             if not (real[n, c] and is_turn[n]):
                 observations[n, begin : begin + width] = 0.0
                 continue
-            _write_choice(choices[n, c], log_rates[n, c], values)
+            _write_choice(choices[n, c], least_rate, values)
             for k in range(width):
                 observations[n, begin + k] = _encode(values[k], choice_scale[0, k], choice_scale[1, k], clip)
         line[head - 4], line[head - 3] = hand[n, r, 0], hand[n, r, 1]
