@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
@@ -18,6 +19,13 @@ OPTION_ROWS, CHOICE_ROWS = 13, 19
 # Numbers of a line: price of a second; speed of the belt [m/s]; upstream end of windows [m]; distance of objects near
 # the stop of a hand [m].
 PRICE, SPEED, WINDOW, NEAR = range(4)
+# Tables of the order of choices: numbers of a line; settings, edges, seals and landings of the table; numbers,
+# and object and bin, of a choice that does not exist.
+ORDER = "Tuple((f8[::1], f8[::1], f8[::1], f8[::1], f8[:, :, ::1], f8[::1], i8[::1]))"
+OrderArrays: TypeAlias = tuple[Floats, Floats, Floats, Floats, Floats, Floats, Ints]
+# Choices of all lines (N, choices): whether each exists, object, bin; numbers (N, choices, CHOICE_ROWS).
+CHOICES = "Tuple((b1[:, ::1], i8[:, ::1], i8[:, ::1], f8[:, :, ::1]))"
+ChoiceArrays: TypeAlias = tuple[Bools, Ints, Ints, Floats]
 
 
 @kernel_part
@@ -90,64 +98,44 @@ def _place_by_score(scores: Floats, options: Ints, count: int, score: float, opt
 
 
 @compile_for(
-    "void(f8[::1], i8[::1], i8[::1], i8[:, ::1], f8[:, ::1], i8[:, ::1], i8[:], i8[:], i8[:], f8[:, :], f8[:, :],"
-    "b1[:, ::1], f8[::1], f8[:], f8[:], f8[:], f8[:, :, :], f8[:], i8[::1], b1[::1], b1[:, ::1], i8[:, ::1],"
-    "i8[:, ::1], f8[:, :, ::1])"
+    f"void({ORDER}, b1[:, ::1], f8[::1], i8[::1], i8[::1], i8[:, ::1], f8[:, ::1], i8[:, ::1], i8[:, ::1], f8[:, :],"
+    f"f8[:, :], b1[::1], {CHOICES})"
 )
 def choose_options(
-    numbers: Floats,
+    order: OrderArrays,
+    can_take: Bools,
+    bases: Floats,
     lines: Ints,
     robot: Ints,
     index: Ints,
     x: Floats,
     kinds: Ints,
-    rows: Ints,
-    places: Ints,
-    bins: Ints,
+    owners: Ints,
     options: Floats,
     worth: Floats,
-    can_take: Bools,
-    bases: Floats,
-    settings: Floats,
-    edges: Floats,
-    picked: Floats,
-    landed: Floats,
-    blank: Floats,
-    blank_integers: Ints,
     has_choice: Bools,
-    real: Bools,
-    chosen_index: Ints,
-    chosen_bin: Ints,
-    choices: Floats,
+    choices: ChoiceArrays,
 ) -> None:
     """Write the best options of some lines to their choices, by expected value less the price of their time.
 
     Args:
-        numbers: numbers of the line by the names above.
+        order: tables as named above.
+        can_take: whether each robot takes each item (R, items).
+        bases: positions of the robots (R,) [m].
         lines: indices of the lines (K,).
         robot: deciding robots (K,).
         index: indices of the objects in sight (K, W).
         x: positions of these (K, W) [m].
         kinds: items as which these are classified (K, W).
-        rows: line of each option among the K lines, not decreasing (C,).
-        places: object of each option among the objects in sight (C,).
-        bins: bin of each option (C,).
-        options: numbers of the options by the rows above (C, OPTION_ROWS).
+        owners: of each option, line among the K lines, not decreasing, object among those in sight, and bin (3, C).
+        options: numbers of the options by the columns above (C, OPTION_ROWS).
         worth: values of all objects (N, M).
-        can_take: whether each robot takes each item (R, items).
-        bases: positions of the robots (R,) [m].
-        settings: speed settings of the table of throws (P,) [%].
-        edges: borders between the table's classes of distance (D - 1,) [m].
-        picked: shares of cups that seal (items,).
-        landed: shares of throws that end in their bins (items, P, D).
-        blank: numbers of a choice that does not exist (CHOICE_ROWS,).
-        blank_integers: object and bin of a choice that does not exist (2,).
         has_choice: written, whether a choice exists (K,).
-        real: written at the lines (N, choices).
-        chosen_index: written at the lines, objects (N, choices).
-        chosen_bin: written at the lines, bins (N, choices).
-        choices: written at the lines, numbers by the rows above (N, choices, CHOICE_ROWS).
+        choices: written at the lines, as named above.
     """
+    numbers, settings, edges, picked, landed, blank, blank_integers = order
+    real, chosen_index, chosen_bin, choice_numbers = choices
+    rows, places, bins = owners[0], owners[1], owners[2]
     most, robots = real.shape[1], len(bases)
     scores, best = np.empty(most), np.empty(most, dtype=np.int64)
     chances, available, begin = np.empty(len(rows)), np.empty((robots, x.shape[1])), 0
@@ -165,7 +153,7 @@ def choose_options(
         for r in range(robot[k], robots if count > 0 else 0):
             _available(x[k], kinds[k], can_take[r], available[r])
         for n in range(most):
-            real[line, n], choice = n < count, choices[line, n]
+            real[line, n], choice = n < count, choice_numbers[line, n]
             if n >= count:
                 chosen_index[line, n], chosen_bin[line, n], choice[:] = blank_integers[0], blank_integers[1], blank
                 continue

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, Final, TypeAlias, final
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from pnt_gym.cells.line.straight import StraightPlanner
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
 
+if TYPE_CHECKING:
+    from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
+
 NEAR: Final = 0.25
 """Objects within this distance along the belt from where a hand stops count as near it [m]."""
 IDLE_TIME: Final = 0.1
@@ -37,8 +40,6 @@ LONGEST_PAUSE: Final = 1.0
 """A robot looks again after this time even if nothing is near, since an object that another robot failed to pick comes
 unannounced [s]."""
 _TRIALS: Final = 200
-FastTables: TypeAlias = tuple[tuple[Any, ...], tuple[Any, ...]]
-"""Tables of a line and of the order of its choices."""
 
 
 @final
@@ -66,11 +67,13 @@ class Chooser:
         """Numbers of the line as `turn_kernel` names them."""
         self._blank_choice, self.blank = self._sample_choice()
         """Choice and context (1,) that fill rows without a choice."""
-        blank, price = self._blank_choice, (config.price_of_time, config.cell.belt.speed, config.cell.belt.pick_x[0], NEAR)
-        self._order = (
-            np.array(price), chances.percent, chances.edges, chances.picked, chances.landed,
-            blank.numbers[0].copy(), np.concatenate([blank.index, blank.bin]),
-        )  # fmt: skip
+        belt, blank = config.cell.belt, self._blank_choice
+        self._order: OrderArrays = (
+            np.array([config.price_of_time, belt.speed, belt.pick_x[0], NEAR]),
+            *(chances.percent, chances.edges, chances.picked, chances.landed),
+            blank.numbers[0].copy(),
+            np.concatenate([blank.index, blank.bin]),
+        )
         """Tables of the order of choices as `decision_kernel` takes them."""
 
     @property
@@ -104,16 +107,15 @@ class Chooser:
         robot, has_choice = state.robot[sight.line], np.empty(len(sight.line), dtype=np.bool_)
         hand, robots = state.hand[sight.line, robot], (self.can_take, self.bases)
         options = self._options(stream.objects, sight, robot, hand, robots)
-        numbers, *tables = self._order
         choose_options(
-            numbers, sight.line, robot, sight.object_index, sight.x, sight.kind,
-            options.row, options.place, options.bin, options.numbers, stream.worth, self.can_take, self.bases, *tables,
-            has_choice, choices.real, choices.index, choices.bin, choices.numbers,
+            self._order, *robots, sight.line, robot, sight.object_index, sight.x, sight.kind,
+            np.stack([options.row, options.place, options.bin]), options.numbers, stream.worth,
+            has_choice, (choices.real, choices.index, choices.bin, choices.numbers),
         )  # fmt: skip
         return has_choice
 
     @cached_property
-    def fast_tables(self) -> FastTables | None:
+    def fast_tables(self) -> tuple[LineArrays, OrderArrays] | None:
         """Tables with which `decision_kernel` advances lines; None where planners have stages outside of it."""
         planner, sites = self._option_planner, self._sites
         if not isinstance(planner, StraightPlanner) or planner.is_careful:

@@ -5,10 +5,12 @@ The stages are those that `Turns`, `Chooser` and `StraightPlanner` call one by o
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.line.choice_kernel import choose_options
+from pnt_gym.cells.line.choice_kernel import CHOICES, ORDER, ChoiceArrays, OrderArrays, choose_options
 from pnt_gym.cells.line.meeting_kernel import meet_candidates
 from pnt_gym.cells.line.throwing_kernel import finish_short_throws, plan_throws
 from pnt_gym.cells.line.turn_kernel import IDLE, list_candidates, next_turns, show_objects
@@ -20,25 +22,22 @@ LINE = (
     "Tuple((f8[::1], b1[:, ::1], f8[::1], i8[::1], f8[:, ::1], i8[:, ::1], b1[:, ::1], i8[::1], f8[::1],"
     "f8[:, ::1], f8[:, ::1]))"
 )
-# Of the order of choices: numbers as `choice_kernel` names them; settings, edges, seals and landings of the table;
-# numbers, and object and bin, of a choice that does not exist.
-ORDER = "Tuple((f8[::1], f8[::1], f8[::1], f8[::1], f8[:, :, ::1], f8[::1], i8[::1]))"
-# Of a state: clock, deciding robot, times at which robots are free, hands; choices: real, object, bin, numbers.
-STATE = (
-    "Tuple((f8[::1], i8[::1], f8[:, ::1], f8[:, :, ::1])), Tuple((b1[:, ::1], i8[:, ::1], i8[:, ::1], f8[:, :, ::1]))"
-)
+# Of a state: clock, deciding robot, times at which robots are free, hands.
+STATE = "Tuple((f8[::1], i8[::1], f8[:, ::1], f8[:, :, ::1]))"
 # Of objects: positions, times from which they may be taken, values, classified items, extents, depth, place across.
 OBJECTS = "f8[:, :], f8[:, :], f8[:, :], i8[:, :], f8[:, :, :], f8[:, :], f8[:, :]"
 # Of sights with options: lines; objects, positions and items in sight; line, object and bin of each option, numbers of
 # the options; short throws and their numbers.
 OPTIONS = "Tuple((i8[::1], i8[:, ::1], f8[:, ::1], i8[:, ::1], i8[:, ::1], f8[:, ::1], i8[::1], f8[:, ::1]))"
-OptionArrays = tuple[Ints, Ints, Floats, Ints, Ints, Floats, Ints, Floats]
+OptionArrays: TypeAlias = tuple[Ints, Ints, Floats, Ints, Ints, Floats, Ints, Floats]
+LineArrays: TypeAlias = tuple[Floats, Bools, Floats, Ints, Floats, Ints, Bools, Ints, Floats, Floats, Floats]
+StateArrays: TypeAlias = tuple[Floats, Ints, Floats, Floats]
 
 
 @kernel_part
 def _plan_options(
-    line: tuple[Floats, ...],
-    state: tuple[Floats, ...],
+    line: LineArrays,
+    state: StateArrays,
     lines: Ints,
     ends: Ints,
     x: Floats,
@@ -64,9 +63,7 @@ def _plan_options(
         begin, end, settings_count = ranges[robot[k], 0], ranges[robot[k], 1], ranges[robot[k], 3] - ranges[robot[k], 2]
         most = max(most, (end - begin) * settings_count)
     candidates, places = np.empty((4, most * count * width), dtype=np.int64), np.empty(most * count * width)
-    count = list_candidates(
-        numbers, seen_x, seen_kinds, robot, can_take, bases, ranges, accepts, candidates, places
-    )  # fmt: skip
+    count = list_candidates(numbers, seen_x, seen_kinds, robot, can_take, bases, ranges, accepts, candidates, places)
     candidates, places = candidates[:, :count], places[:count]
     met, times, picks, acceleration, waits = meet_candidates(
         cell, settings, candidates, places, lines, index, hand, size, known_depth, lane_y
@@ -83,22 +80,18 @@ def _plan_options(
 
 @kernel_part
 def _choose(
-    line: tuple[Floats, ...],
-    order: tuple[Floats, ...],
-    state: tuple[Floats, ...],
-    choices: tuple[Floats, ...],
+    line: LineArrays,
+    order: OrderArrays,
+    state: StateArrays,
+    choices: ChoiceArrays,
     worth: Floats,
     plan: OptionArrays,
 ) -> Ints:
     """Write the choices of the lines of a plan; returns the lines without one, whose robots look again later."""
     lines, index, x, kinds, owners, options, _, _ = plan
-    (numbers, percent, edges, picked, landed, blank, blank_integers), (_, robots, free, _) = order, state
-    real, objects, bins, choice_numbers = choices
+    robots, free = state[1], state[2]
     has_choice, robot, left = np.empty(len(lines), dtype=np.bool_), robots[lines], np.empty_like(lines)
-    choose_options(
-        numbers, lines, robot, index, x, kinds, owners[0], owners[1], owners[2], options, worth, line[1], line[2],
-        percent, edges, picked, landed, blank, blank_integers, has_choice, real, objects, bins, choice_numbers,
-    )  # fmt: skip
+    choose_options(order, line[1], line[2], lines, robot, index, x, kinds, owners, options, worth, has_choice, choices)
     count = 0
     for k in range(len(lines)):
         if not has_choice[k]:
@@ -109,12 +102,12 @@ def _choose(
     return left[:count]
 
 
-@compile_for(f"Tuple((b1, {OPTIONS}))({LINE}, {ORDER}, {STATE}, {OBJECTS}, i8[::1], i8)")
+@compile_for(f"Tuple((b1, {OPTIONS}))({LINE}, {ORDER}, {STATE}, {CHOICES}, {OBJECTS}, i8[::1], i8)")
 def next_decisions(
-    line: tuple[Floats, ...],
-    order: tuple[Floats, ...],
-    state: tuple[Floats, ...],
-    choices: tuple[Floats, ...],
+    line: LineArrays,
+    order: OrderArrays,
+    state: StateArrays,
+    choices: ChoiceArrays,
     x: Floats,
     since: Floats,
     worth: Floats,
@@ -163,12 +156,12 @@ def next_decisions(
     return False, _plan_options(line, state, lines[:0], nothing, x, since, kinds, size, known_depth, lane_y)
 
 
-@compile_for(f"i8[::1]({LINE}, {ORDER}, {STATE}, f8[:, :], {OPTIONS}, f8[:, :])")
+@compile_for(f"i8[::1]({LINE}, {ORDER}, {STATE}, {CHOICES}, f8[:, :], {OPTIONS}, f8[:, :])")
 def choose_after_roots(
-    line: tuple[Floats, ...],
-    order: tuple[Floats, ...],
-    state: tuple[Floats, ...],
-    choices: tuple[Floats, ...],
+    line: LineArrays,
+    order: OrderArrays,
+    state: StateArrays,
+    choices: ChoiceArrays,
     worth: Floats,
     plan: OptionArrays,
     roots: Floats,

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.compiled import compile_for, kernel_part
 from pnt_gym.planning.motion.chase import earliest
 

@@ -1,4 +1,7 @@
-"""Options of robots whose hands move on straight lines, planned in compiled stages; see `meeting_kernel` and `throwing_kernel`."""
+"""Options of robots whose hands move on straight lines, planned in compiled stages.
+
+The stages stand in `meeting_kernel` and `throwing_kernel`.
+"""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import Any, Final, final
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from pnt_gym.cells.line.pool import work_in_parts
 from pnt_gym.cells.line.state import LineState
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
 
 MOST_LOOKS: Final = 100_000
 """Looks without a result in a row before a line is declared impossible."""
@@ -71,7 +74,7 @@ class Turns:
         raise self._impossible()
 
     def _advance_fast(
-        self, line: tuple[Any, ...], order: tuple[Any, ...], stream: Stream, state: LineState, lines: Ints
+        self, line: LineArrays, order: OrderArrays, stream: Stream, state: LineState, lines: Ints
     ) -> None:
         """Advance some lines, in place, as `_advance`; Python only computes the cube roots of short throws."""
         from pnt_gym.cells.line.decision_kernel import (  # noqa: PLC0415 - numba takes a while
