@@ -117,13 +117,13 @@ class Chooser:
     @cached_property
     def fast_tables(self) -> tuple[LineArrays, OrderArrays] | None:
         """Tables with which `decision_kernel` advances lines; None where planners have stages outside of it."""
-        planner, sites = self._option_planner, self._sites
-        if not isinstance(planner, StraightPlanner) or planner.is_careful:
+        sites, tables = self._sites, self._option_planner.tables
+        if tables is None:
             return None
         robots, begins, ends = self._config.standstills()
         line = (
             self.numbers, self.can_take, self.bases, robots, np.stack([begins, ends], axis=1),
-            sites.ranges, sites.accepts, sites.bin, *planner.tables,
+            sites.ranges, sites.accepts, sites.bin, *tables,
         )  # fmt: skip
         return line, self._order
 
@@ -192,17 +192,6 @@ class Chooser:
     def heirs(self, robot: Ints, kind: Ints) -> Bools:
         """Robots downstream of each robot (C,) that take objects classified as kinds (C,), (C, R)."""
         return self.can_take[:, kind].T & (np.arange(len(self.bases)) > robot[:, None])
-
-    def coming(self, state: LineState, stream: Stream) -> Floats:
-        """Objects that each deciding robot takes, from the camera to the end of its window (N,)."""
-        from pnt_gym.cells.line.turn_kernel import count_coming  # noqa: PLC0415 - numba takes a while
-
-        coming, since = np.empty(len(state.clock)), state.books.read().since
-        count_coming(
-            self.numbers, state.clock, state.robot, stream.x, since, stream.objects.measured.kind,
-            self.can_take, self.bases, coming,
-        )  # fmt: skip
-        return coming
 
     def _sample_choice(self) -> tuple[Choices, Context]:
         """An arbitrary pick and throw (1,), which fills rows without a choice."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import nullcontext
-from dataclasses import replace
 from typing import Any, Final, final
 
 import numpy as np
@@ -92,9 +91,7 @@ class LineCore:
         return self._observe(np.full(self.count, robot))
 
     def _observe(self, robot: Ints) -> NDArray[np.float32]:
-        state, stream = self.cell.state, self.cell.live_stream
-        coming = self.cell.chooser.coming(replace(state, robot=robot), stream)
-        return observe_lines(state, robot, coming, self.config.duration)
+        return observe_lines(self.cell.chooser, self.cell.state, self.cell.live_stream, robot, self.config.duration)
 
     def kinds(self) -> dict[str, NDArray[Any]]:
         """`action_mask`, the real choices (N, CHOICES), and `robot`, the deciding robot (N,)."""

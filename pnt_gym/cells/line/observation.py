@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.features import CLIP, Feature, FeatureTable
+from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import MOST_ROBOTS
 from pnt_gym.cells.line.state import CHOICES, Choices, LineState
+from pnt_gym.cells.line.stream import Stream
 
 MIN_RATE: Final = 1e-6
 """Value per second below which choices count as equal."""
@@ -132,21 +134,26 @@ def encode_observation(glance: LineSummary, choices: Choices) -> NDArray[np.floa
     return np.concatenate([LINE_TABLE.encode(glance), choice_features.reshape(len(choice_features), -1)], axis=1)
 
 
-def observe_lines(state: LineState, robot: Ints, coming: Floats, duration: float) -> NDArray[np.float32]:
+def observe_lines(
+    chooser: Chooser, state: LineState, stream: Stream, robot: Ints, duration: float
+) -> NDArray[np.float32]:
     """Observations (N, ENTRIES) of robots, without choices where another robot decides.
 
     Args:
+        chooser: chooser of the lines.
         state: states of the lines.
+        stream: objects that come along.
         robot: indices of the robots (N,).
-        coming: objects that each robot takes, between the camera and the end of its window (N,).
         duration: length of a work shift [s].
     """
     from pnt_gym.cells.line.observation_kernel import write_observations  # noqa: PLC0415 - numba takes a while
 
-    choices, observations = state.choices, np.empty((len(state.clock), ENTRIES), dtype=np.float32)
+    choices, count = state.choices, len(state.clock)
+    observations = np.empty((count, ENTRIES), dtype=np.float32)
     write_observations(
-        duration, CLIP, MIN_RATE, state.clock, robot, state.hand, state.expected, coming, choices.real,
-        state.robot == robot, choices.numbers, LINE_TABLE.scaling, CHOICE_TABLE.scaling, observations,
+        chooser.numbers, chooser.can_take, chooser.bases, duration, CLIP, MIN_RATE, np.arange(count), state.clock,
+        robot, state.robot == robot, state.hand, state.expected, choices.real, choices.numbers, stream.x,
+        state.books.read().since, stream.objects.measured.kind, LINE_TABLE.scaling, CHOICE_TABLE.scaling, observations,
     )  # fmt: skip
     return observations
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.line.turn_kernel import count_coming
 from pnt_gym.compiled import compile_for, kernel_part
 
 # Columns of the numbers of a choice, as `Choices` has them.
@@ -35,39 +36,51 @@ def _write_choice(choice: Floats, least_rate: float, values: Floats) -> None:
 
 
 @compile_for(
-    "void(f8, f8, f8, f8[:], i8[:], f8[:, :, :], f8[:, :], f8[:], b1[:, :], b1[:], f8[:, :, :], f8[:, ::1],"
-    "f8[:, ::1], f4[:, ::1])"
+    "void(f8[::1], b1[:, ::1], f8[::1], f8, f8, f8, i8[:], f8[:], i8[:], b1[:], f8[:, :, :], f8[:, :], b1[:, :],"
+    "f8[:, :, :], f8[:, :], f8[:, :], i8[:, :], f8[:, ::1], f8[:, ::1], f4[:, ::1])"
 )
 def write_observations(
+    numbers: Floats,
+    can_take: Bools,
+    bases: Floats,
     duration: float,
     clip: float,
     least_rate: float,
+    lines: Ints,
     clock: Floats,
     robot: Ints,
+    is_turn: Bools,
     hand: Floats,
     expected: Floats,
-    coming: Floats,
     real: Bools,
-    is_turn: Bools,
     choices: Floats,
+    x: Floats,
+    since: Floats,
+    kinds: Ints,
     line_scale: Floats,
     choice_scale: Floats,
     observations: NDArray[np.float32],
 ) -> None:
-    """Write the observations of N deciding robots.
+    """Write the observations of robots of some lines.
 
     Args:
+        numbers: numbers of the line as `turn_kernel` names them.
+        can_take: whether each robot takes each item (R, items).
+        bases: positions of the robots (R,) [m].
         duration: length of a work shift [s].
         clip: bound of every entry.
         least_rate: value per second below which choices count as equal [1/s].
+        lines: indices of the lines (K,).
         clock: times of the decisions (N,) [s].
-        robot: deciding robots (N,).
+        robot: observing robots (N,).
+        is_turn: whether the choices are those of the robot; otherwise none is shown (N,).
         hand: places of the hands (N, R, 3) [m].
         expected: times at which the robots are expected to be free (N, R) [s].
-        coming: objects in sight that the robot takes (N,).
         real: whether each choice exists (N, choices).
-        is_turn: whether the choices are those of the robot; otherwise none is shown (N,).
         choices: numbers of the choices (N, choices, columns).
+        x: positions of the objects when the work shift begins (N, M) [m].
+        since: times from which the objects may be taken (N, M) [s].
+        kinds: items as which these are classified (N, M).
         line_scale: centre and scale of the features of `LINE_TABLE` (2, F).
         choice_scale: centre and scale of the features of `CHOICE_TABLE` (2, G).
         observations: written (N, F + choices G).
@@ -75,7 +88,7 @@ def write_observations(
     head, width = line_scale.shape[1], choice_scale.shape[1]
     most_robots = (head - 5) // 2
     line, values = np.empty(head), np.empty(width)
-    for n in range(len(clock)):
+    for n in lines:
         r, count = robot[n], 0
         line[0] = min(clock[n] / duration, 1.0)
         for k in range(most_robots):
@@ -90,7 +103,7 @@ def write_observations(
             _write_choice(choices[n, c], least_rate, values)
             for k in range(width):
                 observations[n, begin + k] = _encode(values[k], choice_scale[0, k], choice_scale[1, k], clip)
-        line[head - 4], line[head - 3] = hand[n, r, 0], hand[n, r, 1]
-        line[head - 2], line[head - 1] = coming[n], count
+        line[head - 4], line[head - 3], line[head - 1] = hand[n, r, 0], hand[n, r, 1], count
+        line[head - 2] = count_coming(numbers, x[n], since[n], kinds[n], can_take[r], bases[r], clock[n])
         for k in range(head):
             observations[n, k] = _encode(line[k], line_scale[0, k], line_scale[1, k], clip)

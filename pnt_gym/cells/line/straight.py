@@ -34,15 +34,14 @@ class StraightPlanner(OptionPlanner):
     def __init__(self, planners: Sequence[PickPlanner], sites: Sites, horizon: float) -> None:
         self._planners, self._sites = planners, sites
         config = planners[0].config
-        self.is_careful = config.grip.safety is not None
-        """Whether the grip limits the acceleration of each throw."""
-        self._numbers = _cell_numbers(planners[0], horizon)
-        self._settings = np.concatenate([_setting_columns(planner.config) for planner in planners])
-
-    @property
-    def tables(self) -> tuple[Floats, Floats, Floats]:
-        """Numbers of a cell, settings and centres of the bins' openings, as `decision_kernel` takes them."""
-        return self._numbers, self._settings, self._sites.centre
+        self._is_careful = config.grip.safety is not None
+        self._columns = (
+            _cell_numbers(planners[0], horizon),
+            np.concatenate([_setting_columns(planner.config) for planner in planners]),
+            sites.centre,
+        )
+        # Grips are judged in Python.
+        self.tables = None if self._is_careful else self._columns
 
     def plan(self, candidates: ThrowCandidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
         """Options of all kinds of robots."""
@@ -50,16 +49,16 @@ class StraightPlanner(OptionPlanner):
         from pnt_gym.cells.line.meeting_kernel import meet_candidates  # noqa: PLC0415
 
         met, times, picks, acceleration, waits = meet_candidates(
-            self._numbers, self._settings, *candidates, sight.line, sight.object_index, hand,
+            *self._columns[:2], *candidates, sight.line, sight.object_index, hand,
             objects.size, objects.known_depth, objects.draws.lane_y,
         )  # fmt: skip
-        if self.is_careful:
+        if self._is_careful:
             acceleration, kept = self._hold(candidates, sight, objects, met, picks)
             met, times, picks, waits = met[kept], times[kept], picks[kept], waits[kept]
         chosen, numbers, short, columns = kernel.plan_throws(
-            *self.tables, candidates.indices, met, times, picks, acceleration, waits
+            *self._columns, candidates.indices, met, times, picks, acceleration, waits
         )
-        kernel.finish_short_throws(self._numbers, short, columns, np.cbrt(columns[:2]), numbers)
+        kernel.finish_short_throws(self._columns[0], short, columns, np.cbrt(columns[:2]), numbers)
         row, place, site, _ = candidates.indices[:, chosen]
         return Options(bin=self._sites.bin[site], numbers=numbers, row=row, place=place)
 

@@ -73,12 +73,22 @@ def test_compiled_observations_are_those_of_the_feature_tables(name, tables):
             gone=np.minimum(state.clock / core.config.duration, 1.0),
             robot=state.robot,
             hand=state.hand[np.arange(5), state.robot],
-            coming=core.cell.chooser.coming(state, core.cell.stream),
+            coming=_coming(core.cell),
             busy=busy,
             possible=state.choices.real.sum(axis=1).astype(np.float64),
         )
         assert same_bits(core.observe(), encode_observation(glance, state.choices))
         core.step(decided(core.cell, random))
+
+
+def _coming(cell: LineCell) -> Any:
+    """Objects that each deciding robot takes, from the camera to the end of its window (N,)."""
+    state, stream, config = cell.state, cell.stream, cell.config
+    x = stream.x + config.cell.belt.speed * state.clock[:, None]
+    end = config.robot_x()[state.robot] + config.cell.belt.pick_x[1]
+    in_sight = (x >= config.reach[0]) & (x <= np.minimum(config.reach[1], end)[:, None])
+    takes = config.can_take()[state.robot[:, None], stream.objects.measured.kind]
+    return (in_sight & takes & (state.books.whole().since <= state.clock[:, None])).sum(axis=1).astype(np.float64)
 
 
 def test_compiled_results_are_those_of_the_table(tables):
