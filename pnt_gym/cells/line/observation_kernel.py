@@ -88,8 +88,9 @@ def write_observations(
     head, width = line_scale.shape[1], choice_scale.shape[1]
     most_robots = (head - 5) // 2
     line, values = np.empty(head), np.empty(width)
-    for n in lines:
-        r, count = robot[n], 0
+    for place in range(len(lines)):
+        n, count = int(lines[place]), 0
+        r = int(robot[n])
         line[0] = min(clock[n] / duration, 1.0)
         for k in range(most_robots):
             line[1 + k] = k == r
@@ -104,6 +105,6 @@ def write_observations(
             for k in range(width):
                 observations[n, begin + k] = _encode(values[k], choice_scale[0, k], choice_scale[1, k], clip)
         line[head - 4], line[head - 3], line[head - 1] = hand[n, r, 0], hand[n, r, 1], count
-        line[head - 2] = count_coming(numbers, x[n], since[n], kinds[n], can_take[r], bases[r], clock[n])
+        line[head - 2] = count_coming(numbers, x[n], since[n], kinds[n], can_take[r], float(bases[r]), float(clock[n]))
         for k in range(head):
             observations[n, k] = _encode(line[k], line_scale[0, k], line_scale[1, k], clip)

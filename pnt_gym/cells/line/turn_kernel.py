@@ -221,5 +221,5 @@ def count_coming(numbers: Floats, x: Floats, since: Floats, kinds: Ints, able: B
         place = x[j] + ride
         if place < numbers[SIGHT_LOW]:
             break
-        count += since[j] <= time and able[kinds[j]]
+        count += 1 if since[j] <= time and able[kinds[j]] else 0
     return count
