@@ -13,7 +13,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.line.choice_kernel import CHOICES, ORDER, ChoiceArrays, OrderArrays, choose_options
 from pnt_gym.cells.line.meeting_kernel import meet_candidates
 from pnt_gym.cells.line.throwing_kernel import finish_short_throws, plan_throws
-from pnt_gym.cells.line.turn_kernel import IDLE, list_candidates, next_turns, show_objects
+from pnt_gym.cells.line.turn_kernel import DURATION, IDLE, list_candidates, next_turns, show_objects
 from pnt_gym.compiled import compile_for, kernel_part
 
 # Tuples of arrays. Of a line: numbers and tables as `turn_kernel` names them, in the order of its arguments; ranges and
@@ -22,8 +22,8 @@ LINE = (
     "Tuple((f8[::1], b1[:, ::1], f8[::1], i8[::1], f8[:, ::1], i8[:, ::1], b1[:, ::1], i8[::1], f8[::1],"
     "f8[:, ::1], f8[:, ::1]))"
 )
-# Of a state: clock, deciding robot, times at which robots are free, hands.
-STATE = "Tuple((f8[::1], i8[::1], f8[:, ::1], f8[:, :, ::1]))"
+# Of a state: clock, deciding robot, times at which robots are free and are expected to be free, hands.
+STATE = "Tuple((f8[::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1]))"
 # Of objects: positions, times from which they may be taken, values, classified items, extents, depth, place across.
 OBJECTS = "f8[:, :], f8[:, :], f8[:, :], i8[:, :], f8[:, :, :], f8[:, :], f8[:, :]"
 # Of sights with options: lines; objects, positions and items in sight; line, object and bin of each option, numbers of
@@ -31,7 +31,7 @@ OBJECTS = "f8[:, :], f8[:, :], f8[:, :], i8[:, :], f8[:, :, :], f8[:, :], f8[:, 
 OPTIONS = "Tuple((i8[::1], i8[:, ::1], f8[:, ::1], i8[:, ::1], i8[:, ::1], f8[:, ::1], i8[::1], f8[:, ::1]))"
 OptionArrays: TypeAlias = tuple[Ints, Ints, Floats, Ints, Ints, Floats, Ints, Floats]
 LineArrays: TypeAlias = tuple[Floats, Bools, Floats, Ints, Floats, Ints, Bools, Ints, Floats, Floats, Floats]
-StateArrays: TypeAlias = tuple[Floats, Ints, Floats, Floats]
+StateArrays: TypeAlias = tuple[Floats, Ints, Floats, Floats, Floats]
 
 
 @kernel_part
@@ -49,7 +49,7 @@ def _plan_options(
 ) -> OptionArrays:
     """The options of the deciding robots of some lines, as `Chooser.sight` and `StraightPlanner.plan`."""
     numbers, can_take, bases, _, _, ranges, accepts, site_bins, cell, settings, sites = line
-    clock, robots, _, hands = state
+    clock, robots, _, _, hands = state
     count, width = len(lines), 1
     for k in range(count):
         width = max(width, ends[k, 1] - ends[k, 0])
@@ -102,6 +102,17 @@ def _choose(
     return left[:count]
 
 
+@kernel_part
+def _finish(line: LineArrays, state: StateArrays, choices: ChoiceArrays, lines: Ints) -> None:
+    """Remove the choices of lines whose shifts are over; no robot is expected before it is free."""
+    clock, free, expected, real, duration = state[0], state[2], state[3], choices[0], line[0][DURATION]
+    for n in lines:
+        if clock[n] >= duration:
+            real[n] = False
+        for r in range(free.shape[1]):
+            expected[n, r] = max(expected[n, r], free[n, r])
+
+
 @compile_for(f"Tuple((b1, {OPTIONS}))({LINE}, {ORDER}, {STATE}, {CHOICES}, {OBJECTS}, i8[::1], i8)")
 def next_decisions(
     line: LineArrays,
@@ -139,7 +150,7 @@ def next_decisions(
         Whether every line came to an end, and the options of the lines that wait for the times of short throws.
     """
     numbers, can_take, bases, down_robots, down_times = line[0], line[1], line[2], line[3], line[4]
-    clock, robot, free, _ = state
+    clock, robot, free, turning = state[0], state[1], state[2], lines
     for _ in range(looks):
         has_candidates, ends = np.empty(len(lines), dtype=np.bool_), np.empty((len(lines), 2), dtype=np.int64)
         if not next_turns(
@@ -150,6 +161,7 @@ def next_decisions(
         lines, ends = lines[has_candidates], ends[has_candidates]
         plan = _plan_options(line, state, lines, ends, x, since, kinds, size, known_depth, lane_y)
         if len(lines) == 0 or len(plan[6]) > 0:
+            _finish(line, state, choices, turning)
             return True, plan
         lines = _choose(line, order, state, choices, worth, plan)
     nothing = np.empty((0, 2), dtype=np.int64)

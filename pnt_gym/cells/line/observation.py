@@ -134,28 +134,40 @@ def encode_observation(glance: LineSummary, choices: Choices) -> NDArray[np.floa
     return np.concatenate([LINE_TABLE.encode(glance), choice_features.reshape(len(choice_features), -1)], axis=1)
 
 
-def observe_lines(
-    chooser: Chooser, state: LineState, stream: Stream, robot: Ints, duration: float
-) -> NDArray[np.float32]:
-    """Observations (N, ENTRIES) of robots, without choices where another robot decides.
+@final
+class Observer:
+    """Observes lines for robots.
 
     Args:
         chooser: chooser of the lines.
-        state: states of the lines.
-        stream: objects that come along.
-        robot: indices of the robots (N,).
         duration: length of a work shift [s].
     """
-    from pnt_gym.cells.line.observation_kernel import write_observations  # noqa: PLC0415 - numba takes a while
 
-    choices, count = state.choices, len(state.clock)
-    observations = np.empty((count, ENTRIES), dtype=np.float32)
-    write_observations(
-        chooser.numbers, chooser.can_take, chooser.bases, duration, CLIP, MIN_RATE, np.arange(count), state.clock,
-        robot, state.robot == robot, state.hand, state.expected, choices.real, choices.numbers, stream.x,
-        state.books.read().since, stream.objects.measured.kind, LINE_TABLE.scaling, CHOICE_TABLE.scaling, observations,
-    )  # fmt: skip
-    return observations
+    def __init__(self, chooser: Chooser, duration: float) -> None:
+        self._numbers = chooser.numbers, chooser.can_take, chooser.bases, duration, CLIP, MIN_RATE
+
+    def observe(self, state: LineState, stream: Stream, robot: Ints) -> NDArray[np.float32]:
+        """Observations (N, ENTRIES) of robots (N,), without choices where another robot decides."""
+        observations = empty_observations(len(robot))
+        self.write(observations, state, stream, robot, np.arange(len(robot)))
+        return observations
+
+    def write(
+        self, observations: NDArray[np.float32], state: LineState, stream: Stream, robot: Ints, lines: Ints
+    ) -> None:
+        """Write the rows of `observe` for some lines (K,)."""
+        from pnt_gym.cells.line.observation_kernel import write_observations  # noqa: PLC0415 - numba takes a while
+
+        write_observations(
+            *self._numbers, lines, state.clock, robot, state.robot == robot, state.hand, state.expected,
+            state.choices.real, state.choices.numbers, stream.x, state.books.read().since,
+            stream.objects.measured.kind, LINE_TABLE.scaling, CHOICE_TABLE.scaling, observations,
+        )  # fmt: skip
+
+
+def empty_observations(count: int) -> NDArray[np.float32]:
+    """Room for the observations of N robots (N, ENTRIES)."""
+    return np.empty((count, ENTRIES), dtype=np.float32)
 
 
 @final
