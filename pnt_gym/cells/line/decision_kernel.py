@@ -150,20 +150,20 @@ def next_decisions(
         Whether every line came to an end, and the options of the lines that wait for the times of short throws.
     """
     numbers, can_take, bases, down_robots, down_times = line[0], line[1], line[2], line[3], line[4]
-    clock, robot, free, turning = state[0], state[1], state[2], lines
+    clock, robot, free, seekers = state[0], state[1], state[2], lines
     for _ in range(looks):
-        has_candidates, ends = np.empty(len(lines), dtype=np.bool_), np.empty((len(lines), 2), dtype=np.int64)
+        has_candidates, ends = np.empty(len(seekers), dtype=np.bool_), np.empty((len(seekers), 2), dtype=np.int64)
         if not next_turns(
-            numbers, lines, clock, robot, free, x, since, kinds, can_take, bases, down_robots, down_times,
+            numbers, seekers, clock, robot, free, x, since, kinds, can_take, bases, down_robots, down_times,
             has_candidates, ends,
         ):  # fmt: skip
             break
-        lines, ends = lines[has_candidates], ends[has_candidates]
-        plan = _plan_options(line, state, lines, ends, x, since, kinds, size, known_depth, lane_y)
-        if len(lines) == 0 or len(plan[6]) > 0:
-            _finish(line, state, choices, turning)
+        seekers, ends = seekers[has_candidates], ends[has_candidates]
+        plan = _plan_options(line, state, seekers, ends, x, since, kinds, size, known_depth, lane_y)
+        if len(seekers) == 0 or len(plan[6]) > 0:
+            _finish(line, state, choices, lines)
             return True, plan
-        lines = _choose(line, order, state, choices, worth, plan)
+        seekers = _choose(line, order, state, choices, worth, plan)
     nothing = np.empty((0, 2), dtype=np.int64)
     return False, _plan_options(line, state, lines[:0], nothing, x, since, kinds, size, known_depth, lane_y)
 

@@ -16,8 +16,6 @@ from pnt_gym.arrays import Ints
 
 LEAST_LINES: Final = 8
 """Lines of a part at least; a call takes as long as some lines."""
-PARTS: Final = 2
-"""Parts for each thread; a thread that wakes late leaves its parts to the others."""
 Job: TypeAlias = tuple[Callable[[Ints], None], deque[Ints], SimpleQueue[Exception | None]]
 """Work, the parts that no thread has taken yet, and a report of each part that a helper has finished."""
 
@@ -68,7 +66,8 @@ def work_in_parts(work: Callable[[Ints], None], lines: Ints, threads: int) -> No
     if count < 2:
         work(lines)
         return
-    division = np.array_split(lines, min(PARTS * count, len(lines) // LEAST_LINES))
+    # A thread that wakes late leaves its part to the others.
+    division = np.array_split(lines, count)
     parts, reports, awaited = deque(division), SimpleQueue[Exception | None](), len(division)
     for number in range(count - 1):
         _helper(number).put((work, parts, reports))
