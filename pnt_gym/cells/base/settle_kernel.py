@@ -103,7 +103,7 @@ def _kinetic_height(solid: Floats, state: Floats) -> float:
 
 @kernel_part
 def _surface_outside(solid: Floats, state: Floats, ground: Floats, low: float) -> float:
-    """Height [m] of the surface under a body outside the bins: the belt, if the body may come down there, or the floor."""
+    """Height [m] of the surface under a body outside the bins: the belt, if it may come down there, or the floor."""
     if low < ground[1]:
         return ground[0]
     # A body that sinks with the speed v is below the belt's surface before it has moved sideways by more than this.
