@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -13,8 +13,6 @@ from pnt_gym.cells.base.plant import check_warnings
 
 CHECK_INTERVAL: Final = 0.032
 """Interval between two checks whether an object can still leave its bin [s]."""
-DECISION_INTERVAL: Final = 0.008
-"""Interval between two checks of a fall of which only the end counts [s]; longer than a contact's spring is bent."""
 
 
 def write_object(
@@ -83,51 +81,3 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
         sensors[falling, k * chunk : (k + 1) * chunk] = part["sensordata"]
         attitude[falling, k * chunk : (k + 1) * chunk] = part["qpos"][..., 3:7]
     return Fall(sensors, attitude, last_steps)
-
-
-@final
-class Vicinity(NamedTuple):
-    """Bodies of N falling objects and what they may meet, in the numbers of `settle_kernel`."""
-
-    solid: Floats
-    """Bodies (N, SOLID)."""
-    bins: Floats
-    """Bins of each object's cell (N, B, BIN)."""
-    rim: Floats
-    """Heights of the rims (N,) [m]."""
-    ground: Floats
-    """Floor and belt (N, GROUND)."""
-
-
-def settle(batch: Any, rows: Ints, vicinity: Vicinity, steps: Ints, step: float) -> tuple[Floats, Floats]:
-    """Simulate falling objects until each stays in or out of a bin, or its time is over.
-
-    Every row is checked at the same moments, so the result of a row does not depend on the other rows.
-
-    Args:
-        batch: simulations of a free object and its surroundings without the robot, each in its first state.
-        rows: the N simulations.
-        vicinity: the objects and what they may meet.
-        steps: number of steps of each throw (N,).
-        step: length of a physics step [s].
-
-    Returns:
-        Last positions [m] and velocities [m/s] (N, 3); the velocity of an object that stays counts as zero.
-
-    Raises:
-        PhysicsError: the engine warned, or stopped a simulation.
-    """
-    from pnt_gym.cells.base.settle_kernel import end_decided  # noqa: PLC0415 - compiles, where nothing is kept
-
-    chunk, remaining = max(round(DECISION_INTERVAL / step), 1), steps.copy()
-    position, velocity, energy = np.empty((len(rows), 3)), np.empty((len(rows), 3)), np.full(len(rows), -np.inf)
-    qpos, qvel, falling, end = batch.bind("qpos"), batch.bind("qvel"), np.arange(len(rows)), 0
-    batch.warning[:] = 0
-    while falling.size > 0:
-        part, end = batch.rollout(chunk, record=("sensordata",), ids=rows[falling]), end + chunk
-        end_decided(
-            part["sensordata"], qpos, qvel, rows, falling, *vicinity, energy, end, remaining, step, position, velocity
-        )
-        falling = np.flatnonzero(remaining)
-    check_warnings(batch)
-    return position, velocity

@@ -17,9 +17,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.freefall import step_free
 from pnt_gym.compiled import compile_for, kernel_part
 from pnt_gym.constants import GRAVITY
 
@@ -30,6 +29,8 @@ BIN = 5
 """Numbers of a bin: centre of the opening (2), half the opening (2) and depth [m]."""
 GROUND = 6
 """Numbers of the ground: heights of floor and belt, least x, largest x, least y and largest y of the belt [m]."""
+FALLING, STAYS, OVER = 0, 1, 2
+"""Verdicts: unknown; the object stays in its bin or outside; it has no energy to reach a rim, or its time is over."""
 ELLIPSOID, CYLINDER = 0, 1
 """Shapes as in `items.SHAPES`; the third is a box."""
 GAP = 0.001
@@ -148,108 +149,50 @@ def _stays(solid: Floats, state: Floats, bins: Floats, rim: float, ground: Float
 
 
 @compile_for(
-    "void(float64[:, :, ::1], int64[::1], float64[:, ::1], float64[:, :, ::1], float64[::1], float64[:, ::1],"
-    "int64[::1], float64, int64[::1], bool_[::1])"
+    "void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64[:, ::1], float64[:, :, ::1],"
+    "float64[::1], float64[:, ::1], float64, float64[::1], int64[::1], int64[::1])"
 )
-def follow_to_contact(
-    records: Floats,
-    counts: Ints,
+def follow(
+    state: Floats,
+    body: Floats,
+    wind: Floats,
+    air: float,
     solid: Floats,
     bins: Floats,
     rim: Floats,
     ground: Floats,
-    steps: Ints,
     step: float,
-    last: Ints,
-    certain: Bools,
+    energy: Floats,
+    steps: Ints,
+    verdict: Ints,
 ) -> None:
-    """Follow flights until objects may touch something, or stay in or out of a bin for good.
+    """Let objects fly on until they may touch something, and judge which ones stay in or out of a bin, in place.
 
     Args:
-        records: states of N flights at every step (N, K, STATE).
-        counts: steps of the flights (N,).
+        state: states of N objects (N, STATE).
+        body: constants of the objects (N, BODY).
+        wind: horizontal velocity of the air around each object (N, 2) [m/s].
+        air: share of the air's density and viscosity.
         solid: bodies (N, SOLID).
         bins: bins of each object's cell (N, B, BIN).
         rim: heights of the rims (N,) [m].
         ground: floor and belt (N, GROUND).
-        steps: steps that are left to each throw (N,).
         step: length of a physics step [s].
-        last: filled with the last record before a possible contact, or with that at which the object stays (N,).
-        certain: filled with whether the object stays (N,).
-    """
-    for row in range(counts.size):
-        certain[row] = False
-        last[row] = 0
-        for k in range(min(counts[row], steps[row] - 1) + 1):
-            state = records[row, k]
-            energy = state[2] + _kinetic_height(solid[row], state)
-            time = (steps[row] - k) * step
-            certain[row] = _stays(solid[row], state, bins[row], rim[row], ground[row], energy, time)
-            if not (certain[row] or _is_clear(solid[row], state, bins[row], rim[row], ground[row], step)):
-                break
-            last[row] = k
-            if certain[row]:
-                break
-
-
-@compile_for(
-    "void(float64[:, :, ::1], float64[:, :], float64[:, :], int64[::1], int64[::1], float64[:, ::1],"
-    "float64[:, :, ::1], float64[::1], float64[:, ::1], float64[::1], int64, int64[::1], float64, float64[:, ::1],"
-    "float64[:, ::1])"
-)
-def end_decided(
-    sensors: Floats,
-    qpos: Floats,
-    qvel: Floats,
-    simulations: Ints,
-    rows: Ints,
-    solid: Floats,
-    bins: Floats,
-    rim: Floats,
-    ground: Floats,
-    energy: Floats,
-    end: int,
-    steps: Ints,
-    step: float,
-    position: Floats,
-    velocity: Floats,
-) -> None:
-    """End the falls of objects that stay in or out of a bin, have no energy to reach the rim, or no time, in place.
-
-    Args:
-        sensors: position and velocity of some objects in the first six columns, at the beginning of each of the last
-            steps (M, K, 6+).
-        qpos: positions and attitudes of all simulations' objects (S, 7).
-        qvel: velocities and angular velocities of all simulations' objects (S, 6).
-        simulations: simulations of all N objects (N,).
-        rows: these objects among the N (M,).
-        solid: bodies of all objects (N, SOLID).
-        bins: bins of each object's cell (N, B, BIN).
-        rim: heights of the rims (N,) [m].
-        ground: floor and belt (N, GROUND).
         energy: energies over weight at the check before (N,) [m]; overwritten with those of this check. The spring of a
             contact may hold energy for a moment, so an object counts as having the greater of both.
-        end: the present step.
-        steps: steps of each throw (N,); 0 where the fall has ended.
-        step: length of a physics step [s].
-        position: filled with the last positions of objects whose falls end (N, 3) [m].
-        velocity: filled with their velocities, zero for an object that stays (N, 3) [m/s].
+        steps: steps that are left to each throw (N,).
+        verdict: `FALLING`, `STAYS` or `OVER` (N,); only objects that are falling are followed.
     """
-    state = np.empty(13)
-    for k in range(rows.size):
-        row, simulation = rows[k], simulations[rows[k]]
-        state[:7], state[7:] = qpos[simulation], qvel[simulation]
-        now = state[2] + _kinetic_height(solid[row], state)
-        largest, energy[row] = max(now, energy[row]), now
-        is_late, is_weak = steps[row] <= end, now < rim[row]
-        if is_late:
-            # The state at the beginning of the throw's last step.
-            moment = sensors.shape[1] - 1 - (end - steps[row])
-            position[row], velocity[row] = sensors[k, moment, 0:3], sensors[k, moment, 3:6]
-        elif is_weak:
-            position[row], velocity[row] = state[:3], state[7:10]
-        elif _stays(solid[row], state, bins[row], rim[row], ground[row], largest, (steps[row] - end) * step):
-            position[row], velocity[row] = state[:3], 0.0
-        else:
-            continue
-        steps[row] = 0
+    for row in range(verdict.size):
+        while verdict[row] == FALLING:
+            now = state[row, 2] + _kinetic_height(solid[row], state[row])
+            largest, energy[row] = max(now, energy[row]), now
+            if steps[row] <= 1 or now < rim[row]:
+                verdict[row] = OVER
+            elif _stays(solid[row], state[row], bins[row], rim[row], ground[row], largest, steps[row] * step):
+                verdict[row] = STAYS
+            elif _is_clear(solid[row], state[row], bins[row], rim[row], ground[row], step):
+                step_free(state[row], body[row], wind[row], air, step)
+                steps[row] -= 1
+            else:
+                break

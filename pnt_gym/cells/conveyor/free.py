@@ -7,9 +7,10 @@ from typing import Any, Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length, take
-from pnt_gym.cells.base.alone import Fall, Vicinity, fall, settle, write_object
+from pnt_gym.cells.base.alone import Fall, fall, write_object
 from pnt_gym.cells.base.items import rebound
 from pnt_gym.cells.base.plant import Touchdown
+from pnt_gym.cells.base.settling import Airborne, FallEnd, Vicinity, settle
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
@@ -29,12 +30,6 @@ from pnt_gym.planning.motion.ballistics import landing_point
 
 NEAR_DISTANCE: Final = 0.02
 """Distance from an opening beyond which an object's landing cannot end in that bin [m]."""
-
-PASSAGE_DEPTH: Final = 0.02
-"""Depth below the rim to which an object's highest point is followed without the engine [m]; an object that has come
-there untouched stays in its bin in nearly all cases."""
-AIR_SHARE: Final = 1.25
-"""Time of a passage through an opening over that without air; slower objects are simulated in the engine from there."""
 
 
 def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, config: ConveyorConfig) -> None:
@@ -111,9 +106,13 @@ class FreeObjects:
         Raises:
             PhysicsError: the engine warned, or stopped a simulation.
         """
+        from pnt_gym.cells.base.freefall import STATE, fly_down  # noqa: PLC0415 - compiles, where nothing is kept
+
         count, stride, step, rim = len(context.pick), clock.stride, clock.step, context.target[:, 2].copy()
-        state, body, length = _release_states(clock), body_constants(context), int((clock.end - clock.release).max())
-        records, steps = self._fly(state, body, context, rim, length // stride + 2, stride)
+        state, steps = _release_states(clock), np.zeros(count, dtype=np.int64)
+        flying = Airborne(body_constants(context), context.drift.draught, self._config.mismatch)
+        records = np.empty((count, int((clock.end - clock.release).max()) // stride + 2, STATE))
+        fly_down(state, flying.body, flying.wind, rim, flying.air, step, stride, records, steps)
         # The last step undone: semi-implicit Euler moves by the velocity at the step's end.
         before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
         landing = landing_point(*before, rim)[:, :2]
@@ -123,58 +122,32 @@ class FreeObjects:
         touched = clock.meets(context, (records[..., :3], records[..., 7:10], records[..., 3:7]), steps)
         rows = np.flatnonzero(self._near(context, landing) & ~touched)
         if rows.size > 0:
-            radius = farthest_points(context)
-            first = _last_moment_above(context.target[:, 2] + radius, records[..., 2])[rows]
+            level = context.target[:, 2] + farthest_points(context)
+            first = _last_moment_above(level, records[..., 2])[rows]
             remaining = (clock.end - clock.release)[rows] - first * stride
-            vicinity = self._vicinity(take(context, rows), body[rows], radius[rows])
-            position[rows], velocity[rows] = self._land(
-                rows, take(context, rows), body[rows], vicinity, records[rows, first], remaining
-            )
-        return Touchdown(landing, position, velocity, np.zeros(count, dtype=np.bool_)), touched
+            end = self.settle(rows, take(context, rows), take(flying, rows), records[rows, first], remaining)
+            position[rows], velocity[rows] = end.position, end.velocity
+        return Touchdown(landing, position, velocity, np.zeros_like(touched)), touched
 
-    def _fly(
-        self, state: Floats, body: Floats, context: Context, floor: Floats, length: int, stride: int
-    ) -> tuple[Floats, Ints]:
-        """Let N objects fly on from states (N, STATE), overwritten, until they sink below heights `floor` (N,) [m].
-
-        Returns the states every `stride` steps (N, `length`, STATE), and the numbers of steps (N,).
-        """
-        from pnt_gym.cells.base.freefall import STATE, fly_down  # noqa: PLC0415 - compiles, where nothing is kept
-
-        records, steps = np.empty((len(state), length, STATE)), np.empty(len(state), dtype=np.int64)
-        air, wind = self._config.mismatch, context.drift.draught
-        fly_down(state, body, wind, floor, air, self._config.timestep, stride, records, steps)
-        return records, steps
-
-    def _land(
-        self, rows: Ints, context: Context, body: Floats, vicinity: Vicinity, state: Floats, steps: Ints
-    ) -> tuple[Floats, Floats]:
-        """Last positions [m] and velocities [m/s] (K, 3) of objects near bins.
+    def settle(self, rows: Ints, context: Context, flying: Airborne, state: Floats, steps: Ints) -> FallEnd:
+        """Ends of the falls of N objects in some of the simulations.
 
         Args:
-            rows: the simulations of the K objects.
-            context: the K picks.
-            body: constants of the objects (K, BODY).
-            vicinity: the objects and what they may meet.
-            state: states entirely above the rims (K, STATE).
-            steps: number of steps until each throw ends (K,).
-        """
-        from pnt_gym.cells.base.settle_kernel import follow_to_contact  # noqa: PLC0415 - compiles
+            rows: the simulations.
+            context: the N picks.
+            flying: the objects.
+            state: states entirely above the rims (N, STATE).
+            steps: number of steps until each throw ends (N,).
 
-        step = self._config.timestep
-        floor = vicinity.rim - vicinity.solid[:, -1] - PASSAGE_DEPTH
-        length = _passage_steps(state, floor, step)
-        records, counts = self._fly(state.copy(), body, context, floor, length, 1)
-        last, certain = np.empty_like(counts), np.empty(len(rows), dtype=np.bool_)
-        follow_to_contact(records, counts, *vicinity, steps, step, last, certain)
-        state = records[np.arange(len(rows)), last]
-        position, velocity, unsure = state[:, :3].copy(), np.zeros((len(rows), 3)), np.flatnonzero(~certain)
-        if unsure.size > 0:
-            falling, start = rows[unsure], state[unsure]
-            self._write(falling, take(context, unsure), start[:, :7], start[:, 7:])
-            remaining = (steps - last)[unsure]
-            position[unsure], velocity[unsure] = settle(self.batch, falling, take(vicinity, unsure), remaining, step)
-        return position, velocity
+        Raises:
+            PhysicsError: the engine warned, or stopped a simulation.
+        """
+
+        def write(index: Ints, state: Floats) -> None:
+            self._write(rows[index], take(context, index), state[:, :7], state[:, 7:])
+
+        objects = flying, self._vicinity(context, flying.body)
+        return settle(self.batch, rows, objects, state, steps, self._config.timestep, write)
 
     def _write(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats) -> None:
         """Set up some of the simulations with the objects of N picks in states qpos (N, 7) and qvel (N, 6)."""
@@ -184,16 +157,17 @@ class FreeObjects:
         batch.state[rows] = 0.0
         batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
 
-    def _vicinity(self, context: Context, body: Floats, radius: Floats) -> Vicinity:
-        """What N objects may meet, with their bodies (N, BODY) and farthest points (N,) [m]."""
-        o, fixed, count = context.objects, self._config.bins.fixed, len(radius)
+    def _vicinity(self, context: Context, body: Floats) -> Vicinity:
+        """Bodies of N objects with constants (N, BODY), and what they may meet."""
+        o, fixed, count = context.objects, self._config.bins.fixed, len(body)
         bins = np.empty((count, max(len(fixed), 1), 5))
         openings = [(b.x, b.y, b.size[0] / 2.0, b.size[1] / 2.0) for b in fixed]
         drawn = np.concatenate([context.target[:, :2], context.opening / 2.0], axis=1)[:, None]
         bins[..., :4] = np.array(openings) if openings else drawn
         bins[..., 4] = context.depth
         shape, mass, middle = o.shape[:, None], body[:, :1], body[:, 4:5]
-        columns = shape, o.extents / 2.0, middle, body[:, 1:4] / mass, rebound(o.solref)[:, None], radius[:, None]
+        last = np.stack([rebound(o.solref), farthest_points(context)], axis=1)
+        columns = shape, o.extents / 2.0, middle, body[:, 1:4] / mass, last
         ground = np.tile(self._ground, (count, 1))
         return Vicinity(np.concatenate(columns, axis=1), bins, context.target[:, 2].copy(), ground)
 
@@ -210,13 +184,6 @@ def farthest_points(context: Context) -> Floats:
     full, depth = context.objects.extents, context.objects.com_depth
     # Half the diagonal plus the offset.
     return length(full) / 2.0 + np.abs(depth - full[:, 2] / 2.0)
-
-
-def _passage_steps(state: Floats, floor: Floats, step: float) -> int:
-    """Number of records in which all objects fall from states (N, STATE) to heights (N,) [m] in spite of the air."""
-    sinking, height = np.maximum(-state[:, 9], 0.0), np.maximum(state[:, 2] - floor, 0.0)
-    time = (np.sqrt(sinking**2 + 2.0 * GRAVITY * height) - sinking) / GRAVITY
-    return int(np.ceil(AIR_SHARE * time.max() / step)) + 2
 
 
 def _last_moment_above(level: Floats, height: Floats) -> Ints:
