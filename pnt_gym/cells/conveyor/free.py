@@ -165,7 +165,7 @@ class FreeObjects:
         drawn = np.concatenate([context.target[:, :2], context.opening / 2.0], axis=1)[:, None]
         bins[..., :4] = np.array(openings) if openings else drawn
         bins[..., 4] = context.depth
-        shape, mass, middle = o.shape[:, None], body[:, :1], body[:, 4:5]
+        shape, mass, middle = o.shape[:, None].astype(np.float64), body[:, :1], body[:, 4:5]
         last = np.stack([rebound(o.solref), farthest_points(context)], axis=1)
         columns = shape, o.extents / 2.0, middle, body[:, 1:4] / mass, last
         ground = np.tile(self._ground, (count, 1))
