@@ -103,14 +103,14 @@ def _kinetic_height(solid: Floats, state: Floats) -> float:
 
 
 @kernel_part
-def _surface_outside(solid: Floats, state: Floats, ground: Floats, low: float) -> float:
+def _surface_outside(solid: Floats, state: Floats, ground: Floats) -> float:
     """Height [m] of the surface under a body outside the bins: the belt, if it may come down there, or the floor."""
-    if low < ground[1]:
+    x, y, height = state[0], state[1], state[2]
+    if height < ground[1]:
         return ground[0]
-    # A body that sinks with the speed v is below the belt's surface before it has moved sideways by more than this.
+    # A body that sinks is below the belt's surface before it has moved sideways by more than this.
     sideways = math.sqrt(state[7] ** 2 + state[8] ** 2)
-    way = solid[9] + sideways * math.sqrt(2.0 * (low + 2.0 * solid[9] - ground[1]) / GRAVITY)
-    x, y = state[0], state[1]
+    way = solid[9] + sideways * math.sqrt(2.0 * (height - ground[1]) / GRAVITY)
     beside_belt = x + way < ground[2] or x - way > ground[3] or y + way < ground[4] or y - way > ground[5]
     return ground[0] if beside_belt else ground[1]
 
@@ -137,7 +137,7 @@ def _stays(solid: Floats, state: Floats, bins: Floats, rim: float, ground: Float
         if time < drop + IMPACT_TIME:
             return False
     elif is_below:
-        surface = _surface_outside(solid, state, ground, middle - half)
+        surface = _surface_outside(solid, state, ground)
     else:
         return False
     # Below the rim only the surface can lift a body, and highest a body that stands on its end.
