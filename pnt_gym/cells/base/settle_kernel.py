@@ -10,7 +10,8 @@ Over all arms r the body leaves with at most (1 + e) (w + V) / 2 - w, where V is
 would be translation. V counts horizontal speed too, because friction can turn it into rotation. So a body that meets
 the lowest point that can lift it with kinetic energy m V^2 / 2 rises from there by at most ((1 + e) (w + V) / 2 - w)^2
 / (2 g). Later blows have less energy. That a body which is struck several times in a row, by walls and bottom, keeps to
-this bound as well is no proof; the study `margins` throws against the engine, and a test repeats a few hundred throws.
+this bound as well is not proven: the study `margins` compares a hundred thousand throws with the engine, and a test a
+few hundred.
 """
 
 from __future__ import annotations
@@ -44,6 +45,9 @@ A contact is 1.1 mm deep for each m/s of its impact, see `items.contact_solref`.
 MARGIN = 0.005
 """Distance from the rim within which no rebound may lift an object that counts as staying [m]; blows in a row, and
 springs of contacts, beside the bound."""
+SPRINGIEST = 0.6
+"""Rebound above which no object is judged before it rests: such an object keeps its energy over many blows, and the
+engine's springs, which are hardly damped then, can even give it some in the corner of a bin."""
 IMPACT_TIME = 0.02
 """Time that an object needs at the bottom of its bin to lose the energy with which it came [s]; several contacts."""
 
@@ -123,7 +127,7 @@ def _stays(solid: Floats, state: Floats, bins: Floats, rim: float, ground: Float
     after that time does not lie there.
     """
     height, sinking = state[2], -state[9]
-    if not (sinking >= 0.0 and height < rim):
+    if not (sinking >= 0.0 and height < rim and solid[8] <= SPRINGIEST + 1e-9):
         return False
     _, _, middle, _, _, half = _box_around(solid, state)
     is_below = middle + half < rim - TOUCH
