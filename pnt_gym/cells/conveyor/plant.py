@@ -30,7 +30,7 @@ from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
-from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, knot_count, upsample
+from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, joint_loads, knot_count, upsample
 
 
 @final
@@ -206,8 +206,8 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         ahead = clock.end - clear
         last = -(-int(ahead.max()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
-        knots = joint_knots(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
-        torque, speed = knots.torque.transpose(1, 2, 0), knots.velocity.transpose(1, 2, 0)
+        loads = joint_loads(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
+        speed, torque = (load.transpose(1, 2, 0) for load in loads)
         return Effort(np.abs(torque).max(axis=(1, 2)), work_between(torque, speed, steps * clock.step))
 
     def _references(self, rows: Ints, context: Context, clock: ThrowClock, steps: int) -> Floats:
