@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Self, final
+from typing import Any, Final, Self, final
 
 import numpy as np
 
 from pnt_gym.arrays import Floats
 
-if TYPE_CHECKING:
-    from .record import Figure
+from .figure import Figure
 
 LARGER: Final = "{a} has the larger {label} more often than {b}, by {amount} of all {unit}"
 """Words for a figure without a largest difference, of which only the sign of each difference counts."""

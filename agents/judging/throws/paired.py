@@ -11,8 +11,8 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.core import Core
 
 from ...controllers.adaptive import has_feedback
+from ..figure import Figure
 from ..measures import Measure
-from ..record import Figure
 from .data import Throws
 
 RUN: Final = 10

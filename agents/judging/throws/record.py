@@ -11,8 +11,9 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.core import Core
 
 from ...ground.versions import versions
+from ..figure import Figure
 from ..measures import Measure
-from ..record import Figure, Record, Result, Row, Summary
+from ..record import Record, Result, Row, Summary
 from .columns import columns
 from .data import Throws, purity_by_bin, summary, throw_records
 from .paired import MEASURES, observations

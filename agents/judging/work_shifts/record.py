@@ -15,8 +15,9 @@ from pnt_gym.cells.line.core import LineCore
 from ...ground import metrics
 from ...ground.files import jsonable
 from ...ground.versions import versions
+from ..figure import Figure
 from ..measures import Measure
-from ..record import Figure, Record, Result, Row, Summary
+from ..record import Record, Result, Row, Summary
 from .data import LISTS, MEANS, Shifts, mean
 from .gantt import gantt
 from .results import columns, paired_columns, summarise
