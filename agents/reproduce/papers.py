@@ -28,7 +28,7 @@ PART_NAMES: Final = {
         "scene",
     ),
     "miyashita": (
-        "example", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms", "contact",
+        "example", "margins", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms", "contact",
         "contact-reach", "contact-learning", "contact-level", "sorting", "assembly", "formulas",
     ),
     "leveziel": (
