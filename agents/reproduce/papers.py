@@ -28,8 +28,8 @@ PART_NAMES: Final = {
         "scene",
     ),
     "miyashita": (
-        "example", "margins", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms", "contact",
-        "contact-reach", "contact-learning", "contact-level", "sorting", "assembly", "formulas",
+        "example", "margins", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms",
+        "contact", "contact-reach", "contact-learning", "contact-level", "sorting", "assembly", "formulas",
     ),
     "leveziel": (
         "workspace", "indices", "circle", "moves", "closing", "cycle", "grasps", "toss-planner", "toss-virtual_goal",

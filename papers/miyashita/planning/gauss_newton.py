@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.planning.one_joint.grasp import braking_acceleration
 from pnt_gym.planning.one_joint.motion import ArmMotion
 from pnt_gym.planning.one_joint.parameters import Arm, Block
@@ -26,7 +26,7 @@ HALVINGS: Final = 12
 SHORTEST: Final = 1e-4
 """Shortest Delta t on the way [s]."""
 _CONTROLS: Final = INTERVALS + 3
-_KNOTS: Final = np.arange(INTERVALS + 1)[:, None] + np.arange(3)
+_KNOTS: Final[Ints] = np.arange(INTERVALS + 1)[:, None] + np.arange(3)
 
 
 def _at_knots(values: tuple[float, float, float]) -> Floats:
@@ -52,7 +52,8 @@ class _Residuals(NamedTuple):
 def random_unknowns(arm: Arm, generator: np.random.Generator) -> Floats:
     """A first guess (n + 4,): control points anywhere in the arm's range [rad], then Delta t up to its limit [s]."""
     low, high = np.array([[arm.angle[0]] * _CONTROLS + [0.0], [arm.angle[1]] * _CONTROLS + [arm.time_step]])
-    return np.maximum(generator.uniform(low, high), SHORTEST)
+    guess: Floats = generator.uniform(low, high)
+    return np.maximum(guess, SHORTEST)
 
 
 def careless_motion(throw: Throw, arm: Arm, block: Block, unknowns: Floats) -> ArmMotion | None:
@@ -67,10 +68,10 @@ def careless_motion(throw: Throw, arm: Arm, block: Block, unknowns: Floats) -> A
     forces = ForceCoefficients.of(throw.radius, arm, block)
     residuals = _residuals(unknowns, throw, arm, forces)
     for _ in range(ITERATIONS):
-        if np.abs(residuals.values).max() < NEAR:
+        if float(np.abs(residuals.values).max()) < NEAR:
             braking = braking_acceleration(np.array([throw.speed]), arm)
             return ArmMotion(unknowns[None, :-1], unknowns[-1:], braking)
-        step = np.linalg.lstsq(residuals.slopes, -residuals.values)[0]
+        step: Floats = np.linalg.lstsq(residuals.slopes, -residuals.values)[0]
         size = float(residuals.values @ residuals.values)
         for halving in range(HALVINGS):
             place = unknowns + 0.5**halving * step
