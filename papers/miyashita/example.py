@@ -38,8 +38,8 @@ BEFORE, AFTER = 6, 9
 
 def example_findings(starts: int = STARTS) -> Findings:
     """Rows on releases, and on the plans by both solvers and all weights."""
-    rows = [*_release_rows(), *_solver_rows(starts), *(_preset_row(name) for name in PRESETS)]
     plan = _plan("balanced")
+    rows = [*_release_rows(), *_solver_rows(starts), *map(_preset_row, PRESETS), _critical_row(plan)]
     figures = {
         "miyashita_motion.svg": motion_figure(plan),
         "miyashita_trajectories.svg": trajectories_figure({name: _plan(name) for name in PRESETS}),
@@ -81,11 +81,11 @@ def _release_rows() -> list[Row]:
         Row.compared(
             "miyashita/claim/release-is-unique",
             "unique",
-            f"{count} releases, {feasible} feasible",
+            f"{feasible} of {count} releases",
             "-",
-            holds=count == 1,
-            note="Eq. 11 taken the other way has one solution for each number of extra whole turns from -2 to 2; it is "
-            "unique once a number of turns is given, and here also among those that keep the limits of section 3.1",
+            holds=feasible == 1,
+            note="releases that keep the limits of section 3.1, which are the paper's; without them Eq. 11 has one "
+            "solution for each number of extra whole turns from -2 to 2",
             releases=[{"u": u.tolist(), "turns": int(turns), "reasons": list(why)} for u, turns, why in solutions],
         ),
         _least_acceleration_row(best),
@@ -147,6 +147,20 @@ def _preset_row(name: str) -> Row:
         f"deg; margins {n:.2f} N, {1e3 * a:.1f} and {1e3 * b:.1f} mN m, {speed:.2f} rad/s, {torque:.1f} N m",
         margins=plan.margins.tolist(),
         delta=plan.delta.tolist(),
+    )
+
+
+def _critical_row(plan: ThrowPlan) -> Row:
+    """Row on section 4.5: to keep the un-rolling constraint about the vertex A is crucial."""
+    shares = dict(zip(("N", "A", "B"), plan.margins[:3].tolist(), strict=True))
+    return Row.compared(
+        "miyashita/claim/vertex-A-is-crucial",
+        "A",
+        min(shares, key=lambda name: shares[name]),
+        "-",
+        note=f"the smallest margin of the planned motion: A {shares['A']:.2f} and B {shares['B']:.2f} of weight times "
+        f"half length, N {shares['N']:.2f} of the weight",
+        margins=shares,
     )
 
 

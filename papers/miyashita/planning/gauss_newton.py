@@ -52,8 +52,7 @@ class _Residuals(NamedTuple):
 def random_unknowns(arm: Arm, generator: np.random.Generator) -> Floats:
     """A first guess (n + 4,): control points anywhere in the arm's range [rad], then Delta t up to its limit [s]."""
     low, high = np.array([[arm.angle[0]] * _CONTROLS + [0.0], [arm.angle[1]] * _CONTROLS + [arm.time_step]])
-    guess: Floats = generator.uniform(low, high)
-    return np.maximum(guess, SHORTEST)
+    return np.maximum(low + (high - low) * generator.random(low.size), SHORTEST)
 
 
 def careless_motion(throw: Throw, arm: Arm, block: Block, unknowns: Floats) -> ArmMotion | None:
@@ -71,7 +70,7 @@ def careless_motion(throw: Throw, arm: Arm, block: Block, unknowns: Floats) -> A
         if float(np.abs(residuals.values).max()) < NEAR:
             braking = braking_acceleration(np.array([throw.speed]), arm)
             return ArmMotion(unknowns[None, :-1], unknowns[-1:], braking)
-        step: Floats = np.linalg.lstsq(residuals.slopes, -residuals.values)[0]
+        step = np.asarray(np.linalg.lstsq(residuals.slopes, -residuals.values)[0], dtype=np.float64)
         size = float(residuals.values @ residuals.values)
         for halving in range(HALVINGS):
             place = unknowns + 0.5**halving * step
