@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import time
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -24,8 +25,8 @@ PART_NAMES: Final = {
         "headroom-window-10ms", "headroom-window-30ms", "methods", "inconsistencies", "figures",
     ),
     "choe": (
-        "example", "length", "curvature", "speed", "joints", "lengths", "example-times", "long-times", "simulated",
-        "scene",
+        "example", "length", "curvature", "speed", "joints", "claims", "lengths", "fig-8-times", "example-times",
+        "long-times", "simulated", "scene",
     ),
     "miyashita": (
         "example", "margins", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms",
@@ -80,6 +81,7 @@ def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:
     Raises:
         PntGymError: the part failed; the message has its name.
     """
+    began = time.process_time()
     try:
         findings = package(name).PARTS[part]()
     except PntGymError as error:
@@ -87,6 +89,7 @@ def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:
     except ModuleNotFoundError as error:
         raise PntGymError(f"{name}, part {part}: {error.name} is not installed; `make setup` does it") from None
     return {
+        "processor_seconds": round(time.process_time() - began, 1),
         "rows": [{**row.as_json(), "paper": name} for row in findings.rows],
         "data": dict(findings.data),
         "figures": dict(findings.figures),

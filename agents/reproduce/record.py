@@ -30,7 +30,7 @@ def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[di
     record = {
         "command": command,
         "versions": versions(),
-        "seconds": {name: part["seconds"] for name, part in results.items()},
+        "processor_seconds": {name: part["processor_seconds"] for name, part in results.items()},
         "papers": list(papers),
         "titles": {paper: package(paper).SHORT for paper in papers},
         "figures": {paper: list(drawn) for paper, drawn in figures.items()},

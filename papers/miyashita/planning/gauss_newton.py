@@ -51,7 +51,9 @@ class _Residuals(NamedTuple):
 
 def random_unknowns(arm: Arm, generator: np.random.Generator) -> Floats:
     """A first guess (n + 4,): control points anywhere in the arm's range [rad], then Delta t up to its limit [s]."""
-    low, high = np.array([[arm.angle[0]] * _CONTROLS + [0.0], [arm.angle[1]] * _CONTROLS + [arm.time_step]])
+    low, high = (
+        np.append(np.full(_CONTROLS, end), step) for end, step in zip(arm.angle, (0.0, arm.time_step), strict=True)
+    )
     return np.maximum(low + (high - low) * generator.random(low.size), SHORTEST)
 
 
