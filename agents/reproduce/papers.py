@@ -12,6 +12,7 @@ from typing import Any, Final, Protocol, cast
 from pnt_gym.errors import PntGymError, one_sentence
 
 from ..ground.cli import UsageError
+from ..ground.files import read_json
 from ..ground.places import CODE, SHIPPED
 from ..jobs.code import code_digest
 from ..jobs.work import Job, key
@@ -52,6 +53,21 @@ class Paper(Protocol):
         ...
 
 
+PUBLISHED_RESULTS: Final = SHIPPED / "results" / "reproduction.json"
+
+
+def describe_parts(paper: str) -> str:
+    """Names of a paper's parts, each with the processor time that it took when the committed results were made."""
+    seconds: Mapping[str, float] = read_json(PUBLISHED_RESULTS)["seconds"] if PUBLISHED_RESULTS.is_file() else {}
+    known = {name: seconds.get(f"{paper}/{name}") for name in PART_NAMES[paper]}
+    return ", ".join(name if took is None else f"{name} ({duration(took)})" for name, took in known.items())
+
+
+def duration(seconds: float) -> str:
+    """A processor time as text, in seconds below 100 s and in minutes above."""
+    return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
+
+
 def package(name: str) -> Paper:
     """Import the package of a paper.
 
@@ -89,7 +105,8 @@ def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:
     except ModuleNotFoundError as error:
         raise PntGymError(f"{name}, part {part}: {error.name} is not installed; `make setup` does it") from None
     return {
-        "processor_seconds": round(time.process_time() - began, 1),
+        # Processor time, which other work on the machine changes little, instead of the job's own clock.
+        "seconds": round(time.process_time() - began, 1),
         "rows": [{**row.as_json(), "paper": name} for row in findings.rows],
         "data": dict(findings.data),
         "figures": dict(findings.figures),

@@ -13,8 +13,6 @@ from .papers import package
 
 Record: TypeAlias = Mapping[str, Any]
 AGREES: Final = "reproduced"
-FEW: Final = 5
-"""Number of tables on the terminal for a paper without an overview."""
 
 
 def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, Any], dict[str, str]]:
@@ -30,7 +28,7 @@ def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[di
     record = {
         "command": command,
         "versions": versions(),
-        "processor_seconds": {name: part["processor_seconds"] for name, part in results.items()},
+        "seconds": {name: part["seconds"] for name, part in results.items()},
         "papers": list(papers),
         "titles": {paper: package(paper).SHORT for paper in papers},
         "figures": {paper: list(drawn) for paper, drawn in figures.items()},
@@ -43,12 +41,9 @@ def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[di
 
 
 def headlines(record: Record) -> list[Grid]:
-    """Tables for the terminal: every paper's overview, its disagreements and its numbers of verdicts."""
-    shown: list[Grid] = []
-    for paper in record["papers"]:
-        first = list(overview_grids(record, paper).values()) or part_grids(record, paper)[:FEW]
-        shown += [*first, disagreements(record, paper), verdicts(record, paper)]
-    return [grid for grid in shown if grid.rows]
+    """Tables for the terminal: every table of each paper, the overview's first, and its numbers of verdicts."""
+    grids = [[*all_grids(record, paper), verdicts(record, paper)] for paper in record["papers"]]
+    return [grid for shown in grids for grid in shown if grid.rows]
 
 
 def all_grids(record: Record, paper: str) -> list[Grid]:
