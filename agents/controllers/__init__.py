@@ -48,7 +48,12 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
             f"controller {one_sentence(name, 80)!r} corrects throws; the actions of this environment are choices"
         )
     if name in NAMES:
-        return make_named(name, env, **options)
+        try:
+            return make_named(name, env, **options)
+        except TypeError:
+            if not options:
+                raise
+            raise UsageError(f"controller {name!r} has no settings {', '.join(options)}") from None
     if os.path.isdir(name) or name.endswith(".zip"):
         return load_trained(Path(name), env, trust=trust)
     if ":" in name:

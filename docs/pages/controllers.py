@@ -14,6 +14,7 @@ from agents.controllers import (
     Learner,
     ballistic,
     bucket_table,
+    goals,
     make_controller,
     mlp,
     ridge,
@@ -46,7 +47,7 @@ DESCRIBED_IN: Final[Mapping[str, Any]] = {
     "analytic_height": ballistic.AnalyticHeight,
     "mean_lead": ballistic.MeanLead,
     "mean_shift": bucket_table.mean_shift,
-    "virtual_goal": bucket_table.virtual_goal,
+    "virtual_goal": goals.virtual_goal,
     "ridge": ridge,
     "mlp": mlp,
 }
