@@ -32,7 +32,8 @@ class BucketTable(Learner):
         correction: meaning of an action, and bucket of each throw.
         step: weight of the newest throw.
         share_all: whether an item without throws gets the correction over all items; otherwise zero.
-        threshold: size of an error, relative to the tolerances of the correction, below which a bucket stops learning; None: never.
+        threshold: size of an error, relative to the tolerances of the correction, below which a bucket stops learning;
+            None: never.
     """
 
     def __init__(
