@@ -1,18 +1,24 @@
 """Machine code for loops over numbers; the only module that imports numba.
 
-Loading numba takes a fifth of a second, so a module of compiled functions is imported where they are first called. Such
-a module defines every function and constant that it compiles: numba renews the code on disk only when the text of that
-file changes, and constants of other modules are frozen into the code.
+Loading numba takes a fifth of a second, so a module of compiled functions is imported where they are first called.
+A compiled function may call compiled functions and read constants of other modules: the machine code on disk is renewed
+when any of these changes.
 """
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 import warnings
 from collections.abc import Callable
 from functools import cache, partial
+from pathlib import Path
+from types import FunctionType
 from typing import Any, Final, TypeVar
 
 import numba
+import numba.core.dispatcher
+import numpy as np
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 
@@ -20,6 +26,12 @@ _NJIT: Final[Any] = partial(numba.njit, error_model="numpy", nogil=True)
 """Divisions as in numpy, inf and NaN instead of exceptions; other threads go on meanwhile.
 
 No `fastmath`: every operation is rounded as written."""
+
+_DISPATCHER: Final[Any] = numba.core.dispatcher.Dispatcher
+"""What numba makes of a function."""
+
+_CONSTANT: Final[Any] = (bool, int, float, tuple, np.generic)
+"""What numba freezes into machine code where a function reads a global name."""
 
 
 def kernel_part(function: FunctionT) -> FunctionT:
@@ -40,12 +52,43 @@ def compile_for(signature: str) -> Callable[[FunctionT], FunctionT]:
 
     def decorate(function: FunctionT) -> FunctionT:
         try:
-            return _NJIT(signature, cache=True)(function)
+            kernel = _NJIT(function)
+            if isinstance(kernel, _DISPATCHER):  # not so under NUMBA_DISABLE_JIT
+                kernel.enable_caching()
+                # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
+                kernel._cache._cache_file._source_stamp = source_digest(function)
+                kernel.compile(signature)
+                kernel.disable_compile()
+            return kernel
         except Exception:  # any error of the cache folder; an error of the code is raised again below
             _warn()
             return _NJIT(signature)(function)
 
     return decorate
+
+
+def source_digest(function: FunctionType) -> str:
+    """The digest of what the machine code of a function is made from.
+
+    This is the text of the files that hold the function and every compiled function that it calls, at any depth, and
+    the value of every constant that these functions read.
+    """
+    functions: list[FunctionType] = [function]
+    constants: set[tuple[str, str]] = set()
+    for caller in functions:
+        for name in caller.__code__.co_names:
+            value: Any = caller.__globals__.get(name)
+            if isinstance(value, _DISPATCHER) and value.py_func not in functions:
+                functions.append(value.py_func)
+            elif isinstance(value, _CONSTANT):
+                constants.add((f"{caller.__module__}.{name}", repr(value)))
+    texts = sorted({_text(inspect.getfile(part)) for part in functions})
+    return hashlib.sha256(repr((texts, sorted(constants))).encode()).hexdigest()
+
+
+@cache
+def _text(file: str) -> str:
+    return Path(file).read_text(encoding="utf-8")
 
 
 @cache

@@ -78,3 +78,37 @@ def test_where_it_cannot_be_kept_plans_are_made_all_the_same(made, known, tmp_pa
     assert done.stdout == known
     assert done.stderr.count("set NUMBA_CACHE_DIR to an empty folder that can be written") == 1
     assert "Traceback" not in done.stderr
+
+
+PARTS = """
+from pnt_gym.compiled import kernel_part
+from limits import LIMIT
+
+@kernel_part
+def shorten(length):
+    return min(length, LIMIT) * {factor}
+"""
+WHOLE = """
+from pnt_gym.compiled import compile_for
+from parts import shorten
+
+@compile_for("float64(float64)")
+def shorten_twice(length):
+    return shorten(shorten(length))
+
+print(shorten_twice(8.0), len(shorten_twice.stats.cache_hits))
+"""
+
+
+def test_code_on_disk_follows_functions_and_constants_of_other_files(tmp_path):
+    def shorten(limit, factor):
+        (tmp_path / "limits.py").write_text(f"LIMIT = {limit}\n")
+        (tmp_path / "parts.py").write_text(PARTS.format(factor=factor))
+        (tmp_path / "whole.py").write_text(WHOLE)
+        length, hits = run("import whole", NUMBA_CACHE_DIR=tmp_path / "kept", PYTHONPATH=tmp_path).stdout.split()
+        return float(length), int(hits)
+
+    assert shorten(6.0, 0.5) == (1.5, 0)
+    assert shorten(6.0, 0.5) == (1.5, 1)
+    assert shorten(4.0, 0.5) == (1.0, 0), "a constant changed"
+    assert shorten(4.0, 0.25) == (0.25, 0), "a function changed"
