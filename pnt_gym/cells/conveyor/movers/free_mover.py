@@ -34,7 +34,6 @@ COLUMNS: Final = PIECES + 8
 """Segments of a return: a transfer, a wait, and an approach from rest to rest; other returns have fewer."""
 
 
-@final
 class FreeMover(Mover):
     """Throws with a free release direction.
 
@@ -228,6 +227,36 @@ class FreeMover(Mover):
             ceiling_active=position[:, 2] >= ceiling - CONTACT,
             reason=np.where(motion.feasible, int(Reason.FEASIBLE), int(Reason.CEILING)),
         )
+
+
+@final
+class FlyingMover(FreeMover):
+    """Throws on straight lines, and returns that leave the window without a stop, as those of the free direction.
+
+    Throws are those of `StraightMover`: release, elevation, and the rule that the hand could stop inside the workspace.
+    The return keeps all limits, and takes the place of the corner blending of Hassan et al. 2022 (section III-C), which
+    adds overlapping moves and exceeds the jerk limit.
+    """
+
+    def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
+        """Minimum-time releases on straight lines."""
+        return self._straight.plan(pick, target, limits, ceiling)
+
+    def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
+        """Releases of the straight throw for moved targets."""
+        return self._straight.aim_at(context, goal, slack)
+
+    def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
+        """Releases of the straight throw at given points."""
+        return self._straight.release_at(context, point)
+
+    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
+        """Which straight throws have a plan and could stop inside the workspace."""
+        return self._straight.is_feasible(pick, release, limits)
+
+    def accepts(self, context: Context, shift: Floats | None) -> Bools:
+        """Which nominal straight throws could stop inside the workspace, also to moved targets."""
+        return self._straight.accepts(context, shift)
 
 
 def _join_padded(parts: list[Segments]) -> Segments:
