@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from typing import Final, NamedTuple, cast
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
@@ -108,7 +108,8 @@ def _evaluate(
     name: str, env: Env, level: str, counts: Sequence[int], seeds: Sequence[int], throws: int, cycles: list[int]
 ) -> list[HeldOutThrows]:
     results = [HeldOutThrows(level, name, count, []) for count in counts]
-    controller = make_controller(name, env, **({"previews": PREVIEWS} if name == "oracle" else {}))
+    options: dict[str, Any] = {"previews": PREVIEWS} if name == "oracle" else {}
+    controller = make_controller(name, env, **options)
     for seed in seeds:
         controller.reset(seed)
         completed = 0
