@@ -45,7 +45,7 @@ GAINS: Final = (
     (list(FREE)[2], _CONSTANT),
 )
 """Folder of a throw in a free direction, and protocol of the straight throw that it is compared with."""
-_BARS: Final = ("black", COLOURS[3], COLOURS[0], COLOURS[9], COLOURS[2], COLOURS[8], COLOURS[4])
+_BARS: Final = ("black", *(COLOURS[k] for k in (3, 1, 5, 0, 9, 2, 8, 4)))
 
 
 def overview(rows: Rows) -> Overview:

@@ -235,8 +235,17 @@ class FlyingMover(FreeMover):
 
     Throws are those of `StraightMover`: release, elevation, and the rule that the hand could stop inside the workspace.
     The return keeps all limits, and takes the place of the corner blending of Hassan et al. 2022 (section III-C), which
-    adds overlapping moves and exceeds the jerk limit.
+    adds overlapping moves and exceeds the jerk limit. The hand need not stay above the object: behind an object that
+    rises along the line no hand does, one that stops no more than one that flies on.
+
+    Args:
+        config: the cell.
+        workspace: the positions that the hand can reach.
     """
+
+    def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
+        super().__init__(config, workspace)
+        self.rules = replace(self.rules, clear_distance=0.0)
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """Minimum-time releases on straight lines."""
