@@ -32,6 +32,8 @@ from pnt_gym.planning.straight.plan import CONTACT, Reason, ReleaseBatch
 
 COLUMNS: Final = PIECES + 8
 """Segments of a return: a transfer, a wait, and an approach from rest to rest; other returns have fewer."""
+BELOW_LIMIT: Final = 0.98
+"""Share of the largest speed from which a return without a stop begins: a transfer begins below the limit."""
 
 
 class FreeMover(Mover):
@@ -246,6 +248,24 @@ class FlyingMover(FreeMover):
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
         super().__init__(config, workspace)
         self.rules = replace(self.rules, clear_distance=0.0)
+
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
+        """Motions along the line from pick to release, through the window, and down to a speed below the limit."""
+        motion = super().throw(pick, release, limits, ceiling)
+        largest, _, jerk = limits.arrays(len(pick))
+        excess = np.maximum(release.speed - BELOW_LIMIT * largest, 0.0)
+        # The jerk falls for this time and rises for the same time, which takes the excess off the speed.
+        half = np.sqrt(excess / jerk)
+        signs = np.array([-1.0, 1.0])[:, None]
+        ease = Segments(np.stack([half, half], axis=1), signs * (jerk[:, None] * release.direction)[:, None])
+        way = (2.0 * release.speed - excess) * half
+        return replace(
+            motion,
+            segments=concatenate_records([motion.segments, ease], axis=1),
+            stop=motion.stop + way[:, None] * release.direction,
+            stop_time=motion.stop_time + 2.0 * half,
+            velocity=(release.speed - excess)[:, None] * release.direction,
+        )
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """Minimum-time releases on straight lines."""
