@@ -67,6 +67,7 @@ pages: setup ## the made parts of the pages in docs/: from docstrings, levels, r
 bench: setup ## the benchmarks of results/ (hours; stop and resume)
 	$(BIN)/python -m agents.benchmark
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_adapt.yaml
+	$(BIN)/python -m agents.benchmark --config configs/benchmark_goal.yaml
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_line.yaml
 	$(BIN)/python -m agents.report
 

@@ -6,10 +6,11 @@ import pytest
 from tests.tools.throws import is_feasible, make_core, same_bits, spy_on_plant, vary
 
 COUNT = 24
+WINDOW = {"follow_through": {"window": 0.030}}
 
 
 def core_of(planner, picks, mode="release_point", **changes):
-    return make_core(vary("ideal", planner=planner, **changes), COUNT, picks=picks, mode=mode)
+    return make_core(vary("ideal", planner=planner, motion=WINDOW, **changes), COUNT, picks=picks, mode=mode)
 
 
 def test_throws_are_those_of_the_straight_throw():
