@@ -65,7 +65,7 @@ def describe_parts(paper: str) -> str:
 
 def duration(seconds: float) -> str:
     """A processor time as text, in seconds below 100 s and in minutes above."""
-    return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
+    return f"{max(seconds, 1.0):.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
 
 
 def package(name: str) -> Paper:
