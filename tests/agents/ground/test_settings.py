@@ -1,0 +1,27 @@
+"""Settings of controllers as `agents.evaluate --option` reads them."""
+
+import pytest
+
+from agents.controllers import make_controller
+from agents.ground.cli import UsageError, read_settings
+from tests.tools.toy_cell import ToyVectorEnv
+
+
+def test_values_are_numbers_lists_and_words() -> None:
+    texts = ("gain=0.1", "diagonal=[0.1, 0.5]", "name=word", "empty=null", "equation=a=b")
+    values = {"gain": 0.1, "diagonal": [0.1, 0.5], "name": "word", "empty": None, "equation": "a=b"}
+    assert read_settings(texts) == values
+
+
+@pytest.mark.parametrize("text", ["gain", "=0.1", "gain=", "a b=1", ""])
+def test_what_is_no_setting_is_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="is no NAME=VALUE, such as gain=0.1"):
+        read_settings([text])
+
+
+def test_a_controller_takes_its_settings_and_refuses_others() -> None:
+    env = ToyVectorEnv(2)
+    make_controller("virtual_goal", env, **read_settings(["gain=0.1"]))
+    for name, option in (("virtual_goal", "width=3"), ("analytic", "gain=0.1")):
+        with pytest.raises(UsageError, match=f"controller '{name}' has no settings {option.split('=')[0]}"):
+            make_controller(name, env, **read_settings([option]))
