@@ -77,7 +77,7 @@ def main(arguments: Arguments) -> None:
     from .controllers import Learner, save_state
     from .controllers.state import practice_steps
     from .judging.evaluation import judge
-    from .judging.trials import check_options, open_trial
+    from .judging.trials import check_options, controller_with, open_trial
     from .learning.trained import resolve_task
     from .pictures.stage import Stage
 
@@ -89,7 +89,9 @@ def main(arguments: Arguments) -> None:
     with closing(opened) as trial:
         check_options(trial, vars(arguments), env_id)
         trial.correct_throws(arguments.release)
-        controller = trial.controller(arguments.controller, trust=arguments.trust, **read_settings(arguments.settings))
+        controller = controller_with(
+            trial, arguments.controller, read_settings(arguments.settings), trust=arguments.trust
+        )
         controller.reset(arguments.seed)
         usual, files = trial.practice(controller), (arguments.load, arguments.save)
         practice = practice_steps(controller, usual, arguments.practice, *files)

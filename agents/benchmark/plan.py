@@ -28,7 +28,7 @@ from ..jobs.code import code_digest
 from ..jobs.parcel import user_code_digest
 from ..jobs.work import key
 from ..judging.trial import Trial
-from ..judging.trials import check_options, open_trial, trial_class
+from ..judging.trials import check_options, controller_with, open_trial, trial_class
 from ..learning.runs import POLICY
 from .entries import EACH, TRAINED, Choice, Count, Entry, Several, is_learned, labels_of, settings_of
 
@@ -294,7 +294,7 @@ def entry_controller(trial: Trial, entry: Entry, name: str) -> Controller:
     Raises:
         UsageError: there is no such controller, or the controller has no such settings.
     """
-    return trial.controller(name, **(entry.options if name == entry.controller else {}))
+    return controller_with(trial, name, entry.options if name == entry.controller else {})
 
 
 @cache

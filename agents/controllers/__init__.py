@@ -48,12 +48,7 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
             f"controller {one_sentence(name, 80)!r} corrects throws; the actions of this environment are choices"
         )
     if name in NAMES:
-        try:
-            return make_named(name, env, **options)
-        except TypeError:
-            if not options:
-                raise
-            raise UsageError(f"controller {name!r} has no settings {', '.join(options)}") from None
+        return make_named(name, env, **options)
     if os.path.isdir(name) or name.endswith(".zip"):
         return load_trained(Path(name), env, trust=trust)
     if ":" in name:
