@@ -14,8 +14,8 @@ def core_of(planner, picks, mode="release_point", **changes):
 
 
 def assert_same_releases(first, second):
-    for name, values in vars(first).items():
-        assert same_bits(values, vars(second)[name]), name
+    for name in ("position", "velocity", "distance", "time", "flight_time", "reason"):
+        assert same_bits(getattr(first, name), getattr(second, name)), name
 
 
 def test_throws_are_those_of_the_straight_throw():
@@ -33,7 +33,8 @@ def test_the_return_is_quicker_and_keeps_every_limit(picks):
     stopping, flying = (core_of(planner, picks) for planner in ("straight", "straight_flying"))
     calls = spy_on_plant(flying)
     infos = [core.step(np.zeros((COUNT, 2))).info for core in (stopping, flying)]
-    assert infos[1]["cycle_time"].mean() < 0.95 * infos[0]["cycle_time"].mean()
+    # On the belt the hand also waits for objects.
+    assert infos[1]["cycle_time"].mean() < (0.98 if picks == "belt" else 0.92) * infos[0]["cycle_time"].mean()
     assert infos[1]["is_success"].mean() >= infos[0]["is_success"].mean() - 0.05
     for context, cycle, _ in calls:
         for ratio in cycle.path.peak_ratios(context.limits):
