@@ -175,11 +175,14 @@ def roll_out(
         part = batch.rollout(
             end - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(names), ids=simulations[rows]
         )
+        if start == 0 and (len(rows), end) == control.shape[:2]:  # one stage for all needs no copy
+            record = part
         for name in names:
             if name not in record:
                 record[name] = np.zeros((*control.shape[:2], part[name].shape[-1]))
             whole = record[name]
-            whole[rows, start:end] = part[name]
+            if record is not part:
+                whole[rows, start:end] = part[name]
             for row in rows[steps[rows] < end]:
                 whole[row, steps[row] : end] = 0.0
         start = end

@@ -119,7 +119,7 @@ class FreeMover(Mover):
         good = moves.feasible & self._keeps(motion, returns, next_pick, limits)
         return recompute_rows(returns, ~good, self._back_with_stop, motion, next_pick, limits)
 
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings, without a stop where that is possible."""
         low, high = self._belt.pick_x
         meetings = self._in_flight(motion, place, limits, None)
@@ -141,7 +141,7 @@ class FreeMover(Mover):
         position = place + drift * time[:, None]
         back = _join_padded([moves.segments, down])
         good = moves.feasible & self._keeps(motion, back, position, limits)
-        return Meeting(position, time, np.zeros(len(time)), good, back)
+        return Meeting(position, position, time, np.zeros(len(time)), good, back)
 
     def _at_border(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """Meetings at the window's border, for hands that arrive before the object: by a wait or a slower return."""
@@ -159,7 +159,7 @@ class FreeMover(Mover):
         wait = np.where(good, wait, 0.0)
         durations = back.durations.copy()
         durations[:, PIECES] = wait
-        return Meeting(position, enters, wait, good, replace(back, durations=durations))
+        return Meeting(position, position, enters, wait, good, replace(back, durations=durations))
 
     def _hover(self, motion: ThrowMotion, next_pick: Floats, limits: Limits, wait: Floats) -> tuple[Segments, Bools]:
         """Returns with a stop and a wait (N,) [s] above the next pick, and which of them keep the rules."""
