@@ -12,6 +12,7 @@ import tyro
 from .ground.amounts import NUM_ENVS
 from .ground.cli import at_least, option, run
 from .ground.outputs import VIDEOS, check_ending, check_writable, deliver_json, deliver_text
+from .ground.starters import assumed_values, show_assumed
 from .ground.tables import console
 
 CONTROLLERS = (
@@ -95,9 +96,11 @@ def main(arguments: Arguments) -> None:
     if arguments.save is not None and isinstance(controller, Learner):
         save_state(controller, arguments.save)
     report = {"level": name, "seed": arguments.seed, "practice": practice, **record.report()}
+    report |= assumed_values(config)
     title = f"{controller.name} on {env_id}, level {name}, {count} {trial.unit}, seed {arguments.seed}"
     title += f", after {practice} practice {trial.step}s" if practice else ""
     console().print(record.table(title, report))
+    show_assumed(config)
     if arguments.picture is not None and (drawing := record.picture()) is not None:
         deliver_text(arguments.picture, drawing)
     if arguments.video is not None:

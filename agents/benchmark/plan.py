@@ -15,7 +15,8 @@ from typing import Annotated, Any, Self, final
 
 from pydantic import Field, ValidationError, model_validator
 
-from pnt_gym.cells.base.config import FileName, LevelConfig, Section, first_problem
+from pnt_gym.cells.base.config import FileName, LevelConfig, Section
+from pnt_gym.cells.base.problems import describe_problems
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers.protocol import Controller
@@ -149,7 +150,7 @@ def read_plan(path: Path) -> Plan:
     try:
         return Plan.model_validate(read_yaml(path, "benchmark"))
     except ValidationError as error:
-        raise UsageError(f"benchmark {str(path)!r}: {first_problem(error)}") from None
+        raise UsageError(f"benchmark {str(path)!r}: {describe_problems(error, Plan)}") from None
 
 
 def trial_of_plan(plan: Plan) -> type[Trial]:
