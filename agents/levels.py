@@ -72,7 +72,7 @@ def find_level(text: str) -> tuple[str, type[LevelConfig], str]:
         UsageError: there is no such level, or several families have a level of this name.
     """
     family, _, name = text.partition("/")
-    if family in FAMILIES and name:
+    if family in FAMILIES and (name in FAMILIES[family].level_names() or Path(name).suffix):
         return family, FAMILIES[family], name
     if Path(text).suffix:
         family = _family_of(text)

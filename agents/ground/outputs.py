@@ -10,6 +10,7 @@ import os
 import stat
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -89,7 +90,7 @@ def check_ending(option: str, path: Path | None, endings: Sequence[str]) -> None
 
 
 def check_writable(*paths: Path | None) -> None:
-    """Make sure, before hours of work, that all `paths` that are not None can be written.
+    """Make sure, before hours of work, that all `paths` that are not None can be written; nothing stays behind.
 
     Raises:
         UsageError: a path names a folder or a disk, or its folder cannot be made or written.
@@ -106,10 +107,15 @@ def _check_place(path: Path) -> None:
             return
         if place.exists() and (reason := _refusal(os.stat(place).st_mode)):
             raise _write_error(path, f"it is {reason}")
+        missing = [folder for folder in place.parents if not folder.exists()]
         place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise _write_error(path, str(error.strerror)) from None
-    if not os.access(place if place.exists() and not place.is_file() else place.parent, os.W_OK):
+    is_open = os.access(place if place.exists() and not place.is_file() else place.parent, os.W_OK)
+    for folder in missing:
+        with suppress(OSError):  # another command may have written there meanwhile
+            folder.rmdir()
+    if not is_open:
         raise _write_error(path, "its folder is read-only")
 
 

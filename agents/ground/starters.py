@@ -67,10 +67,13 @@ def _entry(section: BaseModel, key: str, indent: str) -> str:
     """One key and its value, a list of sections line by line."""
     data: Any = section.model_dump(mode="json", include={key}, exclude_unset=True).get(key)
     data = section.model_dump(mode="json", include={key})[key] if data is None else data
-    layout: dict[str, Any] = {"default_flow_style": True, "width": WIDTH - len(indent) - 8}
+    layout: dict[str, Any] = {"default_flow_style": True, "width": WIDTH - len(indent) - 24}
     if isinstance(data, list) and data and isinstance(data[0], dict):
         parts = [yaml_text(part, **layout).rstrip().replace("\n", f"\n{indent}   ") for part in data]
         return f"{indent}{key}:\n" + "".join(f"{indent}  - {part}\n" for part in parts)
+    if isinstance(data, dict) and any(isinstance(part, dict) for part in data.values()):
+        parts = [yaml_text({name: part}, **layout).strip()[1:-1] for name, part in data.items()]
+        return f"{indent}{key}:\n" + "".join(f"{indent}  {part}\n" for part in parts)
     text = yaml_text({key: data}, **layout).strip()[1:-1].replace("\n", f"\n{indent}")
     return f"{indent}{text}\n"
 

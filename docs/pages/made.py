@@ -38,6 +38,7 @@ MAKERS: Final[Mapping[str, Callable[[str], str]]] = {
     "levels": levels.level_table,
     "items": items.item_table,
     "item-keys": items.key_table,
+    "shapes": items.shape_table,
     "level-files": levels.level_files,
     "settings": levels.setting_table,
     "throw": throw.stage_table,

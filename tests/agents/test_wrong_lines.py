@@ -63,7 +63,7 @@ evaluate --controller LONG | 'x ... is neither a controller nor a run folder
 evaluate --controller LONG.zip | cannot read or write 'x ... File name too long
 evaluate --controller analytic_height --env OneJointThrow-v0 | controller 'analytic_height' knows the physics of the c
 evaluate --controller mlp --action-mode release_xyz | controller 'mlp' shifts the landing and needs an action of 2
-evaluate --controller policy --env OneJointThrow-v0 | level file 'policy/env.yaml': unknown key 'action.along'
+evaluate --controller policy --env OneJointThrow-v0 | level file 'policy/env.yaml': unknown keys 'action.along', 'act
 evaluate --controller policy --action-mode release_xyz | the policy of 'policy' takes observations (26,) and gives ac
 evaluate --controller torn | 'torn/policy.npz' is damaged: policy.npz is truncated or holds no policy
 evaluate --controller foreign | 'foreign/policy.npz' is damaged: policy.npz is truncated or holds no policy
@@ -110,8 +110,8 @@ train --resume policy | run folder 'policy' is damaged: it has no checkpoint
 train --resume policy --algo ppo | --algo cannot be changed with --resume, because the run folder holds
 train --resume policy --out x | --out cannot be changed with --resume, because the run folder holds
 benchmark --config none.yaml | cannot read benchmark 'none.yaml': No such file or directory
-benchmark --config text.yaml | benchmark 'text.yaml': is 'text': input should be a valid di
-benchmark --config typo.yaml | benchmark 'typo.yaml': key 'name' is missing
+benchmark --config text.yaml | benchmark 'text.yaml': it is 'text': input should be a section, with keys name,
+benchmark --config typo.yaml | benchmark 'typo.yaml': unknown key 'binz'; keys 'name',
 benchmark --config plan.yaml --jobs 0 | --jobs is 0; it must be at least 1
 benchmark --config plan.yaml --out folder | cannot write 'folder': it is a folder
 benchmark --config plan.yaml --work file --out o.json | cannot write 'file/piece.json': File exists

@@ -14,6 +14,8 @@ from pnt_gym.errors import one_sentence
 
 MOST_TEXT: Final = 380
 """Characters of a sentence about a level, with room for the name of its file."""
+MOST_KEYS: Final = 8
+"""Keys that a sentence names."""
 _FORM: Final = re.compile(r"(constrained-)?(float|int|str|bool)|[a-z-]+\[.*\]")
 """What pydantic adds to the place of a value that may have one of several forms: the form that it tried."""
 _UNIT: Final = re.compile(r"\[([^\]]+)\]\.?$")
@@ -57,6 +59,9 @@ def list_names(names: Sequence[object]) -> str:
 
 
 def _keys(words: Sequence[str]) -> str:
+    """Keys as a list of words; of very many the first ones."""
+    if len(words) > MOST_KEYS:
+        words = [*words[: MOST_KEYS - 1], f"{len(words) - MOST_KEYS + 1} more"]
     return f"key {words[0]}" if len(words) == 1 else f"keys {', '.join(words[:-1])} and {words[-1]}"
 
 
@@ -88,15 +93,13 @@ def _wrong_values(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> It
                 message = f"input should have {cast('int', complaints[-1]['loc'][-1]) + 1} values"
             else:
                 message = ", or ".join(_message(problem, place, kind) for problem in complaints)
-            yield f"{_text(place)} is {value}: {message}"
+            yield f"{_text(place) or 'it'} is {value}: {message}"
 
 
 def _message(problem: ErrorDetails, place: Place, kind: type[BaseModel]) -> str:
     if problem["type"] in ("model_type", "model_attributes_type", "dict_type"):
         section = _section_at(kind, place)
-        return "input should be a section" + (
-            f" with keys such as {', '.join(_first_keys(section))}" if section else ""
-        )
+        return f"input should be a section{'' if section is None else f', with {_first_keys(section)}'}"
     if problem["type"] == "tuple_type":
         return f"input should be a list, as in [{one_sentence(problem['input'], 40)}]"
     unit = f" {_unit_at(kind, place)}" if problem["type"] in _BOUNDS else ""
@@ -110,15 +113,15 @@ def _unit_at(kind: type[BaseModel], place: Place) -> str:
     field = None if section is None else section.model_fields.get(str(place[keys[-1]]))
     if field is None:
         return ""
-    extra = field.json_schema_extra
+    extra = cast("dict[str, str] | None", field.json_schema_extra)
     unit = _UNIT.search(field.description or "")
-    return str(extra.get("unit", "")) if isinstance(extra, dict) else unit[1] if unit else ""
+    return extra["unit"] if extra else unit[1] if unit else ""
 
 
-def _first_keys(section: type[BaseModel]) -> list[str]:
+def _first_keys(section: type[BaseModel]) -> str:
     """Keys that make clear what a section is: those that are needed, or the first ones."""
     needed = [name for name, field in section.model_fields.items() if field.is_required()]
-    return (needed or list(section.model_fields))[:3]
+    return _keys((needed or list(section.model_fields))[:3])
 
 
 def _unknown_key(place: Place, kind: type[BaseModel]) -> str:

@@ -80,7 +80,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"robots": [{"name": "a", "x": 0.0, "skills": ["tray"]}]},
-        "no robot takes item 'can'; give a robot the skill",
+        "no robot takes items 'can', 'paper_ball' and 'yoghurt_cup'; give a robot the skill",
     ),
     ({"robots": [{"name": "a", "x": 0.0, "percent": [120]}]}, "robots.0.percent.0 is 120: input should be less than"),
     (
@@ -88,7 +88,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
         "lies on the belt, which spans y -0.65..-0.04 m",
     ),
     ({"robots": [{"name": "a", "x": 0.0, "bins": [FAR]}]}, "no robot can throw an object into its bins"),
-    ({"robots": [{"name": "a", "x": 0.0, "bins": [RED]}]}, "no robot takes item 'can'"),
+    ({"robots": [{"name": "a", "x": 0.0, "bins": [RED]}]}, "no robot takes items 'can'"),
     ({"value": {"of": {"stone": 1.0}}}, "value.of: 'stone' is not among the cell's items"),
     ({"value": {"of": {"can": -1.0}}}, "value.of.can is -1.0"),
     ({"value": {"spread": 3.0}}, "value.spread is 3.0: input should be less than or equal to 2"),
