@@ -19,8 +19,9 @@ CONTROLLERS = (
     "A controller's name (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, "
     "oracle, random; at PnTAdapt-v0 also static, ema, kalman, recursive_ridge, in_context, oracle_drift; on a line "
     "fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam, index, random, or a scorer's "
-    "FILE.npz), the folder of a training run, a class of your own, or with --trust a stable-baselines3 model or the "
-    "folder of an RL-Zoo training."
+    "FILE.npz), a policy that ships (shipped:waste-sac, shipped:line/skills3, ...), the folder of a training run, a "
+    "class of your own, or with --trust a stable-baselines3 model or the folder of an RL-Zoo training. `pnt-gym "
+    "controllers` lists the names."
 )
 
 
@@ -28,7 +29,9 @@ CONTROLLERS = (
 class Arguments:
     """Throw held-out objects with one controller and report its picks per minute, success and landing error."""
 
-    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip", help=CONTROLLERS)]
+    controller: Annotated[
+        str, tyro.conf.arg(metavar="NAME|shipped:NAME|RUN_DIR|MODULE:CLASS|MODEL.zip", help=CONTROLLERS)
+    ]
     trust: bool = False
     """Load a stable-baselines3 model or an RL-Zoo folder, whose code then runs; run folders hold no code."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
@@ -39,8 +42,8 @@ class Arguments:
     """Throws to count."""
     shifts: Annotated[int | None, option("32", "N")] = None
     """Work shifts of a line to count."""
-    release: Annotated[str | None, option("analytic", "NAME|RUN_DIR")] = None
-    """Controller that corrects the simulated throws of a line: a controller or a run folder of PnTRelease-v0."""
+    release: Annotated[str | None, option("analytic", "NAME|shipped:NAME|RUN_DIR")] = None
+    """Controller that corrects the simulated throws of a line: a controller or a policy of PnTRelease-v0."""
     throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
     """How throws of a line are computed: by its table of chances, with flights simulated, or in the full physics."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None

@@ -17,6 +17,7 @@ from pnt_gym.reading import ReadError, yaml_of, yaml_text
 
 from .ground.cli import UsageError, option, run
 from .ground.outputs import check_ending, deliver_text
+from .ground.shipped import POLICIES, PREFIX
 from .ground.starters import assumed_text, starter_text
 from .ground.tables import Grid, console
 
@@ -55,6 +56,8 @@ def main(arguments: Arguments) -> None:
     else:
         rows = [(f"{family}/{name}", purpose(kind, name)) for family, kind, name in shipped_levels()]
         console().print(Grid("levels that ship", ("environments / level", "what it is"), rows).terminal())
+        policies = ", ".join(f"{PREFIX}{name} ({policy.env})" for name, policy in POLICIES.items())
+        console().print(f"policies that ship, see `pnt-gym controllers`: {policies}")
 
 
 def shipped_levels() -> list[tuple[str, type[LevelConfig], str]]:

@@ -38,8 +38,8 @@ class Arguments:
     Blue dots are the planned flight, orange dots the simulated flight, green is the target.
     """
 
-    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"
-    """A controller's name, the folder of a training run, a class of your own, or with --trust somebody else's model."""
+    controller: Annotated[str, tyro.conf.arg(metavar="NAME|shipped:NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"
+    """A controller's name, a shipped policy, a run folder, a class of your own, or with --trust another's model."""
     trust: bool = False
     """Load a stable-baselines3 model or an RL-Zoo folder, whose code then runs; run folders hold no code."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None

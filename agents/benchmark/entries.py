@@ -15,6 +15,7 @@ from ..controllers.adaptive import PRETRAINED
 from ..controllers.between import BASES, MAX_STACK, PLANNER
 from ..dispatchers.registry import NAMES as DECIDING
 from ..dispatchers.registry import SEARCHED
+from ..ground.shipped import is_shipped, module_of
 from ..learning.algorithms import MASKED, RESIDUAL
 from ..learning.hyperparameters import hyperparameters
 
@@ -67,7 +68,7 @@ class Entry(Section):
         for name in self.also:
             if name not in NAMES:
                 raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {names}")
-        if ":" not in self.controller and not is_learned(self.controller):
+        if module_of(self.controller) is None and not is_learned(self.controller):
             self._check_name()
         return self
 
@@ -101,7 +102,7 @@ class Entry(Section):
 
 def is_learned(name: str) -> bool:
     """Whether an entry's controller name is a file of a trained policy: a scorer's file or the path of a run folder."""
-    return ":" not in name and (name.endswith(".npz") or "/" in name)
+    return is_shipped(name) or (module_of(name) is None and (name.endswith(".npz") or "/" in name))
 
 
 def labels_of(entry: Entry) -> list[str]:

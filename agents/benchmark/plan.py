@@ -24,6 +24,7 @@ from ..ground.cli import UsageError
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
+from ..ground.shipped import module_of, policy_place
 from ..jobs.cluster import Needs
 from ..jobs.code import code_digest
 from ..jobs.parcel import user_code_digest
@@ -218,7 +219,9 @@ def _piece(
         "plan": plan.model_dump(mode="json", include={"env", "seed", "num_envs"}),
         "counts": list(counts.values()),
         "code": code,
-        "own": [user_code_digest(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
+        "own": [
+            user_code_digest(module) for module in map(module_of, (entry.controller, plan.env)) if module is not None
+        ],
         "depends": _dependencies(kind, entry, list(configs.values()), throws),
     }
     user_configs = {level: config for level, config in configs.items() if _is_user_level(plan, level, config)}
@@ -242,7 +245,7 @@ def _artefact_settings(kind: type[Trial], entry: Entry, levels: list[Any]) -> li
 
 def _digest(name: str) -> str:
     """Digest of a trained policy: of its file, or of the policy in a run folder."""
-    place = at(name)
+    place = policy_place(name)
     return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
 
 
@@ -331,7 +334,7 @@ def needs(plan: Plan) -> Needs:
             if _is_local_file(name, value):
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
     controllers = [entry.controller for entry in plan.entries]
-    modules = sorted({name.partition(":")[0] for name in (plan.env, *controllers) if ":" in name})
+    modules = sorted({module for module in map(module_of, (plan.env, *controllers)) if module is not None})
     return Needs(tuple(modules), torch=any(name in (*TRAINED, "mlp") for name in controllers))
 
 

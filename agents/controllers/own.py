@@ -14,6 +14,7 @@ from pnt_gym.errors import PntGymError, one_sentence
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of, import_user_module
+from ..ground.places import module_name
 from ..learning.runs import RunFolder
 from ..learning.trained import check_trust, find_policy
 from ..policies.actor import Actor
@@ -95,7 +96,8 @@ def _check_controller(controller: Any, name: str) -> Controller:
 def _check_parts(controller: Any, name: str, parts: Sequence[str]) -> None:
     missing = [part for part in parts if not hasattr(controller, part)]
     if missing:
-        raise UsageError(f"controller {name} has no {' and no '.join(missing)}; inherit agents.controllers.Controller")
+        base = f"{module_name('agents.controllers')}.Controller"
+        raise UsageError(f"controller {name} has no {' and no '.join(missing)}; inherit {base}")
 
 
 def load_trained(place: Path, env: Env, *, trust: bool = False) -> Controller:

@@ -15,7 +15,7 @@ import numpy as np
 from ..controllers.protocol import Controller, Learner
 from ..ground.cli import UsageError
 from ..ground.environments import Role
-from ..ground.places import at
+from ..ground.shipped import policy_place
 from ..ground.tables import throws_bar
 from ..jobs.cluster import Needs
 from ..jobs.work import Pool, keep_missing
@@ -101,12 +101,10 @@ class Crew:
                 advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=practice))
                 self.trial.practise(controller, practice, self.seed, progress=advance)
             state = controller.state()
-        place = at(policy_name)
-        is_trained = os.path.isdir(place) or policy_name.endswith((".zip", ".npz"))
+        place = policy_place(policy_name)
+        is_trained = os.path.isdir(place) or place.suffix in (".zip", ".npz")
         files = files_of(place) if is_trained else {}
-        return ControllerRecipe(
-            Path(policy_name).resolve().name if is_trained else policy_name, files, self._trust, state
-        )
+        return ControllerRecipe(place.resolve().name if is_trained else policy_name, files, self._trust, state)
 
     def _make_controller(self, name: str) -> Controller:
         return self.trial.controller(name, trust=self._trust)
@@ -171,4 +169,5 @@ class EpisodeStore:
 
 def _describe(controller: Controller, policy_name: str) -> str:
     """Description of a controller: its name and the name of its folder, without the folder's path."""
-    return f"{controller.name} of {Path(policy_name).name}" if os.path.isdir(at(policy_name)) else controller.name
+    place = policy_place(policy_name)
+    return f"{controller.name} of {place.name}" if os.path.isdir(place) else controller.name

@@ -29,6 +29,7 @@ MAKERS: Final[Mapping[str, Callable[[str], str]]] = {
     "commands": commands.command_table,
     "help": commands.command_help,
     "controllers": controllers.controller_table,
+    "shipped": controllers.shipped_table,
     "line-controllers": controllers.line_controller_table,
     "environment": environments.page,
     "environments": environments.environment_table,

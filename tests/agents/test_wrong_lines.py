@@ -56,7 +56,7 @@ evaluate --controller os:nothing | module 'os' has no class 'nothing'
 evaluate --controller Analytic | 'Analytic' is neither a controller
 evaluate --controller none.zip --trust | model 'none.zip' does not exist
 evaluate --controller file | 'file' is neither a controller nor a run folder
-evaluate --controller file.zip | 'file.zip' is not a run folder of agents.train: loading it runs ... give --trust
+evaluate --controller file.zip | 'file.zip' is not a run folder of `train`: loading it runs ... give --trust
 evaluate --controller file.zip --trust | 'file.zip' is damaged: file.zip is truncated or not a model
 evaluate --controller folder | 'folder' is not a run folder: it has no args.yml
 evaluate --controller LONG | 'x ... is neither a controller nor a run folder
