@@ -73,7 +73,7 @@ def policy_place(name: str | Path) -> Path:
         UsageError: no shipped policy has this name.
     """
     if not isinstance(name, str) or not is_shipped(name):
-        return at(name)
+        return at(name) if str(name) else Path(name)
     short = name.removeprefix(PREFIX)
     if short not in POLICIES:
         alike = get_close_matches(short, POLICIES, 1)

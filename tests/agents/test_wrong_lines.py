@@ -157,7 +157,7 @@ dataset --root file | cannot read or write
 dataset --controller policy --action-mode release_xyz | the policy of
 dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' cannot be collected: its core has no cell
 dataset --env PnTLine-v0 --expert atc --controller oracle | 'oracle' is no controller of a line; controllers are
-dataset --env PnTLine-v0 --expert atc --controller LONG | cannot read or write 'x ... File name too long
+dataset --env PnTLine-v0 --expert atc --controller LONG | 'x ... is no controller of a line; controllers are random
 dataset --env PnTLine-v0 --expert atc --controller none.npz | scorer 'none.npz' does not exist
 demo --picks 0 | --picks is 0; it must be at least 1
 line calibrate --throws 99 | --throws is 99; it must be at least 100
