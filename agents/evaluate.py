@@ -61,7 +61,7 @@ class Arguments:
     practice: Annotated[
         int | None, option("120, or 0 with --load and for a controller that ships pre-trained", "N")
     ] = None
-    """Practice throws of a learning controller before the evaluation; other controllers do not practise."""
+    """Practice throws before the evaluation of a controller with a method `learn`; refused for others."""
     online: bool = False
     """Let the controller go on learning during the evaluation."""
     action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
@@ -75,7 +75,7 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
     from .controllers import Learner, save_state
-    from .controllers.state import practice_steps
+    from .controllers.state import check_learns, practice_steps
     from .judging.evaluation import judge
     from .judging.trials import check_options, open_trial
     from .learning.trained import resolve_task
@@ -93,6 +93,7 @@ def main(arguments: Arguments) -> None:
         controller.reset(arguments.seed)
         usual, files = trial.practice(controller), (arguments.load, arguments.save)
         practice = practice_steps(controller, usual, arguments.practice, *files)
+        check_learns(controller, online=arguments.online)
         count = getattr(arguments, trial.option, None) or trial.count()
         record = judge(trial, controller, count, arguments.seed, practice=practice, online=arguments.online)
         name, config = trial.core.config.name, trial.core.config
@@ -104,6 +105,8 @@ def main(arguments: Arguments) -> None:
     title += f", after {practice} practice {trial.step}s" if practice else ""
     console().print(record.table(title, report))
     show_assumed(config)
+    if note := getattr(controller, "note", ""):
+        console().print(note)
     if arguments.picture is not None and (drawing := record.picture()) is not None:
         deliver_text(arguments.picture, drawing)
     if arguments.video is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
@@ -71,6 +71,7 @@ def main(arguments: Arguments) -> None:
     outputs = [w for w in (arguments.video, arguments.picture, arguments.viewer) if w is not None]
     if len(outputs) != 1:
         raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native|web")
+    _check_effects(arguments)
     check_writable(arguments.video, arguments.picture)
     check_ending("video", arguments.video, VIDEOS)
     check_ending("picture", arguments.picture, PICTURES)
@@ -85,6 +86,18 @@ def main(arguments: Arguments) -> None:
             stage.advance(arguments.at)
             deliver(arguments.picture, lambda path: save_picture(stage.view, path, arguments.at))
             console().print(f"picture of a throw in {arguments.picture}")
+
+
+def _check_effects(arguments: Arguments) -> None:
+    """Make sure that every option which was given has an effect.
+
+    Raises:
+        UsageError: an option goes with another output.
+    """
+    usual = {field.name: field.default for field in fields(Arguments)}
+    for name, output in (("picks", "video"), ("slow", "video"), ("at", "picture")):
+        if getattr(arguments, name) != usual[name] and getattr(arguments, output) is None:
+            raise UsageError(f"--{name} goes with --{output}, and has no effect here")
 
 
 def open_stage(arguments: Arguments, controller: str, level: str | None) -> Stage:
