@@ -11,7 +11,7 @@ import tyro
 
 from .ground.amounts import NUM_ENVS
 from .ground.cli import at_least, option, run
-from .ground.outputs import VIDEOS, check_ending, check_writable, deliver_json, deliver_text
+from .ground.outputs import VIDEOS, check_drawing, check_ending, check_writable, deliver_json, deliver_text
 from .ground.starters import assumed_values, show_assumed
 from .ground.tables import console
 
@@ -84,6 +84,7 @@ def main(arguments: Arguments) -> None:
     at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
     check_writable(arguments.json, arguments.save, arguments.picture, arguments.video)
     check_ending("video", arguments.video, VIDEOS)
+    check_drawing(picture=arguments.picture, film=arguments.video)
     env_id, level, mode = resolve_task(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
     opened = open_trial(env_id, level, arguments.num_envs, arguments.threads, mode, arguments.throws)
     with closing(opened) as trial:

@@ -13,9 +13,9 @@ import tyro
 from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display
 
-from .ground.cli import UsageError, at_least, option, run
+from .ground.cli import UsageError, at_least, check_libraries, option, run
 from .ground.environments import find_environment
-from .ground.outputs import PICTURES, VIDEOS, check_ending, check_writable, deliver
+from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable, deliver
 from .ground.tables import console
 from .learning.trained import resolve_task
 from .pictures.stage import Stage
@@ -75,6 +75,9 @@ def main(arguments: Arguments) -> None:
     check_writable(arguments.video, arguments.picture)
     check_ending("video", arguments.video, VIDEOS)
     check_ending("picture", arguments.picture, PICTURES)
+    check_drawing(film=arguments.video)
+    if arguments.picture is not None:
+        check_libraries("PIL")
     if arguments.viewer is not None:
         show(arguments, arguments.viewer)
         return

@@ -20,7 +20,7 @@ from pnt_gym.cells.base.problems import describe_problems
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers.protocol import Controller
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, check_libraries
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
@@ -32,7 +32,7 @@ from ..jobs.work import key
 from ..judging.trial import Trial
 from ..judging.trials import check_options, open_trial, trial_class
 from ..learning.runs import POLICY
-from .entries import EACH, TRAINED, Choice, Count, Entry, Several, is_learned, labels_of, settings_of
+from .entries import EACH, LEARNED_BY, TRAINED, Choice, Count, Entry, Several, is_learned, labels_of, settings_of
 
 _CODE = ("pnt_gym/**/*.py", "agents/controllers/*.py", "agents/dispatchers/*.py")
 """Code on which results depend and which is loaded by a name; all other code is found by following imports."""
@@ -283,7 +283,10 @@ def _check_entry(plan: Plan, entry: Entry, trial: Trial) -> None:
     try:
         if entry.controller in TRAINED:
             trial.check_training({**entry.model_dump(), "algo": entry.controller, "env": plan.env})
+            check_libraries("torch", "stable_baselines3", "sb3_contrib")
             return
+        if any(entry.throws):
+            check_libraries(*LEARNED_BY.get(entry.controller, ()))
         for name in (entry.controller, *entry.also):
             entry_controller(trial, entry, name)
     except UsageError as error:

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from pnt_gym.errors import one_sentence
 
-from .cli import UsageError
+from .cli import UsageError, check_libraries
 from .files import json_text, replace_file
 from .streams import destination, stream_of
 
@@ -87,6 +87,27 @@ def check_ending(option: str, path: Path | None, endings: Sequence[str]) -> None
     """
     if path is not None and path.suffix.lower() not in endings:
         raise UsageError(f"--{option} is {str(path)!r}; it must end in {' or '.join(endings)}")
+
+
+def check_drawing(*, picture: Path | None = None, film: Path | None = None) -> None:
+    """Make sure, before any work, that what a picture by matplotlib or a film needs is there.
+
+    Args:
+        picture: file of the picture; None for no picture.
+        film: file of the film; None for no film.
+
+    Raises:
+        ModuleNotFoundError: a library is not installed.
+        UsageError: this machine cannot render a film.
+    """
+    if picture is not None:
+        check_libraries("matplotlib")
+    if film is not None:
+        check_libraries("imageio", "imageio_ffmpeg")
+        from pnt_gym.cells.base.canvas import rendering_problem  # noqa: PLC0415 - imports the engine
+
+        if problem := rendering_problem():
+            raise UsageError(problem)
 
 
 def check_writable(*paths: Path | None) -> None:

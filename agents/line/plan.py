@@ -19,7 +19,7 @@ from ..ground.cli import UsageError, at_least, option
 from ..ground.drawings import COLOURS, dress, subplots, svg
 from ..ground.environments import make_vector, stream_seed
 from ..ground.metrics import mean_interval
-from ..ground.outputs import check_writable, deliver_json, deliver_text
+from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
 from ..ground.starters import show_assumed
 from ..ground.tables import Grid, console, percent, throws_bar
 from ..ground.versions import versions
@@ -72,6 +72,7 @@ def main(arguments: Arguments) -> None:
     at_least(vars(arguments), shifts=1, seed=0, throws=100, threads=1)
     _check(arguments)
     check_writable(arguments.json, arguments.picture)
+    check_drawing(picture=arguments.picture)
     level = LineConfig.load(arguments.level, throws="table")
     show_assumed(level)
     plans = list(make_plans(level, arguments))
