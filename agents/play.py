@@ -71,10 +71,10 @@ def main(arguments: Arguments) -> None:
     outputs = [w for w in (arguments.video, arguments.picture, arguments.viewer) if w is not None]
     if len(outputs) != 1:
         raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native|web")
-    _check_effects(arguments)
     check_writable(arguments.video, arguments.picture)
     check_ending("video", arguments.video, VIDEOS)
     check_ending("picture", arguments.picture, PICTURES)
+    _check_effects(arguments)
     check_drawing(film=arguments.video)
     if arguments.picture is not None:
         check_libraries("PIL")

@@ -163,6 +163,7 @@ def test_whatever_has_a_policy_can_be_judged(here: Path) -> None:
     assert perfect["landing_error_mean_m"] < 1e-6
     assert evaluate(theirs.Better, env, 10)["controller"] == "better"
     plain = theirs.Plain()
+    plain.reset(0)
     assert evaluate(plain, env, 10, practice=40)["practice"] == plain.throws == 40
     with pytest.raises(UsageError, match="--practice has no effect: controller 'policy' has no method `learn`"):
         evaluate(theirs.policy, env, 10, practice=40)

@@ -138,6 +138,12 @@ play --picture a.mp4 --picks 10000 | --picture is 'a.mp4'; it must end in .png
 play --video a.mp4 --picture x.png | give one of --video FILE.mp4, --picture FILE.png and --viewe
 play --video a.mpeg --picks 10000 | --video is 'a.mpeg'; it must end in .mp4 or .gif
 play --video a --picks 10000 | --video is 'a'; it must end in .mp4 or .gif
+play --picture x.png --picks 2 | --picks goes with --video, and has no effect here
+play --picture x.png --slow 2 | --slow goes with --video, and has no effect here
+play --video a.mp4 --at 0.2 | --at goes with --picture, and has no effect here
+evaluate --controller analytic --practice 5 | --practice has no effect: controller 'analytic' has no method `learn`
+evaluate --controller analytic --online | --online has no effect: controller 'analytic' has no method `learn`
+line tune --shifts 2 --out rules.yaml | --shifts is 2; settings are saved to --out from 32 shifts on
 play --video a.mp4 --throws full | --throws goes with work shifts
 play --video a.webm --env PnTLine-v0 --controller fifo | --video is 'a.webm'; it must end in .mp4 or .gif
 play --video a.mp4 --env PnTLine-v0 --controller analytic | 'analytic' is no controller of a line
@@ -148,7 +154,7 @@ publish folder | 'folder' is not a run folder: it has no args.yml
 publish LONG | cannot read or write 'x ... File name too long
 publish policy --shifts 3 | --shifts goes with work shifts; PnTRelease-v0 is judged by throws
 publish old --to kept | run folder 'old' is damaged: policy.npz is missing; before 0.2.0 none was written
-publish policy --to file | cannot read or write 'file/
+publish policy --to file | cannot write 'file/PnTRelease-v0-waste-sac-seed0/README.md': Not a directory
 dataset --throws 0 | --throws is 0; it must be at least 1
 dataset --name waste | --name is 'waste'; it must be NAMESPACE/NAME-vN
 dataset --name one/two-v0 --root datasets | 'one/two-v0' exists already in
