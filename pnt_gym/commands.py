@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
 
 def command_module(name: str) -> Any:
@@ -31,3 +32,16 @@ def evaluate(policy: Any, env: Any, picks: int = 200, seed: int = 0, **options: 
         PntGymError: the policy or the environment is unknown, the two do not fit, or no throws are asked for.
     """
     return command_module("judging.evaluation").evaluate(policy, env, picks, seed, **options)
+
+
+def shipped_policy(name: str) -> Path:
+    """The folder, or the file of a scorer, of a policy that ships.
+
+    Args:
+        name: name that `pnt-gym controllers` lists, such as "waste-sac".
+
+    Raises:
+        PntGymError: no shipped policy has this name.
+    """
+    shipped = command_module("ground.shipped")
+    return cast("Path", shipped.policy_place(f"{shipped.PREFIX}{name.removeprefix(shipped.PREFIX)}"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import io
 import json
 import re
@@ -34,6 +35,7 @@ EXTRAS = {
     "matplotlib": "report",
     "jinja2": "report",
     "imageio": "video",
+    "imageio_ffmpeg": "video",
     "PIL": "video",
     "onnx": "onnx",
     "onnxruntime": "onnx",
@@ -46,6 +48,17 @@ EXTRAS = {
 
 class UsageError(PntGymError):
     """A command line that asks for something impossible or that does not exist."""
+
+
+def check_libraries(*names: str) -> None:
+    """Make sure, before any work, that optional libraries are installed; none of them is imported.
+
+    Raises:
+        ModuleNotFoundError: one is not; `run` names the extra that brings it.
+    """
+    for name in names:
+        if importlib.util.find_spec(name) is None:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 
 def option(default: str, metavar: str | None = None, text: str | None = None) -> Any:

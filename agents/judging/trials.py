@@ -13,6 +13,7 @@ from ..controllers.protocol import Controller
 from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError
 from ..ground.environments import Env, config_of, core_of, import_user_module, make_vector
+from ..ground.places import module_name
 from .throws.trial import ThrowTrial
 from .trial import Trial
 from .work_shifts.trial import ShiftTrial
@@ -38,7 +39,8 @@ def trial_class(config: Any) -> type[Trial]:
     if not (inspect.isclass(kind) and issubclass(kind, Trial)):
         names = ", ".join(TRIALS)
         raise UsageError(
-            f"trial is {name!r}; it must be {names}, or MODULE:CLASS of a subclass of agents.judging.Trial"
+            f"trial is {name!r}; it must be {names}, or MODULE:CLASS of a subclass of "
+            f"{module_name('agents.judging.trial')}.Trial"
         )
     return kind
 

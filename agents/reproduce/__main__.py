@@ -11,7 +11,7 @@ from typing import Annotated
 
 import tyro
 
-from ..ground.cli import UsageError, at_least, option, run
+from ..ground.cli import UsageError, at_least, check_libraries, option, run
 from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
@@ -82,6 +82,7 @@ def check(arguments: Arguments) -> tuple[str, ...]:
     if arguments.paper not in (*PAPERS, ALL):
         raise UsageError(f"unknown paper {arguments.paper!r}; known are {', '.join((*PAPERS, ALL))}")
     at_least(vars(arguments), jobs=1)
+    check_libraries("matplotlib")
     check_writable(arguments.json, arguments.figures and arguments.figures / "drawing.svg")
     return tuple(PAPERS) if arguments.paper == ALL else (arguments.paper,)
 

@@ -71,7 +71,8 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     and of the bin of this throw), `true_kind` (index of the true class), `target_x`, `target_y`, `bin_depth` (free
     depth of the bin above its filling) [m], `ended_in` (index of the bin in which the object lies at the end, -1 for
     none), `belongs` (that bin takes the true class), `sorted` (a success that belongs there), and `kind`: the index,
-    into the level's `items`, of the class of the object now under the cup, as seen.
+    into the level's `items`, of the class of the object now under the cup, as seen. At the end of an episode of several
+    throws `episode_success` is the share of them that succeeded.
 
     ## Arguments
 
