@@ -69,7 +69,8 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self._limit = _steps_of(max_episode_steps)
         vars(self)["metadata"] = {**self.metadata, "autoreset_mode": self._autoreset}
         self._picture = Picture.of(width, height, camera)
-        self.core = self.single.make_core(level, action_mode, num_envs, threads)
+        make = self.single.make_vector_core if render_mode is None else self.single.make_core
+        self.core = make(level, action_mode, num_envs, threads)
         self.num_envs = num_envs
         self.single_observation_space: Space[Any] = self.core.observation_space
         self.single_action_space: Space[Any] = self.core.action_space
