@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from itertools import product
 from statistics import mean
@@ -71,11 +73,9 @@ class Vector:
 
     def __init__(self, env_id: str, level: Any, cells: int, threads: int) -> None:
         self._env: Any = gym.make_vec(env_id, num_envs=cells, level=level, threads=threads)
-        self._taps, self._steps = list[Tap](), list[int]()
-        for plant in plants(self._env.unwrapped.core.cell):
-            for physics in (plant, *([plant.free] if hasattr(plant, "free") else [])):  # with and without the robot
-                physics.batch = Tap(physics.batch)
-                self._taps.append(physics.batch)
+        core = self._env.unwrapped.core
+        self._parts, self._steps = [tap_batches(part.cell) for part in getattr(core, "parts", [core])], list[int]()
+        self._taps = [tap for part in self._parts for tap in part]
         self._info, self._rng = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
 
     def step(self) -> None:
@@ -87,8 +87,8 @@ class Vector:
 
     def repeat(self) -> None:
         """The physics of the last step alone: what planning, references and bookkeeping leave to it."""
-        for tap in self._taps:
-            tap.repeat()
+        with ThreadPoolExecutor(len(self._parts)) as pool:  # at the same time, as in the step
+            deque(pool.map(repeat_all, self._parts), 0)
 
     def steps(self) -> float:
         """Physics steps of a step of all cells, on average without the first, which warms up."""
@@ -111,6 +111,22 @@ class Singles:
             )
             if terminated or truncated:
                 self._infos[row] = env.reset()[1]
+
+
+def tap_batches(cell: Any) -> list[Tap]:
+    """Replace the batches of a cell, with and without the robot, by batches that remember their rollouts."""
+    taps: list[Tap] = []
+    for plant in plants(cell):
+        for physics in (plant, *([plant.free] if hasattr(plant, "free") else [])):
+            physics.batch = Tap(physics.batch)
+            taps.append(physics.batch)
+    return taps
+
+
+def repeat_all(taps: Iterable[Tap]) -> None:
+    """Repeat the rollouts of some batches, one batch after the other."""
+    for tap in taps:
+        tap.repeat()
 
 
 def plants(cell: Any) -> list[Any]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+import os
+import sys
 import warnings
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -40,7 +42,7 @@ SECTIONS: Final = (
 )
 """Sections of a manual, in Gymnasium's order."""
 ARGUMENTS: Final = """\
-| `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
+| `threads` | int | 1 (vector: 2) | threads of a step; results do not depend on it |
 | `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
 | `width` | int | 1280 | width of a frame [pixels], up to 1920 |
 | `height` | int | 720 | height of a frame [pixels], up to 1080 |
@@ -241,6 +243,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
             vars(self)["metadata"] = {**self.metadata, "render_modes": modes}
         self._picture = Picture.of(width, height, camera)
         self.core = self.make_core(level, action_mode, 1, threads)
+        warn_of_threads(threads)
         self.observation_space = self.core.observation_space
         self.action_space = self.core.action_space
         self.render_mode = render_mode
@@ -332,6 +335,17 @@ class ThrowEnv(CoreEnv):
             warnings.simplefilter("ignore")  # the first part has warned of the level
             parts += [cls.make_core(config, action_mode, *size) for size in later]
         return ParallelCore(parts) if later else parts[0]
+
+
+def warn_of_threads(threads: int) -> None:
+    """Warn of more threads than this process may use at the same time; two, the default of vector forms, are fine."""
+    cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    if threads > max(cores, 2):
+        warnings.warn(
+            f"threads is {threads}, more than this process has cores ({cores}); results are the same, and steps take "
+            "longer",
+            stacklevel=3,
+        )
 
 
 def scalars(info: Mapping[str, NDArray[Any]], row: int, partial: Mapping[str, Bools] = NOTHING) -> dict[str, Any]:

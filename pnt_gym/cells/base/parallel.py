@@ -1,5 +1,4 @@
-"""A core whose rows are split into parts, which step at the same time: one part plans or judges while another part is
-in the engine.
+"""A core whose rows are split into parts, which step at the same time: one plans while another is in the engine.
 
 A row's result does not depend on the other rows, so the split does not change a bit of the results.
 """
