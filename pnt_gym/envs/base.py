@@ -23,7 +23,6 @@ from pnt_gym.cells.base.canvas import DRAWING_LOCK, FPS, RENDER_MODES, SIZE, Pic
 from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.cells.base.config import Level, LevelConfig, describes_a_cell, serialize_level
 from pnt_gym.cells.base.core import Core, Step
-from pnt_gym.cells.base.parallel import ParallelCore, split_cells
 from pnt_gym.cells.base.request import NO_REQUEST, REQUEST_OPTIONS, Request, parse_request
 from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display
@@ -219,11 +218,6 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
     def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> Any:
         """A `BatchedCore` with `count` rows of a level and one action mode."""
 
-    @classmethod
-    def make_vector_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> Any:
-        """The `BatchedCore` of a vector environment without pictures."""
-        return cls.make_core(level, action_mode, count, threads)
-
     def __init__(
         self,
         level: Level = "nominal",
@@ -324,17 +318,6 @@ class ThrowEnv(CoreEnv):
         """Core with `count` cells of a level and one action mode."""
         with describes_a_cell():
             return Core(cls.make_cell(level, count, threads), action_mode)
-
-    @classmethod
-    def make_vector_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> Core | ParallelCore:
-        """Core with `count` cells, split into parts that step at the same time where there are cells enough."""
-        config = cls.load_config(level)
-        first, *later = split_cells(count, threads)
-        parts = [cls.make_core(config, action_mode, *first)]
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the first part has warned of the level
-            parts += [cls.make_core(config, action_mode, *size) for size in later]
-        return ParallelCore(parts) if later else parts[0]
 
 
 def warn_of_threads(threads: int) -> None:

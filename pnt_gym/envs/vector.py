@@ -31,9 +31,8 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         num_envs: number of cells N.
         level: level of the cells.
         action_mode: meaning of an action; None for the cells' default.
-        threads: threads, of the physics and, from two times `LEAST_ROWS` cells on, of all that a step computes;
-            results do not depend on this number.
-        render_mode: "rgb_array" or None; cells with pictures share the threads for the physics alone.
+        threads: threads of the physics; results do not depend on this number.
+        render_mode: "rgb_array" or None.
         width, height, camera: see `Picture`.
         autoreset_mode: when a cell begins a new episode: in the step that ends the old episode, in the next step, in
             which the cell does not throw, or only at a reset.
@@ -71,8 +70,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         self._limit = _steps_of(max_episode_steps)
         vars(self)["metadata"] = {**self.metadata, "autoreset_mode": self._autoreset}
         self._picture = Picture.of(width, height, camera)
-        make = self.single.make_vector_core if render_mode is None else self.single.make_core
-        self.core = make(level, action_mode, num_envs, threads)
+        self.core = self.single.make_core(level, action_mode, num_envs, threads)
         warn_of_threads(threads)
         self.num_envs = num_envs
         self.single_observation_space: Space[Any] = self.core.observation_space

@@ -1,4 +1,4 @@
-"""Vector environments whose cells step in parts: the bits of one thread, the rows' own errors, no thread left over."""
+"""Cells that are simulated in parts: the bits of one thread, the rows' own errors, no thread left over."""
 
 import pickle
 import threading
@@ -10,11 +10,9 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base import parallel
-from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.base.parallel import LEAST_ROWS, ParallelCore, split_cells
-from pnt_gym.errors import ActionError, ConfigError, OrderError, PhysicsError
-from tests.tools.nightly import with_nightly
-from tests.tools.throws import THROWS, same_bits, zeros
+from pnt_gym.cells.base.parallel import LEAST_ROWS, call_in_threads, split_rows
+from pnt_gym.errors import ActionError, OrderError, PhysicsError
+from tests.tools.throws import CONVEYOR, same_bits, zeros
 from tests.tools.vectors import LEVELS, actions
 
 COUNT = 7
@@ -48,22 +46,25 @@ def assert_same(first, second):
 
 
 def break_part(env, number, error):
-    """Let the throws of a part of the environment's core end with an error; returns a function that mends the part."""
-    cell = env.unwrapped.core.parts[number].cell
+    """Let the throws of a part of the cells end with an error; returns a function that mends the part."""
+    plant = parts_of(env)[number][1]
 
-    def throw(plans):
+    def fly(context, plans):
         raise error
 
-    cell.throw = throw
-    return lambda: vars(cell).pop("throw")
+    plant.fly = fly
+    return lambda: vars(plant).pop("fly")
 
 
-@pytest.mark.parametrize("env_id", with_nightly(THROWS, ("PnTAdapt-v0", "OneJointAssembly-v0", "GripperToss-v0")))
+def parts_of(env):
+    return env.unwrapped.core.cell.plant.parts
+
+
+@pytest.mark.parametrize("env_id", CONVEYOR)
 @pytest.mark.parametrize("threads", [2, 3, 5])
 def test_parts_give_the_bits_of_one_thread(env_id, threads):
     alone, split = opened(env_id, 1), opened(env_id, threads)
-    assert isinstance(alone.unwrapped.core, Core)
-    assert len(split.unwrapped.core.parts) == threads
+    assert (len(parts_of(alone)), len(parts_of(split))) == (0, threads)
     (first, info), (second, info2) = (env.reset(seed=3) for env in (alone, split))
     assert same_bits(first, second)
     assert_same(info, info2)
@@ -89,43 +90,29 @@ def test_parts_reset_as_one_thread_does(env_id, mode):
 
 
 @pytest.mark.parametrize("jitter", [False, True])
-def test_parts_preview_plan_and_hide_as_one_thread_does(jitter):
+def test_parts_preview_as_one_thread_does(jitter):
     alone, split = (opened("PnTConveyor-v0", threads) for threads in (1, 3))
     for env in (alone, split):
         env.reset(seed=1)
-    one, three = alone.unwrapped.core, split.unwrapped.core
     action = actions("PnTConveyor-v0", 1)[0, :COUNT]
-    assert same_bits(one.preview(action, jitter).landing, three.preview(action, jitter).landing)
-    assert same_bits(one.plan(action)[0].velocity, three.plan(action)[0].velocity)
-    assert same_bits(one.plan(action)[1], three.plan(action)[1])
-    assert same_bits(one.context.pick, three.context.pick)
-    assert one.hidden().keys() == three.hidden().keys()
-    assert all(same_bits(values, three.hidden()[name]) for name, values in one.hidden().items())
-    assert (three.cell.target_names, three.cell.episode) == (one.cell.target_names, one.cell.episode)
-    assert [quantity.name for quantity in three.cell.hidden] == [quantity.name for quantity in one.cell.hidden]
+    one, three = (env.unwrapped.core.preview(action, jitter) for env in (alone, split))
+    assert same_bits(one.landing, three.landing)
+    assert same_bits(one.energy, three.energy)
 
 
-def test_a_request_is_met_in_all_parts():
-    alone, split = opened(BANDIT, 1, level="waste"), opened(BANDIT, 3, level="waste")
-    item = alone.unwrapped.core.item_names[1]
-    mask = np.arange(COUNT) % 2 == 0
-    for env in (alone, split):
-        env.reset(seed=2)
-    (first, info), (second, info2) = (env.reset(options={"item": item, "reset_mask": mask}) for env in (alone, split))
-    assert (info2["kind"][mask] == 1).all()
-    assert same_bits(first, second)
-    assert_same(info, info2)
-
-
-def test_a_request_that_one_row_never_draws_changes_no_part():
-    """Only an assembly's second throw has this item."""
-    hurt, unhurt = (opened("OneJointAssembly-v0", 3) for _ in range(2))
-    for env in (hurt, unhurt):
+def test_the_recorded_throw_is_that_of_one_thread():
+    recordings = []
+    for threads in (1, 3):
+        env = opened("PnTConveyor-v0", threads)
         env.reset(seed=1)
-    with pytest.raises(ConfigError, match="item 'tee' did not come"):
-        hurt.reset(options={"item": "tee"})
-    for action in actions("OneJointAssembly-v0", 2):
-        assert all(same_bits(*pair) for pair in zip(*(e.step(action[:COUNT])[:4] for e in (hurt, unhurt)), strict=True))
+        plant = env.unwrapped.core.cell.plant
+        plant.record_row = 4
+        env.step(zeros("PnTConveyor-v0", COUNT))
+        recordings.append(plant.recording)
+    one, three = recordings
+    assert same_bits(one.state, three.state)
+    assert same_bits(one.control, three.control)
+    assert same_bits(one.model.body_mass, three.model.body_mass)
 
 
 @pytest.mark.parametrize("number", [0, 1, 2])
@@ -133,7 +120,7 @@ def test_an_error_of_a_part_is_told_and_a_reset_heals_all(number):
     env, fresh = opened("PnTConveyor-v0", 3), opened("PnTConveyor-v0", 1)
     env.reset(seed=1)
     mend = break_part(env, number, PhysicsError("MuJoCo warned in simulation 1"))
-    cells = ["0 to 2", "3 to 4", "5 to 6"][number]
+    cells = ["0 to 1", "2 to 3", "4 to 6"][number]
     with pytest.raises(PhysicsError, match=f"cells {cells}: MuJoCo warned in simulation 1"):
         env.step(zeros("PnTConveyor-v0", COUNT))
     mend()
@@ -189,41 +176,34 @@ def test_a_copy_goes_on_as_the_original_does(copied):
         assert same_bits(env.step(action[:COUNT])[0], again.step(action[:COUNT])[0])
 
 
-def test_settings_of_numpy_hold_in_all_parts():
-    core = opened(BANDIT, 3).unwrapped.core
+def test_settings_of_numpy_hold_in_all_threads():
     with np.errstate(over="raise", under="warn"):
-        told = core._run(lambda part, rows: np.geterr())
-        assert told == [np.geterr()] * 3
+        assert call_in_threads([np.geterr] * 3) == [np.geterr()] * 3
+
+
+def test_results_come_in_order_and_the_first_error_is_told():
+    assert call_in_threads([lambda: 1]) == [1]
+    assert call_in_threads([lambda k=k: k for k in range(5)]) == [0, 1, 2, 3, 4]
+    with pytest.raises(ZeroDivisionError):
+        call_in_threads([int, lambda: 1 / 0, lambda: [][0]])
 
 
 @pytest.mark.parametrize(
-    ("count", "threads", "parts"),
-    [(64, 1, [(64, 1)]), (64, 2, [(32, 1), (32, 1)]), (2 * 16 - 1, 2, [(31, 2)]), (50, 8, [(17, 3), (17, 3), (16, 2)])],
+    ("count", "threads", "sizes"), [(64, 1, [64]), (64, 2, [32, 32]), (31, 2, [31]), (50, 8, [16, 17, 17]), (1, 2, [1])]
 )
-def test_cells_and_threads_are_split_evenly(count, threads, parts, monkeypatch):
+def test_rows_are_split_evenly(count, threads, sizes, monkeypatch):
     monkeypatch.setattr(parallel, "LEAST_ROWS", 16)
-    assert split_cells(count, threads) == parts
+    parts = split_rows(count, threads)
+    assert [part.stop - part.start for part in parts] == sizes
+    assert np.array_equal(np.concatenate([np.arange(count)[part] for part in parts]), np.arange(count))
 
 
-def test_small_vectors_are_not_split(monkeypatch):
+def test_few_cells_and_flights_alone_are_not_split(monkeypatch):
+    assert parts_of(opened(BANDIT, 2))
+    assert not parts_of(opened(BANDIT, 2, level={"base": "waste", "fidelity": "flight"}))
     monkeypatch.setattr(parallel, "LEAST_ROWS", LEAST_ROWS)
-    assert isinstance(opened(BANDIT, 2).unwrapped.core, Core)
-
-
-def test_cells_with_pictures_are_not_split():
-    assert isinstance(opened(BANDIT, 2, render_mode="rgb_array").unwrapped.core, Core)
-    core = opened(BANDIT, 2).unwrapped.core
-    assert isinstance(core, ParallelCore)
-    with pytest.raises(ConfigError, match="give a render_mode, or threads=1"):
-        core.view()
-
-
-def test_a_level_that_is_warned_of_is_warned_of_once():
-    level = {"bins": {"fixed": [{"name": "near", "x": 0.1, "y": 0.4}, {"name": "far", "x": 0.0, "y": 3.5}]}}
-    with warnings.catch_warnings(record=True) as seen:
-        warnings.simplefilter("always")
-        opened(BANDIT, 3, level=level)
-    assert len([warning for warning in seen if "'far'" in str(warning.message)]) == 1
+    assert not parts_of(opened(BANDIT, 2, 2 * LEAST_ROWS - 1))
+    assert parts_of(opened(BANDIT, 2, 2 * LEAST_ROWS))
 
 
 @pytest.mark.parametrize("form", [gym.make, gym.make_vec])
