@@ -185,7 +185,7 @@ def test_results_come_in_order_and_the_first_error_is_told():
     assert call_in_threads([lambda: 1]) == [1]
     assert call_in_threads([lambda k=k: k for k in range(5)]) == [0, 1, 2, 3, 4]
     with pytest.raises(ZeroDivisionError):
-        call_in_threads([int, lambda: 1 / 0, lambda: [][0]])
+        call_in_threads([int, lambda: 1 / 0, lambda: {}["a"]])
 
 
 @pytest.mark.parametrize(

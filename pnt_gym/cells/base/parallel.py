@@ -11,8 +11,8 @@ from contextvars import copy_context
 from itertools import pairwise
 from typing import Final, TypeVar
 
-LEAST_ROWS: Final = 8
-"""Fewest rows of a part: in smaller parts the fixed cost of a throw, which every part pays, outweighs the gain."""
+LEAST_ROWS: Final = 16
+"""Fewest rows of a part: smaller parts lose more by the fixed cost of a throw, which every part pays, than they gain."""
 
 ResultT = TypeVar("ResultT")
 
