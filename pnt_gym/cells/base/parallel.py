@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Final, TypeVar
 
 LEAST_ROWS: Final = 16
-"""Fewest rows of a part: smaller parts lose more by the fixed cost of a throw, which every part pays, than they gain."""
+"""Fewest rows of a part: smaller parts lose more by the fixed cost of a throw, which each part pays, than they gain."""
 
 ResultT = TypeVar("ResultT")
 
