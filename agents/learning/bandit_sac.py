@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, final
+from typing import Any, Final, final
 
 import numpy as np
 import torch
 from stable_baselines3 import SAC
 from torch.nn import functional
+
+LOSSES: Final = ("ent_coef_loss", "ent_coef", "critic_loss", "actor_loss")
+"""Names of what a gradient step logs."""
 
 
 @final
@@ -25,35 +28,37 @@ class BanditSAC(SAC):
             return
         self.policy.set_training_mode(True)
         self._update_learning_rate([self.actor.optimizer, self.critic.optimizer, self.ent_coef_optimizer])
-        losses = [self._step(batch_size) for _ in range(gradient_steps)]
+        weights = list(self.actor.parameters())
+        losses = [self._descend(batch_size, weights) for _ in range(gradient_steps)]
         self._n_updates += gradient_steps
         self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
-        names = ("ent_coef_loss", "ent_coef", "critic_loss", "actor_loss")
-        for name, values in zip(names, zip(*losses, strict=True), strict=True):
+        for name, values in zip(LOSSES, zip(*losses, strict=True), strict=True):
             self.logger.record(f"train/{name}", np.mean([value.item() for value in values]))
 
-    def _step(self, batch_size: int) -> tuple[torch.Tensor, ...]:
-        """Take one gradient step; losses of the entropy coefficient, critics and actor, and the coefficient."""
-        batch: Any = self.replay_buffer.sample(batch_size, env=self._vec_normalize_env)  # type: ignore[union-attr]
-        actions, log_prob = self.actor.action_log_prob(batch.observations)
+    def _descend(self, batch_size: int, weights: list[Any]) -> tuple[Any, ...]:
+        """Take one gradient step; the weights are the actor's. Returns the values of `LOSSES`."""
+        memory: Any = self.replay_buffer
+        batch = memory.sample(batch_size, env=self._vec_normalize_env)
+        chosen, log_prob = self.actor.action_log_prob(batch.observations)
         log_prob = log_prob.reshape(-1, 1)
-        torch.normal(torch.zeros_like(actions), torch.ones_like(actions))  # as SAC draws actions of next observations
-        ent_coef = torch.exp(self.log_ent_coef.detach())  # type: ignore[union-attr]
-        ent_coef_loss = -(self.log_ent_coef * (log_prob + self.target_entropy).detach()).mean()
-        _descend(self.ent_coef_optimizer, ent_coef_loss)
-        values = self.critic(batch.observations, batch.actions)
-        critic_loss = 0.5 * sum(functional.mse_loss(value, batch.rewards) for value in values)
-        _descend(self.critic.optimizer, critic_loss)
-        self.critic.requires_grad_(requires_grad=False)  # no gradients of weights that the actor's loss does not move
-        least = torch.cat(self.critic(batch.observations, actions), dim=1).min(dim=1, keepdim=True).values
+        torch.normal(torch.zeros_like(chosen), torch.ones_like(chosen))  # `SAC` draws actions of next observations here
+        coefficient: Any = self.log_ent_coef
+        entropy: Any = self.target_entropy
+        ent_coef = torch.exp(coefficient.detach())
+        ent_coef_loss = -(coefficient * (log_prob + entropy).detach()).mean()
+        _step(self.ent_coef_optimizer, ent_coef_loss)
+        critic_loss: Any = 0.5 * sum(
+            functional.mse_loss(value, batch.rewards) for value in self.critic(batch.observations, batch.actions)
+        )
+        _step(self.critic.optimizer, critic_loss)
+        least = torch.cat(self.critic(batch.observations, chosen), dim=1).min(dim=1, keepdim=True).values
         actor_loss = (ent_coef * log_prob - least).mean()
-        _descend(self.actor.optimizer, actor_loss)
-        self.critic.requires_grad_(requires_grad=True)
+        _step(self.actor.optimizer, actor_loss, weights)  # without the gradients of critics, which would not be used
         return ent_coef_loss.detach(), ent_coef, critic_loss.detach(), actor_loss.detach()
 
 
-def _descend(optimizer: Any, loss: Any) -> None:
-    """Take a step of an optimizer down the gradient of a loss."""
+def _step(optimizer: Any, loss: torch.Tensor, weights: list[Any] | None = None) -> None:
+    """Take a step of an optimizer down the gradient of a loss, which is computed for some weights or for all."""
     optimizer.zero_grad()
-    loss.backward()
+    loss.backward(inputs=weights)
     optimizer.step()
