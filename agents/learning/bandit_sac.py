@@ -28,15 +28,14 @@ class BanditSAC(SAC):
             return
         self.policy.set_training_mode(True)
         self._update_learning_rate([self.actor.optimizer, self.critic.optimizer, self.ent_coef_optimizer])
-        weights = list(self.actor.parameters())
-        losses = [self._descend(batch_size, weights) for _ in range(gradient_steps)]
+        losses = [self._descend(batch_size) for _ in range(gradient_steps)]
         self._n_updates += gradient_steps
         self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
         for name, values in zip(LOSSES, zip(*losses, strict=True), strict=True):
             self.logger.record(f"train/{name}", np.mean([value.item() for value in values]))
 
-    def _descend(self, batch_size: int, weights: list[Any]) -> tuple[Any, ...]:
-        """Take one gradient step; the weights are the actor's. Returns the values of `LOSSES`."""
+    def _descend(self, batch_size: int) -> tuple[Any, ...]:
+        """Take one gradient step; returns the values of `LOSSES`."""
         memory: Any = self.replay_buffer
         batch = memory.sample(batch_size, env=self._vec_normalize_env)
         chosen, log_prob = self.actor.action_log_prob(batch.observations)
@@ -53,12 +52,13 @@ class BanditSAC(SAC):
         _step(self.critic.optimizer, critic_loss)
         least = torch.cat(self.critic(batch.observations, chosen), dim=1).min(dim=1, keepdim=True).values
         actor_loss = (ent_coef * log_prob - least).mean()
-        _step(self.actor.optimizer, actor_loss, weights)  # without the gradients of critics, which would not be used
+        _step(self.actor.optimizer, actor_loss)
         return ent_coef_loss.detach(), ent_coef, critic_loss.detach(), actor_loss.detach()
 
 
-def _step(optimizer: Any, loss: torch.Tensor, weights: list[Any] | None = None) -> None:
-    """Take a step of an optimizer down the gradient of a loss, which is computed for some weights or for all."""
-    optimizer.zero_grad()
-    loss.backward(inputs=weights)
+def _step(optimizer: Any, loss: torch.Tensor) -> None:
+    """Take a step of an optimizer down the gradient of a loss; no gradient of other weights is computed."""
+    weights = optimizer.param_groups[0]["params"]
+    for weight, gradient in zip(weights, torch.autograd.grad(loss, weights), strict=True):
+        weight.grad = gradient
     optimizer.step()
