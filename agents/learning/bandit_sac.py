@@ -36,9 +36,8 @@ class BanditSAC(SAC):
 
     def _descend(self, batch_size: int) -> tuple[Any, ...]:
         """Take one gradient step; returns the values of `LOSSES`."""
-        memory: Any = self.replay_buffer
-        batch = memory.sample(batch_size, env=self._vec_normalize_env)
-        chosen, log_prob = self.actor.action_log_prob(batch.observations)
+        observations, actions, rewards = self._sample(batch_size)
+        chosen, log_prob = self.actor.action_log_prob(observations)
         log_prob = log_prob.reshape(-1, 1)
         torch.normal(torch.zeros_like(chosen), torch.ones_like(chosen))  # `SAC` draws actions of next observations here
         coefficient: Any = self.log_ent_coef
@@ -46,14 +45,25 @@ class BanditSAC(SAC):
         ent_coef = torch.exp(coefficient.detach())
         ent_coef_loss = -(coefficient * (log_prob + entropy).detach()).mean()
         _step(self.ent_coef_optimizer, ent_coef_loss)
-        critic_loss: Any = 0.5 * sum(
-            functional.mse_loss(value, batch.rewards) for value in self.critic(batch.observations, batch.actions)
-        )
+        values = self.critic(observations, actions)
+        critic_loss: Any = 0.5 * sum(functional.mse_loss(value, rewards) for value in values)
         _step(self.critic.optimizer, critic_loss)
-        least = torch.cat(self.critic(batch.observations, chosen), dim=1).min(dim=1, keepdim=True).values
+        least = torch.cat(self.critic(observations, chosen), dim=1).min(dim=1, keepdim=True).values
         actor_loss = (ent_coef * log_prob - least).mean()
         _step(self.actor.optimizer, actor_loss)
         return ent_coef_loss.detach(), ent_coef, critic_loss.detach(), actor_loss.detach()
+
+    def _sample(self, count: int) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Observations (B, D), actions (B, A) and rewards (B, 1), of the throws that the buffer would sample."""
+        memory: Any = self.replay_buffer
+        if memory.optimize_memory_usage or self._vec_normalize_env is not None:
+            batch = memory.sample(count, env=self._vec_normalize_env)
+            return batch.observations, batch.actions, batch.rewards
+        # The generator that stable-baselines3 draws from: rows of the buffer first, then environments.
+        place = tuple(np.random.randint(0, most, size=count) for most in (memory.size(), memory.n_envs))  # noqa: NPY002
+        columns = memory.observations, memory.actions, memory.rewards[..., None]
+        observations, actions, rewards = (torch.from_numpy(column[place]) for column in columns)
+        return observations, actions, rewards
 
 
 def _step(optimizer: Any, loss: torch.Tensor) -> None:
