@@ -7,6 +7,7 @@ from typing import Any, Final, final
 import numpy as np
 import torch
 from stable_baselines3 import SAC
+from stable_baselines3.common.buffers import ReplayBuffer
 from torch.nn import functional
 
 LOSSES: Final = ("ent_coef_loss", "ent_coef", "critic_loss", "actor_loss")
@@ -56,7 +57,8 @@ class BanditSAC(SAC):
     def _sample(self, count: int) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         """Observations (B, D), actions (B, A) and rewards (B, 1), of the throws that the buffer would sample."""
         memory: Any = self.replay_buffer
-        if memory.optimize_memory_usage or self._vec_normalize_env is not None:
+        plain = type(memory)._get_samples is ReplayBuffer._get_samples and not memory.optimize_memory_usage
+        if not plain or self._vec_normalize_env is not None:
             batch = memory.sample(count, env=self._vec_normalize_env)
             return batch.observations, batch.actions, batch.rewards
         # The generator that stable-baselines3 draws from: rows of the buffer first, then environments.
@@ -69,6 +71,6 @@ class BanditSAC(SAC):
 def _step(optimizer: Any, loss: torch.Tensor) -> None:
     """Take a step of an optimizer down the gradient of a loss; no gradient of other weights is computed."""
     weights = optimizer.param_groups[0]["params"]
-    for weight, gradient in zip(weights, torch.autograd.grad(loss, weights), strict=True):
+    for weight, gradient in zip(weights, torch.autograd.grad(loss, weights, allow_unused=True), strict=True):
         weight.grad = gradient
     optimizer.step()
