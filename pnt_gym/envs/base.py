@@ -41,7 +41,7 @@ SECTIONS: Final = (
 )
 """Sections of a manual, in Gymnasium's order."""
 ARGUMENTS: Final = """\
-| `threads` | int | 1 (vector: 2) | threads of a step; results do not depend on it |
+| `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
 | `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
 | `width` | int | 1280 | width of a frame [pixels], up to 1920 |
 | `height` | int | 720 | height of a frame [pixels], up to 1080 |
