@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 
 from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.line.chance_kernel import landing_chance
+from pnt_gym.cells.line.throwing_kernel import fading_time
 from pnt_gym.compiled import compile_for, kernel_part
 
 # Columns of the numbers of a choice, as `PicksAndThrows` has them.
 PERCENT, PICK, AWAY, LIFT, WAIT, THROWING, STOP = 0, 1, 4, 6, 7, 9, 10
 # Limits of the hand at full performance [m/s, m/s2, m/s3]; speed of the belt [m/s]; whether hands ride with it; speed
-# and share of the fading; time after which a robot without a choice looks again [s].
-VELOCITY, ACCELERATION, JERK, SPEED, RIDES, USUAL_SPEED, MOST_SHARE, IDLE = range(8)
+# and share of the fading; time after which a robot without a choice looks again [s]; length of a work shift [s].
+VELOCITY, ACCELERATION, JERK, SPEED, RIDES, USUAL_SPEED, MOST_SHARE, IDLE, DURATION = range(9)
 
 
 @kernel_part
@@ -21,21 +23,6 @@ def _redrawn(draw: float, attempts: int, stretch: float) -> float:
         for _ in range(attempts):
             draw = draw * stretch % 1.0
     return draw
-
-
-@kernel_part
-def _landing_chance(
-    kind: int, percent: float, distance: float, settings: Floats, edges: Floats, landed: Floats
-) -> float:
-    """Chance that a held object ends in its bin, as `Chances.landing_chance`."""
-    setting = 0
-    for p in range(1, len(settings)):
-        if abs(percent - settings[p]) < abs(percent - settings[setting]):
-            setting = p
-    part = 0
-    while part < len(edges) and edges[part] < distance:
-        part += 1
-    return landed[kind, setting, part]
 
 
 @compile_for(
@@ -90,7 +77,7 @@ def throw_by_table(
             continue
         i, into = index[n, c], bins[n, c]
         kind, tries, x, y = kinds[n, i], attempts[n, i], numbers[n, c, AWAY], numbers[n, c, AWAY + 1]
-        chance = _landing_chance(kind, numbers[n, c, PERCENT], math.sqrt(x * x + y * y), settings, edges, landed)
+        chance = landing_chance(kind, numbers[n, c, PERCENT], math.sqrt(x * x + y * y), settings, edges, landed)
         results[0, n] = _redrawn(draws[n, i], tries, stretch) >= 1.0 - picked[kind]
         results[1, n] = results[0, n] and _redrawn(luck[n, i], tries, stretch) < chance
         results[2, n] = results[1, n] and accepts[robot[n], kind, into]
@@ -99,126 +86,105 @@ def throw_by_table(
 
 
 @kernel_part
-def _fading_time(line: Floats, percent: float) -> float:
+def _stop_time(line: Floats, percent: float) -> float:
     """Time until an empty hand that rides with the belt stands still, as `stop_motion` [s]."""
     velocity, peak = line[VELOCITY] * percent / 100.0, line[ACCELERATION] * percent / 100.0
-    jerk, speed = line[JERK] * percent / 100.0, line[SPEED]
-    # The bounds of `planning.motion.riding`: T <= (V + s) / A + A / J, and a peak of at most a share of A.
-    longest = (velocity + speed) / peak + peak / jerk
-    usual = (line[USUAL_SPEED] + speed) / peak + peak / jerk
-    return min(longest, max(usual, 2.0 * speed / (line[MOST_SHARE] * peak)))
+    jerk = line[JERK] * percent / 100.0
+    shortest = 2.0 * line[SPEED] / (line[MOST_SHARE] * peak)
+    return fading_time(line[SPEED], line[USUAL_SPEED], velocity, peak, jerk, shortest)
+
+
+@kernel_part
+def _end_cycle(line: Floats, decision: Floats, picked: bool, hand: Floats) -> float:
+    """Write the place at which a hand is free after a decision; returns the time until then [s]."""
+    hand[:] = decision[STOP : STOP + 3]
+    if picked:
+        return decision[LIFT] + decision[THROWING]
+    stop_time = _stop_time(line, decision[PERCENT]) if line[RIDES] > 0.0 else 0.0
+    hand[:] = decision[PICK : PICK + 3]
+    if line[RIDES] > 0.0:
+        # The velocity of the belt fades evenly on average: its way is s T / 2.
+        hand[0] += line[SPEED] * stop_time / 2.0
+    return decision[LIFT] + stop_time
 
 
 @compile_for(
-    "void(f8[:], i8[:], i8[:], b1[:, :], f8[:, :, :], b1[:], f8[:], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1],"
-    "f8[::1], f8[::1])"
+    "void(f8[:], i8[:], i8[:], i8[:], b1[:, :], i8[:, :], f8[:, :, :], b1[:], b1[:], i8[:], f8[:], f8[:, :],"
+    "f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :], i8[:, :], i8[:, :], i8[:, :], i8[:, :],"
+    "f8[:], i8[:, ::1], f8[:, ::1])"
 )
 def end_cycles(
     line: Floats,
+    fates: Ints,
     robot: Ints,
     choice: Ints,
     real: Bools,
+    index: Ints,
     numbers: Floats,
     picked: Bools,
+    belongs: Bools,
+    bins: Ints,
     clock: Floats,
+    worth: Floats,
     free: Floats,
     expected: Floats,
     busy: Floats,
     hand: Floats,
-    lifts: Floats,
-    ends: Floats,
-) -> None:
-    """Write when and where the hands of N robots are free after their choices.
-
-    Args:
-        line: numbers of the line by the names above.
-        robot: deciding robots (N,).
-        choice: index of each robot's choice (N,).
-        real: whether each choice exists (N, choices).
-        numbers: numbers of the choices (N, choices, columns).
-        picked: whether each cup sealed (N,).
-        clock: times of the decisions (N,) [s].
-        free: written, times at which the robots are free (N, R) [s].
-        expected: written, the same as planned (N, R) [s].
-        busy: written, working times (N, R) [s].
-        hand: written, places of the hands when they are free (N, R, 3) [m].
-        lifts: written, times of the lifts (N,) [s].
-        ends: written, times at which the deciding robots are free (N,) [s].
-    """
-    for n in range(len(robot)):
-        r, decision = robot[n], numbers[n, choice[n]]
-        lifts[n] = clock[n] + decision[LIFT]
-        if not real[n, choice[n]]:
-            free[n, r] = ends[n] = clock[n] + line[IDLE]
-            expected[n, r] = clock[n] + line[IDLE]
-            continue
-        planned = decision[LIFT] + decision[THROWING]
-        cycle = planned
-        hand[n, r] = decision[STOP : STOP + 3]
-        if not picked[n]:
-            stop_time = _fading_time(line, decision[PERCENT]) if line[RIDES] > 0.0 else 0.0
-            cycle = decision[LIFT] + stop_time
-            hand[n, r] = decision[PICK : PICK + 3]
-            if line[RIDES] > 0.0:
-                # The velocity of the belt fades evenly on average: its way is s T / 2.
-                hand[n, r, 0] += line[SPEED] * stop_time / 2.0
-        free[n, r] = ends[n] = clock[n] + cycle
-        expected[n, r] = clock[n] + planned
-        busy[n, r] += cycle - decision[WAIT]
-
-
-@compile_for(
-    "void(i8[:], i8[:], i8[:], i8[:], b1[:], b1[:], i8[:], f8[:], b1[:], i8[:, :], i8[:, :], i8[:, :], i8[:, :], f8[:],"
-    "i8[:], i8[:], i8[:], i8[:])"
-)
-def account_attempts(
-    fates: Ints,
-    rows: Ints,
-    index: Ints,
-    robot: Ints,
-    picked: Bools,
-    belongs: Bools,
-    bins: Ints,
-    lifts: Floats,
-    in_time: Bools,
+    since: Floats,
     attempts: Ints,
     fate: Ints,
     taker: Ints,
     ended_in: Ints,
-    new_since: Floats,
-    new_attempts: Ints,
-    new_fate: Ints,
-    new_taker: Ints,
-    new_ended_in: Ints,
+    old_since: Floats,
+    old: Ints,
+    results: Floats,
 ) -> None:
-    """Write the entries of the books for one attempt in each of some lines.
+    """Write when and where the hands of N robots are free after their choices, and enter the attempts in the books.
 
     Args:
+        line: numbers of the line by the names above.
         fates: values of the fates of an object that is sorted, in a wrong bin, on the floor, and in a hand (4,).
-        rows: indices of the lines (K,).
-        index: objects of the attempts (K,).
         robot: deciding robots (N,).
-        picked: whether the cups sealed (N,).
+        choice: index of each robot's choice (N,).
+        real: whether each choice exists (N, choices).
+        index: objects of the choices (N, choices).
+        numbers: numbers of the choices (N, choices, columns).
+        picked: whether each cup sealed (N,).
         belongs: whether the objects lie in bins that take them (N,).
         bins: bins in which the objects lie, -1 for none (N,).
-        lifts: times of the lifts (N,) [s].
-        in_time: whether the cycles end within the work shift (N,).
-        attempts: entries before of all objects (N, M).
-        fate: the same.
-        taker: the same.
-        ended_in: the same.
-        new_since: written, times from which the objects may be taken (K,) [s].
-        new_attempts: written, attempts (K,).
-        new_fate: written, fates (K,).
-        new_taker: written, robots that took the objects (K,).
-        new_ended_in: written, bins of the objects (K,).
+        clock: times of the decisions (N,) [s].
+        worth: values of all objects (N, M).
+        free: written, times at which the robots are free (N, R) [s].
+        expected: written, the same as planned (N, R) [s].
+        busy: written, working times (N, R) [s].
+        hand: written, places of the hands when they are free (N, R, 3) [m].
+        since: written, times from which all objects may be taken (N, M) [s].
+        attempts: written, attempts to pick each object (N, M).
+        fate: written, fates of all objects (N, M).
+        taker: written, robots that took the objects (N, M).
+        ended_in: written, bins of the objects (N, M).
+        old_since: written, entry of the chosen object before (N,) [s].
+        old: written, the other entries of the chosen object before, in the order above (4, N).
+        results: written, times at which the deciding robots are free [s], and values brought into bins (2, N).
     """
-    for k in range(len(rows)):
-        n, i = rows[k], index[k]
-        new_since[k], new_attempts[k] = lifts[n], attempts[n, i] + 1
-        new_fate[k], new_taker[k], new_ended_in[k] = fate[n, i], taker[n, i], ended_in[n, i]
+    for n in range(len(robot)):
+        r, decision, i = robot[n], numbers[n, choice[n]], index[n, choice[n]]
+        old_since[n], old[0, n], old[1, n] = since[n, i], attempts[n, i], fate[n, i]
+        old[2, n], old[3, n], results[1, n] = taker[n, i], ended_in[n, i], 0.0
+        if not real[n, choice[n]]:
+            free[n, r] = expected[n, r] = results[0, n] = clock[n] + line[IDLE]
+            continue
+        cycle = _end_cycle(line, decision, picked[n], hand[n, r])
+        end = clock[n] + cycle
+        free[n, r] = results[0, n] = end
+        expected[n, r] = clock[n] + (decision[LIFT] + decision[THROWING])
+        busy[n, r] += cycle - decision[WAIT]
+        attempts[n, i] += 1
+        since[n, i] = clock[n] + decision[LIFT]
         if picked[n]:
-            new_since[k], new_taker[k], new_fate[k] = math.inf, robot[n], fates[3]
-            if in_time[n]:
-                new_fate[k] = fates[0] if belongs[n] else fates[1] if bins[n] >= 0 else fates[2]
-                new_ended_in[k] = bins[n]
+            since[n, i], taker[n, i], fate[n, i] = math.inf, r, fates[3]
+            if end <= line[DURATION]:
+                fate[n, i] = fates[0] if belongs[n] else fates[1] if bins[n] >= 0 else fates[2]
+                ended_in[n, i] = bins[n]
+        if end <= line[DURATION] and belongs[n]:
+            results[1, n] = worth[n, i]

@@ -72,11 +72,21 @@ class Books:
             index: arrays of lines, or of lines and objects; no object twice.
             entries: the new entries of these objects.
         """
-        latest = self._entries is not None
         columns = self.read()
-        before, after = take(columns, index), Books(columns)
+        before = take(columns, index)
         _put(columns, index, entries)
-        if latest:
+        return self.overwritten(columns, index, before)
+
+    def overwritten(self, columns: Accounts, index: Any, before: Accounts) -> Books:
+        """Books whose entries `read` has given and the caller has overwritten; these books do not change.
+
+        Args:
+            columns: all entries, as `read` has given them, with the new entries.
+            index: see `write`.
+            before: the earlier entries of these objects.
+        """
+        after = Books(columns)
+        if self._entries is not None:
             self._entries, self._next = None, (after, index, before)
         return after
 

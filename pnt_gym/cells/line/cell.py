@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.cells.base.cell import MOST_CELLS, Generators, check_whole_number
@@ -14,11 +16,13 @@ from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle, record_cycle
-from pnt_gym.cells.line.books import Accounts, Books
+from pnt_gym.cells.line.books import Accounts
 from pnt_gym.cells.line.chances import Chances, required_table
 from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
+from pnt_gym.cells.line.observation import Observer, empty_observations
+from pnt_gym.cells.line.pool import work_in_parts
 from pnt_gym.cells.line.state import Fate, LineState
 from pnt_gym.cells.line.stream import Stream, StreamSampler, redraw
 from pnt_gym.cells.line.throws import (
@@ -38,6 +42,8 @@ USUAL_CYCLE: Final = 0.9
 """Typical time of a decision: 0.75 s with good planners, 1.4 s with random choices on the shipped levels [s]."""
 MOST_OBJECTS: Final = 5_000_000
 """Objects of all lines together at most: about 5 GB."""
+_FATES: Final = np.array([Fate.SORTED, Fate.MISPLACED, Fate.FLOOR, Fate.HELD])
+"""Fates of an object after its pick, as `act_kernel` takes them."""
 
 
 @final
@@ -57,6 +63,8 @@ class Decisions:
     """Value brought into bins; 0 for throws that end after the shift (N,)."""
     elapsed: Floats
     """Time from this decision to the next decision of the line (N,) [s]."""
+    observation: NDArray[np.float32]
+    """Observations of the robots that decide next (N, ENTRIES)."""
 
     @property
     def robot(self) -> Ints:
@@ -106,7 +114,10 @@ class LineCell:
         cells = [config.cell_of(index) for index in range(len(config.robots))]
         self.chances: Chances = required_table(config)
         self.chooser = Chooser(config, cells, self.chances)
-        self.turns = Turns(config, self.chooser, threads)
+        self.turns = Turns(config, self.chooser)
+        self.observer = Observer(self.chooser, config.duration)
+        # Other planners hardly leave Python.
+        self._threads = threads if config.cell.planner == "straight" else 1
         self.arriving = StreamSampler(config, self.chooser.planner)
         _check_room(config, count, self.arriving.length)
         self._numbers = _cycle_numbers(config)
@@ -134,7 +145,8 @@ class LineCell:
         initial, before = self._initial_state(len(rows)), self.state
         books = before.books.write(rows, initial.books.whole())
         fresh = replace(replace_rows(before, rows, initial), books=books)
-        self.state = self.turns.advance(self.live_stream, fresh, rows)
+        work_in_parts(partial(self.turns.advance, self.live_stream, fresh), rows, self._threads)
+        self.state = fresh
         if self.watched is not None and (rows == 0).any():
             self.watched = CycleHistory(self._initial_state(1).hand[0])
 
@@ -226,23 +238,37 @@ class LineCell:
         """Carry out N decisions."""
         from pnt_gym.cells.line.act_kernel import end_cycles  # noqa: PLC0415 - numba takes a while
 
-        state, stream, rows = self.state, self.live_stream, np.arange(self.count)
-        chosen = take(state.choices, (rows, choice))
-        attempt, valid = Attempt(self.chooser, state.robot, stream, choice, chosen), chosen.real
-        results = self.throws.execute(state, stream, attempt)
-        free, expected, busy, hand = (values.copy() for values in (state.free, state.expected, state.busy, state.hand))
-        lift, end = np.empty((2, self.count))
+        before, stream, rows = self.state, self.live_stream, np.arange(self.count)
+        chosen = take(before.choices, (rows, choice))
+        attempt = Attempt(self.chooser, before.robot, stream, choice, chosen)
+        results, state = self.throws.execute(before, stream, attempt), before.copy()
+        entries, since, accounts = before.books.read(), np.empty(self.count), np.empty((4, self.count), dtype=np.int64)
+        end, value = cycles = np.empty((2, self.count))
         end_cycles(
-            self._numbers, state.robot, choice, state.choices.real, state.choices.numbers, results.picked, state.clock,
-            free, expected, busy, hand, lift, end,
+            self._numbers, _FATES, state.robot, choice, state.choices.real, state.choices.index, state.choices.numbers,
+            results.picked, results.sorted, results.ended_in, state.clock, stream.worth, state.free, state.expected,
+            state.busy, state.hand, *entries, since, accounts, cycles,
         )  # fmt: skip
-        in_time = valid & (end <= self.config.duration)
-        value = np.where(in_time & results.sorted, stream.worth[rows, chosen.index], 0.0)
-        books = _write_attempts(state, attempt, results, lift, in_time)
-        after = replace(state, books=books, free=free, expected=expected, hand=hand, busy=busy)
-        self.state = self.turns.advance(stream, after, np.flatnonzero(~self.over))
-        elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - state.clock, 0.0)
-        return Decisions(attempt=attempt, results=results, start=state.clock, end=end, value=value, elapsed=elapsed)
+        books = before.books.overwritten(entries, (rows, chosen.index), Accounts(since, *accounts))
+        state = replace(state, books=books)
+        observation = self._advance(stream, state)
+        self.state = state
+        elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - before.clock, 0.0)
+        return Decisions(
+            attempt=attempt, results=results, start=before.clock, end=end, value=value, elapsed=elapsed,
+            observation=observation,
+        )  # fmt: skip
+
+    def _advance(self, stream: Stream, state: LineState) -> NDArray[np.float32]:
+        """Advance all lines in place; observations of the robots that decide next (N, ENTRIES)."""
+        observations, goes_on = empty_observations(self.count), ~self.over
+
+        def work(lines: Ints) -> None:
+            self.turns.advance(stream, state, lines[goes_on[lines]])
+            self.observer.write(observations, state, stream, state.robot, lines)
+
+        work_in_parts(work, np.arange(self.count), self._threads)
+        return observations
 
     def _record_cycle(self, before: LineState, decisions: Decisions, choice: int) -> RobotCycle:
         """Tracks of the first line's decision, for pictures."""
@@ -269,33 +295,10 @@ class LineCell:
         return record_cycle(decision, tip, planner.config, planner.mover, self.throws.recording)
 
 
-def _write_attempts(state: LineState, attempt: Attempt, results: ThrowResults, lift: Floats, in_time: Bools) -> Books:
-    """The books after one attempt in each line where the choice exists.
-
-    Args:
-        state: states of the lines before.
-        attempt: the choices.
-        results: results of the throws (N,).
-        lift: times of the lifts (N,) [s].
-        in_time: whether each cycle exists and ends within the work shift (N,).
-    """
-    from pnt_gym.cells.line.act_kernel import account_attempts  # noqa: PLC0415 - numba takes a while
-
-    rows = np.flatnonzero(attempt.valid)
-    before, index = state.books.read(), attempt.chosen.index[rows]
-    since, (attempts, fate, taker, ended_in) = np.empty(len(rows)), np.empty((4, len(rows)), dtype=np.int64)
-    account_attempts(
-        np.array([Fate.SORTED, Fate.MISPLACED, Fate.FLOOR, Fate.HELD]), rows, index, state.robot,
-        results.picked, results.sorted, results.ended_in, lift, in_time, before.attempts, before.fate, before.taker,
-        before.ended_in, since, attempts, fate, taker, ended_in,
-    )  # fmt: skip
-    return state.books.write((rows, index), Accounts(since, attempts, fate, taker, ended_in))
-
-
 def _cycle_numbers(config: LineConfig) -> Floats:
     """Numbers of a line as `act_kernel` names them."""
     belt, limits = config.cell.belt, (T3KR_VELOCITY, T3KR_ACCELERATION, T3KR_JERK)
-    return np.array([*limits, belt.speed, float(belt.tracking), USUAL_SPEED, MOST_SHARE, IDLE_TIME])
+    return np.array([*limits, belt.speed, float(belt.tracking), USUAL_SPEED, MOST_SHARE, IDLE_TIME, config.duration])
 
 
 def _check_room(config: LineConfig, count: int, objects: int) -> None:

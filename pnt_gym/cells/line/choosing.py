@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final, final
+from functools import cached_property
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 
@@ -27,6 +28,9 @@ from pnt_gym.cells.line.state import CHOICES, COLUMNS, Choices, LineState
 from pnt_gym.cells.line.straight import StraightPlanner
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
 
 NEAR: Final = 0.25
 """Objects within this distance along the belt from where a hand stops count as near it [m]."""
@@ -63,6 +67,14 @@ class Chooser:
         """Numbers of the line as `turn_kernel` names them."""
         self._blank_choice, self.blank = self._sample_choice()
         """Choice and context (1,) that fill rows without a choice."""
+        belt, blank = config.cell.belt, self._blank_choice
+        self._order: OrderArrays = (
+            np.array([config.price_of_time, belt.speed, belt.pick_x[0], NEAR]),
+            *(chances.percent, chances.edges, chances.picked, chances.landed),
+            blank.numbers[0].copy(),
+            np.concatenate([blank.index, blank.bin]),
+        )
+        """Tables of the order of choices as `decision_kernel` takes them."""
 
     @property
     def planner(self) -> PickPlanner:
@@ -95,16 +107,25 @@ class Chooser:
         robot, has_choice = state.robot[sight.line], np.empty(len(sight.line), dtype=np.bool_)
         hand, robots = state.hand[sight.line, robot], (self.can_take, self.bases)
         options = self._options(stream.objects, sight, robot, hand, robots)
-        config, blank, chances = self._config, self._blank_choice, self._chances
-        numbers = config.price_of_time, config.cell.belt.speed, config.cell.belt.pick_x[0], NEAR, UNAVAILABLE_X
         choose_options(
-            np.array(numbers), sight.line, robot, sight.object_index, sight.x, sight.kind,
-            options.row, options.place, options.bin, options.numbers, stream.worth, self.can_take, self.bases,
-            chances.percent, chances.edges, chances.picked, chances.landed,
-            blank.numbers[0], np.concatenate([blank.index, blank.bin]),
-            has_choice, choices.real, choices.index, choices.bin, choices.numbers,
+            self._order, *robots, sight.line, robot, sight.object_index, sight.x, sight.kind,
+            np.stack([options.row, options.place, options.bin]), options.numbers, stream.worth,
+            has_choice, (choices.real, choices.index, choices.bin, choices.numbers),
         )  # fmt: skip
         return has_choice
+
+    @cached_property
+    def fast_tables(self) -> tuple[LineArrays, OrderArrays] | None:
+        """Tables with which `decision_kernel` advances lines; None where planners have stages outside of it."""
+        sites, tables = self._sites, self._option_planner.tables
+        if tables is None:
+            return None
+        robots, begins, ends = self._config.standstills()
+        line = (
+            self.numbers, self.can_take, self.bases, robots, np.stack([begins, ends], axis=1),
+            sites.ranges, sites.accepts, sites.bin, *tables,
+        )  # fmt: skip
+        return line, self._order
 
     def plan_choices(self, robot: Ints, stream: Stream, choices: Choices) -> Context:
         """Picks and throws of choices (N,) of robots (N,), one in each line; arbitrary where not real.
@@ -171,17 +192,6 @@ class Chooser:
     def heirs(self, robot: Ints, kind: Ints) -> Bools:
         """Robots downstream of each robot (C,) that take objects classified as kinds (C,), (C, R)."""
         return self.can_take[:, kind].T & (np.arange(len(self.bases)) > robot[:, None])
-
-    def coming(self, state: LineState, stream: Stream) -> Floats:
-        """Objects that each deciding robot takes, from the camera to the end of its window (N,)."""
-        from pnt_gym.cells.line.turn_kernel import count_coming  # noqa: PLC0415 - numba takes a while
-
-        coming, since = np.empty(len(state.clock)), state.books.read().since
-        count_coming(
-            self.numbers, state.clock, state.robot, stream.x, since, stream.objects.measured.kind,
-            self.can_take, self.bases, coming,
-        )  # fmt: skip
-        return coming
 
     def _sample_choice(self) -> tuple[Choices, Context]:
         """An arbitrary pick and throw (1,), which fills rows without a choice."""

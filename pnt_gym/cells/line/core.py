@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import nullcontext
-from dataclasses import replace
 from typing import Any, Final, final
 
 import numpy as np
@@ -18,7 +17,7 @@ from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import NO_REQUEST, Request
 from pnt_gym.cells.line.cell import Decisions, LineCell
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.observation import ENTRIES, observe_lines
+from pnt_gym.cells.line.observation import ENTRIES
 from pnt_gym.cells.line.outcome import shift_figures
 from pnt_gym.cells.line.state import CHOICES
 from pnt_gym.cells.line.throws import Release, SimulatedThrows
@@ -92,9 +91,7 @@ class LineCore:
         return self._observe(np.full(self.count, robot))
 
     def _observe(self, robot: Ints) -> NDArray[np.float32]:
-        state, stream = self.cell.state, self.cell.live_stream
-        coming = self.cell.chooser.coming(replace(state, robot=robot), stream)
-        return observe_lines(state, robot, coming, self.config.duration)
+        return self.cell.observer.observe(self.cell.state, self.cell.live_stream, robot)
 
     def kinds(self) -> dict[str, NDArray[Any]]:
         """`action_mask`, the real choices (N, CHOICES), and `robot`, the deciding robot (N,)."""
@@ -127,7 +124,7 @@ class LineCore:
             ended = self.cell.over
             shift_info = self._shift_info(ended)
             info = {**_decision_info(decisions), **self._simulation_info(decisions), **shift_info, **self.kinds()}
-            return Step(self.observe(), reward, ended, info, dict.fromkeys(shift_info, ended))
+            return Step(decisions.observation, reward, ended, info, dict.fromkeys(shift_info, ended))
 
     def view(self) -> LineView:
         """View of the line, which records the robots' cycles from now on.

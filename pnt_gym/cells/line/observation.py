@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.features import CLIP, Feature, FeatureTable
+from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import MOST_ROBOTS
 from pnt_gym.cells.line.state import CHOICES, Choices, LineState
+from pnt_gym.cells.line.stream import Stream
 
 MIN_RATE: Final = 1e-6
 """Value per second below which choices count as equal."""
@@ -132,23 +134,40 @@ def encode_observation(glance: LineSummary, choices: Choices) -> NDArray[np.floa
     return np.concatenate([LINE_TABLE.encode(glance), choice_features.reshape(len(choice_features), -1)], axis=1)
 
 
-def observe_lines(state: LineState, robot: Ints, coming: Floats, duration: float) -> NDArray[np.float32]:
-    """Observations (N, ENTRIES) of robots, without choices where another robot decides.
+@final
+class Observer:
+    """Observes lines for robots.
 
     Args:
-        state: states of the lines.
-        robot: indices of the robots (N,).
-        coming: objects that each robot takes, between the camera and the end of its window (N,).
+        chooser: chooser of the lines.
         duration: length of a work shift [s].
     """
-    from pnt_gym.cells.line.observation_kernel import write_observations  # noqa: PLC0415 - numba takes a while
 
-    choices, observations = state.choices, np.empty((len(state.clock), ENTRIES), dtype=np.float32)
-    write_observations(
-        duration, CLIP, state.clock, robot, state.hand, state.expected, coming, choices.real, state.robot == robot,
-        choices.numbers, log_rate(choices), LINE_TABLE.scaling, CHOICE_TABLE.scaling, observations,
-    )  # fmt: skip
-    return observations
+    def __init__(self, chooser: Chooser, duration: float) -> None:
+        self._numbers = chooser.numbers, chooser.can_take, chooser.bases, duration, CLIP, MIN_RATE
+
+    def observe(self, state: LineState, stream: Stream, robot: Ints) -> NDArray[np.float32]:
+        """Observations (N, ENTRIES) of robots (N,), without choices where another robot decides."""
+        observations = empty_observations(len(robot))
+        self.write(observations, state, stream, robot, np.arange(len(robot)))
+        return observations
+
+    def write(
+        self, observations: NDArray[np.float32], state: LineState, stream: Stream, robot: Ints, lines: Ints
+    ) -> None:
+        """Write the rows of `observe` for some lines (K,)."""
+        from pnt_gym.cells.line.observation_kernel import write_observations  # noqa: PLC0415 - numba takes a while
+
+        write_observations(
+            *self._numbers, lines, state.clock, robot, state.robot == robot, state.hand, state.expected,
+            state.choices.real, state.choices.numbers, stream.x, state.books.read().since,
+            stream.objects.measured.kind, LINE_TABLE.scaling, CHOICE_TABLE.scaling, observations,
+        )  # fmt: skip
+
+
+def empty_observations(count: int) -> NDArray[np.float32]:
+    """Room for the observations of N robots (N, ENTRIES)."""
+    return np.empty((count, ENTRIES), dtype=np.float32)
 
 
 @final

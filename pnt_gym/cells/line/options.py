@@ -90,6 +90,10 @@ class Sites:
 class OptionPlanner(ABC):
     """Abstract: plans the options among candidates."""
 
+    tables: tuple[Floats, Floats, Floats] | None = None
+    """Numbers of a cell, settings, and centres of the bins' openings, with which `decision_kernel` plans the same
+    options; None where the kernel cannot."""
+
     @abstractmethod
     def plan(self, candidates: ThrowCandidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
         """ThrowCandidates that can be met in time and thrown, with their plans.

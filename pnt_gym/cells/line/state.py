@@ -156,6 +156,20 @@ class LineState:
     books: Books
     """Books of every object (N, M)."""
 
+    def copy(self) -> LineState:
+        """The state with arrays of its own, which its maker may overwrite; books need no copy."""
+        choices = self.choices
+        return LineState(
+            clock=self.clock.copy(),
+            robot=self.robot.copy(),
+            free=self.free.copy(),
+            expected=self.expected.copy(),
+            hand=self.hand.copy(),
+            busy=self.busy.copy(),
+            choices=Choices(choices.bin.copy(), choices.numbers.copy(), choices.real.copy(), choices.index.copy()),
+            books=self.books,
+        )
+
     @classmethod
     def begin(cls, count: int, robots: int, objects: int, hand: Floats, choices: Choices) -> LineState:
         """State at the begin of shifts, with no choices computed yet."""

@@ -212,26 +212,14 @@ def list_candidates(
     return count
 
 
-@compile_for("void(f8[::1], f8[:], i8[:], f8[:, :], f8[:, :], i8[:, :], b1[:, ::1], f8[::1], f8[::1])")
-def count_coming(
-    numbers: Floats,
-    clock: Floats,
-    robot: Ints,
-    x: Floats,
-    since: Floats,
-    kinds: Ints,
-    can_take: Bools,
-    bases: Floats,
-    coming: Floats,
-) -> None:
-    """Write how many objects each deciding robot takes, from the camera to the end of its window (N,)."""
-    for line in range(len(clock)):
-        time, r = clock[line], robot[line]
-        ride, end, count = numbers[SPEED] * time, bases[r] + numbers[NEAR_HIGH], 0
-        begin = _first_below(x[line], ride, min(numbers[SIGHT_HIGH], end), True)
-        for j in range(begin, x.shape[1]):
-            place = x[line, j] + ride
-            if place < numbers[SIGHT_LOW]:
-                break
-            count += since[line, j] <= time and can_take[r, kinds[line, j]]
-        coming[line] = count
+@kernel_part
+def count_coming(numbers: Floats, x: Floats, since: Floats, kinds: Ints, able: Bools, base: float, time: float) -> int:
+    """Objects of one line that a robot takes, from the camera to the end of its window."""
+    ride, end, count = numbers[SPEED] * time, base + numbers[NEAR_HIGH], 0
+    begin = _first_below(x, ride, min(numbers[SIGHT_HIGH], end), True)
+    for j in range(begin, len(x)):
+        place = x[j] + ride
+        if place < numbers[SIGHT_LOW]:
+            break
+        count += 1 if since[j] <= time and able[kinds[j]] else 0
+    return count

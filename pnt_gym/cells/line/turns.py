@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import partial
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Ints, take
+from pnt_gym.arrays import Ints
 from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.pool import work_in_parts
 from pnt_gym.cells.line.state import LineState
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
 
 MOST_LOOKS: Final = 100_000
 """Looks without a result in a row before a line is declared impossible."""
@@ -27,38 +27,27 @@ class Turns:
     Args:
         config: level of the line.
         chooser: finds the choices of each robot.
-        threads: threads that advance parts of the lines; results do not depend on their number.
     """
 
-    def __init__(self, config: LineConfig, chooser: Chooser, threads: int) -> None:
+    def __init__(self, config: LineConfig, chooser: Chooser) -> None:
         self._config, self._chooser = config, chooser
-        # Other planners hardly leave Python.
-        self._threads = threads if config.cell.planner == "straight" else 1
         robots, begins, ends = config.standstills()
         self._standstills = robots, np.stack([begins, ends], axis=1)
 
-    def advance(self, stream: Stream, state: LineState, rows: Ints) -> LineState:
-        """State with some lines at their next decisions, or at the end of their shifts."""
-        lines = np.arange(len(state.clock))
-        state = replace(
-            state,
-            clock=state.clock.copy(),
-            robot=state.robot.copy(),
-            free=state.free.copy(),
-            choices=take(state.choices, lines),
-        )
-        work_in_parts(partial(self._advance, stream, state), rows, self._threads)
-        state.choices.real[state.clock >= self._config.duration] = False
-        return replace(state, expected=np.maximum(state.expected, state.free))
-
-    def _advance(self, stream: Stream, state: LineState, lines: Ints) -> None:
-        """Advance some lines, in place.
+    def advance(self, stream: Stream, state: LineState, rows: Ints) -> None:
+        """Advance some lines to their next decisions, or to the end of their shifts, in place.
 
         Raises:
             ConfigError: the robots of a line find nothing that they can take.
         """
+        tables, lines = self._chooser.fast_tables, rows
+        if tables is not None:
+            self._advance_fast(*tables, stream, state, rows)
+            return
         for _ in range(MOST_LOOKS):
             if lines.size == 0:
+                state.choices.real[rows[state.clock[rows] >= self._config.duration]] = False
+                state.expected[rows] = np.maximum(state.expected[rows], state.free[rows])
                 return
             lines, ends = self._find_turns(stream, state, lines)
             sight = self._chooser.sight(state, stream, lines, ends)
@@ -66,6 +55,32 @@ class Turns:
             # An object is near, so a robot that cannot take one looks again after the shortest time.
             state.free[lines, state.robot[lines]] += IDLE_TIME
         raise self._impossible()
+
+    def _advance_fast(
+        self, line: LineArrays, order: OrderArrays, stream: Stream, state: LineState, lines: Ints
+    ) -> None:
+        """Advance some lines, in place, as `advance`; Python only computes the cube roots of short throws."""
+        from pnt_gym.cells.line.decision_kernel import (  # noqa: PLC0415 - numba takes a while
+            choose_after_roots,
+            next_decisions,
+        )
+
+        objects, choices, since = stream.objects, state.choices, state.books.read().since
+        arrays = (
+            (state.clock, state.robot, state.free, state.expected, state.hand),
+            (choices.real, choices.index, choices.bin, choices.numbers),
+        )
+        seen = objects.measured.kind, objects.size, objects.known_depth, objects.draws.lane_y
+        while lines.size > 0:
+            has_ended, options = next_decisions(
+                line, order, *arrays, stream.x, since, stream.worth, *seen, lines, MOST_LOOKS
+            )
+            if not has_ended:
+                raise self._impossible()
+            lines = options[0]
+            if lines.size > 0:
+                roots = np.cbrt(options[-1][:2])
+                lines = choose_after_roots(line, order, *arrays, stream.worth, options, roots)
 
     def _find_turns(self, stream: Stream, state: LineState, lines: Ints) -> tuple[Ints, Ints]:
         """Advance lines to the next robot with something near it: the lines, and their ranges of objects in sight."""

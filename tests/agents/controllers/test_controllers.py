@@ -14,11 +14,14 @@ from agents.controllers.bucket_table import mean_shift, virtual_goal
 from agents.controllers.ridge import Ridge
 from agents.controllers.shift import ideal_offset, to_action
 from agents.ground.cli import UsageError
+from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import summary
 from pnt_gym.cells.conveyor.action import correction
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.observation import FEATURES
+from pnt_gym.cells.one_joint.config import GoalRegion
+from pnt_gym.cells.one_joint.observation import FEATURES as ARM_FEATURES
 from pnt_gym.errors import PntGymError
 from tests.tools.toy_cell import POSE, POSE_BIAS, PoseVectorEnv, ToyVectorEnv, observation_of, outcome_of
 
@@ -169,6 +172,19 @@ def test_buckets_are_bins_or_quarters() -> None:
         "left-far",
         "right-far",
     ]
+
+
+def test_goals_of_a_thrower_fall_into_quarters_of_their_region() -> None:
+    env = make_vector("OneJointThrow-v0", num_envs=1)
+    (x_low, x_high), (y_low, y_high) = GoalRegion().x, GoalRegion().y
+    corners = [(x, y) for y in (y_low, y_high) for x in (x_low, x_high)]
+    rows = [
+        [({"goal_x": x, "goal_y": y}.get(f.name, f.centre) - f.centre) / f.scale for f in ARM_FEATURES]
+        for x, y in corners
+    ]
+    buckets = core_of(env).correction.buckets(np.array(rows, dtype=np.float32), np.zeros(4, dtype=np.int64))
+    env.close()
+    assert [place for _, place in buckets] == ["left-low", "right-low", "left-high", "right-high"]
 
 
 def test_clipped_and_unmeasured_throws_teach_nothing() -> None:

@@ -7,8 +7,8 @@ import pytest
 import yaml
 
 from agents.ground import console
+from pnt_gym.__main__ import main
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.commands import command_module
 from tests.tools.commands import call
 
 
@@ -20,7 +20,7 @@ def say(capsys, monkeypatch):
         monkeypatch.setattr(sys, "argv", ["pnt-gym", *words])
         code = 0
         try:
-            command_module("ground.console").main()
+            main()
         except SystemExit as end:
             code = end.code or 0
         said = capsys.readouterr()

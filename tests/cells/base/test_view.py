@@ -1,5 +1,6 @@
 """Pictures show the cell, a recording is the throw it was made of, and a video has the length of its throws."""
 
+from contextlib import nullcontext
 from itertools import pairwise
 
 import gymnasium as gym
@@ -8,6 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from pnt_gym.cells.base import canvas
 from pnt_gym.cells.base.canvas import FPS
 from pnt_gym.cells.base.view import ThrowView, record_video
 from pnt_gym.cells.conveyor.view import camera
@@ -220,3 +222,34 @@ def test_a_video_of_nothing_is_refused_and_leaves_no_file(tmp_path):
     with pytest.raises(ConfigError, match="at least one throw"):
         record_video(belt_core().view(), [], tmp_path / "none.mp4")
     assert not list(tmp_path.iterdir())
+
+
+class FakeWindow:
+    """A window without a display: keeps the places of the bodies at each picture."""
+
+    def __init__(self, data):
+        self.data, self.pictures, self.is_open = data, [], True
+        self.lock = nullcontext
+
+    def sync(self):
+        self.pictures.append(self.data.xpos.copy())
+
+    def close(self):
+        self.is_open = False
+
+
+def test_a_window_shows_every_picture_of_the_last_throw(viewed, monkeypatch):
+    core, *_ = viewed
+    windows = []
+    monkeypatch.setattr(canvas, "_open_window", lambda model, data: windows.append(FakeWindow(data)) or windows[-1])
+    monkeypatch.setattr(canvas.time, "sleep", lambda seconds: None)
+    view = ThrowView(core.cell, camera(), size=SMALL)
+    core.step(ZERO)
+    view.show()
+    view.show()
+    (window,) = windows
+    shown = [scene.xpos.copy() for scene, _ in core.cell.plant.recording.play(1.0 / FPS)]
+    assert len(window.pictures) == 2 * len(shown)
+    assert all(same_bits(picture, scene) for picture, scene in zip(window.pictures, shown * 2, strict=True))
+    view.close()
+    assert not window.is_open

@@ -113,7 +113,6 @@ def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
     level = with_table({**LEVELS[name], "duration": 20.0, "value": {"spread": 1.0}}, tables)
     cell, random, config = begun(level, 2, 5), np.random.default_rng(5), LineConfig.load(level)
     table, speed = chances(config), config.cell.belt.speed
-    high = config.cell.belt.pick_x[1]
     seen = 0
     while not cell.over.any():
         state, stream = cell.state, cell.stream
@@ -150,7 +149,5 @@ def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
                 between = heir & (x >= x[index]) & (x <= window)
                 assert one.queue == between.sum()  # itself, too
                 seen += 1
-            coming = free & config.can_take()[robot, stream.objects.measured.kind[row]] & (x <= base[robot] + high)
-            assert cell.chooser.coming(state, stream)[row] == coming.sum()
         cell.take(decided(cell, random))
     assert seen > 100

@@ -13,6 +13,7 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.line import choosing, pool
 from pnt_gym.cells.line.cell import LineCell
+from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.observation import LineSummary, encode_observation
 from pnt_gym.cells.line.options import MoverPlanner
@@ -73,12 +74,22 @@ def test_compiled_observations_are_those_of_the_feature_tables(name, tables):
             gone=np.minimum(state.clock / core.config.duration, 1.0),
             robot=state.robot,
             hand=state.hand[np.arange(5), state.robot],
-            coming=core.cell.chooser.coming(state, core.cell.stream),
+            coming=_coming(core.cell),
             busy=busy,
             possible=state.choices.real.sum(axis=1).astype(np.float64),
         )
         assert same_bits(core.observe(), encode_observation(glance, state.choices))
         core.step(decided(core.cell, random))
+
+
+def _coming(cell: LineCell) -> Any:
+    """Objects that each deciding robot takes, from the camera to the end of its window (N,)."""
+    state, stream, config = cell.state, cell.stream, cell.config
+    x = stream.x + config.cell.belt.speed * state.clock[:, None]
+    end = config.robot_x()[state.robot] + config.cell.belt.pick_x[1]
+    in_sight = (x >= config.reach[0]) & (x <= np.minimum(config.reach[1], end)[:, None])
+    takes = config.can_take()[state.robot[:, None], stream.objects.measured.kind]
+    return (in_sight & takes & (state.books.whole().since <= state.clock[:, None])).sum(axis=1).astype(np.float64)
 
 
 def test_compiled_results_are_those_of_the_table(tables):
@@ -108,18 +119,33 @@ def _at(objects: Any, percent: Any) -> Any:
     return type(objects)(**{**vars(objects), "percent": percent})
 
 
-@pytest.mark.parametrize("threads", [2, 3, 5])
-def test_threads_change_nothing(threads, tables):
-    level = with_table({**LEVELS["mixed"], "duration": 12.0}, tables)
+@pytest.mark.parametrize(("threads", "name"), [(2, "settings"), (3, "mixed"), (3, "careful"), (5, "mixed")])
+def test_threads_change_nothing(threads, name, tables):
+    level = with_table({**LEVELS[name], "duration": 12.0}, tables)
     lines = 5 * pool.LEAST_LINES
     alone, together = begun(level, lines, 2), begun(level, lines, 2, threads)
     random = np.random.default_rng(2)
     while not alone.over.all():
         choice = decided(alone, random)
         one, other = alone.take(choice), together.take(choice)
-        assert same_bits(one.end, other.end)
+        for field in ("end", "value", "elapsed", "observation"):
+            assert same_bits(getattr(one, field), getattr(other, field)), field
+        for field in ("clock", "robot", "free", "expected", "hand", "busy"):
+            assert same_bits(getattr(alone.state, field), getattr(together.state, field)), field
+        assert same_bits(alone.state.choices.real, together.state.choices.real)
         assert same_bits(alone.state.choices.numbers, together.state.choices.numbers)
-        assert same_bits(alone.state.free, together.state.free)
+
+
+def test_a_shift_by_table_is_that_of_whole_observations(tables):
+    """A step writes the observations part by part, in the threads that advance the parts."""
+    core = LineCore(LineConfig.load(with_table({**LEVELS["skills"], "duration": 12.0}, tables)), 16, 2)
+    core.reset(np.arange(16), [np.random.default_rng(row) for row in range(16)], seeded=True)
+    random, steps = np.random.default_rng(3), 0
+    while not core.cell.over.all():
+        step = core.step(decided(core.cell, random))
+        assert same_bits(step.observation, core.observe())
+        steps += 1
+    assert steps > 5
 
 
 def test_parts_together_are_all_lines_and_a_failure_is_raised():
@@ -131,8 +157,9 @@ def test_parts_together_are_all_lines_and_a_failure_is_raised():
         if 49 in lines:
             raise ValueError("the last line")
 
-    with pytest.raises(ValueError, match="the last line"):
-        pool.work_in_parts(fail, np.arange(50), 4)
+    for lines in (np.arange(50), np.arange(50)[::-1]):  # in a helping thread, and in the caller's
+        with pytest.raises(ValueError, match="the last line"):
+            pool.work_in_parts(fail, lines, 4)
 
 
 def _step_in_child(cell: LineCell, results: Any) -> None:

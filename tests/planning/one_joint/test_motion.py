@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
 from pnt_gym.arrays import take
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning.one_joint import Arm, ArmMotion, Block
 from pnt_gym.planning.one_joint.grasp import (
     acceleration_window,
@@ -19,6 +20,23 @@ from pnt_gym.planning.one_joint.grasp import (
 from pnt_gym.planning.one_joint.margins import margin_units, motion_margins
 
 ARM, BLOCK, G = Arm(), Block(), 9.81
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: Arm(torque=0.0), "arm torque is 0.0; it must be positive and finite"),
+        (lambda: Arm(friction=-0.1), "arm friction is -0.1; it must be at least 0"),
+        (lambda: Arm(knee=1.0), "arm knee is 1.0; it must lie between 0 and 1"),
+        (lambda: Arm(angle=(1.0, 1.0)), "arm angle runs from 1.0 to 1.0 rad; the range is empty"),
+        (lambda: Block(mass=np.nan), "block mass is nan; it must be positive and finite"),
+        (lambda: Block(half_height=-0.01), "block half_height is -0.01; it must be at least 0"),
+    ],
+)
+def test_an_arm_or_a_block_that_cannot_be_is_refused(make, sentence):
+    with pytest.raises(PlanningError) as refusal:
+        make()
+    assert str(refusal.value) == sentence
 
 
 def some_motions(count=5, seed=0):
