@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from agents.controllers import Observation, Outcome, make_controller
+from agents.controllers.own import controller_of
 from agents.ground.environments import stream_seed
 from agents.ground.files import jsonable
 from agents.ground.tables import console
