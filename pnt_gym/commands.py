@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
 
 def command_module(name: str) -> Any:
@@ -54,3 +55,16 @@ def compare(a: Any, b: Any, env: Any, budget: int | None = None, seed: int = 0, 
         PntGymError: a policy, the environment or a figure is unknown, or a number has no meaning.
     """
     return command_module("judging.comparison").compare(a, b, env, budget, seed, **options)
+
+
+def shipped_policy(name: str) -> Path:
+    """The folder, or the file of a scorer, of a policy that ships.
+
+    Args:
+        name: name that `pnt-gym controllers` lists, such as "waste-sac".
+
+    Raises:
+        PntGymError: no shipped policy has this name.
+    """
+    shipped = command_module("ground.shipped")
+    return cast("Path", shipped.policy_place(f"{shipped.PREFIX}{name.removeprefix(shipped.PREFIX)}"))

@@ -9,7 +9,8 @@ from typing import Any
 
 import gymnasium as gym
 
-from ..controllers.protocol import Controller, Learner
+from ..controllers.protocol import Controller, learns
+from ..controllers.state import check_learns
 from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError, at_least
 from ..ground.environments import Env, as_vector, make_vector
@@ -69,8 +70,9 @@ def evaluate(
         controller = trial.controller(policy, trust=trust)
         if isinstance(policy, str | type):
             controller.reset(seed)
+        check_learns(controller, practice=practice, online=online)
         usual = trial.practice(controller) if isinstance(policy, str) and practice is None else practice or 0
-        steps = usual if isinstance(controller, Learner) else 0
+        steps = usual if learns(controller) else 0
         controller = trial.practise(controller, steps, seed, progress=partial(tell, "practice"))
         count = trial.count() if picks is None else picks
         record = trial.run(controller, count, seed, online=online, progress=partial(tell, "evaluation"))

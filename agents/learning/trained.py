@@ -28,6 +28,7 @@ import yaml
 from pnt_gym.reading import PlainLoader, ReadError, bytes_of, yaml_of
 
 from ..ground.cli import UsageError
+from ..ground.shipped import policy_place
 from .algorithms import MOST_MODEL
 from .runs import RunFolder
 
@@ -141,7 +142,7 @@ def check_trust(place: Path, trusted: bool) -> None:
     """
     if not trusted:
         raise UsageError(
-            f"{str(place)!r} is not a run folder of agents.train: loading it runs whatever code its author put in; "
+            f"{str(place)!r} is not a run folder of `train`: loading it runs whatever code its author put in; "
             "give --trust if you trust its source"
         )
 
@@ -156,7 +157,7 @@ def resolve_task(
     Raises:
         UsageError: the run folder's environment is in a module that the user has not named.
     """
-    place = Path(controller)
+    place = policy_place(controller)
     recorded = find_policy(place).task if os.path.isdir(place) else {}  # False for a name too long to be one
     env_id = importless_environment(controller, recorded.get("env", "PnTConveyor-v0")) if env is None else env
     mode = recorded.get("action_mode") if action_mode is None else action_mode

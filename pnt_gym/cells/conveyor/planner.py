@@ -15,7 +15,7 @@ from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
 from pnt_gym.cells.conveyor.context import Context, belt_shift
 from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers.choosing import AutoMover
-from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
+from pnt_gym.cells.conveyor.movers.free_mover import FlyingMover, FreeMover
 from pnt_gym.cells.conveyor.movers.placing import EllipseMover, HorizontalMover, PlaceMover, is_at_rest
 from pnt_gym.cells.conveyor.movers.straight import Mover, StraightMover
 from pnt_gym.cells.conveyor.movers.tracking import TrackingMover
@@ -31,6 +31,7 @@ TRIAL_THROWS: Final = 50
 """Number of trial throws at a bin before a warning that the bin is out of reach."""
 _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
     "straight": StraightMover,
+    "straight_flying": FlyingMover,
     "free_direction": FreeMover,
     "horizontal": HorizontalMover,
     "pick_and_place": PlaceMover,

@@ -11,13 +11,15 @@ again, the whole throw is simulated with the robot.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, compute_by_mask, length, recompute_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, compute_by_mask, concatenate_records, length, recompute_rows, take
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import work_between, work_of_steps
+from pnt_gym.cells.base.parallel import call_in_threads, split_rows
 from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, roll_out, touching
 from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -27,7 +29,7 @@ from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
-from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
 from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, joint_loads, knot_count, upsample
@@ -60,17 +62,31 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self._motors = np.array([int(model.joint(arm).dofadr[0]) for arm in robot.arm_joints])
         self._rods_per_arm = robot.rods_per_arm
         self._controls = int(model.nu) + int(model.neq)
+        rows = split_rows(count, threads) if config.fidelity == "full" else []  # flights alone are mostly Python
+        self.parts = [(part, ConveyorPlant(config, part.stop - part.start)) for part in rows] if len(rows) > 1 else []
+        """Rows and plants that simulate at the same time, one thread each; empty where this plant simulates all."""
 
     def fly(self, context: Context, plans: HandCycle) -> SimulatedThrows:
         """Simulate one throw in every simulation, for N picks and the motions of the hands."""
+        if self.record_row is not None:
+            self._keep_throw(self.record_row, context, plans)
+        if self.parts:
+            return concatenate_records(
+                call_in_threads([partial(self._fly_part, *part, context, plans) for part in self.parts])
+            )
         clock = ThrowClock.of(context, plans, self.config)
         context = context.without_spin(clock.grips.unthrown)
-        if self.record_row is not None:
-            self._keep_throw(np.array([self.record_row]), context, plans.release, clock)
         rows = np.arange(len(context.pick))
         return compute_by_mask(
             clock.grips.picked, self._simulate_throws, self._results_without_object, rows, context, clock
         )
+
+    def _fly_part(self, rows: slice, plant: ConveyorPlant, context: Context, plans: HandCycle) -> SimulatedThrows:
+        """Simulate the throws of a part of the rows; an error of the physics says which rows the part has."""
+        try:
+            return plant.fly(take(context, rows), take(plans, rows))
+        except PhysicsError as error:
+            raise PhysicsError(f"in the part of cells {rows.start} to {rows.stop - 1}: {error}") from error
 
     def follow(self, context: Context, plans: HandCycle) -> FullSimulation:
         """Simulate throws as `fly`, with the robot to the end and with the hand's positions recorded."""
@@ -165,9 +181,12 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.write(context, rows, clock)
         return self._record_to_the_end(rows, context, clock).flown
 
-    def _keep_throw(self, row: Ints, context: Context, plans: ReleaseBatch, clock: ThrowClock) -> None:
-        """Keep a recording of the throw of one row (1,)."""
-        context, plan, clock = take(context, row), take(plans, row), take(clock, row)
+    def _keep_throw(self, index: int, context: Context, plans: HandCycle) -> None:
+        """Keep a recording of the throw of one row."""
+        row = np.array([index])
+        context, plans = take(context, row), take(plans, row)
+        clock, plan = ThrowClock.of(context, plans, self.config), plans.release
+        context = context.without_spin(clock.grips.unthrown)
         self.write(context, row, clock)
         control = self._references(row, context, clock, int(clock.end[0]))
         flight = plan.position[0], plan.velocity[0], plan.flight_time[0]

@@ -346,7 +346,9 @@ def _comparison_planner(planner: PickPlanner) -> PickPlanner:
     Planning a free direction takes a hundred times as long as planning a straight throw, so straight throws are
     compared instead; likewise rectangles instead of ellipses.
     """
-    quick = {"free_direction": "straight", "ellipse": "pick_and_place"}.get(planner.config.planner)
+    quick = {"free_direction": "straight", "straight_flying": "straight", "ellipse": "pick_and_place"}.get(
+        planner.config.planner
+    )
     return planner if quick is None else PickPlanner(planner.config.model_copy(update={"planner": quick}))
 
 

@@ -172,6 +172,10 @@ class Mover(ABC):
 class StraightMover(Mover):
     """Throws along the line from pick to release, stops on that line, and returns on straight lines.
 
+    The throw is that of Hassan et al. 2022, the motion after it is not. The paper brakes at the release, and its moves
+    overlap at corners (section III-C), which exceeds the jerk limit. Here the hand keeps its velocity for the window,
+    so that the cup leaves the object alone, and stops at every corner. `FlyingMover` returns without these stops.
+
     Args:
         config: the cell.
         workspace: the positions that the hand can reach.
