@@ -97,7 +97,7 @@ def test_differences_in_form_are_differences() -> None:
 @pytest.mark.parametrize(
     ("changes", "options", "words"),
     [
-        ({"plan": {"name": "x"}}, (), "plan in 'file.json': key 'train_level' is missing"),
+        ({"plan": {"name": "x"}}, (), "plan in 'file.json': keys 'train_level', 'levels' and 'entries' are missing"),
         ({"results": 3}, (), "'file.json' was not written by this version"),
         ({}, ("--rows", "0"), "--rows is 0; it must be at least 1"),
         ({}, ("--longest", "-1"), "--longest is -1; no row of plan 'small' learned in so few seconds"),
