@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import tyro
 
 from .ground.amounts import NUM_ENVS
-from .ground.cli import at_least, option, run
+from .ground.cli import at_least, option, read_settings, run
 from .ground.outputs import VIDEOS, check_drawing, check_ending, check_writable, deliver_json, deliver_text
 from .ground.starters import assumed_values, show_assumed
 from .ground.tables import console
@@ -66,6 +66,10 @@ class Arguments:
     """Let the controller go on learning during the evaluation."""
     action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
     """Meaning of an action: one of the environment's action modes, e.g. release_point, release_xyz, virtual_goal."""
+    settings: Annotated[
+        tuple[str, ...], tyro.conf.UseAppendAction, option("none", "NAME=VALUE"), tyro.conf.arg(name="option")
+    ] = ()
+    """Setting of a controller given by name, e.g. gain=0.1 of virtual_goal; may be given more than once."""
     load: Annotated[Path | None, option("nothing learned", "FILE.npz")] = None
     """Start from the state that a learning controller saved to this .npz file."""
     save: Annotated[Path | None, option("none", "FILE.npz")] = None
@@ -77,7 +81,7 @@ def main(arguments: Arguments) -> None:
     from .controllers import Learner, save_state
     from .controllers.state import check_learns, practice_steps
     from .judging.evaluation import judge
-    from .judging.trials import check_options, open_trial
+    from .judging.trials import check_options, controller_with, open_trial
     from .learning.trained import resolve_task
     from .pictures.stage import Stage
 
@@ -90,7 +94,9 @@ def main(arguments: Arguments) -> None:
     with closing(opened) as trial:
         check_options(trial, vars(arguments), env_id)
         trial.correct_throws(arguments.release)
-        controller = trial.controller(arguments.controller, trust=arguments.trust)
+        controller = controller_with(
+            trial, arguments.controller, read_settings(arguments.settings), trust=arguments.trust
+        )
         controller.reset(arguments.seed)
         usual, files = trial.practice(controller), (arguments.load, arguments.save)
         practice = practice_steps(controller, usual, arguments.practice, *files)

@@ -8,7 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
-from .controllers import NAMES, Controller, Learner, ballistic, bucket_table, make_controller, mlp, ridge
+from .controllers import NAMES, Controller, Learner, ballistic, bucket_table, goals, make_controller, mlp, ridge
 from .dispatchers.registry import NAMES as LINE_NAMES
 from .ground.cli import option, run
 from .ground.environments import make_vector
@@ -38,7 +38,7 @@ DESCRIBED_IN: Final[Mapping[str, Any]] = {
     "analytic_height": ballistic.AnalyticHeight,
     "mean_lead": ballistic.MeanLead,
     "mean_shift": bucket_table.mean_shift,
-    "virtual_goal": bucket_table.virtual_goal,
+    "virtual_goal": goals.virtual_goal,
     "ridge": ridge,
     "mlp": mlp,
 }

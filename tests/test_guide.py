@@ -123,6 +123,9 @@ def test_a_kind_of_task_is_judged_compared_and_shown(folder):
     assert alone["spread_m_low"] < alone["spread_m"] < alone["spread_m_high"]
     pairs = {pair["level"]: pair["spread_m"] for pair in plan["comparisons"]}
     assert pairs["weak"]["excludes_zero"]
+    settled = json.loads((folder / "settled.json").read_text())
+    assert (settled["unit"], list(settled["figures"])) == ("salvos", ["hits", "spread_m"])
+    assert settled["pairs"][0]["figures"]["hits"]["count"] == settled["count"] <= settled["budget"] == 100
     assert "(tables/salvos.md)" in (folder / "results" / "README.md").read_text()
     shown = (folder / "results" / "tables" / "salvos.md").read_text()
     assert f"| random | analytic | {100 * plan['comparisons'][0]['hits']['value']:+.1f} " in shown

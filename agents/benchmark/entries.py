@@ -54,6 +54,7 @@ class Entry(Section):
         None, description="Of an algorithm: file of its hyperparameters; default: configs/rl/ALGO.yml, which ships."
     )
     options: Mapping[str, Any] = Field({}, description="Settings of the controller.")
+    action_mode: str | None = Field(None, description="Meaning of its actions; default: the environment's.")
     also: tuple[str, ...] = Field((), description="Controllers that take over what it learned, evaluated beside it.")
     online: bool = Field(False, description="It goes on learning in the evaluation, every cell for itself.")
     stack: int = Field(1, description="Of an algorithm: observations that its policy sees at once.")

@@ -30,7 +30,7 @@ from ..jobs.code import code_digest
 from ..jobs.parcel import user_code_digest
 from ..jobs.work import key
 from ..judging.trial import Trial
-from ..judging.trials import check_options, open_trial, trial_class
+from ..judging.trials import check_options, controller_with, open_trial, trial_class
 from ..learning.runs import POLICY
 from .entries import EACH, LEARNED_BY, TRAINED, Choice, Count, Entry, Several, is_learned, labels_of, settings_of
 
@@ -271,11 +271,13 @@ def _check_level(plan: Plan, level: str) -> None:
     Raises:
         UsageError: an entry cannot be made, or the number of units is not fair.
     """
-    with closing(open_trial(plan.env, plan.level(level), 1, 1)) as trial:
-        trial.check_count(plan.count_of(type(trial), level), plan.num_envs, level)
-        for entry in plan.entries:
-            if level in (entry.levels or plan.levels):
-                _check_entry(plan, entry, trial)
+    entries = [entry for entry in plan.entries if level in (entry.levels or plan.levels)]
+    for mode in dict.fromkeys(entry.action_mode for entry in entries):
+        with closing(open_trial(plan.env, plan.level(level), 1, 1, mode)) as trial:
+            trial.check_count(plan.count_of(type(trial), level), plan.num_envs, level)
+            for entry in entries:
+                if entry.action_mode == mode:
+                    _check_entry(plan, entry, trial)
 
 
 def _check_entry(plan: Plan, entry: Entry, trial: Trial) -> None:
@@ -299,11 +301,7 @@ def entry_controller(trial: Trial, entry: Entry, name: str) -> Controller:
     Raises:
         UsageError: there is no such controller, or the controller has no such settings.
     """
-    try:
-        return trial.controller(name, **(entry.options if name == entry.controller else {}))
-    except TypeError:
-        settings = ", ".join(entry.options)
-        raise UsageError(f"controller {name!r} has no settings {settings}") from None
+    return controller_with(trial, name, entry.options if name == entry.controller else {})
 
 
 @cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import io
+import json
 import re
 import signal
 import sys
@@ -70,6 +71,24 @@ def option(default: str, metavar: str | None = None, text: str | None = None) ->
             docstring.
     """
     return tyro.conf.arg(metavar=metavar, help=text, help_behavior_hint=f"(default: {default})")
+
+
+def read_settings(texts: Sequence[str]) -> dict[str, Any]:
+    """Settings given as NAME=VALUE, where VALUE is a number, a list of numbers or a word.
+
+    Raises:
+        UsageError: a text has no name or no value.
+    """
+    settings: dict[str, Any] = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        if not (name.isidentifier() and value):
+            raise UsageError(f"{one_sentence(repr(text), 80)} is no NAME=VALUE, such as gain=0.1")
+        try:
+            settings[name] = json.loads(value)
+        except ValueError:
+            settings[name] = value
+    return settings
 
 
 def run(

@@ -136,6 +136,14 @@ class Trial(ABC):
         """Default number of units in this environment."""
         return self.usual
 
+    def block(self, left: int) -> int:
+        """Number of units in the next block of a sequential comparison: one unit in every row.
+
+        Args:
+            left: number of units that may still be carried out.
+        """
+        return min(self.env.num_envs, left)
+
     def practice(self, controller: Controller) -> int:
         """Default number of practice steps of a controller; 0 for a controller that does not learn."""
         return int(getattr(controller, "practice", PRACTICE)) if learns(controller) else 0

@@ -18,7 +18,7 @@ may name a module that registers its environment; the module is imported only if
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeVar, final
@@ -162,6 +162,25 @@ def resolve_task(
     env_id = importless_environment(controller, recorded.get("env", "PnTConveyor-v0")) if env is None else env
     mode = recorded.get("action_mode") if action_mode is None else action_mode
     return env_id, recorded.get("level") if level is None else level, mode
+
+
+def resolve_shared_task(
+    controllers: Sequence[str], env: str | None, level: LevelT | None
+) -> tuple[str, LevelT | str | None, str | None]:
+    """Environment id, level and action mode of several controllers: as given, else of the training of one of them.
+
+    Raises:
+        UsageError: controllers were trained in different environments and no environment is given.
+    """
+    tasks = [resolve_task(controller, env, level, None) for controller in controllers]
+    trained = [task for task in tasks if task[1:] != (level, None)]
+    for task in trained:
+        if (task[0], task[2]) != (trained[0][0], trained[0][2]):
+            raise UsageError(
+                f"controllers were trained in {trained[0][0]} and {task[0]}, with actions {trained[0][2]} and "
+                f"{task[2]}; compare controllers of one environment and action mode"
+            )
+    return [*trained, *tasks, resolve_task("analytic", env, level, None)][0]
 
 
 def importless_environment(folder: str | Path, env_id: str) -> str:

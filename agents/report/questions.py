@@ -78,6 +78,7 @@ QUESTIONS: Final = (
         command="make bench",
         chapters={
             "benchmark": "Every controller on every level",
+            "benchmark_goal": "The virtual goal and its gain K",
             "training": "Learning from flights",
             "oracle": "What the oracle leaves",
         },
@@ -154,10 +155,11 @@ QUESTIONS: Final = (
         title="How far is flight from full physics?",
         picture="flight.svg",
         answer=answers.flight,
-        sources=("fidelity",),
-        command="make studies STUDIES=fidelity",
+        sources=("fidelity", "margins"),
+        command='make studies STUDIES="fidelity margins"',
         chapters={
             "fidelity": "Level by level",
+            "margins": "Flights judged before they come to rest",
         },
         draw=pictures.flight,
     ),

@@ -113,7 +113,7 @@ class PnTConveyorEnv(ConveyorEnv):
     ## Description
 
     Objects ride a belt. A suction cup takes one, the hand accelerates along a straight line, lets go, runs on for a
-    moment, brakes, and meets the next object. The time-optimal planner of Hassan et al. 2022 gives every throw as
+    moment, brakes, and meets the next object. The time-optimal planner of Hassan et al. 2022 gives every release as
     if the object were a point at the cup that flies without drag and is let go at once. The real object hangs below
     the cup, off its axis, swings under a lip that yields, leaves late by the decay of the vacuum, and is slowed by the
     air. The action corrects these errors. No action corrects a cup that fails to seal, or that drops a heavy object.

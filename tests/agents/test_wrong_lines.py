@@ -165,6 +165,14 @@ dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' cannot be collected: its c
 dataset --env PnTLine-v0 --expert atc --controller oracle | 'oracle' is no controller of a line; controllers are
 dataset --env PnTLine-v0 --expert atc --controller LONG | 'x ... is no controller of a line; controllers are random
 dataset --env PnTLine-v0 --expert atc --controller none.npz | scorer 'none.npz' does not exist
+compare | a comparison needs at least 2 controllers, got 0
+compare mlp | a comparison needs at least 2 controllers, got 1
+compare mlp mlp | controller 'mlp' is given twice; the names of compared controllers must differ
+compare analytic mlp --margin -1 | --margin is -1; it must be from 0 to below the cap of 100 mm
+compare analytic mlp --budget 0 | --budget is 0; it must be at least 1
+compare analytic mlp --figures speed | unknown figure 'speed'; figures here are landing_error_m, success, sorted_per_min
+compare analytic mlp --practice 0 | --practice is 0, but controller 'mlp' has learned nothing; it must be at least 1
+compare analytic mlp --picture a.png | --picture is 'a.png'; it must end in .svg
 demo --picks 0 | --picks is 0; it must be at least 1
 line calibrate --throws 99 | --throws is 99; it must be at least 100
 line calibrate --seed -1 | --seed is -1; it must be at least 0

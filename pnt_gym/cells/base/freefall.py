@@ -95,7 +95,7 @@ def _body_air_force(
 
 
 @kernel_part
-def _step_free(state: Floats, body: Floats, wind: Floats, air: float, step: float) -> None:
+def step_free(state: Floats, body: Floats, wind: Floats, air: float, step: float) -> None:
     """Advance the state of a free object in a wind (2,) by one Euler step, in place."""
     w, x, y, z = state[3], state[4], state[5], state[6]
     mass, ix, iy, iz = body[0], body[1], body[2], body[3]
@@ -175,7 +175,7 @@ def fly_down(
         while count < last and not (object_state[2] < floor[row] and object_state[9] < 0.0):
             if count % stride == 0:
                 records[row, count // stride] = object_state
-            _step_free(object_state, body[row], wind[row], air, step)
+            step_free(object_state, body[row], wind[row], air, step)
             count += 1
         steps[row] = count
         for k in range((count + stride - 1) // stride, records.shape[1]):

@@ -264,9 +264,12 @@ class ConveyorConfig(SortingLine):
     feedback: Feedback = Feedback()
     action: ActionScale = ActionScale()
     reward: SortingReward = SortingReward()
-    planner: Literal["straight", "free_direction", "horizontal", "pick_and_place", "ellipse", "auto"] = Field(
+    planner: Literal[
+        "straight", "straight_flying", "free_direction", "horizontal", "pick_and_place", "ellipse", "auto"
+    ] = Field(
         default="straight",
-        description="How an object gets to its bin: thrown on a straight line (Hassan 2022), in a free direction, "
+        description="How an object gets to its bin: thrown on a straight line (Hassan 2022), the same with a return "
+        "that does not stop after the throw, in a free direction, "
         "or level from above the pick; or carried on a rectangle or over an ellipse (Choe 2023). "
         "`auto` throws a `throwable` object straight and carries every other object over an ellipse.",
     )

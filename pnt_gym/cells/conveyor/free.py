@@ -8,14 +8,22 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.base.alone import Fall, fall, write_object
+from pnt_gym.cells.base.items import rebound
 from pnt_gym.cells.base.plant import Touchdown
+from pnt_gym.cells.base.settling import Airborne, FallEnd, Vicinity, settle
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.hand import ThrowClock
-from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels, build_free_scene
+from pnt_gym.cells.conveyor.scene import (
+    BOTTOM_PANEL,
+    Surroundings,
+    bin_panels,
+    build_free_scene,
+    floor_height,
+)
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -75,6 +83,7 @@ class FreeObjects:
     def __init__(self, config: ConveyorConfig, count: int, threads: int) -> None:
         self._config = config
         self._scene = build_free_scene(config)
+        self._ground = np.array([floor_height(config), config.belt.height, *config.belt.x, *config.belt.y])
         self.batch = Batch(self._scene.model, nsim=count, nthread=threads)
 
     def fall(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats, steps: Ints) -> Fall:
@@ -83,18 +92,16 @@ class FreeObjects:
         Raises:
             PhysicsError: the engine warned, or stopped a simulation.
         """
-        batch = self.batch
-        write_models(batch, rows, self._scene, context, self._config)
-        batch.set_const(rows)
-        batch.state[rows] = 0.0
-        batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
-        return fall(batch, rows, self._scene.object_body, steps, context.target[:, 2], self._config.timestep)
+        self._write(rows, context, qpos, qvel)
+        return fall(self.batch, rows, self._scene.object_body, steps, context.target[:, 2], self._config.timestep)
 
     def predict_landings(self, context: Context, clock: ThrowClock) -> tuple[Touchdown, Bools]:
         """Landings of N objects after planned releases, and which objects the cup touches again (N,).
 
-        An object that crosses the rim's height near an opening is simulated in the engine from before it could touch
-        the rim. An object that misses all openings counts as lying where it crosses that height.
+        An object that crosses the rim's height near an opening flies on until it may touch a rim or a wall, or is sure
+        to stay in the bin; from a possible touch on it is simulated in the engine. An object that is sure to stay
+        where it is counts as lying where it was judged, and an object that misses all openings where it crosses the
+        rim's height.
 
         Raises:
             PhysicsError: the engine warned, or stopped a simulation.
@@ -103,18 +110,9 @@ class FreeObjects:
 
         count, stride, step, rim = len(context.pick), clock.stride, clock.step, context.target[:, 2].copy()
         state, steps = _release_states(clock), np.zeros(count, dtype=np.int64)
-        records = np.zeros((count, int((clock.end - clock.release).max()) // stride + 2, STATE))
-        fly_down(
-            state,
-            body_constants(context),
-            context.drift.draught,
-            rim,
-            self._config.mismatch,
-            step,
-            stride,
-            records,
-            steps,
-        )
+        flying = Airborne(body_constants(context), context.drift.draught, self._config.mismatch)
+        records = np.empty((count, int((clock.end - clock.release).max()) // stride + 2, STATE))
+        fly_down(state, flying.body, flying.wind, rim, flying.air, step, stride, records, steps)
         # The last step undone: semi-implicit Euler moves by the velocity at the step's end.
         before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
         landing = landing_point(*before, rim)[:, :2]
@@ -124,12 +122,54 @@ class FreeObjects:
         touched = clock.meets(context, (records[..., :3], records[..., 7:10], records[..., 3:7]), steps)
         rows = np.flatnonzero(self._near(context, landing) & ~touched)
         if rows.size > 0:
-            first = _last_moment_above(context, records[..., 2])[rows]
-            begin, remaining = records[rows, first], (clock.end - clock.release)[rows] - first * stride
-            fallen = self.fall(rows, take(context, rows), begin[:, :7], begin[:, 7:], remaining)
-            end_state = fallen.sensors[np.arange(rows.size), fallen.steps - 1]
-            position[rows], velocity[rows] = end_state[:, :3], end_state[:, 3:6]
+            level = context.target[:, 2] + farthest_points(context)
+            first = _last_moment_above(level, records[..., 2])[rows]
+            remaining = (clock.end - clock.release)[rows] - first * stride
+            end = self.settle(rows, take(context, rows), take(flying, rows), records[rows, first], remaining)
+            position[rows], velocity[rows] = end.position, end.velocity
         return Touchdown(landing, position, velocity, np.zeros_like(touched)), touched
+
+    def settle(self, rows: Ints, context: Context, flying: Airborne, state: Floats, steps: Ints) -> FallEnd:
+        """Ends of the falls of N objects in some of the simulations.
+
+        Args:
+            rows: the simulations.
+            context: the N picks.
+            flying: the objects.
+            state: states entirely above the rims (N, STATE).
+            steps: number of steps until each throw ends (N,).
+
+        Raises:
+            PhysicsError: the engine warned, or stopped a simulation.
+        """
+
+        def write(index: Ints, state: Floats) -> None:
+            self._write(rows[index], take(context, index), state[:, :7], state[:, 7:])
+
+        objects = flying, self._vicinity(context, flying.body)
+        return settle(self.batch, rows, objects, state, steps, self._config.timestep, write)
+
+    def _write(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats) -> None:
+        """Set up some of the simulations with the objects of N picks in states qpos (N, 7) and qvel (N, 6)."""
+        batch = self.batch
+        write_models(batch, rows, self._scene, context, self._config)
+        batch.set_const(rows)
+        batch.state[rows] = 0.0
+        batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
+
+    def _vicinity(self, context: Context, body: Floats) -> Vicinity:
+        """Bodies of N objects with constants (N, BODY), and what they may meet."""
+        o, fixed, count = context.objects, self._config.bins.fixed, len(body)
+        bins = np.empty((count, max(len(fixed), 1), 5))
+        openings = [(b.x, b.y, b.size[0] / 2.0, b.size[1] / 2.0) for b in fixed]
+        drawn = np.concatenate([context.target[:, :2], context.opening / 2.0], axis=1)[:, None]
+        bins[..., :4] = np.array(openings) if openings else drawn
+        bins[..., 4] = context.depth
+        shape, mass, middle = o.shape[:, None].astype(np.float64), body[:, :1], body[:, 4:5]
+        last = np.stack([rebound(o.solref), farthest_points(context)], axis=1)
+        columns = shape, o.extents / 2.0, middle, body[:, 1:4] / mass, last
+        ground = np.tile(self._ground, (count, 1))
+        return Vicinity(np.concatenate(columns, axis=1), bins, context.target[:, 2].copy(), ground)
 
     def _near(self, context: Context, landing: Floats) -> Bools:
         """Which landings (N, 2) are near the opening of the throw's bin, or of any fixed one (N,)."""
@@ -139,12 +179,16 @@ class FreeObjects:
         return np.any(near, axis=0)
 
 
-def _last_moment_above(context: Context, height: Floats) -> Ints:
-    """Last moments (N,) at which objects at heights (N, K) [m] are entirely above their rims."""
+def farthest_points(context: Context) -> Floats:
+    """Largest distance of a point of each object from its centre of mass (N,) [m]."""
     full, depth = context.objects.extents, context.objects.com_depth
-    # Farthest point of an object from its centre of mass, in any attitude: half the diagonal plus the offset.
-    radius = length(full) / 2.0 + np.abs(depth - full[:, 2] / 2.0)
-    below = height < (context.target[:, 2] + radius)[:, None]
+    # Half the diagonal plus the offset.
+    return length(full) / 2.0 + np.abs(depth - full[:, 2] / 2.0)
+
+
+def _last_moment_above(level: Floats, height: Floats) -> Ints:
+    """Last moments (N,) at which objects at heights (N, K) [m] are above levels (N,) [m]."""
+    below = height < level[:, None]
     return np.maximum(height.shape[1] - 1 - np.argmax(~below[:, ::-1], axis=1), 0) * (~below).any(axis=1)
 
 

@@ -210,10 +210,15 @@ def _ids(model: MjModel, config: ConveyorConfig) -> dict[str, Any]:
     }
 
 
+def floor_height(config: ConveyorConfig) -> float:
+    """Height of the floor [m]."""
+    bins = config.bins
+    return min(bins.rim - bins.depth - bins.wall - FLOOR_DROP, config.belt.height - 0.3)
+
+
 def add_ground(spec: MjSpec, config: ConveyorConfig, half: float) -> None:
     """Add belt and floor; the floor is drawn `half` [m] to every side."""
-    ground = config.bins.rim - config.bins.depth - config.bins.wall - FLOOR_DROP
-    add_floor(spec, min(ground, config.belt.height - 0.3), half, solref=SURROUNDINGS_SOLREF)
+    add_floor(spec, floor_height(config), half, solref=SURROUNDINGS_SOLREF)
     belt = config.belt
     spec.worldbody.add_geom(
         name="belt",

@@ -65,15 +65,33 @@ def joint_knots(
     Returns:
         Joint motion and torques at the knots, (4, N, K) arrays; not finite where a pose is out of reach or singular.
     """
+    cos, sin, *rates = _solve(position, velocity, acceleration, payload, geometry)
+    return JointMotion(np.arctan2(sin, cos), *rates)
+
+
+def joint_loads(
+    position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, *, geometry: T3krGeometry = T3KR
+) -> tuple[Floats, Floats]:
+    """Joint velocities [rad/s] and motor torques [N m] of an empty hand, (4, N, K) each, as of `joint_knots`."""
+    _, _, rate, _, torque = _solve(position, velocity, acceleration, 0.0, geometry)
+    return rate, torque
+
+
+def _solve(
+    position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, payload: ArrayLike, geometry: T3krGeometry
+) -> Floats:
+    """Cosine, sine, velocity and acceleration of the joint angles, and torque (5, 4, N, K)."""
     from pnt_gym.robots.t3kr.kernel import fill_joint_motion  # noqa: PLC0415 - compiles, where nothing is kept
 
-    hand = np.concatenate(np.broadcast_arrays(position, velocity, acceleration), axis=-1, dtype=np.float64)
+    motion = (np.asarray(position), np.asarray(velocity), np.asarray(acceleration))
+    if not motion[0].shape == motion[1].shape == motion[2].shape:
+        motion = np.broadcast_arrays(*motion)
+    hand = np.concatenate(motion, axis=-1, dtype=np.float64)
     shape = hand.shape[:-1]
     mass = np.full(shape, payload, dtype=np.float64).ravel()
     joints = np.empty((5, N_ARMS, mass.size))
     fill_joint_motion(np.ascontiguousarray(hand.reshape(-1, 9)), mass, geometry.arms.columns, geometry.numbers, joints)
-    cos, sin, *rates = joints.reshape(5, N_ARMS, *shape)
-    return JointMotion(np.arctan2(sin, cos), *rates)
+    return joints.reshape(5, N_ARMS, *shape)
 
 
 def exact_references(knots: JointMotion) -> Floats:

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.controllers import Observation, Outcome, controller_of, make_controller
+from agents.controllers import Observation, Outcome, make_controller
+from agents.controllers.own import controller_of
 from agents.ground.environments import stream_seed
 from agents.ground.files import jsonable
 from agents.ground.tables import console

@@ -27,7 +27,7 @@ def test_the_algorithm_of_a_model_is_read_from_its_file(tmp_path: Path, algorith
     saved = model(algorithm)
     saved.save(tmp_path / "model.zip")
     found = load_policy(tmp_path / "model.zip")
-    assert issubclass(algorithm, type(found))
+    assert issubclass(algorithm, type(found)) or isinstance(found, algorithm)  # TD3 for DDPG, BanditSAC for SAC
     seen = np.linspace(-1.0, 1.0, 8, dtype=np.float32).reshape(4, 2)
     for one, other in zip(*(m.predict(seen, deterministic=True)[0] for m in (saved, found)), strict=True):
         assert one == other

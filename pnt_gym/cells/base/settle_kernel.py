@@ -1,0 +1,202 @@
+"""Compiled judgement of falling objects: which are clear of belt and bins, and which stay in or out of a bin for good.
+
+Walls are planes along the axes, so the half extents of a turned body along the axes say exactly whether the body
+crosses a plane.
+
+An object stays in a bin, or outside, if it sinks and no rebound can lift its centre of mass over the rim. A single blow
+from below on a body that falls with a vertical speed w changes that speed by (1 + e) k (w + r o), with the rebound e,
+the share k = 1 / (1 + m r^2 / I) of the mass that the point of contact feels, and the point's speed r o by rotation.
+Over all arms r the body leaves with at most (1 + e) (w + V) / 2 - w, where V is the speed of which all kinetic energy
+would be translation. V counts horizontal speed too, because friction can turn it into rotation. So a body that meets
+the lowest point that can lift it with kinetic energy m V^2 / 2 rises from there by at most ((1 + e) (w + V) / 2 - w)^2
+/ (2 g). Later blows have less energy. That a body which is struck several times in a row, by walls and bottom, keeps to
+this bound as well is not proven: the study `margins` compares a hundred thousand throws with the engine, and a test a
+few hundred.
+"""
+
+from __future__ import annotations
+
+import math
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.freefall import step_free
+from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.constants import GRAVITY
+
+SOLID = 10
+"""Numbers of a body: shape, half extents (3) [m], height of the geom's middle above the centre of mass [m], inertia
+over mass (3) [m2], rebound speed over impact speed, and farthest point from the centre of mass [m]."""
+BIN = 5
+"""Numbers of a bin: centre of the opening (2), half the opening (2) and depth [m]."""
+GROUND = 6
+"""Numbers of the ground: heights of floor and belt, least x, largest x, least y and largest y of the belt [m]."""
+FALLING, STAYS, OVER = 0, 1, 2
+"""Verdicts: unknown; the object stays in its bin or outside; it has no energy to reach a rim, or its time is over."""
+ELLIPSOID, CYLINDER = 0, 1
+"""Shapes as in `items.SHAPES`; the third is a box."""
+GAP = 0.001
+"""Distance from a wall below which a contact is possible, beside the way of one step [m].
+
+The engine looks ahead by a step, too. Gravity and air change that way by less than 0.04 mm in steps of 2 ms."""
+TOUCH = 0.002
+"""Height of an object's highest point under the rim above which the rim may strike the object [m]: contacts are soft.
+
+A contact is 1.1 mm deep for each m/s of its impact, see `items.contact_solref`."""
+MARGIN = 0.005
+"""Distance from the rim within which no rebound may lift an object that counts as staying [m]; blows in a row, and
+springs of contacts, beside the bound."""
+SPRINGIEST = 0.6
+"""Rebound above which no object is judged before it rests: such an object keeps its energy over many blows, and the
+engine's springs, which are hardly damped then, can even give it some in the corner of a bin."""
+IMPACT_TIME = 0.02
+"""Time that an object needs at the bottom of its bin to lose the energy with which it came [s]; several contacts."""
+
+
+@kernel_part
+def _half_extent(solid: Floats, x: float, y: float, z: float) -> float:
+    """Half extent [m] of a turned body along a direction (x, y, z) in the body's axes."""
+    a, b, c = solid[1], solid[2], solid[3]
+    if solid[0] == ELLIPSOID:
+        return math.sqrt((a * x) ** 2 + (b * y) ** 2 + (c * z) ** 2)
+    if solid[0] == CYLINDER:
+        return a * abs(x) + b * math.sqrt(max(1.0 - x * x, 0.0))
+    return a * abs(x) + b * abs(y) + c * abs(z)
+
+
+@kernel_part
+def _box_around(solid: Floats, state: Floats) -> tuple[float, float, float, float, float, float]:
+    """Middle and half extents of the box along the world's axes around a body: x, y, z, and then the halves [m]."""
+    w, x, y, z = state[3], state[4], state[5], state[6]
+    # Third column of the rotation matrix from the body's axes to the world's, times the middle's height in the body.
+    up = solid[4]
+    middle_x = state[0] + up * 2.0 * (x * z + w * y)
+    middle_y = state[1] + up * 2.0 * (y * z - w * x)
+    middle_z = state[2] + up * (1.0 - 2.0 * (x * x + y * y))
+    # Its rows are the world's axes in the body's.
+    half_x = _half_extent(solid, 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y))
+    half_y = _half_extent(solid, 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x))
+    half_z = _half_extent(solid, 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
+    return middle_x, middle_y, middle_z, half_x, half_y, half_z
+
+
+@kernel_part
+def _is_clear(solid: Floats, state: Floats, bins: Floats, rim: float, ground: Floats, step: float) -> bool:
+    """Whether a body cannot touch belt, rims, walls and bottoms in the next step; unknown outside the bins."""
+    x, y, z, half_x, half_y, half_z = _box_around(solid, state)
+    gap = GAP + step * solid[9] * math.sqrt(state[10] ** 2 + state[11] ** 2 + state[12] ** 2)
+    half_x, half_y = half_x + gap + step * abs(state[7]), half_y + gap + step * abs(state[8])
+    low = z - half_z - gap - step * abs(state[9])
+    beside_belt = x + half_x < ground[2] or x - half_x > ground[3] or y + half_y < ground[4] or y - half_y > ground[5]
+    if not (beside_belt or low > ground[1]):
+        return False
+    if low > rim:
+        return True
+    for k in range(bins.shape[0]):
+        if abs(x - bins[k, 0]) + half_x < bins[k, 2] and abs(y - bins[k, 1]) + half_y < bins[k, 3]:
+            return low > rim - bins[k, 4]
+    return False
+
+
+@kernel_part
+def _kinetic_height(solid: Floats, state: Floats) -> float:
+    """Kinetic energy over weight of a body [m]."""
+    energy = state[7] * state[7] + state[8] * state[8] + state[9] * state[9]
+    for axis in range(3):
+        energy += solid[5 + axis] * (state[10 + axis] * state[10 + axis])
+    return energy / (2.0 * GRAVITY)
+
+
+@kernel_part
+def _surface_outside(solid: Floats, state: Floats, ground: Floats) -> float:
+    """Height [m] of the surface under a body outside the bins: the belt, if it may come down there, or the floor."""
+    x, y, height = state[0], state[1], state[2]
+    if height < ground[1]:
+        return ground[0]
+    # A body that sinks is below the belt's surface before it has moved sideways by more than this.
+    sideways = math.sqrt(state[7] ** 2 + state[8] ** 2)
+    way = solid[9] + sideways * math.sqrt(2.0 * (height - ground[1]) / GRAVITY)
+    beside_belt = x + way < ground[2] or x - way > ground[3] or y + way < ground[4] or y - way > ground[5]
+    return ground[0] if beside_belt else ground[1]
+
+
+@kernel_part
+def _stays(solid: Floats, state: Floats, bins: Floats, rim: float, ground: Floats, energy: float, time: float) -> bool:
+    """Whether a body in a bin lies there for good after a time [s], or a body outside stays outside.
+
+    `energy` is the energy of the body over its weight [m], which is a height. A body that is still falling in its bin
+    after that time does not lie there.
+    """
+    height, sinking = state[2], -state[9]
+    if not (sinking >= 0.0 and height < rim and solid[8] <= SPRINGIEST + 1e-9):
+        return False
+    _, _, middle, _, _, half = _box_around(solid, state)
+    is_below = middle + half < rim - TOUCH
+    surface, is_inside = 0.0, False
+    for k in range(bins.shape[0]):
+        if abs(state[0] - bins[k, 0]) <= bins[k, 2] and abs(state[1] - bins[k, 1]) <= bins[k, 3]:
+            is_inside, surface = True, rim - bins[k, 4]
+    if is_inside:
+        # A body that could still rise to the rim sinks at least as fast as one that was dropped at the rim.
+        drop = math.sqrt(2.0 * (rim - surface) / GRAVITY) - math.sqrt(2.0 * (rim - height) / GRAVITY)
+        if time < drop + IMPACT_TIME:
+            return False
+    elif is_below:
+        surface = _surface_outside(solid, state, ground)
+    else:
+        return False
+    # Below the rim only the surface can lift a body, and highest a body that stands on its end.
+    struck = min(height, surface + solid[9]) if is_below else height
+    ahead = 2.0 * GRAVITY * max(energy - struck, 0.0)
+    speed, down = math.sqrt(ahead), math.sqrt(min(sinking**2 + 2.0 * GRAVITY * (height - struck), ahead))
+    rise = max(0.5 * (1.0 + solid[8]) * (down + speed) - down, 0.0)
+    return struck + rise * rise / (2.0 * GRAVITY) < rim - MARGIN
+
+
+@compile_for(
+    "void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64[:, ::1], float64[:, :, ::1],"
+    "float64[::1], float64[:, ::1], float64, float64[::1], int64[::1], int64[::1])"
+)
+def follow(
+    state: Floats,
+    body: Floats,
+    wind: Floats,
+    air: float,
+    solid: Floats,
+    bins: Floats,
+    rim: Floats,
+    ground: Floats,
+    step: float,
+    energy: Floats,
+    steps: Ints,
+    verdict: Ints,
+) -> None:
+    """Let objects fly on until they may touch something, and judge which ones stay in or out of a bin, in place.
+
+    Args:
+        state: states of N objects (N, STATE).
+        body: constants of the objects (N, BODY).
+        wind: horizontal velocity of the air around each object (N, 2) [m/s].
+        air: share of the air's density and viscosity.
+        solid: bodies (N, SOLID).
+        bins: bins of each object's cell (N, B, BIN).
+        rim: heights of the rims (N,) [m].
+        ground: floor and belt (N, GROUND).
+        step: length of a physics step [s].
+        energy: energies over weight at the check before (N,) [m]; overwritten with those of this check. The spring of a
+            contact may hold energy for a moment, so an object counts as having the greater of both.
+        steps: steps that are left to each throw (N,).
+        verdict: `FALLING`, `STAYS` or `OVER` (N,); only objects that are falling are followed.
+    """
+    for row in range(verdict.size):
+        while verdict[row] == FALLING:
+            now = state[row, 2] + _kinetic_height(solid[row], state[row])
+            largest, energy[row] = max(now, energy[row]), now
+            if steps[row] <= 1 or now < rim[row]:
+                verdict[row] = OVER
+            elif _stays(solid[row], state[row], bins[row], rim[row], ground[row], largest, steps[row] * step):
+                verdict[row] = STAYS
+            elif _is_clear(solid[row], state[row], bins[row], rim[row], ground[row], step):
+                step_free(state[row], body[row], wind[row], air, step)
+                steps[row] -= 1
+            else:
+                break

@@ -1,0 +1,120 @@
+"""Ends of N falls near bins: free flights in machine code, and contacts in the engine until an object stays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.plant import check_warnings
+
+DECISION_INTERVAL: Final = 0.008
+"""Time that the engine simulates between two checks [s]: longer than the spring of a contact is bent."""
+
+
+@final
+class Airborne(NamedTuple):
+    """N objects in the air, as `freefall` names them."""
+
+    body: Floats
+    """Constants of the bodies (N, BODY)."""
+    wind: Floats
+    """Horizontal velocity of the air around each object (N, 2) [m/s]."""
+    air: float
+    """Share of the air's density and viscosity."""
+
+
+@final
+class Vicinity(NamedTuple):
+    """Bodies of N falling objects and what they may meet, as `settle_kernel` names them."""
+
+    solid: Floats
+    """Bodies (N, SOLID)."""
+    bins: Floats
+    """Bins of each object's cell (N, B, BIN)."""
+    rim: Floats
+    """Heights of the rims (N,) [m]."""
+    ground: Floats
+    """Floor and belt (N, GROUND)."""
+
+
+@final
+@dataclass(frozen=True)
+class FallEnd:
+    """Ends of N falls."""
+
+    state: Floats
+    """Last states (N, STATE)."""
+    stays: Bools
+    """Whether the object stays where it is, in a bin or outside, although it still moves (N,)."""
+    steps: Ints
+    """Steps that were left to the throw (N,)."""
+    simulated: Ints
+    """Steps that the engine simulated (N,); 0 where the object is judged without a contact."""
+
+    @property
+    def position(self) -> Floats:
+        """Last positions (N, 3) [m]."""
+        return self.state[:, :3]
+
+    @property
+    def velocity(self) -> Floats:
+        """Last velocities (N, 3) [m/s]; zero for an object that stays."""
+        return np.where(self.stays[:, None], 0.0, self.state[:, 7:10])
+
+
+def settle(
+    batch: Any,
+    rows: Ints,
+    objects: tuple[Airborne, Vicinity],
+    state: Floats,
+    steps: Ints,
+    step: float,
+    write: Callable[[Ints, Floats], None],
+) -> FallEnd:
+    """Follow N falling objects until each stays in or out of a bin, or its throw is over.
+
+    Every row is checked at moments that depend on that row alone, and so does its result.
+
+    Args:
+        batch: simulations of a free object and its surroundings without the robot.
+        rows: the simulations of the N objects.
+        objects: the objects in the air, and what they may meet.
+        state: their states (N, STATE).
+        steps: number of steps of each throw (N,).
+        step: length of a physics step [s].
+        write: sets up the simulations of some of the N objects, by their indices (K,) and states (K, STATE).
+
+    Raises:
+        PhysicsError: the engine warned, or stopped a simulation.
+    """
+    from pnt_gym.cells.base.settle_kernel import FALLING, OVER, STAYS, follow  # noqa: PLC0415 - compiles
+
+    (flying, vicinity), chunk = objects, max(round(DECISION_INTERVAL / step), 1)
+    state, steps, verdict, simulated = state.copy(), steps.copy(), np.full(len(rows), FALLING), np.zeros_like(rows)
+    energy, qpos, qvel = np.full(len(rows), -np.inf), batch.bind("qpos"), batch.bind("qvel")
+    follow(state, *flying, *vicinity, step, energy, steps, verdict)
+    falling = np.flatnonzero(verdict == FALLING)
+    if falling.size > 0:
+        write(falling, state[falling])
+        batch.warning[:] = 0
+    while falling.size > 0:
+        simulations, late = rows[falling], np.flatnonzero(steps[falling] <= chunk)
+        record = batch.rollout(chunk, record=("qpos", "qvel") if late.size > 0 else (), ids=simulations)
+        state[falling, :7], state[falling, 7:] = qpos[simulations], qvel[simulations]
+        if late.size > 0:
+            # The state at the beginning of the throw's last step is recorded at the end of the step before.
+            over = falling[late]
+            moment = late, steps[over] - 2
+            state[over, :7], state[over, 7:], verdict[over] = record["qpos"][moment], record["qvel"][moment], OVER
+        steps[falling] -= chunk
+        simulated[falling] += chunk
+        follow(state, *flying, *vicinity, step, energy, steps, verdict)
+        falling = np.flatnonzero(verdict == FALLING)
+        simulations = rows[falling]
+        qpos[simulations], qvel[simulations] = state[falling, :7], state[falling, 7:]
+    check_warnings(batch)
+    return FallEnd(state, verdict == STAYS, steps, simulated)
