@@ -12,7 +12,7 @@ import tyro
 
 from .ground.amounts import NUM_ENVS
 from .ground.cli import at_least, option, run
-from .ground.outputs import check_ending, check_writable, deliver_json, deliver_text
+from .ground.outputs import check_drawing, check_ending, check_writable, deliver_json, deliver_text
 from .ground.tables import Grid, console, throws_bar
 
 if TYPE_CHECKING:
@@ -65,6 +65,7 @@ def main(arguments: Arguments) -> None:
     at_least(vars(arguments), budget=1, seed=0, num_envs=1, threads=1, practice=0)
     check_writable(arguments.json, arguments.picture)
     check_ending("picture", arguments.picture, (".svg",))
+    check_drawing(picture=arguments.picture)
     env_id, level, mode = resolve_shared_task(arguments.controllers, arguments.env, arguments.level)
     rules = Rules(arguments.figures, arguments.margin, arguments.cap, arguments.budget)
     with closing(open_trial(env_id, level, arguments.num_envs, arguments.threads, mode)) as trial:

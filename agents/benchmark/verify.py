@@ -13,11 +13,12 @@ import numpy as np
 import tyro
 from pydantic import ValidationError
 
-from pnt_gym.cells.base.problems import describe_problems
+from pnt_gym.cells.base.problems import first_problem
 
 from ..ground.cli import UsageError, at_least, option, run
 from ..ground.files import check_form, jsonable, read_json
 from ..ground.outputs import check_writable, deliver_json
+from ..ground.shipped import module_of
 from ..ground.tables import Grid, console, throws_bar
 from ..ground.versions import versions
 from .entries import TRAINED, labels_of
@@ -28,8 +29,6 @@ DIFFERENT: Final = 1
 """Exit code if a row could not be repeated."""
 ROW: Final = ("label", "throws", "seed", "level", "train_level")
 """What names a row of the results."""
-SHIPPED: Final = "shipped:"
-"""Beginning of the names of what ships, which are no modules."""
 
 
 @dataclass(frozen=True)
@@ -177,7 +176,7 @@ def _plan(file: Path, plan: Any) -> Plan:
         # A file holds every key of its plan; keys of other kinds of trials, at their defaults, must not count as given.
         return Plan.model_validate(Plan.model_validate(plan).model_dump(exclude_defaults=True))
     except ValidationError as error:
-        raise UsageError(f"plan in {str(file)!r}: {describe_problems(error, Plan)}") from None
+        raise UsageError(f"plan in {str(file)!r}: {first_problem(error)}") from None
 
 
 def _check_trust(plan: Plan, *, trust: bool) -> None:
@@ -187,7 +186,7 @@ def _check_trust(plan: Plan, *, trust: bool) -> None:
         UsageError: the plan names a module, and `trust` is not given.
     """
     names = [plan.env, *(name for entry in plan.entries for name in (entry.controller, *entry.also))]
-    modules = [name for name in names if ":" in name and not name.startswith(SHIPPED)]
+    modules = [name for name in names if module_of(name) is not None]
     if modules and not trust:
         raise UsageError(
             f"the file names {modules[0]!r}: importing the module runs its code; give --trust if it is yours"
