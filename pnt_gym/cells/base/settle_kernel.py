@@ -48,7 +48,7 @@ MARGIN = 0.005
 """Distance from the rim within which no rebound may lift an object that counts as staying [m]; blows in a row, and
 springs of contacts, beside the bound."""
 PHASES = 40
-"""Moments within a step at which the impacts begin of which the strongest rebound is taken."""
+"""Number of moments within a step at which impacts begin; the strongest rebound counts."""
 IMPACT_TIME = 0.02
 """Time that an object needs at the bottom of its bin to lose the energy with which it came [s]; several contacts."""
 
@@ -170,7 +170,7 @@ def fill_rebounds(solref: Floats, step: float, rebounds: Floats) -> None:
         stiffness = 1.0 / (solref[row, 0] * solref[row, 1]) ** 2
         rebounds[row] = 0.0
         for k in range(PHASES):
-            height, speed = (k + 1.0) / PHASES * step, -1.0
+            height, speed = (k + 1e-3) / PHASES * step, -1.0
             while not (height > 0.0 and speed > 0.0):
                 if height <= 0.0:
                     speed += step * max(-stiffness * height - damping * speed, 0.0)
