@@ -67,6 +67,7 @@ pages: setup ## the made parts of the pages in docs/: from docstrings, levels, r
 bench: setup ## the benchmarks of results/ (hours; stop and resume)
 	$(BIN)/python -m agents.benchmark
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_adapt.yaml
+	$(BIN)/python -m agents.benchmark --config configs/benchmark_goal.yaml
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_line.yaml
 	$(BIN)/python -m agents.report
 
@@ -82,12 +83,12 @@ perf: dev ## planner, robot and environment speed and the checks of physics in r
 	$(BIN)/python benchmarks/study.py fidelity --json results/fidelity.json
 	$(BIN)/python benchmarks/line_exactness.py
 
-STUDIES ?= training oracle grip cup dispatch judged methods throwable neighbours adaptation line
+STUDIES ?= training oracle grip cup dispatch judged methods throwable neighbours adaptation line sequential
 
 studies: dev ## what plans in configs/studies find out, into results/ (hours; stop and resume): make studies STUDIES="grip cup"
 	for study in $(STUDIES); do $(BIN)/python benchmarks/study.py $$study --json results/$$study.json || exit 1; done
 
-reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (minutes)
+reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (an hour of processor time, which it says; stop and resume)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures
 	$(BIN)/python -m agents.report
 

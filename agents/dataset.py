@@ -18,6 +18,7 @@ from .ground.amounts import NUM_ENVS
 from .ground.cli import at_least, option, run
 from .ground.environments import make_single
 from .ground.places import MADE
+from .ground.shipped import policy_place
 from .ground.tables import console, throws_bar
 from .jobs.cluster import pool
 from .judging.trials import open_trial
@@ -62,7 +63,7 @@ class Arguments:
     root: Annotated[Path | None, option("MINARI_DATASETS_PATH, or ~/.minari/datasets", "DIR")] = None
     """The folder of all datasets."""
     practice: Annotated[int | None, option("120, or 0 for a controller that ships pre-trained", "N")] = None
-    """Practice throws of a learning controller before the collection; other controllers do not practise."""
+    """Practice throws of a learning controller before the collection; refused for others."""
     score_throws: int = 1000
     """Throws, in whole episodes, from which the scores of random actions and of the expert are computed."""
     author: str = "anonymous"
@@ -116,7 +117,7 @@ def main(arguments: Arguments) -> None:
 def task(arguments: Arguments) -> tuple[str, str | None, str | None]:
     """Environment id, level and action mode of the collection; level and mode are None for the defaults."""
     env, level = arguments.env, arguments.level
-    if env is None and not os.path.isdir(arguments.controller):
+    if env is None and not os.path.isdir(policy_place(arguments.controller)):
         env, level = "PnTRelease-v0", "waste" if level is None else level
     return resolve_task(arguments.controller, env, level, arguments.action_mode)
 

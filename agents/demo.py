@@ -11,7 +11,7 @@ from .ground.amounts import NUM_ENVS, PRACTICE
 from .ground.cli import at_least, run
 from .ground.places import POLICY
 from .ground.tables import console, throws_bar
-from .judging.evaluation import compare
+from .judging.evaluation import evaluate_all
 from .judging.trials import open_trial
 from .learning.runs import RunFolder
 
@@ -41,7 +41,7 @@ def main(arguments: Arguments) -> None:
         controllers = [(label, trial.controller(name), throws) for label, (name, throws) in entries.items()]
         for _, controller, _ in controllers:
             controller.reset(arguments.seed)
-        rows = compare(
+        rows = evaluate_all(
             trial, controllers, arguments.picks, arguments.seed, practice_seed=arguments.seed,
             progress=lambda label: partial(bar.advance, bar.add_task(label, total=arguments.picks)),
         )  # fmt: skip

@@ -23,7 +23,7 @@ def main(arguments: Arguments) -> None:
     """Print the diagnosis as a table."""
     from pnt_gym.cells.base.canvas import rendering_problem
 
-    threads = os.environ.get("OMP_NUM_THREADS", "not set")
+    threads = os.environ.get("OMP_NUM_THREADS", "not set: set it to 1 before trainings on a machine with other work")
     rows = [
         ("system", platform.platform()),
         *versions().items(),

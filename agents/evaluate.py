@@ -10,16 +10,18 @@ from typing import Annotated, Literal
 import tyro
 
 from .ground.amounts import NUM_ENVS
-from .ground.cli import at_least, option, run
-from .ground.outputs import VIDEOS, check_ending, check_writable, deliver_json, deliver_text
+from .ground.cli import at_least, option, read_settings, run
+from .ground.outputs import VIDEOS, check_drawing, check_ending, check_writable, deliver_json, deliver_text
+from .ground.starters import assumed_values, show_assumed
 from .ground.tables import console
 
 CONTROLLERS = (
     "A controller's name (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, "
     "oracle, random; at PnTAdapt-v0 also static, ema, kalman, recursive_ridge, in_context, oracle_drift; on a line "
     "fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam, index, random, or a scorer's "
-    "FILE.npz), the folder of a training run, a class of your own, or with --trust a stable-baselines3 model or the "
-    "folder of an RL-Zoo training."
+    "FILE.npz), a policy that ships (shipped:waste-sac, shipped:line/skills3, ...), the folder of a training run, a "
+    "class of your own, or with --trust a stable-baselines3 model or the folder of an RL-Zoo training. `pnt-gym "
+    "controllers` lists the names."
 )
 
 
@@ -27,7 +29,9 @@ CONTROLLERS = (
 class Arguments:
     """Throw held-out objects with one controller and report its picks per minute, success and landing error."""
 
-    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip", help=CONTROLLERS)]
+    controller: Annotated[
+        str, tyro.conf.arg(metavar="NAME|shipped:NAME|RUN_DIR|MODULE:CLASS|MODEL.zip", help=CONTROLLERS)
+    ]
     trust: bool = False
     """Load a stable-baselines3 model or an RL-Zoo folder, whose code then runs; run folders hold no code."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
@@ -38,8 +42,8 @@ class Arguments:
     """Throws to count."""
     shifts: Annotated[int | None, option("32", "N")] = None
     """Work shifts of a line to count."""
-    release: Annotated[str | None, option("analytic", "NAME|RUN_DIR")] = None
-    """Controller that corrects the simulated throws of a line: a controller or a run folder of PnTRelease-v0."""
+    release: Annotated[str | None, option("analytic", "NAME|shipped:NAME|RUN_DIR")] = None
+    """Controller that corrects the simulated throws of a line: a controller or a policy of PnTRelease-v0."""
     throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
     """How throws of a line are computed: by its table of chances, with flights simulated, or in the full physics."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
@@ -57,11 +61,15 @@ class Arguments:
     practice: Annotated[
         int | None, option("120, or 0 with --load and for a controller that ships pre-trained", "N")
     ] = None
-    """Practice throws of a learning controller before the evaluation; other controllers do not practise."""
+    """Practice throws before the evaluation of a controller with a method `learn`; refused for others."""
     online: bool = False
     """Let the controller go on learning during the evaluation."""
     action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
     """Meaning of an action: one of the environment's action modes, e.g. release_point, release_xyz, virtual_goal."""
+    settings: Annotated[
+        tuple[str, ...], tyro.conf.UseAppendAction, option("none", "NAME=VALUE"), tyro.conf.arg(name="option")
+    ] = ()
+    """Setting of a controller given by name, e.g. gain=0.1 of virtual_goal; may be given more than once."""
     load: Annotated[Path | None, option("nothing learned", "FILE.npz")] = None
     """Start from the state that a learning controller saved to this .npz file."""
     save: Annotated[Path | None, option("none", "FILE.npz")] = None
@@ -71,33 +79,41 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
     from .controllers import Learner, save_state
-    from .controllers.state import practice_steps
+    from .controllers.state import check_learns, practice_steps
     from .judging.evaluation import judge
-    from .judging.trials import check_options, open_trial
+    from .judging.trials import check_options, controller_with, open_trial
     from .learning.trained import resolve_task
     from .pictures.stage import Stage
 
     at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
     check_writable(arguments.json, arguments.save, arguments.picture, arguments.video)
     check_ending("video", arguments.video, VIDEOS)
+    check_drawing(picture=arguments.picture, film=arguments.video)
     env_id, level, mode = resolve_task(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
     opened = open_trial(env_id, level, arguments.num_envs, arguments.threads, mode, arguments.throws)
     with closing(opened) as trial:
         check_options(trial, vars(arguments), env_id)
         trial.correct_throws(arguments.release)
-        controller = trial.controller(arguments.controller, trust=arguments.trust)
+        controller = controller_with(
+            trial, arguments.controller, read_settings(arguments.settings), trust=arguments.trust
+        )
         controller.reset(arguments.seed)
         usual, files = trial.practice(controller), (arguments.load, arguments.save)
         practice = practice_steps(controller, usual, arguments.practice, *files)
+        check_learns(controller, online=arguments.online)
         count = getattr(arguments, trial.option, None) or trial.count()
         record = judge(trial, controller, count, arguments.seed, practice=practice, online=arguments.online)
         name, config = trial.core.config.name, trial.core.config
     if arguments.save is not None and isinstance(controller, Learner):
         save_state(controller, arguments.save)
     report = {"level": name, "seed": arguments.seed, "practice": practice, **record.report()}
+    report |= assumed_values(config)
     title = f"{controller.name} on {env_id}, level {name}, {count} {trial.unit}, seed {arguments.seed}"
     title += f", after {practice} practice {trial.step}s" if practice else ""
     console().print(record.table(title, report))
+    show_assumed(config)
+    if note := getattr(controller, "note", ""):
+        console().print(note)
     if arguments.picture is not None and (drawing := record.picture()) is not None:
         deliver_text(arguments.picture, drawing)
     if arguments.video is not None:

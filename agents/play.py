@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
@@ -13,9 +13,9 @@ import tyro
 from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display
 
-from .ground.cli import UsageError, at_least, option, run
+from .ground.cli import UsageError, at_least, check_libraries, option, run
 from .ground.environments import find_environment
-from .ground.outputs import PICTURES, VIDEOS, check_ending, check_writable, deliver
+from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable, deliver
 from .ground.tables import console
 from .learning.trained import resolve_task
 from .pictures.stage import Stage
@@ -38,8 +38,8 @@ class Arguments:
     Blue dots are the planned flight, orange dots the simulated flight, green is the target.
     """
 
-    controller: Annotated[str, tyro.conf.arg(metavar="NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"
-    """A controller's name, the folder of a training run, a class of your own, or with --trust somebody else's model."""
+    controller: Annotated[str, tyro.conf.arg(metavar="NAME|shipped:NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"
+    """A controller's name, a shipped policy, a run folder, a class of your own, or with --trust another's model."""
     trust: bool = False
     """Load a stable-baselines3 model or an RL-Zoo folder, whose code then runs; run folders hold no code."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
@@ -74,6 +74,10 @@ def main(arguments: Arguments) -> None:
     check_writable(arguments.video, arguments.picture)
     check_ending("video", arguments.video, VIDEOS)
     check_ending("picture", arguments.picture, PICTURES)
+    _check_effects(arguments)
+    check_drawing(film=arguments.video)
+    if arguments.picture is not None:
+        check_libraries("PIL")
     if arguments.viewer is not None:
         show(arguments, arguments.viewer)
         return
@@ -85,6 +89,18 @@ def main(arguments: Arguments) -> None:
             stage.advance(arguments.at)
             deliver(arguments.picture, lambda path: save_picture(stage.view, path, arguments.at))
             console().print(f"picture of a throw in {arguments.picture}")
+
+
+def _check_effects(arguments: Arguments) -> None:
+    """Make sure that every option which was given has an effect.
+
+    Raises:
+        UsageError: an option goes with another output.
+    """
+    usual = {field.name: field.default for field in fields(Arguments)}
+    for name, output in (("picks", "video"), ("slow", "video"), ("at", "picture")):
+        if getattr(arguments, name) != usual[name] and getattr(arguments, output) is None:
+            raise UsageError(f"--{name} goes with --{output}, and has no effect here")
 
 
 def open_stage(arguments: Arguments, controller: str, level: str | None) -> Stage:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
 
-from .ground.cli import UsageError, at_least, option, run
+from .ground.cli import UsageError, at_least, check_libraries, option, run
 from .ground.environments import config_of
 from .ground.files import sweep, temporary_path, write_text
+from .ground.outputs import check_drawing, check_writable
 from .ground.places import MADE
 from .ground.tables import console, throws_bar
 from .judging.evaluation import evaluate
@@ -67,6 +69,9 @@ def main(arguments: Arguments) -> None:
     target = arguments.to / name
     if target.exists():
         raise UsageError(f"{str(target)!r} exists already; remove it first")
+    check_libraries("torch", "matplotlib", *(["onnx", "onnxruntime"] if arguments.onnx else []))
+    check_drawing(film=target if arguments.video else None)
+    check_writable(target / "README.md")
     check_model(folder)
     if arguments.onnx:
         check_graph(run_args)
@@ -87,6 +92,8 @@ def main(arguments: Arguments) -> None:
         parts.rename(target)
     finally:
         shutil.rmtree(parts, ignore_errors=True)
+        with suppress(OSError):  # it holds other policies, or the new one
+            arguments.to.rmdir()
     console().print(f"policy and card in {target}")
 
 

@@ -7,9 +7,9 @@ from typing import Final
 
 import gymnasium
 
-from pnt_gym.commands import evaluate
+from pnt_gym.commands import compare, evaluate, shipped_policy
 
-__all__ = ["ENV_IDS", "__version__", "evaluate", "register_envs"]
+__all__ = ["ENV_IDS", "__version__", "compare", "evaluate", "register_envs", "shipped_policy"]
 
 try:
     __version__ = version("pnt_gym")

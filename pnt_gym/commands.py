@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
 
 def command_module(name: str) -> Any:
@@ -31,3 +32,39 @@ def evaluate(policy: Any, env: Any, picks: int = 200, seed: int = 0, **options: 
         PntGymError: the policy or the environment is unknown, the two do not fit, or no throws are asked for.
     """
     return command_module("judging.evaluation").evaluate(policy, env, picks, seed, **options)
+
+
+def compare(a: Any, b: Any, env: Any, budget: int | None = None, seed: int = 0, **options: Any) -> dict[str, Any]:
+    """Compare two policies on the same held-out throws until their order is settled.
+
+    Every argument is as for `agents.judging.comparison.compare`.
+
+    Args:
+        a: a policy as `evaluate` takes it.
+        b: a policy with another name.
+        env: an id, or an environment.
+        budget: largest number of throws of each policy; None for the default of the environment.
+        seed: of the objects; no training, practice or evaluation with any seed sees these objects.
+        options: others, figures, margin, cap, practice, trust and progress; level, action_mode, num_envs and threads of
+            an id.
+
+    Returns:
+        `sentences`, and for each of `pairs` the difference a - b of each figure with its interval.
+
+    Raises:
+        PntGymError: a policy, the environment or a figure is unknown, or a number has no meaning.
+    """
+    return command_module("judging.comparison").compare(a, b, env, budget, seed, **options)
+
+
+def shipped_policy(name: str) -> Path:
+    """The folder, or the file of a scorer, of a policy that ships.
+
+    Args:
+        name: name that `pnt-gym controllers` lists, such as "waste-sac".
+
+    Raises:
+        PntGymError: no shipped policy has this name.
+    """
+    shipped = command_module("ground.shipped")
+    return cast("Path", shipped.policy_place(f"{shipped.PREFIX}{name.removeprefix(shipped.PREFIX)}"))

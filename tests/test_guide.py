@@ -33,7 +33,13 @@ def run(folder, *arguments):
 @pytest.fixture(scope="module")
 def command(folder):
     """What a command of the guide gives, which runs when a test first asks for it."""
-    return cache(lambda line: run(folder, *shlex.split(line)[1:]))
+    return cache(lambda line: run(folder, *_arguments(line)))
+
+
+def _arguments(line):
+    """A command as arguments of Python, in which `pnt-gym` is a module."""
+    program, *words = shlex.split(line)
+    return ["-m", "pnt_gym", *words] if program == "pnt-gym" else words
 
 
 @pytest.fixture(scope="module")
@@ -62,15 +68,26 @@ def test_the_fourth_robot_is_judged_and_learned_like_the_others(folder, commands
 
 
 def test_the_controller_of_the_guide_learns_and_skips_failed_picks(folder, command):
-    """`--online` lets it learn: it beats the planner, and no action of it is NaN where some picks fail."""
-    files = [folder / f"{name}.json" for name in ("analytic", "halving", "waste")]
+    """It practises and beats the planner on the same objects; no action of it is NaN where some picks fail."""
+    files = [folder / f"{name}.json" for name in ("analytic", "halving", "planner", "waste", "online")]
     for file in files:
         (line,) = (line for line in COMMANDS if line.endswith(f"--json {file.name}"))
         assert command(line).returncode == 0, command(line).stderr[-2000:]
-    analytic, halving, waste = (json.loads(file.read_text()) for file in files)
+    analytic, halving, planner, waste, online = (json.loads(file.read_text()) for file in files)
     assert halving["landing_error_mean_m"] < 0.7 * analytic["landing_error_mean_m"]
+    assert waste["landing_error_mean_m"] < 0.9 * planner["landing_error_mean_m"]
+    assert online["landing_error_mean_m"] < 0.9 * planner["landing_error_mean_m"]
+    assert (halving["practice"], waste["practice"], planner["practice"]) == (120, 120, 0)
     assert waste["pick_rate"] < 1.0
     assert waste["picks"] == PICKS
+
+
+@pytest.mark.parametrize("option", [("--practice", "10"), ("--online",)])
+def test_an_option_of_learners_is_refused_for_others(folder, option):
+    options = ("--env", "catapult:Catapult-v0", "--controller", "analytic", "--picks", "4")
+    done = run(folder, "-m", "pnt_gym", "evaluate", *options, *option)
+    assert done.returncode == 2
+    assert f"error: {option[0]} has no effect: controller 'analytic' has no method `learn`" in done.stderr
 
 
 def test_the_fourth_robot_is_a_good_citizen(folder):
@@ -106,6 +123,9 @@ def test_a_kind_of_task_is_judged_compared_and_shown(folder):
     assert alone["spread_m_low"] < alone["spread_m"] < alone["spread_m_high"]
     pairs = {pair["level"]: pair["spread_m"] for pair in plan["comparisons"]}
     assert pairs["weak"]["excludes_zero"]
+    settled = json.loads((folder / "settled.json").read_text())
+    assert (settled["unit"], list(settled["figures"])) == ("salvos", ["hits", "spread_m"])
+    assert settled["pairs"][0]["figures"]["hits"]["count"] == settled["count"] <= settled["budget"] == 100
     assert "(tables/salvos.md)" in (folder / "results" / "README.md").read_text()
     shown = (folder / "results" / "tables" / "salvos.md").read_text()
     assert f"| random | analytic | {100 * plan['comparisons'][0]['hits']['value']:+.1f} " in shown

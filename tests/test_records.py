@@ -9,7 +9,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 import pytest
 
-from pnt_gym.arrays import MOST_UNREAD, Floats, Ints, Record, concatenate_records, replace_rows, take
+from pnt_gym.arrays import Floats, Ints, concatenate_records, replace_rows, take
+from pnt_gym.records import MOST_UNREAD, Record
 
 
 @dataclass(frozen=True)

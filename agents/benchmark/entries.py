@@ -15,6 +15,7 @@ from ..controllers.adaptive import PRETRAINED
 from ..controllers.between import BASES, MAX_STACK, PLANNER
 from ..dispatchers.registry import NAMES as DECIDING
 from ..dispatchers.registry import SEARCHED
+from ..ground.shipped import is_shipped, module_of
 from ..learning.algorithms import MASKED, RESIDUAL
 from ..learning.hyperparameters import hyperparameters
 
@@ -22,6 +23,8 @@ Count = Annotated[int, Field(ge=0)]
 Several = Annotated[int, Field(ge=2)]
 TRAINED = (*RESIDUAL, *MASKED)
 LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *TRAINED)
+LEARNED_BY: Final[Mapping[str, tuple[str, ...]]] = {"mlp": ("torch",), SEARCHED: ("cma",)}
+"""Optional libraries by which a controller learns that is no training."""
 EACH: Final = "each"
 """As `train_level`: the controller learns on each evaluation level separately."""
 
@@ -51,6 +54,7 @@ class Entry(Section):
         None, description="Of an algorithm: file of its hyperparameters; default: configs/rl/ALGO.yml, which ships."
     )
     options: Mapping[str, Any] = Field({}, description="Settings of the controller.")
+    action_mode: str | None = Field(None, description="Meaning of its actions; default: the environment's.")
     also: tuple[str, ...] = Field((), description="Controllers that take over what it learned, evaluated beside it.")
     online: bool = Field(False, description="It goes on learning in the evaluation, every cell for itself.")
     stack: int = Field(1, description="Of an algorithm: observations that its policy sees at once.")
@@ -67,7 +71,7 @@ class Entry(Section):
         for name in self.also:
             if name not in NAMES:
                 raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {names}")
-        if ":" not in self.controller and not is_learned(self.controller):
+        if module_of(self.controller) is None and not is_learned(self.controller):
             self._check_name()
         return self
 
@@ -101,7 +105,7 @@ class Entry(Section):
 
 def is_learned(name: str) -> bool:
     """Whether an entry's controller name is a file of a trained policy: a scorer's file or the path of a run folder."""
-    return ":" not in name and (name.endswith(".npz") or "/" in name)
+    return is_shipped(name) or (module_of(name) is None and (name.endswith(".npz") or "/" in name))
 
 
 def labels_of(entry: Entry) -> list[str]:

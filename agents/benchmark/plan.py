@@ -15,22 +15,24 @@ from typing import Annotated, Any, Self, final
 
 from pydantic import Field, ValidationError, model_validator
 
-from pnt_gym.cells.base.config import FileName, LevelConfig, Section, first_problem
+from pnt_gym.cells.base.config import FileName, LevelConfig, Section
+from pnt_gym.cells.base.problems import describe_problems
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers.protocol import Controller
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, check_libraries
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
+from ..ground.shipped import module_of, policy_place
 from ..jobs.cluster import Needs
 from ..jobs.code import code_digest
 from ..jobs.parcel import user_code_digest
 from ..jobs.work import key
 from ..judging.trial import Trial
-from ..judging.trials import check_options, open_trial, trial_class
+from ..judging.trials import check_options, controller_with, open_trial, trial_class
 from ..learning.runs import POLICY
-from .entries import EACH, TRAINED, Choice, Count, Entry, Several, is_learned, labels_of, settings_of
+from .entries import EACH, LEARNED_BY, TRAINED, Choice, Count, Entry, Several, is_learned, labels_of, settings_of
 
 _CODE = ("pnt_gym/**/*.py", "agents/controllers/*.py", "agents/dispatchers/*.py")
 """Code on which results depend and which is loaded by a name; all other code is found by following imports."""
@@ -149,7 +151,7 @@ def read_plan(path: Path) -> Plan:
     try:
         return Plan.model_validate(read_yaml(path, "benchmark"))
     except ValidationError as error:
-        raise UsageError(f"benchmark {str(path)!r}: {first_problem(error)}") from None
+        raise UsageError(f"benchmark {str(path)!r}: {describe_problems(error, Plan)}") from None
 
 
 def trial_of_plan(plan: Plan) -> type[Trial]:
@@ -217,7 +219,9 @@ def _piece(
         "plan": plan.model_dump(mode="json", include={"env", "seed", "num_envs"}),
         "counts": list(counts.values()),
         "code": code,
-        "own": [user_code_digest(name.partition(":")[0]) for name in (entry.controller, plan.env) if ":" in name],
+        "own": [
+            user_code_digest(module) for module in map(module_of, (entry.controller, plan.env)) if module is not None
+        ],
         "depends": _dependencies(kind, entry, list(configs.values()), throws),
     }
     user_configs = {level: config for level, config in configs.items() if _is_user_level(plan, level, config)}
@@ -241,7 +245,7 @@ def _artefact_settings(kind: type[Trial], entry: Entry, levels: list[Any]) -> li
 
 def _digest(name: str) -> str:
     """Digest of a trained policy: of its file, or of the policy in a run folder."""
-    place = at(name)
+    place = policy_place(name)
     return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
 
 
@@ -267,11 +271,13 @@ def _check_level(plan: Plan, level: str) -> None:
     Raises:
         UsageError: an entry cannot be made, or the number of units is not fair.
     """
-    with closing(open_trial(plan.env, plan.level(level), 1, 1)) as trial:
-        trial.check_count(plan.count_of(type(trial), level), plan.num_envs, level)
-        for entry in plan.entries:
-            if level in (entry.levels or plan.levels):
-                _check_entry(plan, entry, trial)
+    entries = [entry for entry in plan.entries if level in (entry.levels or plan.levels)]
+    for mode in dict.fromkeys(entry.action_mode for entry in entries):
+        with closing(open_trial(plan.env, plan.level(level), 1, 1, mode)) as trial:
+            trial.check_count(plan.count_of(type(trial), level), plan.num_envs, level)
+            for entry in entries:
+                if entry.action_mode == mode:
+                    _check_entry(plan, entry, trial)
 
 
 def _check_entry(plan: Plan, entry: Entry, trial: Trial) -> None:
@@ -279,7 +285,10 @@ def _check_entry(plan: Plan, entry: Entry, trial: Trial) -> None:
     try:
         if entry.controller in TRAINED:
             trial.check_training({**entry.model_dump(), "algo": entry.controller, "env": plan.env})
+            check_libraries("torch", "stable_baselines3", "sb3_contrib")
             return
+        if any(entry.throws):
+            check_libraries(*LEARNED_BY.get(entry.controller, ()))
         for name in (entry.controller, *entry.also):
             entry_controller(trial, entry, name)
     except UsageError as error:
@@ -292,11 +301,7 @@ def entry_controller(trial: Trial, entry: Entry, name: str) -> Controller:
     Raises:
         UsageError: there is no such controller, or the controller has no such settings.
     """
-    try:
-        return trial.controller(name, **(entry.options if name == entry.controller else {}))
-    except TypeError:
-        settings = ", ".join(entry.options)
-        raise UsageError(f"controller {name!r} has no settings {settings}") from None
+    return controller_with(trial, name, entry.options if name == entry.controller else {})
 
 
 @cache
@@ -330,7 +335,7 @@ def needs(plan: Plan) -> Needs:
             if _is_local_file(name, value):
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
     controllers = [entry.controller for entry in plan.entries]
-    modules = sorted({name.partition(":")[0] for name in (plan.env, *controllers) if ":" in name})
+    modules = sorted({module for module in map(module_of, (plan.env, *controllers)) if module is not None})
     return Needs(tuple(modules), torch=any(name in (*TRAINED, "mlp") for name in controllers))
 
 

@@ -46,9 +46,8 @@ def run_piece(piece: Piece, folder: Path) -> dict[str, Any]:
 
 
 def _trial(piece: Piece, level: str, count: int | None = None) -> Trial:
-    return open_trial(
-        piece.plan.env, piece.configs.get(level, piece.plan.level(level)), count or piece.plan.num_envs, 1
-    )
+    place = piece.configs.get(level, piece.plan.level(level))
+    return open_trial(piece.plan.env, place, count or piece.plan.num_envs, 1, piece.entry.action_mode)
 
 
 def _learn(piece: Piece, folder: Path) -> Iterator[tuple[int, float, ControllerFactory]]:

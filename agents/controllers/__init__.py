@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any
 
 from gymnasium.spaces import Box
@@ -12,6 +11,7 @@ from pnt_gym.errors import one_sentence
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env
+from ..ground.shipped import is_shipped, module_of, policy_place, shipped_names
 from .named import NAMES, make_named
 from .own import controller_of, import_controller, load_trained
 from .protocol import Controller, Learner, Observation, Outcome
@@ -34,8 +34,8 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
     """Controller by its name, from a trained policy or from a user's module, fitted to an environment.
 
     Args:
-        name: one of `NAMES`; a run folder, an RL-Zoo folder or a model.zip (see `agents.learning.trained`); or
-            MODULE:CLASS (see `Controller`), which imports MODULE.
+        name: one of `NAMES`; a shipped policy such as shipped:waste-sac; a run folder, an RL-Zoo folder or a model.zip
+            (see `agents.learning.trained`); or MODULE:CLASS (see `Controller`), which imports MODULE.
         env: the environment in which the controller will act.
         trust: allow an RL-Zoo folder or a model.zip, whose loading runs their code.
         options: settings of the controller, e.g. `gain` of virtual_goal or `width` of mlp.
@@ -49,11 +49,14 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
         )
     if name in NAMES:
         return make_named(name, env, **options)
-    if os.path.isdir(name) or name.endswith(".zip"):
-        return load_trained(Path(name), env, trust=trust)
-    if ":" in name:
+    place = policy_place(name)
+    if os.path.isdir(place) or name.endswith(".zip"):
+        return load_trained(place, env, trust=trust)
+    if module_of(name) is not None:
         return import_controller(name, env, **options)
+    if is_shipped(name):
+        raise UsageError(f"{name!r} decides on a line; here controllers correct throws")
     raise UsageError(
         f"{one_sentence(name, 80)!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, "
-        "MODULE:CLASS and MODEL.zip, and a run folder is what training leaves in runs/"
+        f"{shipped_names()}, MODULE:CLASS and MODEL.zip, and a run folder is what training leaves in runs/"
     )

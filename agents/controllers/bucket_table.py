@@ -1,4 +1,4 @@
-"""Tables of corrections per item and place: the running mean, and the virtual goal of iterative learning.
+"""Tables of corrections per item and place, as the running mean and the virtual goal use them.
 
 Both use only item and place; differences from throw to throw (seal, mass, speed, grasp) act as noise. Buckets are
 named, so a table learned on one level serves another level with the same items.
@@ -13,13 +13,12 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
-from pnt_gym.errors import PntGymError
 
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .shift import check_width, ideal_offset, is_instructive, to_action
 
-Step = Callable[[int], float]
-"""Weight of the newest throw, from the number of throws in a bucket, the newest one included."""
+Step = Callable[[int], float | Floats]
+"""Weight of the newest throw, one number or (E,), from the number of throws in a bucket, the newest one included."""
 
 ANY = "*"
 
@@ -33,10 +32,15 @@ class BucketTable(Learner):
         correction: meaning of an action, and bucket of each throw.
         step: weight of the newest throw.
         share_all: whether an item without throws gets the correction over all items; otherwise zero.
+        threshold: size of an error, relative to the tolerances of the correction, below which a bucket stops learning;
+            None: never.
     """
 
-    def __init__(self, name: str, correction: Correction, step: Step, *, share_all: bool) -> None:
+    def __init__(
+        self, name: str, correction: Correction, step: Step, *, share_all: bool, threshold: float | None = None
+    ) -> None:
         self.name = name
+        self._threshold = threshold
         self._correction = correction
         self._step = step
         self._share_all = share_all
@@ -46,12 +50,17 @@ class BucketTable(Learner):
         """Forget every bucket."""
         self._shift: dict[str, Floats] = {}
         self._count: dict[str, int] = {}
+        self._learned: set[str] = set()
 
     def act(self, observation: Observation) -> Actions:
         """Action of each throw's bucket, else of its item, else of all items, else zero: (N, E)."""
+        return to_action(self.offsets(observation), self._correction)
+
+    def offsets(self, observation: Observation) -> Floats:
+        """Offset of each throw (N, E), as `act` uses it."""
         buckets = self._correction.buckets(observation.features, observation.kind)
-        offsets = [self._find(self._chain(*bucket)) for bucket in buckets]
-        return to_action(np.array(offsets).reshape(-1, self._correction.count), self._correction)
+        rows = [self._find(self._chain(*bucket)) for bucket in buckets]
+        return np.array(rows).reshape(-1, self._correction.count)
 
     def learn(self, outcome: Outcome) -> None:
         """Move each throw's bucket, and the coarser buckets around it, towards the ideal offset.
@@ -63,13 +72,15 @@ class BucketTable(Learner):
         usable = is_instructive(outcome)
         observation = outcome.observation
         for row, bucket in enumerate(self._correction.buckets(observation.features, observation.kind)):
-            if usable[row]:
+            if usable[row] and not self._is_learned(self._chain(*bucket)[0], outcome.error[row]):
                 self._update(self._chain(*bucket), offsets[row])
 
     def state(self) -> State:
         """Names, offsets and counts of the buckets."""
         names = list(self._shift)
+        ended = {"learned": np.array([n in self._learned for n in names], dtype=np.bool_)}
         return {
+            **(ended if self._threshold is not None else {}),
             "buckets": np.array(names, dtype=np.str_),
             "shift": np.array([self._shift[n] for n in names]).reshape(-1, self._correction.count),
             "count": np.array([self._count[n] for n in names], dtype=np.int64),
@@ -85,6 +96,14 @@ class BucketTable(Learner):
         names = [str(n) for n in state["buckets"]]
         self._shift = {n: np.asarray(s, dtype=np.float64) for n, s in zip(names, state["shift"], strict=True)}
         self._count = {n: int(c) for n, c in zip(names, state["count"], strict=True)}
+        learned = state.get("learned", np.zeros(len(names), dtype=np.bool_))
+        self._learned = {n for n, done in zip(names, learned, strict=True) if done}
+
+    def _is_learned(self, bucket: str, error: Floats) -> bool:
+        """Whether a bucket has, by this throw or by an earlier one, an error below the threshold."""
+        if self._threshold is not None and np.linalg.norm(error / self._correction.tolerance) < self._threshold:
+            self._learned.add(bucket)
+        return bucket in self._learned
 
     def _chain(self, item: str, place: str) -> list[str]:
         """Names of the buckets of a throw, from fine to coarse."""
@@ -105,14 +124,3 @@ class BucketTable(Learner):
 def mean_shift(correction: Correction) -> BucketTable:
     """Mean of the ideal offsets, per item and place."""
     return BucketTable("mean_shift", correction, lambda count: 1.0 / count, share_all=True)
-
-
-def virtual_goal(correction: Correction, gain: float = 0.5) -> BucketTable:
-    """Iterative learning (Miyashita 2010): the virtual goal moves by K times the error, per item and place.
-
-    Raises:
-        PntGymError: the gain lies outside (0, 2), where the update cannot converge.
-    """
-    if not 0.0 < gain < 2.0:
-        raise PntGymError(f"virtual_goal: gain is {gain}; it must lie between 0 and 2")
-    return BucketTable("virtual_goal", correction, lambda count: gain, share_all=False)

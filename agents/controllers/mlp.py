@@ -30,6 +30,9 @@ class Mlp:
         weight_decay: weight decay of AdamW.
     """
 
+    libraries: tuple[str, ...] = ("torch",)
+    """Optional libraries by which it fits."""
+
     def __init__(
         self, width: int = 64, steps: int | None = None, learning_rate: float = 3e-3, weight_decay: float = 0.3
     ) -> None:

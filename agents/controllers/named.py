@@ -18,7 +18,8 @@ from ..ground.places import ADAPTIVE
 from .adaptive import IN_CONTEXT, STATIC, Adaptive, has_feedback
 from .analytic import Analytic
 from .ballistic import AnalyticHeight, MeanLead
-from .bucket_table import mean_shift, virtual_goal
+from .bucket_table import mean_shift
+from .goals import virtual_goal
 from .in_context import InContext
 from .mlp import Mlp
 from .newton import NewtonGoal

@@ -14,8 +14,9 @@ from pnt_gym.errors import PntGymError, one_sentence
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of, import_user_module
+from ..ground.places import module_name
 from ..learning.runs import RunFolder
-from ..learning.trained import check_trust, find_policy
+from ..learning.trained import STATISTICS, check_trust, find_policy
 from ..policies.actor import Actor
 from .adaptive import check_begins
 from .between import PLANNER, MemoryPolicy, make_wrapper
@@ -29,10 +30,10 @@ METHODS: Final = ("reset", "act", "learn")
 
 @final
 class Policy(Controller):
-    """Controller from a function of observations to actions, without learning."""
+    """Controller from a function of observations to actions, without learning; `note` is a sentence for its table."""
 
-    def __init__(self, function: Function, name: str, kind: type[Any] = np.float32) -> None:
-        self.function, self.name, self._kind = function, name, kind
+    def __init__(self, function: Function, name: str, kind: type[Any] = np.float32, note: str = "") -> None:
+        self.function, self.name, self._kind, self.note = function, name, kind, note
 
     def act(self, observation: Observation) -> Actions:
         """Actions of the function (N, A)."""
@@ -95,7 +96,8 @@ def _check_controller(controller: Any, name: str) -> Controller:
 def _check_parts(controller: Any, name: str, parts: Sequence[str]) -> None:
     missing = [part for part in parts if not hasattr(controller, part)]
     if missing:
-        raise UsageError(f"controller {name} has no {' and no '.join(missing)}; inherit agents.controllers.Controller")
+        base = f"{module_name('agents.controllers')}.Controller"
+        raise UsageError(f"controller {name} has no {' and no '.join(missing)}; inherit {base}")
 
 
 def load_trained(place: Path, env: Env, *, trust: bool = False) -> Controller:
@@ -115,6 +117,8 @@ def load_trained(place: Path, env: Env, *, trust: bool = False) -> Controller:
     model = load_policy(files.model)
     policy = model_policy(model, type(model).__name__.lower(), env, label)
     if files.statistics is None:
+        if isinstance(policy, Policy):
+            policy.note = f"{label} gets raw observations: no {STATISTICS} lies beside {files.model.name}"
         return policy
     if not isinstance(policy, Policy):
         raise UsageError(f"{label} is recurrent and takes normalised observations; only one of the two is supported")
@@ -124,7 +128,7 @@ def load_trained(place: Path, env: Env, *, trust: bool = False) -> Controller:
         normalised_features: Any = statistics.normalize_obs(features)
         return policy.function(normalised_features)
 
-    return Policy(act_on_normalised, policy.name)
+    return Policy(act_on_normalised, policy.name, note=f"{label} gets observations normalised by {files.statistics}")
 
 
 def run_policy(actor: Actor, arguments: Mapping[str, Any], env: Env, label: str, name: str | None = None) -> Controller:

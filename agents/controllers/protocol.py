@@ -81,9 +81,14 @@ class Controller(Protocol):
         """Learn from the outcome of the throws of the last `act`; the default learns nothing."""
 
 
+def learns(controller: Controller) -> bool:
+    """Whether a controller has a `learn` of its own, and so can practise."""
+    return getattr(type(controller), "learn", Controller.learn) is not Controller.learn
+
+
 @runtime_checkable
 class Learner(Controller, Protocol):
-    """A controller that improves with throws, and whose knowledge can be saved."""
+    """A controller that improves with throws, explores in its practice, and whose knowledge can be saved."""
 
     def begin_practice(self, throws: int) -> None:
         """Begin about `throws` throws of practice; the controller may explore until `end_practice`."""

@@ -13,7 +13,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, check_libraries
 from .mlp import Mlp
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .ridge import Ridge
@@ -59,7 +59,8 @@ class OnPolicyRegression(Learner):
         self._rounds: list[int] = []
 
     def begin_practice(self, throws: int) -> None:
-        """Explore, and renew the fit at the end of each round."""
+        """Explore, and renew the fit at the end of each round, if what the fit needs is installed."""
+        check_libraries(*self._regressor.libraries)
         self._exploring = True
         self._rounds = [self._count + round(share * throws) for share in ROUNDS[:-1]]
 

@@ -34,6 +34,9 @@ class _Candidate:
 class Ridge:
     """One ridge regression per output; penalty and gain minimise the leave-one-out error, known in closed form."""
 
+    libraries: tuple[str, ...] = ()
+    """Optional libraries by which it fits."""
+
     def __init__(self) -> None:
         self._fits: list[_Candidate] = []
         self._offset = np.zeros(0)

@@ -15,17 +15,28 @@ from pnt_gym.reading import AccessError, arrays_of
 from ..ground.cli import UsageError
 from ..ground.outputs import deliver
 from .adaptive import IN_CONTEXT, STATIC, Adaptive
-from .protocol import Controller, Learner
+from .protocol import Controller, Learner, learns
 
 MISSING: Final = os.strerror(errno.ENOENT)
 STATE: Final = re.compile(r"\w[\w .:-]*")
 """Pattern of the names of the arrays that a controller saves."""
 
 
+def check_learns(controller: Controller, **options: Any) -> None:
+    """Make sure that a controller learns, if any option that only learning gives an effect was given.
+
+    Raises:
+        UsageError: such an option was given, and the controller does not learn.
+    """
+    for name, value in options.items():
+        if value and not learns(controller):
+            raise UsageError(f"--{name} has no effect: controller {controller.name!r} has no method `learn`")
+
+
 def practice_steps(
     controller: Controller, usual: int, practice: int | None, load: Path | None, save: Path | None
 ) -> int:
-    """Load a learning controller's state, and return its number of steps of practice.
+    """Load a learning controller's state if that is asked for, and return the controller's number of practice steps.
 
     Args:
         controller: the controller to be judged.
@@ -35,17 +46,18 @@ def practice_steps(
         save: file to which the learned state will be saved, or None.
 
     Raises:
-        UsageError: a file is given for a controller that does not learn, or the file does not fit this controller.
+        UsageError: practice or a file is given for a controller that does not learn, or the file does not fit this
+            controller.
     """
-    if isinstance(controller, Learner):
-        if load is None:
-            return usual if practice is None else practice
+    check_learns(controller, practice=practice)
+    if not isinstance(controller, Learner):
+        for name, file in (("load", load), ("save", save)):
+            if file is not None:
+                raise UsageError(f"--{name}: controller {controller.name!r} learns nothing that could be saved")
+    elif load is not None:
         load_state(controller, load)
         return practice or 0
-    for name, file in (("load", load), ("save", save)):
-        if file is not None:
-            raise UsageError(f"--{name}: controller {controller.name!r} learns nothing that could be saved")
-    return 0
+    return (usual if practice is None else practice) if learns(controller) else 0
 
 
 def save_state(controller: Learner, path: Path) -> None:

@@ -22,6 +22,7 @@ from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of
 
 from ..controllers.protocol import Controller, Learner, State
 from ..ground.environments import Env, Role, make_vector, stream_seed
+from ..ground.shipped import module_of
 from ..jobs.code import code_digest
 from ..jobs.parcel import user_code_digest
 from ..jobs.work import Job, key
@@ -140,7 +141,7 @@ class Collection:
     def modules(self) -> list[str]:
         """Names of the user's modules that the jobs import."""
         names = [self.env, *([] if self.recipe.files else [self.recipe.name])]
-        return sorted({name.partition(":")[0] for name in names if ":" in name})
+        return sorted({module for name in names if (module := module_of(name)) is not None})
 
 
 def collect(collection: Collection, number: int, throws: int, _folder: Path) -> bytes:

@@ -15,7 +15,7 @@ import numpy as np
 from ..controllers.protocol import Controller, Learner
 from ..ground.cli import UsageError
 from ..ground.environments import Role
-from ..ground.places import at
+from ..ground.shipped import policy_place
 from ..ground.tables import throws_bar
 from ..jobs.cluster import Needs
 from ..jobs.work import Pool, keep_missing
@@ -68,6 +68,11 @@ class Crew:
         chosen = expert if controller == EXPERT else controller
         self.chosen = (expert, chosen)
         self.lowest, self.highest, self.thrower = (self._make_controller(name) for name in ("random", expert, chosen))
+        if practice and not isinstance(self.thrower, Learner):
+            raise UsageError(
+                f"--practice has no effect: controller {self.thrower.name!r} learns nothing that could be sent to the "
+                "processes that collect, by `state` and `restore`"
+            )
         self.label = EXPERT if controller == EXPERT else self.thrower.name
         """Part of the dataset's name."""
         self.expert, self.algorithm = _describe(self.highest, expert), _describe(self.thrower, chosen)
@@ -101,12 +106,10 @@ class Crew:
                 advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=practice))
                 self.trial.practise(controller, practice, self.seed, progress=advance)
             state = controller.state()
-        place = at(policy_name)
-        is_trained = os.path.isdir(place) or policy_name.endswith((".zip", ".npz"))
+        place = policy_place(policy_name)
+        is_trained = os.path.isdir(place) or place.suffix in (".zip", ".npz")
         files = files_of(place) if is_trained else {}
-        return ControllerRecipe(
-            Path(policy_name).resolve().name if is_trained else policy_name, files, self._trust, state
-        )
+        return ControllerRecipe(place.resolve().name if is_trained else policy_name, files, self._trust, state)
 
     def _make_controller(self, name: str) -> Controller:
         return self.trial.controller(name, trust=self._trust)
@@ -171,4 +174,5 @@ class EpisodeStore:
 
 def _describe(controller: Controller, policy_name: str) -> str:
     """Description of a controller: its name and the name of its folder, without the folder's path."""
-    return f"{controller.name} of {Path(policy_name).name}" if os.path.isdir(at(policy_name)) else controller.name
+    place = policy_place(policy_name)
+    return f"{controller.name} of {place.name}" if os.path.isdir(place) else controller.name

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
@@ -11,7 +12,7 @@ from pnt_gym.errors import one_sentence
 from ..controllers.protocol import Controller
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of
-from ..ground.places import at
+from ..ground.shipped import policy_place, shipped_names
 from ..policies.scorer import Scorer
 from .lookahead import Beam, GuidedBeam
 from .rules import IndexRule, RandomChoice
@@ -51,8 +52,8 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
     """Controller of a name with the settings tuned for the level, or a learned controller.
 
     Args:
-        name: one of `NAMES`, a run folder, or a scorer's .npz file, in the working folder or among the shipped
-            files.
+        name: one of `NAMES`, a shipped policy such as shipped:line/skills3, a run folder, or a scorer's .npz file, in
+            the working folder or among the shipped files.
         core: core of the lines on which the controller will work.
         options: settings that replace the tuned ones.
 
@@ -60,15 +61,15 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
         UsageError: the name belongs to no controller of a line.
     """
     if name not in _RULES:
-        place = at(name)
-        if place.is_dir():
+        place = policy_place(name)
+        if os.path.isdir(place):  # False for a name too long to be one
             return run_scores(place)
-        if name.endswith(".npz"):
+        if place.suffix == ".npz":
             return load_scorer(place)
         names = ", ".join(NAMES)
         raise UsageError(
-            f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {names}, the folder of a training "
-            "run, and a scorer's .npz file"
+            f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {names}, {shipped_names()}, the "
+            "folder of a training run, and a scorer's .npz file"
         )
     tuned_settings = settings(core.config.name, name, len(core.config.robots))
     return _RULES[name](core, **{**tuned_settings, **options})

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import io
+import json
 import re
 import signal
 import sys
@@ -33,6 +35,7 @@ EXTRAS = {
     "matplotlib": "report",
     "jinja2": "report",
     "imageio": "video",
+    "imageio_ffmpeg": "video",
     "PIL": "video",
     "onnx": "onnx",
     "onnxruntime": "onnx",
@@ -47,6 +50,17 @@ class UsageError(PntGymError):
     """A command line that asks for something impossible or that does not exist."""
 
 
+def check_libraries(*names: str) -> None:
+    """Make sure, before any work, that optional libraries are installed; none of them is imported.
+
+    Raises:
+        ModuleNotFoundError: one is not; `run` names the extra that brings it.
+    """
+    for name in names:
+        if importlib.util.find_spec(name) is None:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+
 def option(default: str, metavar: str | None = None, text: str | None = None) -> Any:
     """Help of an option whose default is None.
 
@@ -57,6 +71,24 @@ def option(default: str, metavar: str | None = None, text: str | None = None) ->
             docstring.
     """
     return tyro.conf.arg(metavar=metavar, help=text, help_behavior_hint=f"(default: {default})")
+
+
+def read_settings(texts: Sequence[str]) -> dict[str, Any]:
+    """Settings given as NAME=VALUE, where VALUE is a number, a list of numbers or a word.
+
+    Raises:
+        UsageError: a text has no name or no value.
+    """
+    settings: dict[str, Any] = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        if not (name.isidentifier() and value):
+            raise UsageError(f"{one_sentence(repr(text), 80)} is no NAME=VALUE, such as gain=0.1")
+        try:
+            settings[name] = json.loads(value)
+        except ValueError:
+            settings[name] = value
+    return settings
 
 
 def run(

@@ -32,7 +32,7 @@ from pnt_gym.errors import one_sentence
 
 from .cli import UsageError
 
-Role = Literal["train", "practice", "evaluate", "dataset"]
+Role = Literal["train", "practice", "evaluate", "dataset", "compare"]
 Env: TypeAlias = VectorEnv[Any, Any, Any]
 PLUGINS: Final = "pnt_gym.envs"
 """Group of entry points that name modules which register environments."""

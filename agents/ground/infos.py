@@ -8,12 +8,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pnt_gym.cells.base.core import EPISODE_SUCCESS
+
 LANDING: Final = ("landing_error", "landing_along", "landing_across")
 """Info keys of landing errors; an object that was dropped before its release has none."""
 
 
 def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:
-    """Results of N throws by info key (N,), without `kind`, which belongs to the coming throws.
+    """Results of N throws by info key (N,), without `kind` of the coming throws and what whole episodes have.
 
     Gymnasium's own vector environments return the info of an episode's last step separately, in `final_info`. Where an
     object was dropped before its release, the landing errors are NaN.
@@ -22,7 +24,7 @@ def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:
     over = np.asarray(info.get("_final_info", np.zeros(count, dtype=np.bool_)))
     columns: dict[str, NDArray[Any]] = {}
     for name in {**info, **final}:
-        if name != "kind" and not name.startswith("_"):
+        if name not in ("kind", EPISODE_SUCCESS) and not name.startswith("_"):
             values = np.asarray(info.get(name, final.get(name)))
             if values.shape == (count,) and values.dtype.kind in "biuf":
                 columns[name] = np.where(over, final.get(name, values), values)

@@ -10,13 +10,14 @@ import os
 import stat
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from pnt_gym.errors import one_sentence
 
-from .cli import UsageError
+from .cli import UsageError, check_libraries
 from .files import json_text, replace_file
 from .streams import destination, stream_of
 
@@ -88,8 +89,29 @@ def check_ending(option: str, path: Path | None, endings: Sequence[str]) -> None
         raise UsageError(f"--{option} is {str(path)!r}; it must end in {' or '.join(endings)}")
 
 
+def check_drawing(*, picture: Path | None = None, film: Path | None = None) -> None:
+    """Make sure, before any work, that what a picture by matplotlib or a film needs is there.
+
+    Args:
+        picture: file of the picture; None for no picture.
+        film: file of the film; None for no film.
+
+    Raises:
+        ModuleNotFoundError: a library is not installed.
+        UsageError: this machine cannot render a film.
+    """
+    if picture is not None:
+        check_libraries("matplotlib")
+    if film is not None:
+        check_libraries("imageio", "imageio_ffmpeg")
+        from pnt_gym.cells.base.canvas import rendering_problem  # noqa: PLC0415 - imports the engine
+
+        if problem := rendering_problem():
+            raise UsageError(problem)
+
+
 def check_writable(*paths: Path | None) -> None:
-    """Make sure, before hours of work, that all `paths` that are not None can be written.
+    """Make sure, before hours of work, that all `paths` that are not None can be written; nothing stays behind.
 
     Raises:
         UsageError: a path names a folder or a disk, or its folder cannot be made or written.
@@ -106,10 +128,15 @@ def _check_place(path: Path) -> None:
             return
         if place.exists() and (reason := _refusal(os.stat(place).st_mode)):
             raise _write_error(path, f"it is {reason}")
+        missing = [folder for folder in place.parents if not folder.exists()]
         place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise _write_error(path, str(error.strerror)) from None
-    if not os.access(place if place.exists() and not place.is_file() else place.parent, os.W_OK):
+    is_open = os.access(place if place.exists() and not place.is_file() else place.parent, os.W_OK)
+    for folder in missing:
+        with suppress(OSError):  # another command may have written there meanwhile
+            folder.rmdir()
+    if not is_open:
         raise _write_error(path, "its folder is read-only")
 
 

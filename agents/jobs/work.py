@@ -114,6 +114,7 @@ def keep_missing(
         UsageError: a process died, for instance for lack of memory, or another command works in the folder.
     """
     check_writable(folder / "piece.json")
+    folder.mkdir(parents=True, exist_ok=True)
     with lock_folder(folder):
         missing = [job for job in jobs if fresh or not (folder / job.file).is_file()]
         if missing:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
 import gymnasium as gym
 
-from ..controllers.protocol import Controller, Learner
+from ..controllers.protocol import Controller, learns
+from ..controllers.state import check_learns
 from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError, at_least
 from ..ground.environments import Env, as_vector, make_vector
@@ -63,27 +65,39 @@ def evaluate(
         MetricError: no landing was measured.
     """
     at_least({"picks": picks, "seed": seed}, picks=1, seed=0)
-    if options and not isinstance(env, str):
-        raise UsageError(f"{next(iter(options))} cannot change an environment that is made already; give it with an id")
-    cells = make_vector(env, **{"num_envs": NUM_ENVS, **options}) if isinstance(env, str) else as_vector(env)
-    try:
+    with open_cells(env, options) as cells:
         trial, tell = trial_of(cells), progress or (lambda name, count: None)
         controller = trial.controller(policy, trust=trust)
         if isinstance(policy, str | type):
             controller.reset(seed)
+        check_learns(controller, practice=practice, online=online)
         usual = trial.practice(controller) if isinstance(policy, str) and practice is None else practice or 0
-        steps = usual if isinstance(controller, Learner) else 0
+        steps = usual if learns(controller) else 0
         controller = trial.practise(controller, steps, seed, progress=partial(tell, "practice"))
         count = trial.count() if picks is None else picks
         record = trial.run(controller, count, seed, online=online, progress=partial(tell, "evaluation"))
         return {
-            "env": env if isinstance(env, str) else _name(cells),
+            "env": env if isinstance(env, str) else env_name(cells),
             "controller": policy if isinstance(policy, str) else controller.name,
             "level": trial.core.config.name,
             "seed": seed,
             "practice": steps,
             **record.report(),
         }
+
+
+@contextmanager
+def open_cells(env: str | gym.Env[Any, Any] | Env, options: Mapping[str, Any]) -> Generator[Env, None, None]:
+    """Vector environment of an id, closed at the end, or of an environment that is made already.
+
+    Raises:
+        UsageError: there is no such environment, or options are given for an environment that is made already.
+    """
+    if options and not isinstance(env, str):
+        raise UsageError(f"{next(iter(options))} cannot change an environment that is made already; give it with an id")
+    cells = make_vector(env, **{"num_envs": NUM_ENVS, **options}) if isinstance(env, str) else as_vector(env)
+    try:
+        yield cells
     finally:
         if isinstance(env, str):
             cells.close()
@@ -110,7 +124,7 @@ def judge(
         return trial.run(controller, count, seed, online=online, progress=advance)
 
 
-def compare(
+def evaluate_all(
     trial: Trial,
     entries: Sequence[tuple[str, Controller, int]],
     count: int,
@@ -140,7 +154,7 @@ def compare(
     return rows
 
 
-def _name(env: Any) -> str:
+def env_name(env: Any) -> str:
     """Id of an environment object, or of the environment in its first row; without a spec the name of its class."""
     inner = env.unwrapped.envs[0] if hasattr(env.unwrapped, "envs") else env
     return type(inner.unwrapped).__name__ if inner.spec is None else inner.spec.id

@@ -9,7 +9,7 @@ import numpy as np
 
 from pnt_gym.arrays import concatenate_records, take
 
-from ..controllers.protocol import Controller, Learner, Observation, Outcome
+from ..controllers.protocol import Controller, Learner, Observation, Outcome, learns
 from ..ground.environments import Env, core_of, stream_seed
 from .throws.data import Throws
 
@@ -38,11 +38,13 @@ def practise(
     The throws depend on the seed and on the number of rows of `env`. The controller has already practised on `start`
     throws with this seed, so the practice continues with other throws.
     """
-    if not isinstance(controller, Learner) or throws == 0:
+    if not learns(controller) or throws == 0:
         return
-    controller.begin_practice(throws)
+    if isinstance(controller, Learner):
+        controller.begin_practice(throws)
     _collect(throw_batches(controller, env, throws, stream_seed("practice", seed, start), learn=True), progress)
-    controller.end_practice()
+    if isinstance(controller, Learner):
+        controller.end_practice()
 
 
 def throw_batches(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, Final, TypeAlias, final
+from dataclasses import asdict
+from typing import Any, ClassVar, Final, TypeAlias
 
 import numpy as np
 from rich.table import Table
@@ -15,6 +15,8 @@ from pnt_gym.arrays import Floats
 from ..ground import metrics
 from ..ground.files import jsonable
 from ..ground.tables import Grid, value_table
+from .figure import Figure
+from .measures import Measure
 
 Summary: TypeAlias = Mapping[str, Any]
 Result: TypeAlias = Mapping[str, Any]
@@ -23,34 +25,6 @@ Row: TypeAlias = tuple[str, int, Summary]
 """A controller's name, the number of steps that it learned from, and its summary."""
 DIGITS: Final = 6
 """Decimals that a benchmark keeps."""
-
-
-@final
-@dataclass(frozen=True)
-class Figure:
-    """Label, unit and number format of a record's figure."""
-
-    label: str
-    unit: str = ""
-    scale: float = 1.0
-    """Factor from the SI value to the unit."""
-    digits: int = 1
-
-    def text(self, value: float | None) -> str:
-        """Text of a value with its unit; "-" for None or NaN."""
-        return (
-            "-" if value is None or not np.isfinite(value) else self._with_unit(f"{self.scale * value:.{self.digits}f}")
-        )
-
-    def interval(self, interval: metrics.Interval, sign: str = "") -> str:
-        """Text of a value with its 95 % interval and unit."""
-        value, low, high = (
-            f"{self.scale * number:{sign}.{self.digits}f}" for number in (interval.value, interval.low, interval.high)
-        )
-        return self._with_unit(f"{value} ({low}..{high})")
-
-    def _with_unit(self, text: str) -> str:
-        return f"{text} {self.unit}".rstrip()
 
 
 class Record(ABC):
@@ -66,6 +40,18 @@ class Record(ABC):
     @abstractmethod
     def values(self) -> Mapping[str, Floats]:
         """Each figure of `figures` for every unit (U,), in SI units; NaN where a unit has none."""
+
+    def observations(self) -> Mapping[str, Floats]:
+        """Each figure of `measures` for units that do not depend on one another (U,), in SI units; NaN for none."""
+        return self.values()
+
+    @classmethod
+    def measures(cls) -> Mapping[str, Measure]:
+        """Figures of a sequential comparison, the first of which decides; by default only signs of differences count.
+
+        A subclass that knows how large a difference may be gives its figures a cap, which finds differences sooner.
+        """
+        return {name: Measure.of_signs(figure) for name, figure in cls.figures.items()}
 
     def summary(self) -> dict[str, Any]:
         """Count of the units, and mean and 95 % interval of each figure as `NAME`, `NAME_low` and `NAME_high`."""

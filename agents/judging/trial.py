@@ -17,7 +17,7 @@ from pnt_gym.cells.base.config import LevelConfig
 
 from ..controllers import make_controller
 from ..controllers.own import controller_of, run_policy
-from ..controllers.protocol import Controller, Learner
+from ..controllers.protocol import Controller, learns
 from ..ground.amounts import PICKS, PRACTICE
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of
@@ -136,9 +136,17 @@ class Trial(ABC):
         """Default number of units in this environment."""
         return self.usual
 
+    def block(self, left: int) -> int:
+        """Number of units in the next block of a sequential comparison: one unit in every row.
+
+        Args:
+            left: number of units that may still be carried out.
+        """
+        return min(self.env.num_envs, left)
+
     def practice(self, controller: Controller) -> int:
         """Default number of practice steps of a controller; 0 for a controller that does not learn."""
-        return int(getattr(controller, "practice", PRACTICE)) if isinstance(controller, Learner) else 0
+        return int(getattr(controller, "practice", PRACTICE)) if learns(controller) else 0
 
     def practise(
         self, controller: Controller, steps: int, seed: int, *, progress: Progress | None = None

@@ -9,9 +9,11 @@ from typing import Any, Final
 
 from pnt_gym.cells.base.config import LevelConfig
 
+from ..controllers.protocol import Controller
 from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError
 from ..ground.environments import Env, config_of, core_of, import_user_module, make_vector
+from ..ground.places import module_name
 from .throws.trial import ThrowTrial
 from .trial import Trial
 from .work_shifts.trial import ShiftTrial
@@ -37,7 +39,8 @@ def trial_class(config: Any) -> type[Trial]:
     if not (inspect.isclass(kind) and issubclass(kind, Trial)):
         names = ", ".join(TRIALS)
         raise UsageError(
-            f"trial is {name!r}; it must be {names}, or MODULE:CLASS of a subclass of agents.judging.Trial"
+            f"trial is {name!r}; it must be {names}, or MODULE:CLASS of a subclass of "
+            f"{module_name('agents.judging.trial')}.Trial"
         )
     return kind
 
@@ -78,6 +81,20 @@ def open_trial(
     except BaseException:
         env.close()
         raise
+
+
+def controller_with(trial: Trial, policy: Any, settings: Mapping[str, Any], *, trust: bool = False) -> Controller:
+    """Controller of a trial, as `Trial.controller` makes it, with settings.
+
+    Raises:
+        UsageError: there is no such controller, or it has no such settings.
+    """
+    try:
+        return trial.controller(policy, trust=trust, **settings)
+    except TypeError:
+        if not settings:
+            raise
+        raise UsageError(f"controller {policy!r} has no settings {', '.join(settings)}") from None
 
 
 def check_options(trial: Trial | type[Trial], options: Mapping[str, Any], env_id: str, dashes: str = "--") -> None:

@@ -19,7 +19,7 @@ import numpy as np
 import torch
 from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
-from stable_baselines3 import A2C, PPO, SAC, TD3
+from stable_baselines3 import A2C, PPO, TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
@@ -31,6 +31,7 @@ from pnt_gym.reading import ReadError, archive, parsed_json
 
 from ..ground.cli import UsageError
 from .algorithms import MASKED, MOST_MODEL, RECURRENT, RESIDUAL
+from .bandit_sac import BanditSAC
 from .hyperparameters import FALLING, WIDEST, algorithm_arguments, initial_value
 from .vec_env import rows_thrown
 
@@ -128,7 +129,7 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
         from sb3_contrib import MaskablePPO  # noqa: PLC0415 - as above
 
         return MaskablePPO
-    classes: dict[str, type[BaseAlgorithm]] = {"sac": SAC, "td3": TD3, "ppo": PPO, "a2c": A2C}
+    classes: dict[str, type[BaseAlgorithm]] = {"sac": BanditSAC, "td3": TD3, "ppo": PPO, "a2c": A2C}
     if name not in classes:
         raise UsageError(f"unknown algorithm {name!r}; known are {', '.join((*RESIDUAL, *MASKED))}")
     return classes[name]

@@ -18,7 +18,7 @@ may name a module that registers its environment; the module is imported only if
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeVar, final
@@ -28,6 +28,7 @@ import yaml
 from pnt_gym.reading import PlainLoader, ReadError, bytes_of, yaml_of
 
 from ..ground.cli import UsageError
+from ..ground.shipped import policy_place
 from .algorithms import MOST_MODEL
 from .runs import RunFolder
 
@@ -141,7 +142,7 @@ def check_trust(place: Path, trusted: bool) -> None:
     """
     if not trusted:
         raise UsageError(
-            f"{str(place)!r} is not a run folder of agents.train: loading it runs whatever code its author put in; "
+            f"{str(place)!r} is not a run folder of `train`: loading it runs whatever code its author put in; "
             "give --trust if you trust its source"
         )
 
@@ -156,11 +157,30 @@ def resolve_task(
     Raises:
         UsageError: the run folder's environment is in a module that the user has not named.
     """
-    place = Path(controller)
+    place = policy_place(controller)
     recorded = find_policy(place).task if os.path.isdir(place) else {}  # False for a name too long to be one
     env_id = importless_environment(controller, recorded.get("env", "PnTConveyor-v0")) if env is None else env
     mode = recorded.get("action_mode") if action_mode is None else action_mode
     return env_id, recorded.get("level") if level is None else level, mode
+
+
+def resolve_shared_task(
+    controllers: Sequence[str], env: str | None, level: LevelT | None
+) -> tuple[str, LevelT | str | None, str | None]:
+    """Environment id, level and action mode of several controllers: as given, else of the training of one of them.
+
+    Raises:
+        UsageError: controllers were trained in different environments and no environment is given.
+    """
+    tasks = [resolve_task(controller, env, level, None) for controller in controllers]
+    trained = [task for task in tasks if task[1:] != (level, None)]
+    for task in trained:
+        if (task[0], task[2]) != (trained[0][0], trained[0][2]):
+            raise UsageError(
+                f"controllers were trained in {trained[0][0]} and {task[0]}, with actions {trained[0][2]} and "
+                f"{task[2]}; compare controllers of one environment and action mode"
+            )
+    return [*trained, *tasks, resolve_task("analytic", env, level, None)][0]
 
 
 def importless_environment(folder: str | Path, env_id: str) -> str:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
+from pnt_gym.cells.base.core import EPISODE_SUCCESS
+
 from ..ground.cli import UsageError
 from ..ground.environments import Env, check_autoreset, core_of
 from ..ground.infos import results
@@ -40,8 +42,9 @@ def _even_rewards(reward: NDArray[Any], infos: Sequence[Mapping[str, Any]]) -> N
 class SameStepVecEnv(VecEnv):
     """Adapts a Gymnasium vector environment with SAME_STEP autoreset to the VecEnv conventions.
 
-    Per finished episode `infos` holds `terminal_observation`, `TimeLimit.truncated` and `episode` (return r,
-    length l, seconds since the start t); every throw has `is_success`, `landing_error` and `cycle_time`.
+    Per finished episode `infos` holds `terminal_observation`, `TimeLimit.truncated`, `episode` (return r, length l,
+    seconds since the start t) and in sequences `episode_success`; every throw has `is_success`, `landing_error` and
+    `cycle_time`.
 
     Args:
         env: the environment.
@@ -144,7 +147,9 @@ class SameStepVecEnv(VecEnv):
 
     def _ending(self, info: Mapping[str, Any], row: int, timed_out: bool) -> dict[str, Any]:
         seconds = round(time.perf_counter() - self._start, 6)
+        share = info.get("final_info", {}).get(EPISODE_SUCCESS)
         return {
+            **({} if share is None else {EPISODE_SUCCESS: float(share[row])}),
             "terminal_observation": np.array(info["final_obs"][row], dtype=np.float32),
             "TimeLimit.truncated": timed_out,
             "episode": {"r": float(self._returns[row]), "l": int(self._lengths[row]), "t": seconds},

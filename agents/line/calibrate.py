@@ -11,12 +11,13 @@ import numpy as np
 import tyro
 
 from pnt_gym.cells.line.cell import Decisions, LineCell
-from pnt_gym.cells.line.chances import Chances, digest, format_table, table_path
+from pnt_gym.cells.line.chances import Chances, digest, format_table, made_table
 from pnt_gym.cells.line.config import LineConfig
 
 from ..ground.cli import UsageError, at_least, option
 from ..ground.environments import stream_seed
 from ..ground.outputs import check_writable, deliver_text
+from ..ground.starters import show_assumed
 from ..ground.tables import console, throws_bar
 from ..ground.versions import versions
 
@@ -36,8 +37,8 @@ class Arguments:
     """Throws to count."""
     seed: int = 0
     """Seed of the objects."""
-    out: Annotated[Path | None, option("beside the shipped levels", "FILE.json")] = None
-    """File of the table; a level names the file as `chances`."""
+    out: Annotated[Path | None, option("runs/chances/, where other commands find the table", "FILE.json")] = None
+    """File of the table; a level names a file in another place as `chances`."""
     num_envs: int = NUM_ENVS
     """Lines simulated side by side; the objects depend on the seed and on this number."""
     threads: int = 2
@@ -48,9 +49,10 @@ def main(arguments: Arguments) -> None:
     """Simulate the throws, count successes, write the table."""
     at_least(vars(arguments), throws=100, seed=0, num_envs=1, threads=1)
     config = LineConfig.load(arguments.level, throws="full", chances=None)
-    place = table_path(config) if arguments.out is None else arguments.out
+    place = made_table(config) if arguments.out is None else arguments.out
     check_writable(place)
     numbers = arguments.throws, arguments.seed, arguments.num_envs, arguments.threads
+    show_assumed(config)
     console().print(calibrate(config, place, *numbers))
 
 

@@ -22,7 +22,7 @@ from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import check_writable, deliver
 from ..ground.places import module_name
 from ..ground.tables import console, throws_bar
-from ..judging.evaluation import compare
+from ..judging.evaluation import evaluate_all
 from ..judging.trials import open_trial
 from ..judging.work_shifts.trial import ShiftTrial
 
@@ -110,7 +110,7 @@ def compare_with_rule(level: LineConfig, scorer: Scorer, arguments: Arguments) -
         controllers = [trial.controller("atc"), trial.controller(arguments.of), learned]
         count = arguments.eval_shifts
         entries = [(controller.name, controller, 0) for controller in controllers]
-        rows = compare(
+        rows = evaluate_all(
             trial, entries, count, arguments.seed,
             progress=lambda label: partial(bar.advance, bar.add_task(label, total=count)),
         )  # fmt: skip

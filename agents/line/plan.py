@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import tyro
 
-from pnt_gym.cells.line.chances import digest, table_path
+from pnt_gym.cells.line.chances import MADE, made_table, shipped_table
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig, Robot
 
 from ..dispatchers.registry import ENV, NAMES, line_controller, line_core
@@ -19,7 +19,8 @@ from ..ground.cli import UsageError, at_least, option
 from ..ground.drawings import COLOURS, dress, subplots, svg
 from ..ground.environments import make_vector, stream_seed
 from ..ground.metrics import mean_interval
-from ..ground.outputs import check_writable, deliver_json, deliver_text
+from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
+from ..ground.starters import show_assumed
 from ..ground.tables import Grid, console, percent, throws_bar
 from ..ground.versions import versions
 from ..judging.work_shifts.data import run_shifts
@@ -60,8 +61,8 @@ class Arguments:
     """Write all plans to this file."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
     """Draw recovery over belt speed."""
-    tables: Path = Path("runs") / "chances"
-    """Folder of the tables of chances that do not ship."""
+    tables: Path = MADE
+    """Folder of the tables of chances that do not ship; other commands look for tables in the default folder."""
     threads: int = 2
     """Threads of the simulation."""
 
@@ -71,7 +72,9 @@ def main(arguments: Arguments) -> None:
     at_least(vars(arguments), shifts=1, seed=0, throws=100, threads=1)
     _check(arguments)
     check_writable(arguments.json, arguments.picture)
+    check_drawing(picture=arguments.picture)
     level = LineConfig.load(arguments.level, throws="table")
+    show_assumed(level)
     plans = list(make_plans(level, arguments))
     rows: list[dict[str, Any]] = []
     for number, (numbers, config) in enumerate(plans, 1):
@@ -143,9 +146,9 @@ def down(config: LineConfig, arguments: Arguments) -> LineConfig:
 
 def with_table(config: LineConfig, arguments: Arguments) -> LineConfig:
     """The line with its table of chances; a missing table is made."""
-    if table_path(config).is_file():
+    if shipped_table(config).is_file():
         return config
-    place = arguments.tables / f"{digest(config)}.json"
+    place = made_table(config, arguments.tables)
     if not place.is_file():
         calibrate(config, place, arguments.throws, arguments.seed, threads=arguments.threads)
     return LineConfig.load(config, chances=str(place))

@@ -16,7 +16,7 @@ from pnt_gym.reading import yaml_text
 from ..dispatchers import search as tuning
 from ..dispatchers.search import Bench, SettingsResult
 from ..dispatchers.settings import FILE, rate, settings
-from ..ground.cli import UsageError, at_least, option
+from ..ground.cli import UsageError, at_least, check_libraries, option
 from ..ground.environments import stream_seed
 from ..ground.files import read_yaml
 from ..ground.outputs import check_writable, deliver_json, deliver_text
@@ -64,6 +64,9 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Try the settings, print the table, and keep the best ones."""
     at_least(vars(arguments), shifts=1, generations=1, seed=0)
+    check_libraries(*(["cma"] if "index" in arguments.what else []))
+    if arguments.out is not None and arguments.shifts < ENOUGH:
+        raise UsageError(f"--shifts is {arguments.shifts}; settings are saved to --out from {ENOUGH} shifts on")
     place = FILE if arguments.out is None else arguments.out
     check_writable(place, arguments.json)
     level, by_level = LineConfig.load(arguments.level, throws="table"), read_settings(place)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..ground.cli import UsageError, run
+from ..ground.cli import UsageError, check_libraries, run
 from ..ground.drawings import svg
 from ..ground.files import check_form, lock_folder
 from ..ground.outputs import deliver_text
@@ -47,6 +47,7 @@ def main(arguments: Arguments) -> None:
     """Write everything; files are replaced one by one, each at once."""
     results = arguments.results
     chapters = read_chapters(results)
+    check_libraries("matplotlib", "jinja2")
     if not chapters:
         raise UsageError(f"{str(results)!r} holds no results yet; `python -m agents.benchmark` makes some")
     parts = sections(chapters, results)

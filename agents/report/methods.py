@@ -29,7 +29,7 @@ def methods_figures(data: Data) -> dict[str, str]:
 def methods_figure(data: Data) -> Figure:
     """Sorted per minute by each method: over the limits in each level, and over each sweep."""
     panels: dict[str, list[Data]] = {}
-    for row in data["rows"]:
+    for row in (row for row in data["rows"] if METHOD in row):
         panels.setdefault(f"level {row['level']}" if "level" in row else row["part"], []).append(row)
     figure, axes = tile_panels(len(panels), IN_A_ROW, (4.2, 3.2), sharey=True)
     for panel, (title, rows) in zip(axes, panels.items(), strict=True):

@@ -30,7 +30,7 @@ def verdicts(results: Results) -> Figure:
     counts = verdict_counts(record)
     names = dict.fromkeys([AGREES, *(name for count in counts.values() for name in count)])
     bars = {name: [float(count.get(name, 0)) for count in counts.values()] for name in names}
-    return _stacked([record["titles"][paper] for paper in counts], bars, "published figures", "")
+    return _stacked([record["titles"][paper] for paper in counts], bars, "published statements", "")
 
 
 def flight(results: Results) -> Figure:

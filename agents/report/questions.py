@@ -78,6 +78,7 @@ QUESTIONS: Final = (
         command="make bench",
         chapters={
             "benchmark": "Every controller on every level",
+            "benchmark_goal": "The virtual goal and its gain K",
             "training": "Learning from flights",
             "oracle": "What the oracle leaves",
         },

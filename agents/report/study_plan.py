@@ -10,7 +10,8 @@ from typing import Any, Final, NamedTuple, Self, TypeAlias, final
 
 from pydantic import Field, ValidationError, model_validator
 
-from pnt_gym.cells.base.config import Section, first_problem
+from pnt_gym.cells.base.config import Section
+from pnt_gym.cells.base.problems import describe_problems
 
 from ..ground.cli import UsageError
 from ..ground.files import read_yaml
@@ -148,7 +149,7 @@ def read_study(path: Path) -> StudyPlan:
     try:
         return StudyPlan.model_validate(read_yaml(path, "study"))
     except ValidationError as error:
-        raise UsageError(f"study {str(path)!r}: {first_problem(error)}") from None
+        raise UsageError(f"study {str(path)!r}: {describe_problems(error, StudyPlan)}") from None
 
 
 def shipped_study(name: str) -> StudyPlan:

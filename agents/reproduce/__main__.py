@@ -11,17 +11,17 @@ from typing import Annotated
 
 import tyro
 
-from ..ground.cli import UsageError, at_least, option, run
+from ..ground.cli import UsageError, at_least, check_libraries, option, run
 from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
 from ..jobs.work import Job, do_missing, processes
-from .papers import PAPERS, PART_NAMES, jobs
+from .papers import PAPERS, describe_parts, duration, jobs
 from .record import assemble, headlines
 
 ALL = "all"
-PARTS_HELP = "Parts to compute; may be given more than once. " + " ".join(
-    f"{name.capitalize()}: {', '.join(parts)}." for name, parts in PART_NAMES.items()
+PARTS_HELP = "Parts to compute, with their processor time; may be given more than once. " + " ".join(
+    f"{name.capitalize()}: {describe_parts(name)}." for name in PAPERS
 )
 """The help of `--only`."""
 
@@ -62,6 +62,8 @@ def main(arguments: Arguments) -> None:
     record, drawings = assemble(f"python -m agents.reproduce {arguments.paper}", findings)
     for grid in headlines(record):
         console().print(grid.terminal())
+    took = duration(sum(part["seconds"] for part in parts))
+    console().print(f"{len(parts)} parts, {took} of processor time in all; finished parts are kept in {work}")
     if arguments.json is not None:
         deliver_json(arguments.json, record)
         console().print(f"all {len(record['rows'])} figures are in {arguments.json}")
@@ -80,6 +82,7 @@ def check(arguments: Arguments) -> tuple[str, ...]:
     if arguments.paper not in (*PAPERS, ALL):
         raise UsageError(f"unknown paper {arguments.paper!r}; known are {', '.join((*PAPERS, ALL))}")
     at_least(vars(arguments), jobs=1)
+    check_libraries("matplotlib")
     check_writable(arguments.json, arguments.figures and arguments.figures / "drawing.svg")
     return tuple(PAPERS) if arguments.paper == ALL else (arguments.paper,)
 

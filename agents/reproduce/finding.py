@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias, final
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, Literal, TypeAlias, final
 
 from ..ground.tables import Grid
 
@@ -41,6 +41,8 @@ class Row:
             a misprint if this value equals the published one.
         holds: whether a claim in words ("> 0.3", "continuous") is true of the figure; None where the two values are
             compared.
+        statement: name of the published statement that the row tests; rows that test one statement under several
+            readings have one name, and the row's own quantity is the default.
         details: further figures of the same quantity by name, JSON values only.
     """
 
@@ -53,6 +55,7 @@ class Row:
     conditions: Conditions = "paper"
     explained: Value = None
     holds: bool | None = None
+    statement: str = ""
     details: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     @classmethod
@@ -67,12 +70,12 @@ class Row:
         note: str = "",
         explained: Value = None,
         holds: bool | None = None,
+        statement: str = "",
         **details: Any,
     ) -> Row:
         """A figure of the paper under its own conditions; `within` is the tolerance (see `printed` and `share`)."""
-        return cls(
-            quantity, published, reproduced, unit, note, within, explained=explained, holds=holds, details=details
-        )
+        row = cls(quantity, published, reproduced, unit, note, within, explained=explained, holds=holds)
+        return replace(row, statement=statement, details=details)
 
     @classmethod
     def ours(
@@ -91,10 +94,11 @@ class Row:
         *,
         reproduced: Value = None,
         note: str,
+        statement: str = "",
         **details: Any,
     ) -> Row:
         """A figure of the paper that cannot be compared with one of ours; the note gives the reason in a sentence."""
-        return cls(quantity, published, reproduced, unit, note, conditions=why, details=details)
+        return cls(quantity, published, reproduced, unit, note, conditions=why, statement=statement, details=details)
 
     @property
     def verdict(self) -> Verdict:
@@ -121,8 +125,26 @@ class Row:
             "tolerance": self.tolerance,
             "note": self.note,
         }
-        claim = {} if self.holds is None else {"holds": self.holds}
+        claim: dict[str, Any] = {} if self.holds is None else {"holds": self.holds}
+        if self.statement:
+            claim["statement"] = self.statement
         return {**main, **self.details, **claim, **main}
+
+
+KINDEST_FIRST: Final[tuple[Verdict, ...]] = ("reproduced", "misprint", "differs", "not reproducible", "infeasible")
+"""Verdicts in the order in which one counts for a statement that several rows test: a paper is wrong only if it is
+wrong under every reading."""
+
+
+def judge_statements(rows: Iterable[Mapping[str, Any]]) -> dict[str, Verdict]:
+    """Verdict of each published statement, from rows as JSON; rows that are `ours` say nothing about a paper."""
+    verdicts: dict[str, Verdict] = {}
+    for row in rows:
+        if row["published"] is None or row["verdict"] == "ours":
+            continue
+        name: str = row.get("statement", row["quantity"])
+        verdicts[name] = min(verdicts.get(name, row["verdict"]), row["verdict"], key=KINDEST_FIRST.index)
+    return verdicts
 
 
 def printed(digits: int) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import time
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any, Final, Protocol, cast
 from pnt_gym.errors import PntGymError, one_sentence
 
 from ..ground.cli import UsageError
+from ..ground.files import read_json
 from ..ground.places import CODE, SHIPPED
 from ..jobs.code import code_digest
 from ..jobs.work import Job, key
@@ -24,12 +26,12 @@ PART_NAMES: Final = {
         "headroom-window-10ms", "headroom-window-30ms", "methods", "inconsistencies", "figures",
     ),
     "choe": (
-        "example", "length", "curvature", "speed", "joints", "lengths", "example-times", "long-times", "simulated",
-        "scene",
+        "example", "length", "curvature", "speed", "joints", "claims", "lengths", "fig-8-times", "example-times",
+        "long-times", "simulated", "scene",
     ),
     "miyashita": (
-        "example", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms", "contact",
-        "contact-reach", "contact-learning", "contact-level", "sorting", "assembly", "formulas",
+        "example", "margins", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms",
+        "contact", "contact-reach", "contact-learning", "contact-level", "sorting", "assembly", "formulas",
     ),
     "leveziel": (
         "workspace", "indices", "circle", "moves", "closing", "cycle", "grasps", "toss-planner", "toss-virtual_goal",
@@ -49,6 +51,21 @@ class Paper(Protocol):
     def overview(self, rows: Mapping[str, Mapping[str, Any]]) -> Overview:
         """Overview of all parts, from rows by quantity, some of which may be missing."""
         ...
+
+
+PUBLISHED_RESULTS: Final = SHIPPED / "results" / "reproduction.json"
+
+
+def describe_parts(paper: str) -> str:
+    """Names of a paper's parts, each with the processor time that it took when the committed results were made."""
+    seconds: Mapping[str, float] = read_json(PUBLISHED_RESULTS)["seconds"] if PUBLISHED_RESULTS.is_file() else {}
+    known = {name: seconds.get(f"{paper}/{name}") for name in PART_NAMES[paper]}
+    return ", ".join(name if took is None else f"{name} ({duration(took)})" for name, took in known.items())
+
+
+def duration(seconds: float) -> str:
+    """A processor time as text, in seconds below 100 s and in minutes above."""
+    return f"{max(seconds, 1.0):.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
 
 
 def package(name: str) -> Paper:
@@ -80,6 +97,7 @@ def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:
     Raises:
         PntGymError: the part failed; the message has its name.
     """
+    began = time.process_time()
     try:
         findings = package(name).PARTS[part]()
     except PntGymError as error:
@@ -87,6 +105,8 @@ def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:
     except ModuleNotFoundError as error:
         raise PntGymError(f"{name}, part {part}: {error.name} is not installed; `make setup` does it") from None
     return {
+        # Processor time, which other work on the machine changes little, instead of the job's own clock.
+        "seconds": round(time.process_time() - began, 1),
         "rows": [{**row.as_json(), "paper": name} for row in findings.rows],
         "data": dict(findings.data),
         "figures": dict(findings.figures),

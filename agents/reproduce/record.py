@@ -7,14 +7,12 @@ from typing import Any, Final, TypeAlias
 
 from ..ground.tables import Grid
 from ..ground.versions import versions
-from .finding import Overview
+from .finding import Overview, judge_statements
 from .grids import Rows, plain
 from .papers import package
 
 Record: TypeAlias = Mapping[str, Any]
 AGREES: Final = "reproduced"
-FEW: Final = 5
-"""Number of tables on the terminal for a paper without an overview."""
 
 
 def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, Any], dict[str, str]]:
@@ -43,12 +41,9 @@ def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[di
 
 
 def headlines(record: Record) -> list[Grid]:
-    """Tables for the terminal: every paper's overview, its disagreements and its numbers of verdicts."""
-    shown: list[Grid] = []
-    for paper in record["papers"]:
-        first = list(overview_grids(record, paper).values()) or part_grids(record, paper)[:FEW]
-        shown += [*first, disagreements(record, paper), verdicts(record, paper)]
-    return [grid for grid in shown if grid.rows]
+    """Tables for the terminal: every table of each paper, the overview's first, and its numbers of verdicts."""
+    grids = [[*all_grids(record, paper), verdicts(record, paper)] for paper in record["papers"]]
+    return [grid for shown in grids for grid in shown if grid.rows]
 
 
 def all_grids(record: Record, paper: str) -> list[Grid]:
@@ -69,18 +64,21 @@ def part_grids(record: Record, paper: str) -> list[Grid]:
 
 
 def disagreements(record: Record, paper: str) -> Grid:
-    """Table of the published figures that were not reproduced."""
-    shown = [row for row in _comparable_rows(record, paper) if row["verdict"] != AGREES]
+    """Table of the published statements that no reading reproduced, one row for every reading."""
+    rows = _comparable_rows(record, paper)
+    verdict_by_statement = judge_statements(rows)
+    shown = [row for row in rows if verdict_by_statement[row.get("statement", row["quantity"])] != AGREES]
     return plain(f"{record['titles'][paper]}: what does not agree", shown, drop=f"{paper}/")
 
 
 def verdicts(record: Record, paper: str) -> Grid:
-    """Table of the number of published figures by verdict, and of the number of figures of ours."""
-    names = [row["verdict"] for row in _comparable_rows(record, paper)]
+    """Table of the number of published statements by verdict, and of the number of figures of ours."""
+    rows = _by_quantity(record["rows"], paper)
+    names = list(judge_statements(rows.values()).values())
     lines = [[verdict, str(names.count(verdict))] for verdict in sorted(set(names))]
-    ours = len(_by_quantity(record["rows"], paper)) - len(names)
+    ours = len(rows) - len(_comparable_rows(record, paper))
     extra_lines = [["ours, not compared", str(ours)]] if ours else []
-    return Grid(f"{record['titles'][paper]}: verdicts", ["verdict", "figures"], [*lines, *extra_lines])
+    return Grid(f"{record['titles'][paper]}: verdicts", ["verdict", "statements"], [*lines, *extra_lines])
 
 
 def _comparable_rows(record: Record, paper: str) -> list[Mapping[str, Any]]:

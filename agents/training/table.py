@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from ..ground.files import write_json
 from ..ground.tables import console
-from ..judging.evaluation import compare
+from ..judging.evaluation import evaluate_all
 from ..judging.trial import Trial
 from ..learning.runs import RunFolder
 
@@ -32,11 +32,11 @@ def show_table(trial: Trial, folder: RunFolder, steps: int, run_args: Mapping[st
     entries = [(trial.controller(name), practice) for name, practice in trial.peers(run_args).items()]
     for controller, _ in [*entries, (learned, 0)]:
         controller.reset(run_args["seed"])
-    rows = compare(
+    rows = evaluate_all(
         trial, [(controller.name, controller, practice) for controller, practice in entries], count, SEED,
         practice_seed=run_args["seed"],
     )  # fmt: skip
-    rows += compare(trial, [(learned.name, learned, steps)], count, SEED)
+    rows += evaluate_all(trial, [(learned.name, learned, steps)], count, SEED)
     title = f"{count} held-out {trial.unit} each, level {trial.core.config.name}; run folder {folder.path}"
     console().print(trial.record.comparison(title, rows, trial.reference))
     table = [{"controller": name, "throws": learned_from, **summary} for name, learned_from, summary in rows]

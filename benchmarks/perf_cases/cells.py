@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from itertools import product
 from statistics import mean
@@ -17,6 +17,7 @@ from benchmarks.studies.cells import draw_first
 from benchmarks.timing import CPU, Count, Options, Place, Row, Timing
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import corrected
+from pnt_gym.cells.base.parallel import call_in_threads
 from pnt_gym.cells.gripper.action import MODES
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
@@ -71,11 +72,8 @@ class Vector:
 
     def __init__(self, env_id: str, level: Any, cells: int, threads: int) -> None:
         self._env: Any = gym.make_vec(env_id, num_envs=cells, level=level, threads=threads)
-        self._taps, self._steps = list[Tap](), list[int]()
-        for plant in plants(self._env.unwrapped.core.cell):
-            for physics in (plant, *([plant.free] if hasattr(plant, "free") else [])):  # with and without the robot
-                physics.batch = Tap(physics.batch)
-                self._taps.append(physics.batch)
+        self._parts, self._steps = [tap_batches(plant) for plant in plants(self._env.unwrapped.core.cell)], list[int]()
+        self._taps = [tap for part in self._parts for tap in part]
         self._info, self._rng = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
 
     def step(self) -> None:
@@ -87,8 +85,7 @@ class Vector:
 
     def repeat(self) -> None:
         """The physics of the last step alone: what planning, references and bookkeeping leave to it."""
-        for tap in self._taps:
-            tap.repeat()
+        call_in_threads([partial(repeat_all, part) for part in self._parts])  # at the same time, as in the step
 
     def steps(self) -> float:
         """Physics steps of a step of all cells, on average without the first, which warms up."""
@@ -114,8 +111,24 @@ class Singles:
 
 
 def plants(cell: Any) -> list[Any]:
-    """What throws in a cell; on a line what throws for its robots, nothing where they go by a table."""
-    return [cell.plant] if hasattr(cell, "plant") else [core.cell.plant for core in getattr(cell.throws, "cores", [])]
+    """What throws in a cell, or on a line for its robots; nothing where throws go by a table."""
+    whole = [cell.plant] if hasattr(cell, "plant") else [core.cell.plant for core in getattr(cell.throws, "cores", [])]
+    return [part for plant in whole for part in ([part for _, part in getattr(plant, "parts", [])] or [plant])]
+
+
+def tap_batches(plant: Any) -> list[Tap]:
+    """Replace the batches of a plant, with and without the robot, by batches that remember their rollouts."""
+    taps: list[Tap] = []
+    for physics in (plant, *([plant.free] if hasattr(plant, "free") else [])):
+        physics.batch = Tap(physics.batch)
+        taps.append(physics.batch)
+    return taps
+
+
+def repeat_all(taps: Iterable[Tap]) -> None:
+    """Repeat the rollouts of some batches, one batch after the other."""
+    for tap in taps:
+        tap.repeat()
 
 
 def environment(env_id: str, options: Options) -> Iterator[Row]:

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
-from pnt_gym.cells.base.catalogue import CATALOGUE, CLAW_ITEMS, HELD_OUT_ITEMS, LIGHT_ITEMS, PAPER_ITEMS, SEEN_ITEMS
-from pnt_gym.cells.base.items import Item
+from pnt_gym.cells.base.catalogue import (
+    BY_SHAPE,
+    CATALOGUE,
+    CLAW_ITEMS,
+    HELD_OUT_ITEMS,
+    LIGHT_ITEMS,
+    PAPER_ITEMS,
+    SEEN_ITEMS,
+    TYPICAL,
+)
+from pnt_gym.cells.base.items import SHAPES, Item
 
-from .levels import format_default
+from .levels import item_default
 from .marks import attributes, table
 
 SETS = {"paper": PAPER_ITEMS, "seen": SEEN_ITEMS, "unseen": HELD_OUT_ITEMS, "light": LIGHT_ITEMS, "claws": CLAW_ITEMS}
@@ -23,8 +32,14 @@ def _row(item: Item) -> tuple[str, ...]:
     return f"`{item.name}`", item.shape, size, f"{1000 * item.mass:g}", f"{item.drag:g}", seal, item.source
 
 
+def shape_table(_: str) -> str:
+    """A table of the defaults of an item by its shape."""
+    rows = [(shape, *(f"{TYPICAL[shape][key]:g}" for key in BY_SHAPE)) for shape in SHAPES]
+    return table(("shape", *(f"`{key}`" for key in BY_SHAPE)), rows)
+
+
 def key_table(_: str) -> str:
     """A table of the keys of an item."""
-    fields = Item.model_fields
-    rows = [(f"`{name}`", f"`{format_default(fields[name])}`", meaning) for name, meaning in attributes(Item).items()]
-    return table(("key", "default", "meaning"), rows)
+    rows = [(f"`{name}`", item_default(name), meaning) for name, meaning in attributes(Item).items()]
+    like = ("`like`", "-", "item of the catalogue from which all keys that the entry does not give are taken.")
+    return table(("key", "default or *required*", "meaning"), [*rows, like])

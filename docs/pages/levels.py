@@ -8,9 +8,13 @@ from typing import Any, Final, get_args, get_origin
 
 import yaml
 from pydantic.fields import FieldInfo
+from pydantic_core import to_jsonable_python
 
 from agents.levels import FAMILIES
+from pnt_gym.cells.base.catalogue import BY_SHAPE
 from pnt_gym.cells.base.config import ROOT, LevelConfig, Section
+from pnt_gym.cells.base.items import Item
+from pnt_gym.reading import yaml_text
 
 from .marks import attributes, fence, table
 
@@ -52,20 +56,27 @@ def level_files(family: str) -> str:
 
 def setting_table(family: str) -> str:
     """Every setting of a family with its default, unit and reason."""
-    rows = [(f"`{key}`", f"`{default}`", meaning) for key, default, meaning in _settings(FAMILIES[family], "")]
-    return table(("key", "default", "meaning"), rows)
+    rows = [(f"`{key}`", default, meaning) for key, default, meaning in _settings(FAMILIES[family], "")]
+    return table(("key", "default or *required*", "meaning"), rows)
 
 
 def _settings(section: type[Section], above: str) -> Iterator[tuple[str, str, str]]:
     for name, field in section.model_fields.items():
         inner, is_many = _section(field.annotation)
         if inner is not None and issubclass(inner, LevelConfig):  # of another family, with settings of its own
-            yield f"{above}{name}", format_default(field), field.description or ""
+            yield f"{above}{name}", _default(section, name, field), field.description or ""
             continue
         if inner is None or is_many or not isinstance(field.default, inner):
-            yield f"{above}{name}", format_default(field), _meaning(section, name, field)
+            yield f"{above}{name}", _default(section, name, field), _meaning(section, name, field)
         if inner is not None:
             yield from _settings(inner, f"{above}{name}{'[]' * is_many}.")
+
+
+def _default(section: type[Section], name: str, field: FieldInfo) -> str:
+    """The default of a setting; what a level needs and does not give, the level `nominal` gives."""
+    if section is Item:
+        return item_default(name)
+    return f"that of `{ROOT}`" if issubclass(section, LevelConfig) and field.is_required() else format_default(field)
 
 
 def _meaning(section: type[Section], name: str, field: FieldInfo) -> str:
@@ -82,5 +93,15 @@ def _section(annotation: Any) -> tuple[type[Section] | None, bool]:
 
 
 def format_default(field: FieldInfo) -> str:
-    """The default of a setting, as Python writes it."""
-    return "required" if field.is_required() else repr(field.get_default(call_default_factory=True))
+    """The default of a setting, as a file of YAML writes it."""
+    if field.is_required():
+        return "*required*"
+    value = to_jsonable_python(field.get_default(call_default_factory=True))
+    return f"`{yaml_text([value], default_flow_style=True, width=1000).strip()[1:-1]}`"
+
+
+def item_default(name: str) -> str:
+    """The default of a key of an item; an entry of a level has defaults that the item itself has not."""
+    if name in BY_SHAPE:
+        return "by shape"
+    return "`not given`" if name == "source" else format_default(Item.model_fields[name])

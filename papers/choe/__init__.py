@@ -7,7 +7,7 @@ from typing import Final
 from agents.reproduce.finding import Overview, Parts
 from agents.reproduce.grids import Rows
 
-from . import ellipse, lengths, simulated, speed, times
+from . import claims, ellipse, lengths, rivals, simulated, speed, times
 
 SHORT: Final = "Choe et al. 2023"
 PARTS: Final[Parts] = {
@@ -16,7 +16,9 @@ PARTS: Final[Parts] = {
     "curvature": speed.curvature_findings,
     "speed": speed.speed_findings,
     "joints": speed.joint_findings,
+    "claims": claims.claim_findings,
     "lengths": lengths.length_findings,
+    "fig-8-times": rivals.rival_findings,
     "example-times": times.example_findings,
     "long-times": times.long_findings,
     "simulated": simulated.motion_findings,

@@ -185,7 +185,7 @@ def _optimum_rows() -> Iterator[Row]:
         "deg",
         holds=example().length <= min(flatter.values()),
         note=note,
-        **{f"length_{angle:g}deg_m": length for angle, length in flatter.items()},
+        lengths_m={f"{angle:g} deg": length for angle, length in flatter.items()},
     )
     note = "below this angle Eq. 27 gives the ellipse a length below the straight line between its ends"
     # An arc cannot be shorter than its chord; the root is the angle at which Eq. 27 begins to claim it.

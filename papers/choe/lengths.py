@@ -39,7 +39,17 @@ def length_findings() -> Findings:
         shortest = min(path.length for path in paths.values())
         answer = "shortest" if shortest > best else "not the shortest"
         note = f"{text}; {best:.4f} m against at least {shortest:.4f} m"
-        rows.append(Row.compared(f"choe/fig-8/{name}/proposed", "shortest", answer, "-", note=note, length_m=best))
+        rows.append(
+            Row.compared(
+                f"choe/fig-8/{name}/proposed",
+                "shortest",
+                answer,
+                "-",
+                note=note,
+                statement="choe/fig-8/proposed",
+                length_m=best,
+            )
+        )
         lengths = [f"{length:.4f} m" for length in (best, *(path.length for path in paths.values()))]
         lines.append([name.replace("-", " "), *lengths, answer, note])
     header = ["compared", "proposed", *CURVES, "proposed is", "note"]
@@ -55,19 +65,22 @@ def readings() -> dict[str, tuple[str, dict[str, PlanePath]]]:
     top_height = example().top_height - HALF_RISE
     ends, curves = f"from T1 to T2, {RISE} m straight up at the pick, crest", "curves alone, ends of equal height"
     comparisons = {
-        "same-ends": (f"{ends} {CREST} m above T2", _comparison_paths(RISE, CREST)),
-        "same-ends-and-top": (f"{ends} at the proposed curve's top", _comparison_paths(RISE, top_height)),
-        "curves-only": (f"{curves}: ellipse {RISE} m high, Lame curves {CREST} m", _comparison_paths(0.0, CREST, RISE)),
-        "curves-only-25mm": (f"{curves}, all {CREST} m high", _comparison_paths(0.0, CREST)),
+        "same-ends": (f"{ends} {CREST} m above T2", comparison_paths(RISE, CREST)),
+        "same-ends-and-top": (f"{ends} at the proposed curve's top", comparison_paths(RISE, top_height)),
+        "curves-only": (f"{curves}: ellipse {RISE} m high, Lame curves {CREST} m", comparison_paths(0.0, CREST, RISE)),
+        "curves-only-25mm": (f"{curves}, all {CREST} m high", comparison_paths(0.0, CREST)),
     }
     return {name: (f"{text}, m = {EXPONENT:g}", paths) for name, (text, paths) in comparisons.items()}
 
 
-def _comparison_paths(lift: float, crest: float, ellipse_crest: float | None = None) -> dict[str, PlanePath]:
+def comparison_paths(
+    lift: float, crest: float, ellipse_crest: float | None = None, drop: float = 0.0
+) -> dict[str, PlanePath]:
+    """The paper's other curves by name, between vertical parts ``lift`` and ``drop`` [m], ``crest`` [m] high."""
     level = EllipsePath.with_top(HALF_WIDTH, 0.0, ellipse_crest or crest)
-    paths = {"symmetric-ellipse": line_ellipse_line(level, lift, 0.0)}
+    paths = {"symmetric-ellipse": line_ellipse_line(level, lift, drop)}
     for width in WIDTHS:
-        paths[f"lame-d{round(1000 * width)}mm"] = lame_path(WIDTH, lift, 0.0, (width, crest), EXPONENT)
+        paths[f"lame-d{round(1000 * width)}mm"] = lame_path(WIDTH, lift, drop, (width, crest), EXPONENT)
     return paths
 
 

@@ -134,7 +134,12 @@ class CarriedObjects(NamedTuple):
 def scene_findings() -> Findings:
     """Whether the robot carries objects over the walls and into the other box, and a drawing of one way."""
     carried = carry(LEVEL)
-    note = f"{OBJECTS} objects of level ideal, walls {DEPTH:g} m high, vertical parts of 0.23 m, full physics"
+    across = np.hypot(*np.subtract(TO, FROM))
+    note = (
+        f"a scene of ours, as the paper gives no lengths for Fig. 4: boxes {1000 * across:.0f} mm apart, vertical "
+        f"parts of 0.23 m and a crest of the cell's own, neither the example of 300 x 50 mm nor its rule; {OBJECTS} "
+        f"objects of level ideal, walls {DEPTH:g} m high, full physics"
+    )
     low = carried.path.sample(np.linspace(0.0, 1.0, 801) * carried.release_time[:, None]).position
     clear = wall_clearance(low, low[..., 2] - carried.under_pick[:, None])
     rows = (

@@ -97,6 +97,7 @@ class Protocol:
         constant_jerk: whether the jerk limit is 3000 m/s3 at every percentage, instead of scaled like other limits.
         reading: whether the protocol may be the paper's, so that its figures get verdicts; a protocol that is no
             reading shows the effect of a single rule.
+        fitted: whether the rules were chosen by Table I itself; peaks of such a motion say nothing about the paper's.
     """
 
     label: str
@@ -104,6 +105,7 @@ class Protocol:
     note: str
     constant_jerk: bool = False
     reading: bool = False
+    fitted: bool = False
 
     def limits(self, percent: float) -> MotionLimits:
         """The robot's limits at a percentage in (0, 100]."""
@@ -112,7 +114,7 @@ class Protocol:
 
 _KEPT_LIMITS: Final = (
     "closed loop within the limits: straight S-curves with a stop at every corner up to the release or place, then "
-    "the fastest motion found"
+    "the fastest motion found on a free path, which replaces the straight return of III-C and the rectangle of IV-B1"
 )
 PROTOCOLS: Final = {
     "paper-clock": Protocol(
@@ -121,23 +123,31 @@ PROTOCOLS: Final = {
         "closed loop over the three picks, every move a minimum-time S-curve, moves overlap by whole ramps; jerk "
         "scaled with the percentage",
         reading=True,
+        fitted=True,
     ),
     "limits-respected": Protocol(
-        "limits kept, J scaled",
+        "limits kept, free return, J scaled",
         CycleRules(rise=RISE, overlap="none", returning="fastest"),
         f"{_KEPT_LIMITS}; jerk scaled with the percentage",
     ),
     "constant-jerk": Protocol(
-        "limits kept, J constant",
+        "limits kept, free return, J constant",
         CycleRules(rise=RISE, overlap="none", returning="fastest"),
         f"{_KEPT_LIMITS}; J = {JERK:g} m/s3 at every percentage",
         constant_jerk=True,
-        reading=True,
     ),
     "constant-jerk-overlap": Protocol(
-        "jerk phases overlap, J constant",
+        "paper's path, speed and acceleration kept, J constant",
         CycleRules(rise=RISE, overlap="jerk"),
         f"as paper-clock, but moves overlap by their outermost jerk phase only; J = {JERK:g} m/s3 at every percentage",
+        constant_jerk=True,
+        reading=True,
+    ),
+    "constant-jerk-stops": Protocol(
+        "paper's path, every limit kept, J constant",
+        CycleRules(rise=RISE, overlap="none"),
+        "as paper-clock, but every move ends before the next begins, while III-C blends the corners; "
+        f"J = {JERK:g} m/s3 at every percentage",
         constant_jerk=True,
     ),
     "jerk-overlap": Protocol(
@@ -156,8 +166,10 @@ CHOSEN: Final = (
     "cells left out of such a choice are off by 3.5 to 8 % on average"
 )
 """Sentence about the search that chose the rules of the paper clock; the search is not repeated here."""
-SHOWN: Final = ("paper-clock", "limits-respected", "constant-jerk")
-"""Protocols of Table I that the robot executes in the simulator, and that tables and drawings compare."""
+SIMULATED: Final = ("paper-clock", "limits-respected", "constant-jerk")
+"""Protocols of Table I that the robot executes in the simulator."""
+SHOWN: Final = ("paper-clock", "constant-jerk-overlap", "constant-jerk-stops", "limits-respected", "constant-jerk")
+"""Protocols of Table I that tables and drawings compare."""
 
 
 def limits_at(percent: float, *, constant_jerk: bool = False) -> MotionLimits:

@@ -56,6 +56,7 @@ def formula_findings(count: int = POSES, repeats: int = 7) -> Findings:
         *_stroke_rows(),
         _condition_row(count),
         _coplanar_row(),
+        _theta_row(poses),
         *_omission_rows(),
         *_rate_rows(repeats),
     )
@@ -190,8 +191,7 @@ def _coplanar_row() -> Row:
     index = float(tau(coplanar))
     note = (
         f"tau at (0, 60, -200) mm and {np.rad2deg(angle):.1f} deg, where the right half is coplanar with A_2 B_2 and "
-        "det "
-        f"J_x is not zero; it vanishes at {np.rad2deg(singular[3]):.1f} deg, where neither half is (entries "
+        f"det J_x is not zero; it vanishes at {np.rad2deg(singular[3]):.1f} deg, where neither half is (entries "
         f"{1e4 * entries[0]:.1f} and {1e4 * entries[1]:.1f} cm2). Both are needed at once, so det J_x is tested here"
     )
     return Row.compared(
@@ -205,6 +205,26 @@ def _coplanar_row() -> Row:
         singular_deg=float(np.rad2deg(singular[3])),
         determinant=float(singularity(coplanar).value),
         entries_m2=entries.tolist(),
+    )
+
+
+def _theta_row(poses: Floats) -> Row:
+    """Row on the definition of theta as "the relative angle between the two parts": Eqs. 3 and 4 turn each by theta."""
+    # Directions of both halves, from their joints with the middle part to their ends in Eqs. 3 and 4.
+    theta = poses[:, 3]
+    right, left = np.stack([np.cos(theta), np.sin(theta)]), np.stack([-np.cos(theta), np.sin(theta)])
+    # Two halves in one plane have no relative angle.
+    relative = np.pi - np.arccos(np.clip((right * left).sum(axis=0), -1.0, 1.0))
+    ratio = relative / np.abs(theta)
+    each = "the angle of each part"
+    return Row.compared(
+        "leveziel/misprint/definition-of-theta",
+        "the relative angle between the two parts",
+        each if np.allclose(ratio, 2.0) else "the relative angle between the two parts",
+        "-",
+        explained="the relative angle between the two parts" if np.allclose(0.5 * ratio, 1.0) else None,
+        note=f"by Eqs. 3 and 4 the two parts stand {ratio.min():.3f} to {ratio.max():.3f} times theta apart: each "
+        "turns by theta against the middle level, one up and one down, and half of the relative angle is meant",
     )
 
 

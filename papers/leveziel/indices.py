@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -88,7 +88,7 @@ def _bound_rows(positions: Floats, gripping: TauHull) -> Iterator[Row]:
         f"{home.min() / PUBLISHED_TAU_SCALE:.3f} divided by {PUBLISHED_TAU_SCALE}"
     )
     low = float(home.min())
-    details = {"largest": float(home.max()), "scaled": low / PUBLISHED_TAU_SCALE}
+    details: dict[str, Any] = {"largest": float(home.max()), "scaled": low / PUBLISHED_TAU_SCALE}
     yield Row.compared("leveziel/fig-6/smallest-at-home", BOUND, low, "-", holds=low > OVER, note=note, **details)
     note = (
         f"tau by Eq. 10 from -60 to -30 deg, {GRIPPING} angles, reached at {angle:.0f} deg; "

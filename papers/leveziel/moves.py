@@ -47,6 +47,10 @@ PIECES: Final = (2, 4, 8)
 """Numbers of joint-linear moves that replace a line."""
 
 
+JOINT_LINEAR: Final = "leveziel/moves/joint-linear"
+"""The statement that point-to-point motions keep the angle of the halves, which several rows test."""
+
+
 class Pair(NamedTuple):
     """A move along a line, the joint-linear move between the same poses, and the deviation of the latter."""
 
@@ -139,6 +143,7 @@ def _joint_linear_rows(moves: Moves) -> Iterator[Row]:
             "deg",
             within=STILL,
             note=note,
+            statement=JOINT_LINEAR,
             by_theta=turns,
             path_m={angle: float(deviation.path) for angle, deviation in deviations.items()},
             length_mm=length,
@@ -198,15 +203,23 @@ def _simulation_rows(moves: Moves, commanded: Floats, record: SimulatedMotions) 
     )
     turning = (
         f"largest change of theta in {len(names)} joint-linear moves by the robot in MuJoCo, {names[worst_move]}; "
-        f"{gap:.2f} "
-        "deg off the closed form at most"
+        f"{gap:.2f} deg off the closed form at most"
     )
     for kind, figure, by_move, note, further in (
         ("cartesian", float(np.abs(straight).max()), straight, along, {"torque": torque}),
         ("joint-linear", float(joint[worst_move]), joint, turning, {"gap": gap}),
     ):
         details = {"by_move": dict(zip(names, by_move.tolist(), strict=True)), **further}
-        yield Row.compared(f"leveziel/simulated/{kind}", 0.0, figure, "deg", within=STILL, note=note, **details)
+        yield Row.compared(
+            f"leveziel/simulated/{kind}",
+            0.0,
+            figure,
+            "deg",
+            within=STILL,
+            note=note,
+            statement=f"leveziel/moves/{kind}",
+            **details,
+        )
 
 
 def line_distance(points: Floats, first: Floats, last: Floats) -> Floats:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from typing import Final, NamedTuple, cast
+from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
@@ -44,10 +44,12 @@ LEARNERS: Final[Mapping[str, Mapping[str, Sequence[int]]]] = {
     "mlp": {"nominal": STAGES},
 }
 """Learners by name: their levels, and the numbers of practice throws after which each is evaluated."""
+PREVIEWS: Final = 8
+"""Simulations of each throw by the oracle; 25 of them land no nearer."""
 PLANNERS: Final = {
     "analytic": "the planner alone, which opens the claws at one fixed time before the release",
-    "oracle": "a controller that simulates each throw with its hidden values beforehand, all but the scatter of the "
-    "opening",
+    "oracle": f"a controller that simulates each throw {PREVIEWS} times beforehand, with its hidden values, all but "
+    "the scatter of the opening",
 }
 DRAWN: Final = ("nominal", "virtual_goal", 100)
 """Level, controller and throws of practice whose releases are drawn."""
@@ -106,7 +108,8 @@ def _evaluate(
     name: str, env: Env, level: str, counts: Sequence[int], seeds: Sequence[int], throws: int, cycles: list[int]
 ) -> list[HeldOutThrows]:
     results = [HeldOutThrows(level, name, count, []) for count in counts]
-    controller = make_controller(name, env)
+    options: dict[str, Any] = {"previews": PREVIEWS} if name == "oracle" else {}
+    controller = make_controller(name, env, **options)
     for seed in seeds:
         controller.reset(seed)
         completed = 0
@@ -129,8 +132,7 @@ def _toss_row(result: HeldOutThrows, seeds: Sequence[int], env: Env, description
     stage = f"{result.controller}-{result.practice}" if result.practice > 0 else result.controller
     note = (
         f"of {len(throws)} held-out throws cross their compartment's opening and come to lie in it, by {description}; "
-        "level "
-        f"{result.level}, seeds {', '.join(map(str, seeds))}, 95 % interval {100.0 * rate.low:.1f} to "
+        f"level {result.level}, seeds {', '.join(map(str, seeds))}, 95 % interval {100.0 * rate.low:.1f} to "
         f"{100.0 * rate.high:.1f} %. Landing error {1e3 * miss:.1f} mm on average; objects come free against the "
         f"plan: {late}"
     )

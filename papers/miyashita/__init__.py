@@ -8,11 +8,12 @@ from typing import Final
 from agents.reproduce.finding import Overview, Parts
 from agents.reproduce.grids import Rows, plain
 
-from . import acceptance, accessible, cases, contact, contact_learning, example, formulas, learning, tasks
+from . import acceptance, accessible, cases, contact, contact_learning, example, formulas, learning, margins, tasks
 
 SHORT: Final = "Miyashita et al. 2010"
 PARTS: Final[Parts] = {
     "example": example.example_findings,
+    "margins": margins.margin_findings,
     "accessible": accessible.accessible_findings,
     "learning": learning.learning_findings,
     **{f"acceptance-{1e3 * late:.0f}ms": partial(acceptance.acceptance_findings, late) for late in cases.DELAYS},

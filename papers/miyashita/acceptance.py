@@ -19,6 +19,7 @@ from pnt_gym.planning.one_joint.grasp import braking_acceleration
 
 from .cases import (
     ANGLE,
+    ANGLE_STATEMENT,
     ARM,
     BLOCK,
     DELAYS,
@@ -166,6 +167,7 @@ def _scatter_rows(delay: float, goal: Floats, virtual: Floats, gain: str, repeat
             ANGLE,
             "deg",
             "unpublished",
+            statement=ANGLE_STATEMENT,
             reproduced=float(np.median(spread.angle)),
             note=f"median standard deviation; {angle:.2f} deg follow from the assumed scatter of placement, timing and "
             "camera. An error below 0.1 deg needs a speed that repeats to 0.1 % or a release that repeats to 0.03 ms; "

@@ -28,6 +28,8 @@ TRIALS: Final = 10
 """Throws after which the paper states its errors."""
 POSITION, ANGLE, SPEED = 0.0025, 0.1, 0.01
 """Bounds of the errors of the 10th throw [m, deg, m/s] (section 6.2)."""
+ANGLE_STATEMENT: Final = "miyashita/fig-10/angle"
+"""The published bound of the angle, which several rows test."""
 DELAYS: Final = (0.0, 0.005, 0.010)
 """Assumed delays of the release, in which the arm already brakes [s]."""
 

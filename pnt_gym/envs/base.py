@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import os
+import sys
+import warnings
 from abc import abstractmethod
 from collections.abc import Mapping
 from numbers import Integral
@@ -234,6 +237,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
             vars(self)["metadata"] = {**self.metadata, "render_modes": modes}
         self._picture = Picture.of(width, height, camera)
         self.core = self.make_core(level, action_mode, 1, threads)
+        warn_of_threads(threads)
         self.observation_space = self.core.observation_space
         self.action_space = self.core.action_space
         self.render_mode = render_mode
@@ -314,6 +318,17 @@ class ThrowEnv(CoreEnv):
         """Core with `count` cells of a level and one action mode."""
         with describes_a_cell():
             return Core(cls.make_cell(level, count, threads), action_mode)
+
+
+def warn_of_threads(threads: int) -> None:
+    """Warn of more threads than this process may use at the same time; two, the default of vector forms, are fine."""
+    cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    if threads > max(cores, 2):
+        warnings.warn(
+            f"threads is {threads}, more than this process has cores ({cores}); results are the same, and steps take "
+            "longer",
+            stacklevel=3,
+        )
 
 
 def scalars(info: Mapping[str, NDArray[Any]], row: int, partial: Mapping[str, Bools] = NOTHING) -> dict[str, Any]:

@@ -71,7 +71,8 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     and of the bin of this throw), `true_kind` (index of the true class), `target_x`, `target_y`, `bin_depth` (free
     depth of the bin above its filling) [m], `ended_in` (index of the bin in which the object lies at the end, -1 for
     none), `belongs` (that bin takes the true class), `sorted` (a success that belongs there), and `kind`: the index,
-    into the level's `items`, of the class of the object now under the cup, as seen.
+    into the level's `items`, of the class of the object now under the cup, as seen. At the end of an episode of several
+    throws `episode_success` is the share of them that succeeded.
 
     ## Arguments
 
@@ -111,7 +112,7 @@ class PnTConveyorEnv(ConveyorEnv):
     ## Description
 
     Objects ride a belt. A suction cup takes one, the hand accelerates along a straight line, lets go, runs on for a
-    moment, brakes, and meets the next object. The time-optimal planner of Hassan et al. 2022 gives every throw as
+    moment, brakes, and meets the next object. The time-optimal planner of Hassan et al. 2022 gives every release as
     if the object were a point at the cup that flies without drag and is let go at once. The real object hangs below
     the cup, off its axis, swings under a lip that yields, leaves late by the decay of the vacuum, and is slowed by the
     air. The action corrects these errors. No action corrects a cup that fails to seal, or that drops a heavy object.

@@ -66,7 +66,8 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     begin of the shift), `cycle_time`, `wait_time` [s], and where throws are simulated `landing_error` [m] and `energy`
     [J], NaN for a failed pick.
 
-    When a shift is over, `info` has its figures: `shift_value_per_min`, `shift_sorted_per_min`, `shift_attempts`,
+    When a shift is over, `info` has `episode_success`, the share of its decisions that succeeded, and its figures:
+    `shift_value_per_min`, `shift_sorted_per_min`, `shift_attempts`,
     `shift_objects` (those that were taken or have passed the end), `shift_sorted`, `shift_misplaced` (in a bin that
     takes other things), `shift_on_floor`, `shift_passed`, `shift_recovery` and `shift_value_recovery` (share of those
     objects, and of their value, that was sorted), `shift_purity` (share of what lies in bins that belongs there),

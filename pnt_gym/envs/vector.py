@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from numbers import Integral
 from typing import Any, ClassVar
 
@@ -17,8 +18,8 @@ from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.canvas import DRAWING_LOCK, FPS, SIZE, Picture
 from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.base.core import Step
-from pnt_gym.envs.base import NOTHING, CoreEnv, Facade, Observation, request_of, seed_of
-from pnt_gym.errors import ConfigError, OrderError, one_sentence
+from pnt_gym.envs.base import NOTHING, CoreEnv, Facade, Observation, request_of, seed_of, warn_of_threads
+from pnt_gym.errors import ActionError, ConfigError, OrderError, one_sentence
 
 
 class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -70,6 +71,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         vars(self)["metadata"] = {**self.metadata, "autoreset_mode": self._autoreset}
         self._picture = Picture.of(width, height, camera)
         self.core = self.single.make_core(level, action_mode, num_envs, threads)
+        warn_of_threads(threads)
         self.num_envs = num_envs
         self.single_observation_space: Space[Any] = self.core.observation_space
         self.single_action_space: Space[Any] = self.core.action_space
@@ -82,6 +84,8 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """Cells that wait for a reset."""
         self._steps = np.zeros(num_envs, dtype=np.int64)
         """Steps that each cell has taken in its episode."""
+        self._failed = False
+        """Whether a step ended with an error, which leaves some cells before a throw and other cells after it."""
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -97,18 +101,20 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         Raises:
             ConfigError: a seed is no whole number, the length of seeds or mask is not the number of cells, or no throw
                 meets the request; the environment does not change.
-            OrderError: the environment is closed.
+            OrderError: the environment is closed, or the last step failed and the mask leaves out cells.
         """
         if self.closed:
             raise OrderError("the environment is closed; make another one")
         request, mask, seeds = request_of(options, self.core, "reset_mask"), self._mask(options), self._seeds(seed)
+        if self._failed and not mask.all():
+            raise OrderError("the last step failed; reset all cells, without a reset_mask")
         rows = np.flatnonzero(mask)
         generators = [self._generators[r] if seeds[r] is None else seeding.np_random(seeds[r])[0] for r in rows]
         if rows.size > 0:
             self.core.reset(rows, generators, np.array([seeds[r] is not None for r in rows]), request)
         for row, generator in zip(rows, generators, strict=True):
             self._generators[row] = generator
-        self._begun, self._over = True, self._over & ~mask
+        self._begun, self._failed, self._over = True, False, self._over & ~mask
         self._steps[mask] = 0
         return self.core.observe(), masked(self.core.kinds(), mask, every=True)
 
@@ -125,11 +131,14 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
 
         Raises:
             ActionError: wrong shape, NaN or infinite values.
-            OrderError: the environment was not reset or is closed, or a cell whose episode is over needs a reset.
+            OrderError: the environment was not reset or is closed, a cell whose episode is over needs a reset, or the
+                last step failed.
+            PhysicsError: the engine warned, or stopped a simulation; all cells need a reset.
         """
         self._check_order()
         waiting, same = self._over, self._autoreset is AutoresetMode.SAME_STEP
-        result = self._throw(actions, waiting)
+        with self._note_failure():
+            result = self._throw(actions, waiting)
         terminated, truncated = self._ends(result.ended, ~waiting)
         over = terminated | truncated
         renewed = over if same else waiting
@@ -177,9 +186,22 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         if self.closed or not self._begun:
             state = "is closed; make another one" if self.closed else "was not reset; call reset before step"
             raise OrderError(f"the environment {state}")
+        if self._failed:
+            raise OrderError("the last step failed; reset all cells before the next step")
         if self._autoreset is AutoresetMode.DISABLED and self._over.any():
             cells = ", ".join(map(str, np.flatnonzero(self._over)))
             raise OrderError(f"the episodes of cells {cells} are over; reset them with the option 'reset_mask'")
+
+    @contextmanager
+    def _note_failure(self) -> Generator[None]:
+        """Context of throws: an error other than of an action, which is refused before the throw, is a failed step."""
+        try:
+            yield
+        except ActionError:
+            raise
+        except BaseException:
+            self._failed = True
+            raise
 
     def _throw(self, actions: NDArray[np.floating], waiting: Bools) -> Step:
         """Throw in the cells that do not wait for a reset; a rollout has all cells, so the core takes the rest back."""

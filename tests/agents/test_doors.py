@@ -162,7 +162,13 @@ def test_whatever_has_a_policy_can_be_judged(here: Path) -> None:
     assert (perfect["controller"], perfect["env"], perfect["num_envs"]) == ("policy", "Lob-v0", 4)
     assert perfect["landing_error_mean_m"] < 1e-6
     assert evaluate(theirs.Better, env, 10)["controller"] == "better"
-    assert evaluate(theirs.Plain, env, 10, practice=40)["practice"] == 0
+    plain = theirs.Plain()
+    plain.reset(0)
+    assert evaluate(plain, env, 10, practice=40)["practice"] == plain.throws == 40
+    with pytest.raises(UsageError, match="--practice has no effect: controller 'policy' has no method `learn`"):
+        evaluate(theirs.policy, env, 10, practice=40)
+    with pytest.raises(UsageError, match="--online has no effect"):
+        evaluate(theirs.policy, env, 10, online=True)
     assert evaluate(model(PPO), env, 10)["controller"] == "ppo"
     assert evaluate("ridge", env, 10, practice=40)["practice"] == 40
     for wrong in (None, 3, "nobody"):

@@ -7,7 +7,9 @@ from tests.tools.commands import run_python
 HEAVY = {"mujoco", "torch", "stable_baselines3", "sb3_contrib", "numba", "scipy", "matplotlib", "pydantic"}
 
 
-@pytest.mark.parametrize("command", [("agents.evaluate",), ("agents.doctor",), ("pnt_gym", "evaluate")])
+@pytest.mark.parametrize(
+    "command", [("agents.evaluate",), ("agents.compare",), ("agents.doctor",), ("pnt_gym", "evaluate")]
+)
 def test_help_imports_nothing_heavy(command: tuple[str, ...]) -> None:
     done = run_python("-X", "importtime", "-m", *command, "--help", check=True)
     assert "--help" in done.stdout

@@ -18,7 +18,7 @@ from agents.ground.places import SHIPPED
 from agents.learning.runs import RunFolder
 from benchmarks.kill_trials.commands import LEARNER, small_reproduction
 from benchmarks.kill_trials.trials import state
-from tests.tools.commands import answered, environment, refused, run_python
+from tests.tools.commands import answered, call_here, environment, refused, run_python
 from tests.tools.datasets import SMALL as SMALL_DATASET
 
 pytestmark = pytest.mark.usefixtures("here")
@@ -184,7 +184,42 @@ MISSING = [
     ("PIL", "video", SMALL_DATASET),
     ("ray", "cluster", (*SMALL_DATASET, "--throws", "4", "--cluster", "auto")),
     ("imageio", "video", ("agents.play", "--env", "PnTRelease-v0", "--video", "x.mp4", "--picks", "1")),
+    ("torch", "rl", ("agents.evaluate", "--controller", "mlp", "--env", "ToyThrow-v0")),
 ]
+
+
+LINE = ("--env", "PnTLine-v0", "--level", "skills3", "--controller", "fifo", "--shifts", "1", "--num-envs", "1")
+AT_ONCE = [
+    ("matplotlib", "report", ("agents.evaluate", *LINE, "--picture", "new/who.svg")),
+    ("imageio", "video", ("agents.evaluate", *LINE, "--video", "new/x.mp4")),
+    ("imageio_ffmpeg", "video", ("agents.play", "--env", "PnTRelease-v0", "--video", "new/x.mp4")),
+    ("PIL", "video", ("agents.play", "--env", "PnTRelease-v0", "--picture", "new/x.png")),
+    ("matplotlib", "report", ("agents.line plan", "--level", "skills3", "--picture", "new/plans.svg")),
+    ("cma", "rl", ("agents.line tune", "--level", "skills3", "--what", "atc", "index", "--out", "new/rules.yaml")),
+    ("jinja2", "report", ("agents.report", "--results", "results", "--readme", "none.md")),
+    ("matplotlib", "report", ("agents.publish", "run", "--to", "new", "--levels", "waste")),
+    ("onnxruntime", "onnx", ("agents.publish", "run", "--to", "new", "--levels", "waste")),
+    ("imageio", "video", ("agents.publish", "run", "--to", "new", "--levels", "waste", "--no-onnx")),
+    ("matplotlib", "report", ("agents.reproduce", "choe", "--only", "length", "--work", "new")),
+    ("torch", "rl", ("agents.benchmark", "--config", "plan.yaml", "--work", "new")),
+]
+
+
+@pytest.mark.parametrize(("library", "extra", "command"), AT_ONCE)
+def test_what_is_missing_at_the_end_is_named_before_the_work(
+    run: Path, here: Path, monkeypatch: pytest.MonkeyPatch, library: str, extra: str, command: tuple[str, ...]
+) -> None:
+    (here / "results").mkdir()
+    small_reproduction(here / "results")
+    plan = {"name": "p", "env": "ToyThrow-v0", "train_level": "waste", "levels": ["waste"], "picks": 4}
+    entries = [{"label": "a", "controller": "analytic"}, {"label": "m", "controller": "mlp", "throws": [8]}]
+    (here / "plan.yaml").write_text(yaml.safe_dump({**plan, "entries": entries}))
+    before = sorted(here.rglob("*"))
+    monkeypatch.setitem(sys.modules, library, None)
+    done = call_here(*command, folder=here)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"error: this needs {library}: pip install 'pnt_gym[{extra}]'\n"
+    assert sorted(here.rglob("*")) == before
 
 
 @pytest.mark.parametrize(("library", "extra", "command"), MISSING)

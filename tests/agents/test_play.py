@@ -34,7 +34,7 @@ def test_a_picture_is_of_the_moment_asked_for(tmp_path: Path) -> None:
         assert (abs(frames[one] - frames[other]).max(axis=2) > 40).sum() > 500
 
 
-SHORT = ("agents.play", "--env", "OneJointThrow-v0", "--picks", "1")
+SHORT = ("agents.play", "--env", "OneJointThrow-v0")
 
 
 BROKEN = [*product((("--picture", "a.png"), ("--video", "a.mp4")), (KeyboardInterrupt, OSError(28, "No space left")))]
@@ -45,6 +45,7 @@ def test_what_was_there_stays_if_writing_is_broken_off(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, written: tuple[str, str], error: type[BaseException] | OSError
 ) -> None:
     option, path = written[0], tmp_path / written[1]
+    options = (option, path, *(("--picks", "1") if option == "--video" else ()))
     path.write_text("of yesterday")
 
     def broken(*given: Any, **_: Any) -> None:
@@ -55,13 +56,13 @@ def test_what_was_there_stays_if_writing_is_broken_off(
 
     monkeypatch.setattr(iio, "imwrite", broken)
     monkeypatch.setattr(Image.Image, "save", broken)
-    done = call_here(*SHORT, option, path, folder=tmp_path)
+    done = call_here(*SHORT, *options, folder=tmp_path)
     assert done.returncode == (130 if error is KeyboardInterrupt else 2)
     assert done.stderr.count("\n") == 1
     assert path.read_text() == "of yesterday"
     assert [*tmp_path.iterdir()] == [path]
     monkeypatch.undo()
-    assert call_here(*SHORT, option, path, folder=tmp_path).returncode == 0
+    assert call_here(*SHORT, *options, folder=tmp_path).returncode == 0
     assert iio.imread(path).shape[-1] == 3
     assert [*tmp_path.iterdir()] == [path]
 

@@ -56,14 +56,14 @@ evaluate --controller os:nothing | module 'os' has no class 'nothing'
 evaluate --controller Analytic | 'Analytic' is neither a controller
 evaluate --controller none.zip --trust | model 'none.zip' does not exist
 evaluate --controller file | 'file' is neither a controller nor a run folder
-evaluate --controller file.zip | 'file.zip' is not a run folder of agents.train: loading it runs ... give --trust
+evaluate --controller file.zip | 'file.zip' is not a run folder of `train`: loading it runs ... give --trust
 evaluate --controller file.zip --trust | 'file.zip' is damaged: file.zip is truncated or not a model
 evaluate --controller folder | 'folder' is not a run folder: it has no args.yml
 evaluate --controller LONG | 'x ... is neither a controller nor a run folder
 evaluate --controller LONG.zip | cannot read or write 'x ... File name too long
 evaluate --controller analytic_height --env OneJointThrow-v0 | controller 'analytic_height' knows the physics of the c
 evaluate --controller mlp --action-mode release_xyz | controller 'mlp' shifts the landing and needs an action of 2
-evaluate --controller policy --env OneJointThrow-v0 | level file 'policy/env.yaml': unknown key 'action.along'
+evaluate --controller policy --env OneJointThrow-v0 | level file 'policy/env.yaml': unknown keys 'action.along', 'act
 evaluate --controller policy --action-mode release_xyz | the policy of 'policy' takes observations (26,) and gives ac
 evaluate --controller torn | 'torn/policy.npz' is damaged: policy.npz is truncated or holds no policy
 evaluate --controller foreign | 'foreign/policy.npz' is damaged: policy.npz is truncated or holds no policy
@@ -110,8 +110,8 @@ train --resume policy | run folder 'policy' is damaged: it has no checkpoint
 train --resume policy --algo ppo | --algo cannot be changed with --resume, because the run folder holds
 train --resume policy --out x | --out cannot be changed with --resume, because the run folder holds
 benchmark --config none.yaml | cannot read benchmark 'none.yaml': No such file or directory
-benchmark --config text.yaml | benchmark 'text.yaml': is 'text': input should be a valid di
-benchmark --config typo.yaml | benchmark 'typo.yaml': key 'name' is missing
+benchmark --config text.yaml | benchmark 'text.yaml': it is 'text': input should be a section, with keys name,
+benchmark --config typo.yaml | benchmark 'typo.yaml': unknown key 'binz'; keys 'name',
 benchmark --config plan.yaml --jobs 0 | --jobs is 0; it must be at least 1
 benchmark --config plan.yaml --out folder | cannot write 'folder': it is a folder
 benchmark --config plan.yaml --work file --out o.json | cannot write 'file/piece.json': File exists
@@ -138,6 +138,12 @@ play --picture a.mp4 --picks 10000 | --picture is 'a.mp4'; it must end in .png
 play --video a.mp4 --picture x.png | give one of --video FILE.mp4, --picture FILE.png and --viewe
 play --video a.mpeg --picks 10000 | --video is 'a.mpeg'; it must end in .mp4 or .gif
 play --video a --picks 10000 | --video is 'a'; it must end in .mp4 or .gif
+play --picture x.png --picks 2 | --picks goes with --video, and has no effect here
+play --picture x.png --slow 2 | --slow goes with --video, and has no effect here
+play --video a.mp4 --at 0.2 | --at goes with --picture, and has no effect here
+evaluate --controller analytic --practice 5 | --practice has no effect: controller 'analytic' has no method `learn`
+evaluate --controller analytic --online | --online has no effect: controller 'analytic' has no method `learn`
+line tune --shifts 2 --out rules.yaml | --shifts is 2; settings are saved to --out from 32 shifts on
 play --video a.mp4 --throws full | --throws goes with work shifts
 play --video a.webm --env PnTLine-v0 --controller fifo | --video is 'a.webm'; it must end in .mp4 or .gif
 play --video a.mp4 --env PnTLine-v0 --controller analytic | 'analytic' is no controller of a line
@@ -148,7 +154,7 @@ publish folder | 'folder' is not a run folder: it has no args.yml
 publish LONG | cannot read or write 'x ... File name too long
 publish policy --shifts 3 | --shifts goes with work shifts; PnTRelease-v0 is judged by throws
 publish old --to kept | run folder 'old' is damaged: policy.npz is missing; before 0.2.0 none was written
-publish policy --to file | cannot read or write 'file/
+publish policy --to file | cannot write 'file/PnTRelease-v0-waste-sac-seed0/README.md': Not a directory
 dataset --throws 0 | --throws is 0; it must be at least 1
 dataset --name waste | --name is 'waste'; it must be NAMESPACE/NAME-vN
 dataset --name one/two-v0 --root datasets | 'one/two-v0' exists already in
@@ -157,8 +163,16 @@ dataset --root file | cannot read or write
 dataset --controller policy --action-mode release_xyz | the policy of
 dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' cannot be collected: its core has no cell
 dataset --env PnTLine-v0 --expert atc --controller oracle | 'oracle' is no controller of a line; controllers are
-dataset --env PnTLine-v0 --expert atc --controller LONG | cannot read or write 'x ... File name too long
+dataset --env PnTLine-v0 --expert atc --controller LONG | 'x ... is no controller of a line; controllers are random
 dataset --env PnTLine-v0 --expert atc --controller none.npz | scorer 'none.npz' does not exist
+compare | a comparison needs at least 2 controllers, got 0
+compare mlp | a comparison needs at least 2 controllers, got 1
+compare mlp mlp | controller 'mlp' is given twice; the names of compared controllers must differ
+compare analytic mlp --margin -1 | --margin is -1; it must be from 0 to below the cap of 100 mm
+compare analytic mlp --budget 0 | --budget is 0; it must be at least 1
+compare analytic mlp --figures speed | unknown figure 'speed'; figures here are landing_error_m, success, sorted_per_min
+compare analytic mlp --practice 0 | --practice is 0, but controller 'mlp' has learned nothing; it must be at least 1
+compare analytic mlp --picture a.png | --picture is 'a.png'; it must end in .svg
 demo --picks 0 | --picks is 0; it must be at least 1
 line calibrate --throws 99 | --throws is 99; it must be at least 100
 line calibrate --seed -1 | --seed is -1; it must be at least 0

@@ -149,7 +149,7 @@ class Plain:
         return np.zeros((len(observation.kind), 1 if self.ready else 9))
 
     def learn(self, outcome):
-        raise RuntimeError("nobody asked for practice")
+        self.throws = getattr(self, "throws", 0) + len(outcome.cycle_time)
 
 
 class Mute:

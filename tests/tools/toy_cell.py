@@ -24,6 +24,7 @@ class ToyCore:
     action_sizes = {name: len(mode.numbers) for name, mode in MODES.items()}  # noqa: RUF012 - never changed
     shift_modes = tuple(name for name, mode in MODES.items() if mode.errors)
     dwell = 0.1
+    cell = SimpleNamespace(episode=1, terminates=True)
 
     def __init__(self, config: ConveyorConfig, action_mode: Any = "release_point") -> None:
         mode_of(MODES, action_mode)

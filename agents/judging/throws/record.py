@@ -11,9 +11,12 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.core import Core
 
 from ...ground.versions import versions
-from ..record import Figure, Record, Result, Row, Summary
+from ..figure import Figure
+from ..measures import Measure
+from ..record import Record, Result, Row, Summary
 from .columns import columns
 from .data import Throws, purity_by_bin, summary, throw_records
+from .paired import MEASURES, observations
 from .results import by_shift, summarise
 from .tables import comparison_table, summary_table
 
@@ -45,6 +48,15 @@ class ThrowRecord(Record):
             "landing_error_m": self.throws.landing_error,
             "sorted_per_min": 60.0 * self.throws.sorted / self.throws.cycle_time,
         }
+
+    def observations(self) -> Mapping[str, Floats]:
+        """Figures of each throw, or of each row's run where the throws of a row depend on one another."""
+        return observations(self.throws, self._core, self._settings["num_envs"])
+
+    @classmethod
+    def measures(cls) -> Mapping[str, Measure]:
+        """Landing error, success, and sorted picks per minute."""
+        return MEASURES
 
     def summary(self) -> dict[str, Any]:
         """Figures of all throws, by the names of the JSON contract."""

@@ -16,6 +16,7 @@ from ..loop import throw_batches, throw_held_out
 from ..trial import PRACTICE, Progress, Trial
 from .card import CARD
 from .data import Throws
+from .paired import depend, run_length
 from .record import ThrowRecord
 
 ENDLESS: Final = 10**9
@@ -48,6 +49,11 @@ class ThrowTrial(Trial):
     def count(self) -> int:
         """200 throws, or a whole episode of every row in cells where a throw informs the next one."""
         return self.env.num_envs * self.core.cell.episode if has_feedback(self.core) else self.usual
+
+    def block(self, left: int) -> int:
+        """A run of throws in every row; runs whose throws depend on one another are whole."""
+        together = self.env.num_envs * run_length(self.core)
+        return together if depend(self.core) else min(together, left)
 
     def peers(self, run_args: Mapping[str, Any]) -> dict[str, int]:
         """The planner, the base controller of the policy, and a virtual goal where actions correct a measured error."""

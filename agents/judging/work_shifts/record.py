@@ -15,7 +15,9 @@ from pnt_gym.cells.line.core import LineCore
 from ...ground import metrics
 from ...ground.files import jsonable
 from ...ground.versions import versions
-from ..record import Figure, Record, Result, Row, Summary
+from ..figure import Figure
+from ..measures import Measure
+from ..record import Record, Result, Row, Summary
 from .data import LISTS, MEANS, Shifts, mean
 from .gantt import gantt
 from .results import columns, paired_columns, summarise
@@ -27,6 +29,13 @@ FIGURES: Final = {
     "recovery": Figure("recovery", "%", 100.0),
     "value_recovery": Figure("recovery of value", "%", 100.0),
 }
+MEASURES: Final = {
+    "value_per_min": Measure(FIGURES["value_per_min"], 20.0, "{a} earns {amount} a minute more than {b}"),
+    "sorted_per_min": Measure(FIGURES["sorted_per_min"], 20.0, "{a} sorts {amount} a minute more than {b}"),
+    "recovery": Measure(FIGURES["recovery"], 0.10),
+    "value_recovery": Measure(FIGURES["value_recovery"], 0.10),
+}
+"""Measures of work shifts; paired shifts of good controllers differ by less than these caps."""
 
 
 @final
@@ -48,6 +57,11 @@ class ShiftRecord(Record):
     def values(self) -> Mapping[str, Floats]:
         """Each figure of every shift (S,)."""
         return {name: self.shifts.figures[MEANS[name]].astype(np.float64) for name in self.figures}
+
+    @classmethod
+    def measures(cls) -> Mapping[str, Measure]:
+        """Value and sorted objects per minute, and recovery, of shifts."""
+        return MEASURES
 
     def summary(self) -> dict[str, Any]:
         """Figures of all shifts, by the names of the JSON contract."""

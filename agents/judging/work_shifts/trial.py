@@ -27,6 +27,7 @@ from ...dispatchers.settings import settings as tuned_settings
 from ...ground.amounts import SHIFTS
 from ...ground.cli import UsageError
 from ...ground.environments import Env, stream_seed
+from ...ground.shipped import module_of
 from ...learning.algorithms import MASKED, SCORING
 from ...learning.hyperparameters import algorithm_arguments
 from ...learning.runs import RunFolder
@@ -96,7 +97,7 @@ class ShiftTrial(Trial):
         """A controller of lines: a name, a scorer's file, a run folder, MODULE:CLASS, or a function of observations."""
         if not isinstance(policy, str):
             return policy if hasattr(policy, "act") else Policy(policy, "function", np.int64)
-        if ":" in policy:
+        if module_of(policy) is not None:
             return import_controller(policy, self.env, **options)
         try:
             return line_controller(policy, self.core, **options)

@@ -77,6 +77,34 @@ class ForceCoefficients(NamedTuple):
         return cls(*(np.array(column)[:, None] for column in zip(*rows, strict=True)))
 
 
+def limit_rows(
+    angle: Floats, speed: Floats, acceleration: Floats, bend: ForceCoefficients, arm: Arm
+) -> tuple[Floats, tuple[Floats, Floats, Floats]]:
+    """Distances to the eleven limits (11, M) in shares at M states, and their partial derivatives by the state."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    force = bend.a * acceleration + bend.w * speed * speed + bend.c * cosine + bend.s * sine
+    by_angle, by_speed = bend.s * cosine - bend.c * sine, 2.0 * bend.w * speed
+    by_rate = np.broadcast_to(bend.a, force.shape)
+    half = 0.5 * (arm.angle[1] - arm.angle[0])
+    unit, zero = np.ones_like(angle), np.zeros_like(angle)
+    last = min(arm.torque_at_speed, arm.torque) / arm.torque
+    # Eq. 10: above the knee the torque limit falls linearly with the speed.
+    fall = (1.0 - last) / (1.0 - arm.knee)
+    line = 1.0 + fall * (arm.knee - speed / arm.speed)
+    torque = force[3] + arm.friction / arm.torque
+    rows = [*force[:3], (angle - arm.angle[0]) / half, (arm.angle[1] - angle) / half]
+    rows += [1.0 - speed / arm.speed, 1.0 + speed / arm.speed, 1.0 - torque, 1.0 + torque]
+    rows += [line - torque, line + torque]
+    turn, drop = unit / arm.speed, -fall / arm.speed
+    t_angle, t_rate = by_angle[3], by_rate[3]
+    partial = (
+        np.stack([*by_angle[:3], unit / half, -unit / half, zero, zero, -t_angle, t_angle, -t_angle, t_angle]),
+        np.stack([*by_speed[:3], zero, zero, -turn, turn, zero, zero, drop * unit, drop * unit]),
+        np.stack([*by_rate[:3], zero, zero, zero, zero, -t_rate, t_rate, -t_rate, t_rate]),
+    )
+    return np.stack(rows), partial
+
+
 @final
 class Programme:
     """The programme for one throw in x (K,): accelerations, margins, and for max-min the smallest margin.
@@ -200,30 +228,9 @@ class Programme:
         self, x: Floats
     ) -> tuple[Floats, tuple[Floats, Floats, Floats], tuple[Floats, Floats, Floats]]:
         """Distances to the eleven limits (11, M) in shares, their partial derivatives by state, and the chain."""
-        (angle, speed, acceleration), chain = self._states(x)
-        bend, arm = self._bend, self.arm
-        cosine, sine = np.cos(angle), np.sin(angle)
-        force = bend.a * acceleration + bend.w * speed * speed + bend.c * cosine + bend.s * sine
-        by_angle, by_speed = bend.s * cosine - bend.c * sine, 2.0 * bend.w * speed
-        by_rate = np.broadcast_to(bend.a, force.shape)
-        half = 0.5 * (arm.angle[1] - arm.angle[0])
-        unit, zero = np.ones_like(angle), np.zeros_like(angle)
-        last = min(arm.torque_at_speed, arm.torque) / arm.torque
-        # Eq. 10: above the knee the torque limit falls linearly with the speed.
-        fall = (1.0 - last) / (1.0 - arm.knee)
-        line = 1.0 + fall * (arm.knee - speed / arm.speed)
-        torque = force[3] + arm.friction / arm.torque
-        rows = [*force[:3], (angle - arm.angle[0]) / half, (arm.angle[1] - angle) / half]
-        rows += [1.0 - speed / arm.speed, 1.0 + speed / arm.speed, 1.0 - torque, 1.0 + torque]
-        rows += [line - torque, line + torque]
-        turn, drop = unit / arm.speed, -fall / arm.speed
-        t_angle, t_rate = by_angle[3], by_rate[3]
-        partial = (
-            np.stack([*by_angle[:3], unit / half, -unit / half, zero, zero, -t_angle, t_angle, -t_angle, t_angle]),
-            np.stack([*by_speed[:3], zero, zero, -turn, turn, zero, zero, drop * unit, drop * unit]),
-            np.stack([*by_rate[:3], zero, zero, zero, zero, -t_rate, t_rate, -t_rate, t_rate]),
-        )
-        return np.stack(rows), partial, chain
+        state, chain = self._states(x)
+        rows, partial = limit_rows(*state, self._bend, self.arm)
+        return rows, partial, chain
 
     def _single_constraints(self, x: Floats, start_slope: Floats) -> list[tuple[float, Floats]]:
         """Constraints without samples: bound of Delta t, resting block, and smallest margin; each with its gradient."""

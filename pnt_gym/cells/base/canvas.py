@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationError
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.config import Finite, Positive, Section, first_problem
+from pnt_gym.cells.base.config import Finite, Positive, Section
+from pnt_gym.cells.base.problems import describe_problems
 from pnt_gym.engine import MjData, MjModel, has_display, mujoco
 from pnt_gym.errors import ConfigError
 
@@ -69,7 +70,7 @@ class Picture(Section):
         try:
             return cls.model_validate({"width": width, "height": height, "camera": {} if camera is None else camera})
         except ValidationError as error:
-            raise ConfigError(first_problem(error)) from None
+            raise ConfigError(describe_problems(error, cls)) from None
 
     def aim(self, camera: Any) -> None:
         """Write the changes into MuJoCo's camera."""

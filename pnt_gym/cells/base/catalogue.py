@@ -6,15 +6,19 @@ new items.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from pathlib import Path
+from statistics import median_low
 from types import MappingProxyType
-from typing import Any, Final, Self
+from typing import Any, Final, Self, cast
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from pnt_gym.cells.base.config import LevelConfig
-from pnt_gym.cells.base.items import Item
+from pnt_gym.cells.base.items import SHAPES, Item, Shape
+from pnt_gym.cells.base.problems import check_all, list_names
+from pnt_gym.errors import one_sentence
 from pnt_gym.reading import yaml_of
 
 
@@ -40,21 +44,93 @@ LIGHT_ITEMS: Final[tuple[str, ...]] = tuple(item.name for item in _GROUPS["light
 CLAW_ITEMS: Final[tuple[str, ...]] = ("cork", *(item.name for item in _GROUPS["claws"]))
 
 
+BY_SHAPE: Final = ("drag", "seal_force", "friction", "rolling_friction", "restitution")
+"""Keys of an item of a level whose defaults depend on the shape."""
+OF_ITEM: Final = ("com_depth", "pick_chance", "surface")
+"""Keys with one default for all shapes, on which the throws depend too."""
+
+
+def _typical(shape: Shape) -> dict[str, Any]:
+    """Defaults of a shape: for each key the median of the catalogue's seen waste of this shape."""
+    items = [item for item in _GROUPS["seen"] if item.shape == shape]
+    return {key: median_low([getattr(item, key) for item in items]) for key in BY_SHAPE}
+
+
+TYPICAL: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType({shape: _typical(shape) for shape in SHAPES})
+"""Defaults of the keys `BY_SHAPE`, by shape."""
+
+
+def complete_item(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """An item of a level with every key: what the level does not give is that of an item `like` it, or of its shape.
+
+    Args:
+        entry: the keys that the level gives.
+
+    Returns:
+        The item's keys; `assumed` names those that the level does not give.
+
+    Raises:
+        ValueError: `like` names no item of the catalogue.
+    """
+    given = {key: value for key, value in entry.items() if key != "like"}
+    like = entry.get("like")
+    if like is None:
+        values = {"source": "not given", **TYPICAL.get(str(given.get("shape")), TYPICAL["box"])}
+    elif isinstance(like, str) and like in CATALOGUE:
+        values = CATALOGUE[like].model_dump(exclude={"name", "assumed"})
+        values["source"] = f"as {like}: {values['source']}"
+        if given.get("shape", values["shape"]) != values["shape"]:
+            values["rolling_friction"] = TYPICAL.get(str(given["shape"]), values)["rolling_friction"]
+        if "size" in given:
+            values.pop("cup_radius")  # the cup is fitted to the size
+    else:
+        name = one_sentence(repr(entry.get("name")), 60)
+        alike = get_close_matches(str(like), CATALOGUE, 1, 0.7)
+        hint = f"perhaps {list_names(alike)}" if alike else f"items of the catalogue are {', '.join(sorted(CATALOGUE))}"
+        raise ValueError(f"extra_items: item {name} is like unknown item {one_sentence(repr(like), 60)}; {hint}")
+    physical = {key for key, value in values.items() if value != Item.model_fields[key].default} - {"source"}
+    assumed = [key for key in Item.model_fields if key in physical | {*OF_ITEM} and key not in given]
+    return {"assumed": tuple(assumed), **values, **given}
+
+
 class ItemsConfig(LevelConfig):
     """Abstract: the config of a cell whose robot picks items of the catalogue and items that a level adds."""
 
     items: tuple[str, ...] = Field(
         min_length=1, description="Names of the items that the robot throws; see the catalogue of items."
     )
-    extra_items: tuple[Item, ...] = Field(default=(), description="Items of your own, which `items` may then name.")
+    extra_items: tuple[Item, ...] = Field(
+        default=(),
+        description="Items of your own, which `items` may then name. Each needs a name, shape, size and mass, or a "
+        "name and an item of the catalogue that it is `like`; the other keys have defaults.",
+    )
+
+    @field_validator("extra_items", mode="before")
+    @classmethod
+    def _complete_items(cls, value: object) -> object:
+        """The items with the defaults of their shape, or the values of the item that they are `like`."""
+        if not isinstance(value, list | tuple):
+            return value
+        entries = cast("list[object]", value)
+        return [complete_item(cast("dict[str, Any]", e)) if isinstance(e, dict) else e for e in entries]
 
     @model_validator(mode="after")
-    def _check_items(self) -> Self:
-        definitions = self.item_definitions()
-        for name in self.items:
-            if name not in definitions:
-                raise ValueError(f"items: unknown item {name!r}; known are {', '.join(sorted(definitions))}")
+    def _check_all(self) -> Self:
+        check_all(self.problems())
         return self
+
+    def problems(self) -> Iterator[str]:
+        """Everything that does not fit together in this level, a clause each."""
+        definitions = self.item_definitions()
+        if unknown := [name for name in self.items if name not in definitions]:
+            alike = [match for name in unknown for match in get_close_matches(name, definitions, 1, 0.7)]
+            hint = f"perhaps {list_names(alike)}" if alike else f"known are {', '.join(sorted(definitions))}"
+            yield f"items: unknown {'item' if len(unknown) == 1 else 'items'} {list_names(unknown)}; {hint}"
+
+    def assumed(self) -> dict[str, dict[str, Any]]:
+        """Values of added items that are those of their shape or of a similar item, by item and key."""
+        items = [item for item in self.extra_items if item.assumed]
+        return {item.name: {key: getattr(item, key) for key in item.assumed} for item in items}
 
     def item_definitions(self) -> Mapping[str, Item]:
         """The items of the catalogue and of `extra_items`, by name."""

@@ -8,7 +8,6 @@ user's level is a file or a mapping of the same form.
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
@@ -20,6 +19,8 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError, to_jsonable_python
 
+from pnt_gym.cells.base.merging import Rules, merge_levels
+from pnt_gym.cells.base.problems import describe_problems
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 from pnt_gym.reading import ReadError, number_of, parsed_yaml, text_of
 
@@ -153,8 +154,8 @@ class LevelConfig(Section):
 
     folder: ClassVar[str | Path]
     """Name of the robot and of the folder with the robot's shipped levels; a path for a user's levels."""
-    alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """Keys of a section that exclude each other: a level with one of these keys drops the others of its base."""
+    rules: ClassVar[Rules] = Rules()
+    """How a level's differences are merged into its base."""
     trial: ClassVar[str] = "throws"
     """Trial that judges controllers: "throws", "work_shifts", or MODULE:CLASS of a trial of your own."""
 
@@ -190,7 +191,7 @@ class LevelConfig(Section):
         try:
             return cls.model_validate(data)
         except ValidationError as error:
-            raise ConfigError(f"{source}: {first_problem(error)}") from None
+            raise ConfigError(f"{source}: {describe_problems(error, cls)}") from None
 
     @classmethod
     def file_of(cls, name: str) -> Path:
@@ -200,6 +201,10 @@ class LevelConfig(Section):
     def ships(self) -> bool:
         """Whether the config is a shipped level, unchanged."""
         return self.name in self.level_names() and self == self.load(self.name)
+
+    def assumed(self) -> dict[str, dict[str, Any]]:
+        """Values of items that the level does not give and that are assumed therefore, by item and key."""
+        return {}
 
     def files(self) -> tuple[Path, ...]:
         """Files that the level names and that change its results."""
@@ -223,10 +228,12 @@ class LevelConfig(Section):
         data = {"name": path.stem, **_read(path)}
         if path == _levels_folder(cls.folder) / f"{ROOT}.yaml":
             return data
-        base = path.parent / str(data.get("base", ""))
-        if os.path.isfile(base):  # a base beside the file that names it
-            data["base"] = base
-        return cls._complete(data, (*above, str(path)))
+        return cls._complete(cls.locate(data, path.parent), (*above, str(path)))
+
+    @classmethod
+    def locate(cls, data: dict[str, Any], folder: Path) -> dict[str, Any]:
+        """The differences in a level's file, with paths to the files beside it that they name."""
+        return locate_files(data, folder, "base")
 
     @classmethod
     def _complete(cls, data: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
@@ -235,7 +242,19 @@ class LevelConfig(Section):
         base = differences.pop("base", ROOT)
         if not isinstance(base, str | Path):
             raise ConfigError(f"base is {base!r}; it must be the name of a level or a YAML file")
-        return _merge_levels(cls._from_file(base, above), differences, cls.alternatives)
+        return cls.merge(cls._from_file(base, above), differences)
+
+    @classmethod
+    def merge(cls, below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+        """Differences `above` merged into the values `below` by the rules of this family."""
+        return merge_levels(below, above, cls.rules)
+
+
+def locate_files(data: Mapping[str, Any], folder: Path, *keys: str) -> dict[str, Any]:
+    """A section, with the paths of those files in a folder that some of its keys name."""
+    places = {key: folder / data[key] for key in keys if isinstance(data.get(key), str)}
+    # `os.path.isfile` is False, without an error, for a name that no file can have.
+    return {**data, **{key: place for key, place in places.items() if os.path.isfile(place)}}
 
 
 @contextmanager
@@ -264,25 +283,6 @@ def serialize_level(level: Level) -> str | dict[str, Any]:
     if isinstance(level, BaseModel):
         return level.model_dump(mode="json", exclude_unset=True)
     return cast("dict[str, Any]", to_jsonable_python(dict(level), fallback=repr))
-
-
-def _merge_levels(below: dict[str, Any], above: Mapping[str, Any], alternatives: Mapping[str, Any]) -> dict[str, Any]:
-    """Values of `above` merged into those of `below`: mappings key by key, other values replace the value below.
-
-    A section that is given as an object is complete and is not merged.
-    """
-    merged = dict(below)
-    for key, value in above.items():
-        under = merged.get(key)
-        if isinstance(value, Mapping) and isinstance(under, Mapping):
-            new, old = cast("Mapping[str, Any]", value), cast("Mapping[str, Any]", under)
-            group = alternatives.get(key, ())
-            excluded = [name for name in group if name not in new] if any(name in new for name in group) else []
-            remaining = {name: part for name, part in old.items() if name not in excluded}
-            merged[key] = _merge_levels(remaining, new, {})
-        else:
-            merged[key] = value
-    return merged
 
 
 def _levels_folder(folder: str | Path) -> Path:
@@ -318,27 +318,3 @@ def _read(path: Path) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise ConfigError(f"level file {str(path)!r} must hold a mapping of settings, it holds {type(data).__name__}")
     return cast("dict[str, Any]", data)
-
-
-_FORM: Final = re.compile(r"(constrained-)?(float|int|str|bool)|[a-z-]+\[.*\]")
-"""What pydantic adds to the place of a value that may have one of several forms: the form that it tried."""
-
-
-def first_problem(error: ValidationError) -> str:
-    """The first complaint of pydantic as one sentence; all complaints about a value that may have several forms."""
-    problem, *following = error.errors()
-    place = problem["loc"]
-    message = problem["msg"].removeprefix("Value error, ")
-    if len(place) > 1 and _FORM.fullmatch(str(place[-1])):
-        place = place[:-1]
-        forms = [other["msg"] for other in following if other["loc"][:-1] == place]
-        message = ", or ".join([message, *(form[0].lower() + form[1:] for form in forms)])
-    where = ".".join(str(part) for part in place)
-    if problem["type"] == "extra_forbidden":
-        return f"unknown key {one_sentence(repr(where), 80)}"
-    if problem["type"] == "value_error":
-        return message
-    if problem["type"] == "missing":
-        return f"key {where!r} is missing"
-    text = one_sentence(repr(problem["input"]), 80)
-    return f"{where} is {text}: {message[0].lower()}{message[1:]}"

@@ -23,6 +23,8 @@ from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.engine import mute_warnings
 from pnt_gym.errors import ConfigError, PhysicsError
 
+EPISODE_SUCCESS: Final = "episode_success"
+"""Key of the info at the end of an episode of several throws or decisions: the share of them that succeeded."""
 COMMON_INFO: Final = ("is_success", "landing_error", "cycle_time", "residual_clipped", "item", "kind")
 """Info keys that every cell reports of a throw; a cell adds the errors of its `Correction` and further keys."""
 
@@ -70,7 +72,7 @@ def restore_rows(cell: RandomCell, waiting: Bools) -> Generator[None]:
 
 @final
 class Episodes:
-    """Counts the throws of N cells, and marks the cells that need a new draw when their episode begins.
+    """Counts the throws and successes of N cells, and marks those that need a new draw when their episode begins.
 
     Args:
         count: number of cells N.
@@ -80,7 +82,7 @@ class Episodes:
 
     def __init__(self, count: int, length: int, drawn: bool) -> None:
         self._length, self._drawn = length, drawn
-        self._throws = np.zeros(count, dtype=np.int64)
+        self._throws, self._successes = np.zeros((2, count), dtype=np.int64)
         self._fresh = np.zeros(count, dtype=np.bool_)
 
     def begin(self, rows: Ints, seeded: Bools | bool) -> Ints:
@@ -90,7 +92,7 @@ class Episodes:
             rows: the cells.
             seeded: which of these cells, or whether all, have a new generator.
         """
-        self._throws[rows] = 0
+        self._throws[rows] = self._successes[rows] = 0
         draw = seeded | ~self._fresh[rows]
         self._fresh[rows] = False
         return np.flatnonzero(draw)
@@ -109,6 +111,21 @@ class Episodes:
             ended = ended | early
         self._fresh = np.where(counted, ended & self._drawn, self._fresh)
         return ended
+
+    def success_share(self, is_success: Bools, ended: Bools, waiting: Bools | None = None) -> Floats | None:
+        """Count the successes of the last throw; returns their share in episodes of several throws that are over (N,).
+
+        The share is NaN in cells whose episode goes on, and None stands for no such episode.
+
+        Args:
+            is_success: whether each throw succeeded (N,).
+            ended: which episodes are over (N,), from `count_throws`.
+            waiting: which cells' throws do not count (N,); None: no cell's.
+        """
+        self._successes += is_success if waiting is None else is_success & ~waiting
+        if self._length == 1 or self._drawn or not ended.any():
+            return None
+        return np.where(ended, self._successes / np.maximum(self._throws, 1), np.nan)
 
 
 @final
@@ -230,7 +247,10 @@ class Core:
                 info[f"reward_{name}"] = term
             info["kind"] = cell.context.kind.copy()
             ended = self._episodes.count_throws(cell.ends_early(outcome, throws), waiting)
-            return Step(cell.observe(), sum(terms.values(), np.zeros(self.count)), ended, info)
+            share = self._episodes.success_share(outcome.is_success, ended, waiting)
+            partial = {} if share is None else {EPISODE_SUCCESS: ended}
+            info |= {} if share is None else {EPISODE_SUCCESS: share}
+            return Step(cell.observe(), sum(terms.values(), np.zeros(self.count)), ended, info, partial)
 
     def preview(self, actions: object, jitter: bool = False) -> Any:
         """Simulated outcome of the coming throws under actions, without advancing the cell.

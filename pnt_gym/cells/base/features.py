@@ -79,10 +79,10 @@ class FeatureTable:
 
     def encode(self, throws: Any) -> NDArray[np.float32]:
         """Observations (N, D) of coming throws, float32 within [-CLIP, CLIP]."""
-        values: list[Floats] = []
+        columns: list[Floats] = []
         for feature in self._features:
-            values.append(feature.value(throws))
-        scaled = (np.stack(values, axis=-1) - self._centre) / self._scale
+            columns.append(feature.value(throws))
+        scaled = (np.array(columns, dtype=np.float64).T - self._centre) / self._scale
         return np.clip(scaled, -CLIP, CLIP).astype(np.float32)
 
     def decode(self, observation: NDArray[np.floating]) -> dict[str, Floats]:

@@ -81,8 +81,13 @@ def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
     bad = ~((full > 0.0) & (full < np.inf))
     if bad.any():
         raise ConfigError(f"size holds an extent of {full[bad][0]} m, but extents must be finite and more than 0.")
-    lying, across = full.copy(), full[:, 1:]
-    lying[:, 1:] = np.where((index == CYLINDER)[:, None], 0.5 * (across[:, :1] + across[:, 1:]), across)
+    return lying_extents(index, full)
+
+
+def lying_extents(shape: Ints, size: Floats) -> Floats:
+    """Extents of bodies as `lying_size`, for extents and shapes that need no check."""
+    lying, across = size.copy(), size[:, 1:]
+    lying[:, 1:] = np.where((shape == CYLINDER)[:, None], 0.5 * (across[:, :1] + across[:, 1:]), across)
     return lying
 
 

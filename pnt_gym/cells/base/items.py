@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Final, Literal, Self, TypeVar, final, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import ConfigDict, Field, StringConstraints, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, StringConstraints, model_validator
+from pydantic_core import PydanticCustomError
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.config import LONGEST_NAME, Section
@@ -26,6 +28,19 @@ _Extent = Annotated[float, Field(gt=0.0, le=1.0)]
 _CUP_SHARE: Final = 0.8
 """Width of a suction cup over the width of its item, where the item is too small for the standard cup."""
 _Line = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, pattern=r"^[^\n\r]*$")]
+
+
+def _check_item_name(name: str) -> str:
+    """Return the name of an item, after refusing names that are no key.
+
+    Raises:
+        PydanticCustomError: the name has other characters.
+    """
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
+        raise PydanticCustomError(
+            "item_name", "it must begin with a small letter, and hold small letters, digits and _"
+        )
+    return name
 
 
 def shape_index(shape: str) -> int:
@@ -67,14 +82,15 @@ class Item(Section):
         clings: delay with which a wet or sticky face leaves the suction cup after the vacuum's release, at m = 1, in s.
         surface: surface under a suction cup; gives the friction and the safety factor of a grip, see `grip.SURFACES`.
         source: one line: the sources of the numbers, and which numbers are assumed, and why.
+        assumed: keys that a level did not give, whose values are those of the shape or of a similar item.
     """
 
     model_config = ConfigDict(allow_inf_nan=False)
 
-    name: Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=LONGEST_NAME)]
+    name: Annotated[str, StringConstraints(max_length=LONGEST_NAME), AfterValidator(_check_item_name)]
     shape: Shape
-    size: tuple[_Extent, _Extent, _Extent]
-    mass: float = Field(gt=0.0, le=5.0)
+    size: tuple[_Extent, _Extent, _Extent] = Field(json_schema_extra={"unit": "m"})
+    mass: float = Field(gt=0.0, le=5.0, json_schema_extra={"unit": "kg"})
     drag: float = Field(gt=0.0, le=3.0)
     com_depth: float = Field(default=0.5, gt=0.0, lt=1.0)
     seal_force: float | None = Field(default=None, gt=0.0, le=200.0)
@@ -91,6 +107,7 @@ class Item(Section):
     clings: float = Field(default=0.0, ge=0.0, le=0.05)
     surface: Surface = "smooth"
     source: _Line
+    assumed: tuple[str, ...] = ()
 
     @property
     def height(self) -> float:
@@ -114,7 +131,8 @@ class Item(Section):
             raise ConfigError(f"cylinder {self.name!r} needs one diameter, but W = {width} m and H = {height} m.")
         weight = self.mass * GRAVITY
         if self.seal_force is not None and self.seal_force <= weight:
-            value_text = f"seal_force of {self.name!r} is {self.seal_force} N"
+            origin = ", assumed" if "seal_force" in self.assumed else ""
+            value_text = f"seal_force of {self.name!r} is {self.seal_force} N{origin}"
             raise ConfigError(f"{value_text}, but must exceed its weight of {weight:.3f} N.")
         if 2.0 * self.fitted_radius > self.width:
             cup, item = (f"{1e3 * wide:g} mm" for wide in (2.0 * self.fitted_radius, self.width))

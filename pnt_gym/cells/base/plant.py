@@ -17,8 +17,6 @@ from pnt_gym.engine import Batch, MjData, MjModel, mujoco
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import flight_state, landing_point
 
-STAGES: Final = (0.25, 0.5, 0.75, 1.0)
-"""Shares of the throws that are over after each stage of a rollout."""
 REWARD_TERMS: Final = ("landing", "success", "time")
 """Names of the reward terms of a throw into an opening."""
 LONGEST_THROW: Final = 60.0
@@ -148,9 +146,8 @@ def roll_out(
 ) -> dict[str, Floats]:
     """Roll out every simulation for a separate number of steps; records have zeros after the last step.
 
-    The batch runs in stages, each with the throws that are not over yet, which saves steps. A throw that ends within a
-    stage is simulated to the end of the stage, and these further steps are not recorded: the record of a simulation
-    does not depend on the other simulations.
+    The batch runs in stages, each with the throws that are not over yet, to the end of the next throw: no throw is
+    simulated longer than it takes, and the record of a simulation does not depend on the other simulations.
 
     Args:
         batch: N simulations.
@@ -166,22 +163,21 @@ def roll_out(
         PhysicsError: the engine warned, or stopped a simulation.
     """
     record: dict[str, Floats] = {}
-    ends = np.sort(steps)[np.ceil(np.array(STAGES) * (len(steps) - 1)).astype(np.int64)]
     simulations = np.arange(len(steps)) if ids is None else ids
     batch.warning[:] = 0
     start = 0
-    for end in sorted(set(ends.tolist())):
+    for end in np.unique(steps).tolist():
         rows = np.flatnonzero(steps > start)
         part = batch.rollout(
             end - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(names), ids=simulations[rows]
         )
+        if (len(rows), end - start) == control.shape[:2]:  # one stage for all needs no copy
+            record = part
+            break
         for name in names:
             if name not in record:
                 record[name] = np.zeros((*control.shape[:2], part[name].shape[-1]))
-            whole = record[name]
-            whole[rows, start:end] = part[name]
-            for row in rows[steps[rows] < end]:
-                whole[row, steps[row] : end] = 0.0
+            record[name][rows, start:end] = part[name]
         start = end
     check_warnings(batch)
     return record

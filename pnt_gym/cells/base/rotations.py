@@ -1,26 +1,22 @@
-"""Rotations of N bodies: about the vertical by a yaw, and in general by unit quaternions with w first.
-
-Compiled functions do not use this module: a file that is compiled contains every function that its code calls.
-"""
+"""Rotations of N bodies: about the vertical by a yaw, and in general by unit quaternions with w first."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, join_columns
 
 
 def to_body_axes(vector: Floats, yaw: Floats) -> Floats:
     """World vectors (..., 3) in the axes of bodies turned by yaw (...,) about z."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     x, y = vector[..., 0], vector[..., 1]
-    return np.stack([cos * x + sin * y, cos * y - sin * x, vector[..., 2]], axis=-1)
+    return join_columns(cos * x + sin * y, cos * y - sin * x, vector[..., 2])
 
 
 def yaw_attitude(yaw: Floats) -> Floats:
     """Attitudes (N, 4) of bodies that are only turned by yaw (N,) about z."""
-    zero = np.zeros_like(yaw)
-    return np.stack([np.cos(yaw / 2.0), zero, zero, np.sin(yaw / 2.0)], axis=1)
+    return join_columns(np.cos(yaw / 2.0), 0.0, 0.0, np.sin(yaw / 2.0))
 
 
 def level_axes(attitude: Floats) -> tuple[Floats, Floats]:

@@ -5,9 +5,9 @@ The conveyor cell uses them, and the gripper robot's cell can take belt, items a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -15,6 +15,8 @@ from pydantic import Field, model_validator
 from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.catalogue import ItemsConfig
 from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Range, Section, check_ranges
+from pnt_gym.cells.base.merging import Rules
+from pnt_gym.cells.base.problems import list_names
 
 
 class Belt(Section):
@@ -220,7 +222,7 @@ class SortingLine(ItemsConfig):
     """Abstract: the part of a level that describes belt, items, bins and sensors."""
 
     folder: ClassVar[str | Path] = "conveyor"
-    alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {"bins": ("fixed", "random")}
+    rules: ClassVar[Rules] = Rules(alternatives={"bins": ("fixed", "random")})
 
     items: tuple[str, ...] = Field(
         default=("paper", "metal_can", "plastic_package"),
@@ -232,41 +234,72 @@ class SortingLine(ItemsConfig):
     spread: Spread = Spread()
     noise: Noise = Noise()
 
-    @model_validator(mode="after")
-    def _check_bins(self) -> Self:
+    @classmethod
+    def merge(cls, below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+        """Differences `above` merged into the values `below`; of the items added below those that still come stay."""
+        merged = super().merge(below, above)
+        entries, items = merged.get("extra_items"), merged.get("items")
+        if "items" in above and "extra_items" not in above and isinstance(entries, list) and isinstance(items, list):
+            merged["extra_items"] = [entry for entry in cast("list[Any]", entries) if _name_of(entry) in items]
+        return merged
+
+    def problems(self) -> Iterator[str]:
+        """What is wrong with the items, and with the bins: on the belt, on each other, or of other items."""
+        yield from super().problems()
+        if unused := [item.name for item in self.extra_items if item.name not in self.items]:
+            verb, pronoun = ("is", "it") if len(unused) == 1 else ("are", "them")
+            yield f"extra_items: {list_names(unused)} {verb} not in `items`, {self.items}; name {pronoun} there"
         wall = self.bins.wall
         if self.bins.random is not None:
             r, reach = self.bins.random, self.bins.random.side[1] / 2 + wall
-            self._check_off_belt("bins.random", (r.x[0] - reach, r.x[1] + reach), (r.y[0] - reach, r.y[1] + reach))
+            yield from self._on_belt("bins.random", (r.x[0] - reach, r.x[1] + reach), (r.y[0] - reach, r.y[1] + reach))
         for i, b in enumerate(self.bins.fixed):
             x, y = b.size[0] / 2 + wall, b.size[1] / 2 + wall
-            self._check_off_belt(f"bin {b.name!r}", (b.x - x, b.x + x), (b.y - y, b.y + y))
+            yield from self._on_belt(f"bin {b.name!r}", (b.x - x, b.x + x), (b.y - y, b.y + y))
             for neighbour in self.bins.fixed[:i]:
                 if _overlap(b, neighbour, wall):
-                    raise ValueError(f"bin {b.name!r} overlaps bin {neighbour.name!r}; move one of them")
-            for item in b.accepts:
-                if item not in self.items:
-                    raise ValueError(f"bin {b.name!r} accepts {item!r}, which is not among the items {self.items}")
+                    yield f"bin {b.name!r} overlaps bin {neighbour.name!r}; move one of them"
+        if self.has_clear_items:
+            yield from self._wrong_acceptance()
+
+    @property
+    def has_clear_items(self) -> bool:
+        """Whether all items are defined and all added items come; else other complaints about items only repeat it."""
+        items, extra = set(self.items), {item.name for item in self.extra_items}
+        return extra <= items <= set(self.item_definitions())
+
+    def _wrong_acceptance(self) -> Iterator[str]:
+        """Items that a bin accepts and that do not come, and items that come and that no bin accepts."""
+        for b in self.bins.fixed:
+            if strangers := [name for name in b.accepts if name not in self.items]:
+                verb = "which is" if len(strangers) == 1 else "which are"
+                yield f"bin {b.name!r} accepts {list_names(strangers)}, {verb} not among the items {self.items}"
         if self.bins.fixed and all(b.accepts for b in self.bins.fixed):
-            for name in self.items:
-                if not any(name in b.accepts for b in self.bins.fixed):
-                    raise ValueError(
-                        f"no bin accepts item {name!r}; add it to a bin or leave one bin's `accepts` empty"
-                    )
-        return self
+            accepted = {name for b in self.bins.fixed for name in b.accepts}
+            if homeless := [name for name in self.items if name not in accepted]:
+                items, pronoun = ("item", "it") if len(homeless) == 1 else ("items", "them")
+                yield (
+                    f"no bin accepts {items} {list_names(homeless)}; add {pronoun} to a bin or leave one bin's "
+                    "`accepts` empty"
+                )
 
     def acceptance(self) -> Bools:
         """Whether each fixed bin (columns) accepts each item (rows)."""
         fixed = self.bins.fixed
         return np.array([[not b.accepts or name in b.accepts for b in fixed] for name in self.items], dtype=np.bool_)
 
-    def _check_off_belt(self, label: str, x: Range, y: Range) -> None:
+    def _on_belt(self, label: str, x: Range, y: Range) -> Iterator[str]:
         belt = self.belt
         if x[0] < belt.x[1] and belt.x[0] < x[1] and y[0] < belt.y[1] and belt.y[0] < y[1]:
-            raise ValueError(
+            yield (
                 f"{label} spans y {y[0]:.3f}..{y[1]:.3f} m and lies on the belt, "
                 f"which spans y {belt.y[0]}..{belt.y[1]} m; move it off the belt"
             )
+
+
+def _name_of(entry: Any) -> object:
+    """Name of an added item, as a mapping or as an object."""
+    return cast("Mapping[str, Any]", entry).get("name") if isinstance(entry, Mapping) else getattr(entry, "name", None)
 
 
 def _overlap(a: Bin, b: Bin, wall: float) -> bool:

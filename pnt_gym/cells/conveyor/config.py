@@ -5,13 +5,17 @@ Belt, items, bins and sensors are sections of any sorting cell (`cells.base.sort
 
 from __future__ import annotations
 
-from typing import Annotated, Final, Literal, Self, final
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Annotated, ClassVar, Final, Literal, final
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section
+from pnt_gym.cells.base.merging import Rules
+from pnt_gym.cells.base.problems import list_names
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 from pnt_gym.cells.conveyor.drift import Drift, Feedback
 from pnt_gym.planning.motion.limits import LimitRows
@@ -228,6 +232,12 @@ class ActionScale(Section):
 class ConveyorConfig(SortingLine):
     """A conveyor cell. The defaults are the level `nominal` without its bins."""
 
+    rules: ClassVar[Rules] = replace(
+        SortingLine.rules,
+        wholes=frozenset({"mix", "classifier.confusion"}),
+        dependents={"items": ("mix", "classifier.confusion")},
+    )
+
     timestep: Annotated[float, Field(ge=0.0001, le=0.002)] = Field(
         default=0.001,
         description="Physics step [s]; 1 ms for training, 0.4 ms for evaluation, above 2 ms kinematic loops drift.",
@@ -254,9 +264,12 @@ class ConveyorConfig(SortingLine):
     feedback: Feedback = Feedback()
     action: ActionScale = ActionScale()
     reward: SortingReward = SortingReward()
-    planner: Literal["straight", "free_direction", "horizontal", "pick_and_place", "ellipse", "auto"] = Field(
+    planner: Literal[
+        "straight", "straight_flying", "free_direction", "horizontal", "pick_and_place", "ellipse", "auto"
+    ] = Field(
         default="straight",
-        description="How an object gets to its bin: thrown on a straight line (Hassan 2022), in a free direction, "
+        description="How an object gets to its bin: thrown on a straight line (Hassan 2022), the same with a return "
+        "that does not stop after the throw, in a free direction, "
         "or level from above the pick; or carried on a rectangle or over an ellipse (Choe 2023). "
         "`auto` throws a `throwable` object straight and carries every other object over an ellipse.",
     )
@@ -274,24 +287,29 @@ class ConveyorConfig(SortingLine):
     )
     picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Throws of an episode on the belt.")
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        for item in self.item_list():
-            if item.seal_force is None:
-                raise ValueError(f"items: {item.name!r} has no seal_force; a suction cup cannot hold it")
-        for name in self.mix or ():
-            if name not in self.items:
-                raise ValueError(f"mix: {name!r} is not among the items {self.items}")
+    def problems(self) -> Iterator[str]:
+        """What is wrong with items and bins, and with what the level says of each item."""
+        yield from super().problems()
+        definitions = self.item_definitions()
+        unheld = [name for name in self.items if name in definitions and definitions[name].seal_force is None]
+        if unheld:
+            verb, pronoun = ("has", "it") if len(unheld) == 1 else ("have", "them")
+            yield f"items: {list_names(unheld)} {verb} no seal_force; a suction cup cannot hold {pronoun}"
+        if self.has_clear_items:
+            yield from self._strangers("mix", self.mix or ())
         for true, row in self.classifier.confusion.items():
             where = f"classifier.confusion of {true!r}"
-            for name in (true, *row):
-                if name not in self.items:
-                    raise ValueError(f"{where}: {name!r} is not among the items {self.items}")
+            if self.has_clear_items:
+                yield from self._strangers(where, dict.fromkeys((true, *row)))
             if abs(sum(row.values()) - 1.0) > SUM_TOLERANCE:
-                raise ValueError(f"{where} sums to {sum(row.values()):.7g}; the shares of an item must sum to 1")
+                yield f"{where} sums to {sum(row.values()):.7g}; the shares of an item must sum to 1"
         if self.belt.tracking:
-            self._check_ride()
-        return self
+            yield from self._ride_problems()
+
+    def _strangers(self, where: str, names: Iterable[str]) -> Iterator[str]:
+        if strangers := [name for name in names if name not in self.items]:
+            verb = "is" if len(strangers) == 1 else "are"
+            yield f"{where}: {list_names(strangers)} {verb} not among the items {self.items}"
 
     @property
     def lift_x(self) -> Range:
@@ -299,16 +317,16 @@ class ConveyorConfig(SortingLine):
         low, high = self.belt.pick_x
         return (low + self.belt.speed * self.motion.dwell if self.belt.tracking else low), high
 
-    def _check_ride(self) -> None:
+    def _ride_problems(self) -> Iterator[str]:
         speed, fastest = self.belt.speed, fastest_belt(LimitRows.t3kr(np.array(self.limits.percent)))
         if speed > fastest:
-            raise ValueError(
+            yield (
                 f"belt.speed is {speed:g} m/s; a hand at {min(self.limits.percent):g} % of its limits can ride with "
                 f"belts up to {fastest:.2f} m/s, see belt.tracking"
             )
         low, high = self.lift_x
         if low > high:
-            raise ValueError(
+            yield (
                 f"motion.dwell is {self.motion.dwell:g} s; a hand that rides with the belt at {speed:g} m/s leaves "
                 f"belt.pick_x {self.belt.pick_x} after at most {(high - self.belt.pick_x[0]) / speed:.3g} s"
             )

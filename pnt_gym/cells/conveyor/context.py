@@ -8,12 +8,13 @@ from typing import NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, Record, dot
+from pnt_gym.arrays import Bools, Floats, Ints, dot, join_columns
 from pnt_gym.cells.base.rotations import to_body_axes
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.records import Record
 
 
 @final
@@ -159,7 +160,7 @@ class Context(Record):
     @cached_property
     def visible_grasp(self) -> Floats:
         """Grasp offset that the sensors would measure without noise (N, 2) [m]."""
-        return self.objects.grasp + np.stack([self.belt_shift, np.zeros_like(self.belt_shift)], axis=-1)
+        return self.objects.grasp + join_columns(self.belt_shift, 0.0)
 
     @cached_property
     def grasp(self) -> Floats:
@@ -190,8 +191,9 @@ class Context(Record):
     @cached_property
     def cup_offset(self) -> Floats:
         """Cup tip relative to the planner's point (N, 3) [m]."""
-        zero = np.zeros_like(self.objects.known_depth)
-        return np.stack([zero, zero, self.objects.known_depth], axis=-1)
+        offset = np.zeros((len(self.objects.known_depth), 3))
+        offset[:, 2] = self.objects.known_depth
+        return offset
 
     @property
     def measured(self) -> Measured:
@@ -229,7 +231,7 @@ class Context(Record):
     def from_throw_frame(self, along: Floats, across: Floats) -> Floats:
         """World vectors (N, 3), horizontal, of components along the throw and to its left, (N,) each."""
         ex, ey = self.direction[:, 0], self.direction[:, 1]
-        return np.stack([along * ex - across * ey, along * ey + across * ex, np.zeros_like(ex)], axis=-1)
+        return join_columns(along * ex - across * ey, along * ey + across * ex, 0.0)
 
 
 def belt_shift(objects: Objects, pick: Floats, belt: Belt) -> Floats:

@@ -14,7 +14,7 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.clearance import FORESIGHT, MARGIN, follow_passage, predict_passage, touches
 from pnt_gym.cells.conveyor.cup.hold import Grips, grips, picked
 from pnt_gym.cells.conveyor.cup.parting import Parting
-from pnt_gym.cells.conveyor.cup.swing import swing_objects
+from pnt_gym.cells.conveyor.cup.swing import Spring, springs, swing_objects
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
@@ -68,6 +68,8 @@ class ThrowClock:
     """State of the objects at their release."""
     lip: float
     """Length of a compliant lip above the tip, which collides with nothing [m]."""
+    spring: Spring | None = None
+    """The lips as springs; None where no object swings."""
 
     @classmethod
     def of(cls, context: Context, plans: HandCycle, config: ConveyorConfig) -> ThrowClock:
@@ -90,7 +92,9 @@ class ThrowClock:
         clock = cls(plans.path, offset, free_at, shift, release, end, step, grip_results, parting, lip)
         if not (config.swings and grip_results.picked.any()):
             return clock
-        return replace(clock, parting=swing_objects(context, parting, clock.hand, release, clock.stride, config))
+        spring = springs(context, config)
+        swung = swing_objects(context, spring, parting, clock.hand, release, clock.stride, config)
+        return replace(clock, parting=swung, spring=spring)
 
     @property
     def stride(self) -> int:

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Final, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, recompute_rows, take
-from pnt_gym.cells.base.aside import Purpose, side_generator
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, recompute_rows, take
+from pnt_gym.cells.base.aside import Purpose, draw_aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
 from pnt_gym.cells.conveyor.context import Context, belt_shift
 from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers.choosing import AutoMover
-from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
+from pnt_gym.cells.conveyor.movers.free_mover import FlyingMover, FreeMover
 from pnt_gym.cells.conveyor.movers.placing import EllipseMover, HorizontalMover, PlaceMover, is_at_rest
 from pnt_gym.cells.conveyor.movers.straight import Mover, StraightMover
 from pnt_gym.cells.conveyor.movers.tracking import TrackingMover
-from pnt_gym.cells.conveyor.objects.drawing import NORMALS, TARGET_DRAWS, UNIFORMS, SideDraws, objects_from_draws
+from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, ObjectMaker, SideDraws
 from pnt_gym.cells.conveyor.objects.fill import draw_fill, fixed_areas, mean_volumes
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.throwable import is_throwable
@@ -31,12 +31,29 @@ TRIAL_THROWS: Final = 50
 """Number of trial throws at a bin before a warning that the bin is out of reach."""
 _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
     "straight": StraightMover,
+    "straight_flying": FlyingMover,
     "free_direction": FreeMover,
     "horizontal": HorizontalMover,
     "pick_and_place": PlaceMover,
     "ellipse": EllipseMover,
     "auto": AutoMover,
 }
+
+
+class BinsInTurn(NamedTuple):
+    """Bins of N objects in the order in which to try them, T each."""
+
+    target: Floats
+    """Centres of the openings at the rims (N, T, 3) [m]."""
+    opening: Floats
+    """Inner sizes of the openings along x and y (N, T, 2) [m]."""
+    bin: Ints
+    """Indices of fixed bins (N, T); 0 where bins are drawn per throw."""
+
+    def at(self, attempt: Ints) -> tuple[Floats, Floats, Ints]:
+        """Centre (N, 3), opening (N, 2) and index (N,) of the bins that are tried at attempts (N,)."""
+        rows = np.arange(len(attempt)), attempt
+        return self.target[rows], self.opening[rows], self.bin[rows]
 
 
 @final
@@ -61,6 +78,7 @@ class PickPlanner:
         """Whether fixed bins (columns) accept items (rows)."""
         self._has_throw_rule = config.throwable != Throwable()
         self._table = item_arrays(config.item_list())
+        self._maker = ObjectMaker(config, self._table)
         self._volumes = mean_volumes(config, self._table)
         side_effects = (
             (config.pick.fails, Purpose.PICK, "pick"),
@@ -77,10 +95,10 @@ class PickPlanner:
         for place, row in enumerate(rows):
             generator = generators[int(row)]
             for purpose, column in self._side_purposes:
-                side_generator(generator, purpose).random(out=getattr(side_draws, column)[place])
+                draw_aside(generator, purpose, getattr(side_draws, column)[place])
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
-        return objects_from_draws(normals, uniforms, self.config, self._table, side_draws)
+        return self._maker.make(normals, uniforms, side_draws)
 
     def draw_picks(self, generators: list[np.random.Generator], rows: Ints) -> tuple[Objects, Floats]:
         """Draw an object from the generator of each row, and its pick point anywhere in the window (N, 3) [m]."""
@@ -94,7 +112,7 @@ class PickPlanner:
         The point is the cup tip on the object, lowered by the known depth of the centre of mass.
         """
         height = self.height(objects.size, objects.known_depth)
-        return np.stack([x, objects.draws.lane_y, height], axis=-1)
+        return join_columns(x, objects.draws.lane_y, height)
 
     def height(self, size: Floats, depth: Floats) -> Floats:
         """Heights of the planner's points at picks of objects, S [m].
@@ -114,38 +132,22 @@ class PickPlanner:
 
         Bins are tried in the order of the object's draws; rows without an accepted throw hold the last attempt.
         """
-        first, can_hold, good = self._plan_for_bins(objects, pick, *self._bin_at_attempt(objects, 0))
-        attempts, last, count = [first], np.arange(len(good)), len(good)
-        for attempt in range(1, len(self._centres) or TARGET_DRAWS):
-            rows = np.flatnonzero(~good)
-            if rows.size == 0:
-                break
-            context, accepted = self._retry(take(first, rows), attempt)
-            good[rows] = accepted & can_hold[rows]
-            attempts.append(context)
-            last[rows], count = np.arange(count, count + len(rows)), count + len(rows)
-        return first if len(attempts) == 1 else take(concatenate_records(attempts), last), good
-
-    def _retry(self, context: Context, attempt: int) -> tuple[Context, Bools]:
-        """The picks with the bins tried at an attempt, and which throws are accepted (N,)."""
-        target, opening, index = self._bin_at_attempt(context.objects, attempt)
-        plan = self.mover.plan(context.pick, target, context.throw_limits, context.ceiling)
-        depth = self._depth(context.objects, opening)
-        return self._accept(context.replace(target=target, opening=opening, bin=index, depth=depth, plan=plan))
+        return self._plan_throws(objects, pick, self._bins_in_turn(objects))
 
     def plan_into(self, objects: Objects, pick: Floats, bins: Ints) -> tuple[Context, Bools]:
         """Contexts as `plan`, for given fixed bins (N,)."""
-        rim = np.full((len(bins), 1), self.config.bins.rim)
-        target = np.concatenate([self._centres[bins], rim], axis=1)
-        context, _, good = self._plan_for_bins(objects, pick, target, self._openings[bins], bins)
-        return context, good
+        return self._plan_throws(objects, pick, self._fixed_bins(bins[:, None]))
 
-    def _plan_for_bins(
-        self, objects: Objects, pick: Floats, target: Floats, opening: Floats, index: Ints
-    ) -> tuple[Context, Bools, Bools]:
-        """Contexts for objects at their picks with given bins, which the cup can hold, and which are accepted (N,)."""
+    def _plan_throws(self, objects: Objects, pick: Floats, bins: BinsInTurn) -> tuple[Context, Bools]:
+        """Contexts as `plan`, for bins in the order in which to try them."""
         ceiling = pick[:, 2] + self.config.motion.ceiling
         throw_limits, can_hold = self.grip_limits(objects, pick)
+        choice = None
+        if not self._has_throw_rule:
+            choice = self.mover.choose_targets(pick, bins.target, throw_limits, ceiling, pick, can_hold)
+        attempt = np.zeros(len(pick), dtype=np.int64) if choice is None else choice.attempt
+        target, opening, index = bins.at(attempt)
+        plan = self.mover.plan(pick, target, throw_limits, ceiling) if choice is None else choice.plan
         context = Context.new(
             objects,
             pick,
@@ -154,12 +156,33 @@ class PickPlanner:
             index,
             self._depth(objects, opening),
             throw_limits=throw_limits,
-            plan=self.mover.plan(pick, target, throw_limits, ceiling),
+            plan=plan,
             ceiling=ceiling,
             belt=self.config.belt,
         )
-        context, accepted = self._accept(context)
-        return context, can_hold, can_hold & accepted
+        return (context, choice.good) if choice else self._try_bins(context, bins, can_hold)
+
+    def _try_bins(self, context: Context, bins: BinsInTurn, can_hold: Bools) -> tuple[Context, Bools]:
+        """Contexts as `plan`, from contexts with the first bins: one bin after the other, for all objects together."""
+        first, accepted = self._accept(context)
+        good = can_hold & accepted
+        attempts, last, count = [first], np.arange(len(good)), len(good)
+        for attempt in range(1, bins.bin.shape[1]):
+            rows = np.flatnonzero(~good)
+            if rows.size == 0:
+                break
+            tried, accepted = self._retry(take(first, rows), take(bins, rows), attempt)
+            good[rows] = accepted & can_hold[rows]
+            attempts.append(tried)
+            last[rows], count = np.arange(count, count + len(rows)), count + len(rows)
+        return first if len(attempts) == 1 else take(concatenate_records(attempts), last), good
+
+    def _retry(self, context: Context, bins: BinsInTurn, attempt: int) -> tuple[Context, Bools]:
+        """The picks with the bins tried at an attempt, and which throws are accepted (N,)."""
+        target, opening, index = bins.at(np.full(len(context.pick), attempt))
+        plan = self.mover.plan(context.pick, target, context.throw_limits, context.ceiling)
+        depth = self._depth(context.objects, opening)
+        return self._accept(context.replace(target=target, opening=opening, bin=index, depth=depth, plan=plan))
 
     def _accept(self, context: Context) -> tuple[Context, Bools]:
         """The picks, some of them with plans to put the object down, and which plans are accepted (N,)."""
@@ -229,29 +252,32 @@ class PickPlanner:
         shift[:, :2] = reserve[:, None] * context.direction
         return shift
 
-    def _bin_at_attempt(self, objects: Objects, attempt: int) -> tuple[Floats, Floats, Ints]:
-        """Centre at the rim (N, 3), opening (N, 2) and index (N,) of the bin tried at this attempt."""
-        draw, bins = objects.draws.bin[:, attempt], self.config.bins
-        rim = np.full(len(draw), bins.rim)
-        if bins.random is None:
-            index = self._fixed_bin(objects, attempt)
-            centre, opening = self._centres[index], self._openings[index]
-        else:
-            r = bins.random
-            index = np.zeros(len(draw), dtype=np.int64)
-            low, high = np.array([r.x[0], r.y[0]]), np.array([r.x[1], r.y[1]])
-            centre = low + (high - low) * draw[:, :2]
-            side = r.side[0] + (r.side[1] - r.side[0]) * draw[:, 2]
-            if r.item_clearance > 0.0:
-                side = np.maximum(side, objects.measured.size.max(axis=-1) + r.item_clearance)
-            opening = np.stack([side, side], axis=-1)
-        return np.concatenate([centre, rim[:, None]], axis=1), opening, index
+    def _bins_in_turn(self, objects: Objects) -> BinsInTurn:
+        """The bins of objects in the order in which to try them: fixed bins, or bins at random places."""
+        draw, r = objects.draws.bin, self.config.bins.random
+        if r is None:
+            return self._fixed_bins(self._accepting_bins(objects))
+        low, high = np.array([r.x[0], r.y[0]]), np.array([r.x[1], r.y[1]])
+        side = r.side[0] + (r.side[1] - r.side[0]) * draw[..., 2]
+        if r.item_clearance > 0.0:
+            side = np.maximum(side, (objects.measured.size.max(axis=-1) + r.item_clearance)[:, None])
+        target = np.full((*side.shape, 3), self.config.bins.rim)
+        target[..., :2] = low + (high - low) * draw[..., :2]
+        opening = np.empty((*side.shape, 2))
+        opening[...] = side[..., None]
+        return BinsInTurn(target, opening, np.zeros(side.shape, dtype=np.int64))
 
-    def _fixed_bin(self, objects: Objects, attempt: int) -> Ints:
-        """Index (N,) of an accepting fixed bin: the bins in turn, starting at a random one."""
+    def _fixed_bins(self, index: Ints) -> BinsInTurn:
+        """Fixed bins by their indices (N, T)."""
+        target = np.full((*index.shape, 3), self.config.bins.rim)
+        target[..., :2] = self._centres[index]
+        return BinsInTurn(target, self._openings[index], index)
+
+    def _accepting_bins(self, objects: Objects) -> Ints:
+        """Indices (N, B) of accepting fixed bins in turn, starting at a random one; they repeat."""
         choices = self.accepts[objects.measured.kind]
         count = choices.sum(axis=1)
         start = np.minimum((objects.draws.bin[:, 0, 0] * count).astype(np.int64), count - 1)
-        chosen_rank = (start + attempt) % count
+        chosen_rank = (start[:, None] + np.arange(choices.shape[1], dtype=np.int64)) % count[:, None]
         rank = np.cumsum(choices, axis=1) - 1
-        return np.argmax(choices & (rank == chosen_rank[:, None]), axis=1)
+        return np.argmax(choices[:, None] & (rank[:, None] == chosen_rank[:, :, None]), axis=2)

@@ -11,23 +11,25 @@ again, the whole throw is simulated with the robot.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, compute_by_mask, length, recompute_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, compute_by_mask, concatenate_records, length, recompute_rows, take
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import work_between, work_of_steps
+from pnt_gym.cells.base.parallel import call_in_threads, split_rows
 from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, roll_out, touching
 from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.swing import springs
+from pnt_gym.cells.conveyor.cup.swing import Spring, springs
 from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
-from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
 from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, joint_loads, knot_count, upsample
@@ -60,17 +62,31 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self._motors = np.array([int(model.joint(arm).dofadr[0]) for arm in robot.arm_joints])
         self._rods_per_arm = robot.rods_per_arm
         self._controls = int(model.nu) + int(model.neq)
+        rows = split_rows(count, threads) if config.fidelity == "full" else []  # flights alone are mostly Python
+        self.parts = [(part, ConveyorPlant(config, part.stop - part.start)) for part in rows] if len(rows) > 1 else []
+        """Rows and plants that simulate at the same time, one thread each; empty where this plant simulates all."""
 
     def fly(self, context: Context, plans: HandCycle) -> SimulatedThrows:
         """Simulate one throw in every simulation, for N picks and the motions of the hands."""
+        if self.record_row is not None:
+            self._keep_throw(self.record_row, context, plans)
+        if self.parts:
+            return concatenate_records(
+                call_in_threads([partial(self._fly_part, *part, context, plans) for part in self.parts])
+            )
         clock = ThrowClock.of(context, plans, self.config)
         context = context.without_spin(clock.grips.unthrown)
-        if self.record_row is not None:
-            self._keep_throw(np.array([self.record_row]), context, plans.release, clock)
         rows = np.arange(len(context.pick))
         return compute_by_mask(
             clock.grips.picked, self._simulate_throws, self._results_without_object, rows, context, clock
         )
+
+    def _fly_part(self, rows: slice, plant: ConveyorPlant, context: Context, plans: HandCycle) -> SimulatedThrows:
+        """Simulate the throws of a part of the rows; an error of the physics says which rows the part has."""
+        try:
+            return plant.fly(take(context, rows), take(plans, rows))
+        except PhysicsError as error:
+            raise PhysicsError(f"in the part of cells {rows.start} to {rows.stop - 1}: {error}") from error
 
     def follow(self, context: Context, plans: HandCycle) -> FullSimulation:
         """Simulate throws as `fly`, with the robot to the end and with the hand's positions recorded."""
@@ -90,7 +106,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         batch, scene, o = self.batch, self.scene, context.objects
         rows = np.arange(len(context.pick)) if rows is None else rows
         write_models(batch, rows, scene, context, self.config)
-        self._write_grip_point(rows, context)
+        self._write_grip_point(rows, context, None if clock is None else clock.spring)
         batch.set_const(rows)
         batch.state[rows] = 0.0
         cup, first, qpos = context.pick + context.cup_offset, scene.object_qpos, np.zeros((len(rows), scene.model.nq))
@@ -165,9 +181,12 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.write(context, rows, clock)
         return self._record_to_the_end(rows, context, clock).flown
 
-    def _keep_throw(self, row: Ints, context: Context, plans: ReleaseBatch, clock: ThrowClock) -> None:
-        """Keep a recording of the throw of one row (1,)."""
-        context, plan, clock = take(context, row), take(plans, row), take(clock, row)
+    def _keep_throw(self, index: int, context: Context, plans: HandCycle) -> None:
+        """Keep a recording of the throw of one row."""
+        row = np.array([index])
+        context, plans = take(context, row), take(plans, row)
+        clock, plan = ThrowClock.of(context, plans, self.config), plans.release
+        context = context.without_spin(clock.grips.unthrown)
         self.write(context, row, clock)
         control = self._references(row, context, clock, int(clock.end[0]))
         flight = plan.position[0], plan.velocity[0], plan.flight_time[0]
@@ -235,21 +254,21 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         position, velocity, acceleration = clock.hand(np.minimum(steps, clock.end[:, None] + clock.stride))
         return joint_knots(position, velocity, acceleration, geometry=self.scene.robot.geometry)
 
-    def _write_grip_point(self, rows: Ints, context: Context) -> None:
+    def _write_grip_point(self, rows: Ints, context: Context, spring: Spring | None) -> None:
         """Write the grip points of some rows' objects, and the lips and radii of their cups."""
         batch, site, o = self.batch, self.scene.grip_site, context.objects
         grip = np.concatenate([-context.grasp, o.com_depth[:, None]], axis=1)
         batch.expand("site_pos")[rows, site] = to_body_axes(grip, o.yaw)
         if self.config.swings:
-            self._write_springs(rows, context)
+            self._write_springs(rows, context, spring or springs(context, self.config))
         else:
             batch.expand("site_quat")[rows, site] = yaw_attitude(-o.yaw)
         if self.config.cup.fitted:
             _widen(batch, rows, np.array(self.scene.cup_geoms), o.cup_radius)
 
-    def _write_springs(self, rows: Ints, context: Context) -> None:
+    def _write_springs(self, rows: Ints, context: Context, spring: Spring) -> None:
         """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""
-        batch, spring = self.batch, springs(context, self.config)
+        batch = self.batch
         batch.expand("site_quat")[rows, self.scene.tcp_site] = yaw_attitude(context.objects.yaw)
         gains = batch.expand("actuator_gainprm")
         gains[rows, self.scene.swing, 1], gains[rows, self.scene.swing, 2] = -spring.stiffness, -spring.damping
@@ -267,7 +286,8 @@ def _widen(batch: Any, rows: Ints, cylinders: Ints, radius: Floats) -> None:
 
 def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: Fall) -> ObjectFlight:
     """Flights joined from records with the robot, up to a step of each (N,), and records without the robot."""
-    sensors = np.zeros((len(robot_sensors), max(int(clock.end.max()), robot_sensors.shape[1]), fall.sensors.shape[2]))
+    last = max(int((clear + fall.steps).max()), robot_sensors.shape[1])
+    sensors = np.zeros((len(robot_sensors), last, fall.sensors.shape[2]))
     sensors[:, : robot_sensors.shape[1]] = robot_sensors[..., : sensors.shape[2]]
     for row, (first, steps) in enumerate(zip(clear, fall.steps, strict=True)):
         sensors[row, first : first + steps] = fall.sensors[row, :steps]

@@ -1,7 +1,8 @@
 """Table of throws: shares of cups that seal on each item, and shares of throws that end in their bin.
 
-A table is computed with the full physics (`pnt-gym line calibrate`) and stored beside the levels. Its name depends on
-the cell and the robots' bins and speeds, not on the arrivals or on the dispatcher.
+A table is computed with the full physics (`pnt-gym line calibrate`). Tables of shipped levels lie beside these, and
+tables that commands make in the working folder. The name of a table depends on the cell and the robots' bins and
+speeds, not on the arrivals or on the dispatcher.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ DISTANCES: Final = 4
 """Classes of throws by distance, each with the same number of the calibration's throws."""
 PRIOR: Final = 10.0
 """Throws with an item's mean share that are added to the counted throws of each class."""
+MADE: Final = Path("runs") / "chances"
+"""Folder of the tables that commands make, in the working folder."""
 _UNCONCERNED: Final = {"name", "mix", "fidelity", "dispatch", "patience", "picks_per_shift", "reward", "timestep"}
 """Fields of a cell on which its table does not depend."""
 
@@ -106,9 +109,22 @@ def digest(config: LineConfig) -> str:
     return hashlib.sha256("\n".join(different).encode()).hexdigest()[:16]
 
 
-def table_path(config: LineConfig) -> Path:
-    """File of a line's table."""
+def shipped_table(config: LineConfig) -> Path:
+    """File of a line's table, if it ships."""
     return LineConfig.file_of("nominal").parent / "chances" / f"{digest(config)}.json"
+
+
+def made_table(config: LineConfig, folder: Path = MADE) -> Path:
+    """File of a line's table, if a command makes it."""
+    return folder / f"{digest(config)}.json"
+
+
+def table_path(config: LineConfig) -> Path:
+    """File of a line's table: the one that the level names, the shipped one, or the one that a command makes."""
+    if config.chances is not None:
+        return Path(config.chances)
+    shipped = shipped_table(config)
+    return shipped if shipped.is_file() else made_table(config)
 
 
 def read_table(config: LineConfig) -> Chances | None:
@@ -117,7 +133,7 @@ def read_table(config: LineConfig) -> Chances | None:
     Raises:
         ConfigError: the level's file is not a table, or is the table of another line.
     """
-    path = table_path(config) if config.chances is None else Path(config.chances)
+    path = table_path(config)
     if config.chances is None and not path.is_file():
         return None
     try:
@@ -144,8 +160,8 @@ def required_table(config: LineConfig) -> Chances:
         return table
     if config.throws == "table":
         raise ConfigError(
-            f"level {config.name!r} has no table of throws; make it with `pnt-gym line calibrate`, or set `throws` to "
-            "'flight' or 'full'"
+            f"level {config.name!r} has no table of throws; make it with `pnt-gym line calibrate --level FILE.yaml`, "
+            "or simulate the throws with `throws: flight` or `throws: full`"
         )
     return Chances.certain(config.cell)
 

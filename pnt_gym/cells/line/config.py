@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal, Self, cast, final
 
@@ -10,10 +11,12 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.config import Finite, Label, LevelConfig, NonNegative, Positive, Section
+from pnt_gym.cells.base.config import Finite, Label, LevelConfig, NonNegative, Positive, Section, locate_files
+from pnt_gym.cells.base.merging import Rules
+from pnt_gym.cells.base.problems import check_all, list_names
 from pnt_gym.cells.base.sorting import Bin
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.errors import ConfigError
+from pnt_gym.errors import ConfigError, one_sentence
 
 MOST_ROBOTS: Final = 4
 FULLEST: Final = 0.5
@@ -24,6 +27,8 @@ MOST_OBJECTS: Final = 400_000
 """Objects that are drawn for a shift at most: four hours of 20 a second are 300,000, some 250 MB."""
 FARTHEST: Final = 2e5
 """Robots stand no farther from the origin along the belt, where doubles still resolve 3e-11 m [m]."""
+_GHOSTS: Final = {"belt": {"neighbours": "ghosts"}}
+"""Neighbours on a line, where carried objects pass over the objects on the belt."""
 Percents = tuple[Annotated[float, Field(ge=1, le=100)], ...]
 
 
@@ -104,7 +109,12 @@ class LineConfig(LevelConfig):
     folder: ClassVar[str | Path] = "line"
     trial: ClassVar[str] = "work_shifts"
 
-    cell: ConveyorConfig = Field(description="A level of the conveyor, or differences from such a level.")
+    rules: ClassVar[Rules] = Rules(wholes=frozenset({"value.of"}), dependents={"cell.items": ("value.of",)})
+
+    cell: ConveyorConfig = Field(
+        description="A level of the conveyor: its name, a YAML file, or differences from the `cell` of the line's "
+        "base. A name, a file and differences with a `base` of their own leave the `cell` of the line's base out."
+    )
     robots: tuple[Robot, ...] = Field(
         default=(Robot(name="first", x=0.0),),
         min_length=1,
@@ -136,112 +146,151 @@ class LineConfig(LevelConfig):
         "table of the level's cells.",
     )
 
+    @classmethod
+    def locate(cls, data: dict[str, Any], folder: Path) -> dict[str, Any]:
+        """The differences in a level's file, with paths to the files beside it that they name."""
+        data = locate_files(data, folder, "base", "cell", "chances")
+        if isinstance(data.get("cell"), dict):
+            data["cell"] = locate_files(data["cell"], folder, "base")
+        return data
+
+    @classmethod
+    def merge(cls, below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+        """Differences `above` merged into the values `below`; a cell with a base of its own replaces the cell below."""
+        cell: Any = above.get("cell")
+        if isinstance(cell, str | Path):
+            cell = {"base": cell}
+        if not isinstance(cell, Mapping):
+            return super().merge(below, above)
+        cell = cast("Mapping[str, Any]", cell)
+        if "base" in cell:
+            below = super().merge(below, {"cell": {"items": ()}})  # drops what speaks of the items below
+            return {**super().merge(below, above), "cell": dict(cell)}
+        under: Any = below.get("cell", {})
+        return {**super().merge(below, above), "cell": ConveyorConfig.merge(under, cell)}
+
     @field_validator("cell", mode="before")
     @classmethod
     def _load_cell(cls, value: object, info: ValidationInfo) -> object:
-        """The conveyor level that the differences in `cell` describe."""
-        if not isinstance(value, dict):
+        """The conveyor level that the differences in `cell` describe; on a line its neighbours are ghosts."""
+        if isinstance(value, str | Path):
+            value = {"base": value}
+        if isinstance(value, ConveyorConfig):
             return value
-        bins: object = cast("dict[str, Any]", value).get("bins")
+        if not isinstance(value, dict):
+            raise ValueError(
+                f"cell is {one_sentence(repr(value), 60)}; it must be a level of the conveyor, a YAML file or a section"
+            )
+        cell = cast("dict[str, Any]", value)
+        if misplaced := [key for key in cell if key in set(cls.model_fields) - set(ConveyorConfig.model_fields)]:
+            raise ValueError(f"cell: {list_names(misplaced)} must stand beside `cell`, and not in it")
+        bins: object = cell.get("bins")
         if isinstance(bins, dict) and cast("dict[str, Any]", bins).get("random") is not None:
             raise ValueError(_random_bins_error(info.data.get("name")))
         try:
-            return ConveyorConfig.load(cast("dict[str, Any]", value))
+            return ConveyorConfig.load(ConveyorConfig.merge(_GHOSTS, cell) if "base" in cell else cell)
         except ConfigError as error:
             raise ValueError(f"cell: {str(error).removeprefix('config: ')}") from None
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        self._check_cell()
-        self._check_robots()
-        self._check_objects()
-        self._check_skills()
-        for name in self.value.of:
-            self._check_item(name, "value.of")
-        names = [robot.name for robot in self.robots]
-        for down in self.down:
-            if down.robot not in names:
-                raise ValueError(f"down names robot {down.robot!r}; the robots of this line are {names}")
-            if down.start >= down.end:
-                raise ValueError(f"down.start is {down.start:g} s; it must be smaller than down.end, {down.end:g} s")
+        check_all(self._cell_problems())
+        check_all(self._robot_problems())
+        check_all(chain(self._name_problems(), self._down_problems()))
+        check_all(chain(self._object_problems(), self._skill_problems()))
         return self
 
-    def _check_cell(self) -> None:
+    def _cell_problems(self) -> Iterator[str]:
         cell = self.cell
         if cell.bins.random is not None:
-            raise ValueError(_random_bins_error(self.name))
+            yield _random_bins_error(self.name)
         if cell.belt.neighbours != "ghosts":
-            raise ValueError(
+            yield (
                 "cell.belt.neighbours is 'solid'; on a line carried objects pass over the belt's objects: use 'ghosts'"
             )
         if cell.planner == "auto" or any(
             getattr(cell.throwable, name) is not None for name in type(cell.throwable).model_fields
         ):
-            raise ValueError(
+            yield (
                 "cell.planner 'auto' and cell.throwable select the thrown objects; on a line the robots' skills do: "
                 "leave both out"
             )
         if cell.drift.moves:
-            raise ValueError("cell.drift is not zero; a line has no drift: leave cell.drift out")
+            yield "cell.drift is not zero; a line has no drift: leave cell.drift out"
         covered, room = self.arrivals.rate * _footprint(cell), np.ptp(cell.belt.lane_y) * cell.belt.speed
         if covered > FULLEST * room:
-            raise ValueError(
+            yield (
                 f"arrivals.rate is {self.arrivals.rate:g} objects a second; the belt's lanes have room for at most "
                 f"{FULLEST * room / _footprint(cell):.3g} of these items a second"
             )
 
-    def _check_robots(self) -> None:
+    def _robot_problems(self) -> Iterator[str]:
         names = [robot.name for robot in self.robots]
         if len(set(names)) != len(names):
-            raise ValueError(f"robots are called {names}; the names must differ from one another")
+            yield f"robots are called {names}; the names must differ from one another"
         counts = [len(robot.bins or self.cell.bins.fixed) for robot in self.robots]
         if self.cell.bins.emptied is not None and len(set(counts)) > 1:
-            raise ValueError(
+            yield (
                 f"cell.bins.emptied is {self.cell.bins.emptied}; robots with {counts} bins fill their bins "
                 "unequally: set cell.bins.emptied to null"
             )
         low, high = self.cell.belt.pick_x
         for before, robot in zip(self.robots, self.robots[1:], strict=False):
             if robot.x + low < before.x + high:
-                raise ValueError(
+                yield (
                     f"robots {before.name!r} at x {before.x:g} m and {robot.name!r} at {robot.x:g} m have windows that "
                     f"overlap; each reaches from {low:g} to {high:g} m, upstream robots come first"
                 )
 
-    def _check_objects(self) -> None:
+    def _name_problems(self) -> Iterator[str]:
+        """Items that robots, bins or values name, and that do not come."""
+        for robot in self.robots:
+            yield from self._strangers(f"skills of robot {robot.name!r}", robot.skills)
+            for bin_ in robot.bins:
+                yield from self._strangers(f"bin {bin_.name!r} of robot {robot.name!r}", bin_.accepts)
+        yield from self._strangers("value.of", self.value.of)
+
+    def _strangers(self, where: str, names: Iterable[str]) -> Iterator[str]:
+        if strangers := [name for name in names if name not in self.cell.items]:
+            verb = "is" if len(strangers) == 1 else "are"
+            yield f"{where}: {list_names(strangers)} {verb} not among the cell's items {self.cell.items}"
+
+    def _down_problems(self) -> Iterator[str]:
+        names = [robot.name for robot in self.robots]
+        for down in self.down:
+            if down.robot not in names:
+                yield f"down names robot {down.robot!r}; the robots of this line are {names}"
+            if down.start >= down.end:
+                yield f"down.start is {down.start:g} s; it must be smaller than down.end, {down.end:g} s"
+
+    def _object_problems(self) -> Iterator[str]:
         if not self.objects <= MOST_OBJECTS:
             low, high = self.reach
-            raise ValueError(
+            yield (
                 f"a shift of {self.duration:g} s with arrivals.rate {self.arrivals.rate:g} and {high - low:g} m of a "
                 f"belt that runs {self.cell.belt.speed:g} m/s takes {self.objects:.3g} objects; at most "
                 f"{MOST_OBJECTS} are drawn: shorten the shift, or move the robots closer together"
             )
 
-    def _check_skills(self) -> None:
-        for robot in self.robots:
-            for name in robot.skills:
-                self._check_item(name, f"skills of robot {robot.name!r}")
-            for bin_ in robot.bins:
-                for name in bin_.accepts:
-                    self._check_item(name, f"bin {bin_.name!r} of robot {robot.name!r}")
-        can_take = self.can_take()
-        for index in np.flatnonzero(~can_take.any(axis=0)):
-            if self.cell.shares()[index] > 0.0:
-                raise ValueError(
-                    f"no robot takes item {self.cell.items[index]!r}; give a robot the skill and a bin for the item"
-                )
+    def _skill_problems(self) -> Iterator[str]:
+        can_take, shares = self.can_take(), self.cell.shares()
+        items = [self.cell.items[index] for index in np.flatnonzero(~can_take.any(axis=0) & (shares > 0.0))]
+        if items:
+            noun = "item" if len(items) == 1 else "items"
+            yield f"no robot takes {noun} {list_names(items)}; give a robot the skill and a bin for the item"
         for index in np.flatnonzero(~can_take.any(axis=1)):
-            raise ValueError(
-                f"robot {self.robots[index].name!r} takes no item; give the robot skills that its bins accept"
-            )
+            yield f"robot {self.robots[index].name!r} takes no item; give the robot skills that its bins accept"
 
-    def _check_item(self, name: str, where: str) -> None:
-        if name not in self.cell.items:
-            raise ValueError(f"{where}: {name!r} is not among the cell's items {self.cell.items}")
+    def assumed(self) -> dict[str, dict[str, Any]]:
+        """Assumed values of the items that the cell adds."""
+        return self.cell.assumed()
 
     def files(self) -> tuple[Path, ...]:
-        """File of the table of throws, if the level names one."""
-        return () if self.chances is None else (Path(self.chances),)
+        """File of the table of throws, if the level names one or a command has made one."""
+        from pnt_gym.cells.line.chances import made_table  # noqa: PLC0415 - tables are read with the help of levels
+
+        place = made_table(self) if self.chances is None else Path(self.chances)
+        return (place,) if self.chances is not None or place.is_file() else ()
 
     def cell_of(self, index: int) -> ConveyorConfig:
         """One robot as a conveyor cell of its own."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from contextlib import nullcontext
 from typing import Any, Final, final
 
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.cell import MOST_CELLS, MOST_THREADS, Generators, check_whole_number
-from pnt_gym.cells.base.core import Step, restore_rows
+from pnt_gym.cells.base.core import EPISODE_SUCCESS, Step, restore_rows
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import NO_REQUEST, Request
 from pnt_gym.cells.line.cell import Decisions, LineCell
@@ -52,6 +51,7 @@ class LineCore:
         self.action_mode, self.dwell = MODE, config.cell.motion.dwell
         self.observation_space = Box(-CLIP, CLIP, (ENTRIES,), np.float32)
         self.action_space = Discrete(CHOICES)
+        self._decisions, self._successes = np.zeros((2, count), dtype=np.int64)
 
     def use(self, release: Release) -> None:
         """Correct throws by a policy of `PnTRelease-v0`.
@@ -80,6 +80,7 @@ class LineCore:
         """
         if request:
             raise ConfigError(f"options ask for {next(iter(request))}; a line takes no requests for objects or bins")
+        self._decisions[rows] = self._successes[rows] = 0
         self.cell.reset(rows, generators)
 
     def observe(self) -> NDArray[np.float32]:
@@ -123,6 +124,7 @@ class LineCore:
             reward = decisions.value - self.config.price_of_time * decisions.elapsed
             ended = self.cell.over
             shift_info = self._shift_info(ended)
+            shift_info |= self._success_info(decisions.results.is_success, ended, waiting)
             info = {**_decision_info(decisions), **self._simulation_info(decisions), **shift_info, **self.kinds()}
             return Step(decisions.observation, reward, ended, info, dict.fromkeys(shift_info, ended))
 
@@ -140,7 +142,16 @@ class LineCore:
             return {}
         return {"landing_error": decisions.results.landing_error, "energy": decisions.results.energy}
 
-    def _shift_info(self, ended: Bools) -> Mapping[str, NDArray[Any]]:
+    def _success_info(self, is_success: Bools, ended: Bools, waiting: Bools | None) -> dict[str, NDArray[Any]]:
+        """Count the decisions that succeeded; their share in the shifts that are over, empty while none is."""
+        counted = np.ones(self.count, dtype=np.bool_) if waiting is None else ~waiting
+        self._decisions += counted
+        self._successes += counted & is_success
+        if not ended.any():
+            return {}
+        return {EPISODE_SUCCESS: np.where(ended, self._successes / np.maximum(self._decisions, 1), np.nan)}
+
+    def _shift_info(self, ended: Bools) -> dict[str, NDArray[Any]]:
         """Figures of the shifts that are over, NaN for the other lines; empty while no shift is over."""
         rows = np.flatnonzero(ended)
         if rows.size == 0:

@@ -5,7 +5,6 @@ The paper's upward axis is called y here, as in Miyashita et al. 2010; in the si
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, ClassVar, Final, Literal, Self, final
 
@@ -14,6 +13,7 @@ from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Finite, LevelConfig, NonNegative, Positive, Range, Section, check_ranges
+from pnt_gym.cells.base.merging import Rules
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 
 Task = Literal["throw", "sort", "assembly"]
@@ -259,7 +259,7 @@ class OneJointConfig(LevelConfig):
     """Level of a one-joint cell. The defaults are the level `nominal` of the task `throw`."""
 
     folder: ClassVar[str | Path] = "one_joint"
-    alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {"goals": ("fixed", "region")}
+    rules: ClassVar[Rules] = Rules(alternatives={"goals": ("fixed", "region")})
 
     task: Task = Field(
         default="throw",

@@ -121,12 +121,6 @@ def _later_meeting(chase: Floats) -> float:
 
 
 @kernel_part
-def _earliest_meeting(chase: Floats) -> float:
-    """The first allowed time at which the hand is not late; NaN where there is none."""
-    return _later_meeting(chase) if _is_late(chase, chase[FIRST]) else chase[FIRST]
-
-
-@kernel_part
 def _load(chase: Floats, block: Floats, lane: int) -> bool:
     """Write a chase to a lane of a block; returns whether the border of its lateness can be found there."""
     nearest = _nearest(chase)
@@ -288,15 +282,9 @@ def _search_block(chases: Floats, rows: Ints, count: int, block: Floats, time: F
         time[rows[lane]] = block[MET * WIDTH + lane] if is_known else _later_meeting(chases[rows[lane]])
 
 
-@compile_for("void(float64[:,::1], float64[::1], boolean[::1])")
-def earliest(chases: Floats, time: Floats, reached: Bools) -> None:
-    """Write the first meetings of N chases to `time` and `reached` (N,).
-
-    Args:
-        chases: one chase per row (N, 13), by the columns above.
-        time: time of the meeting; the first allowed time where there is no meeting.
-        reached: whether there is a meeting.
-    """
+@kernel_part
+def _search(chases: Floats, time: Floats) -> None:
+    """Write the times of the first meetings of N chases; NaN where there is none."""
     block, rows, count = np.zeros(LINES * WIDTH), np.empty(WIDTH, dtype=np.int64), 0
     for row in range(len(chases)):
         chase = chases[row]
@@ -312,6 +300,18 @@ def earliest(chases: Floats, time: Floats, reached: Bools) -> None:
             time[row] = _later_meeting(chase)
     if count > 0:
         _search_block(chases, rows, count, block, time)
+
+
+@compile_for("void(float64[:,::1], float64[::1], boolean[::1])")
+def earliest(chases: Floats, time: Floats, reached: Bools) -> None:
+    """Write the first meetings of N chases to `time` and `reached` (N,).
+
+    Args:
+        chases: one chase per row (N, 13), by the columns above.
+        time: time of the meeting; the first allowed time where there is no meeting.
+        reached: whether there is a meeting.
+    """
+    _search(chases, time)
     for row in range(len(chases)):
         reached[row] = not math.isnan(time[row])
         time[row] = time[row] if reached[row] else chases[row, FIRST]
@@ -348,6 +348,18 @@ def _set_up(hunts: Floats, row: int, chase: Floats) -> None:
     chase[END] = 1.001 * latest / (1.0 - speed / velocity) if speed < velocity else math.inf
 
 
+@kernel_part
+def _write_meeting(hunts: Floats, row: int, chase: Floats, time: float, numbers: Floats) -> None:
+    """Write the numbers of a meeting, as `meet`."""
+    x, y, z = chase[X] + time * chase[VX], chase[Y] + time * chase[VY], chase[Z] + time * chase[VZ]
+    travel = _stroke_time(math.sqrt(x * x + y * y + z * z), chase[VELOCITY], chase[ACCELERATION], chase[JERK])
+    numbers[0, row] = time
+    for k in range(3):
+        numbers[1 + k, row] = hunts[PLACE + k, row] + time * hunts[BELT + k, row]
+    numbers[4, row] = 0.0 if time > chase[FIRST] else max(time - travel - chase[DESCENT], 0.0)
+    numbers[5, row], numbers[6, row] = travel, chase[DESCENT]
+
+
 @compile_for("void(float64[:, ::1], int64, float64, float64[:, ::1], int64[::1])")
 def meet(hunts: Floats, axis: int, horizon: float, numbers: Floats, reasons: Ints) -> None:
     """Find the first meetings of N hands with objects.
@@ -359,27 +371,19 @@ def meet(hunts: Floats, axis: int, horizon: float, numbers: Floats, reasons: Int
         numbers: result (7, N): time, position, wait, travel and descent of each meeting; NaN without a meeting.
         reasons: result (N,): `InterceptReason` of each object.
     """
-    chase = np.empty(13)
+    chases, rows, count = np.empty((hunts.shape[1], 13)), np.empty(hunts.shape[1], dtype=np.int64), 0
     for row in range(hunts.shape[1]):
-        _set_up(hunts, row, chase)
+        numbers[:, row] = math.nan
         enter, leave = _allowed_times(hunts, row, axis)
         first, last = max(enter, hunts[NOT_BEFORE, row], 0.0), min(leave, horizon)
-        numbers[:, row] = math.nan
-        if first > horizon:
-            reasons[row] = NEVER_ENTERS
-            continue
-        if first > last:
-            reasons[row] = PASSED
-            continue
-        chase[FIRST], chase[LAST] = first, last
-        time = _earliest_meeting(chase)
-        if math.isnan(time):
-            reasons[row] = TOO_LATE
-            continue
-        x, y, z = chase[X] + time * chase[VX], chase[Y] + time * chase[VY], chase[Z] + time * chase[VZ]
-        travel = _stroke_time(math.sqrt(x * x + y * y + z * z), chase[VELOCITY], chase[ACCELERATION], chase[JERK])
-        reasons[row], numbers[0, row] = IS_MET, time
-        for k in range(3):
-            numbers[1 + k, row] = hunts[PLACE + k, row] + time * hunts[BELT + k, row]
-        numbers[4, row] = 0.0 if time > first else max(time - travel - chase[DESCENT], 0.0)
-        numbers[5, row], numbers[6, row] = travel, chase[DESCENT]
+        reasons[row] = NEVER_ENTERS if first > horizon else PASSED if first > last else TOO_LATE
+        if reasons[row] == TOO_LATE:
+            _set_up(hunts, row, chases[count])
+            chases[count, FIRST], chases[count, LAST], rows[count] = first, last, row
+            count += 1
+    times = np.empty(count)
+    _search(chases[:count], times)
+    for k in range(count):
+        if not math.isnan(times[k]):
+            reasons[rows[k]] = IS_MET
+            _write_meeting(hunts, rows[k], chases[k], times[k], numbers)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows
 from pnt_gym.errors import PlanningError
-from pnt_gym.planning.motion.limits import Limits
+from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.reasons import ReasonCode
 
 HORIZON: Final = 30.0
@@ -104,8 +104,25 @@ def plan_intercept(
         raise PlanningError(f"window must run from least to greatest, got {low[row]}, {high[row]}")
     begin = finite_rows(earliest, count, "earliest")
     hunts = np.array([*origin.T, *place.T, *belt.T, lift, *limits.arrays(count), low, high, begin])
+    return find_meetings(hunts, axis, horizon)
+
+
+def meet_on_belt(
+    start: Floats, place: Floats, speed: float, limits: LimitRows, clearance: float, window: tuple[float, float]
+) -> Intercept:
+    """Return the earliest meetings as `plan_intercept`, with objects on a belt that moves along x, unchecked."""
+    hunts = np.zeros((16, len(start)))
+    hunts[0:3], hunts[3:6], hunts[6], hunts[9] = start.T, place.T, speed, clearance
+    hunts[10], hunts[11], hunts[12] = limits
+    hunts[13], hunts[14] = window
+    return find_meetings(hunts, 0, HORIZON)
+
+
+def find_meetings(hunts: Floats, axis: int, horizon: float) -> Intercept:
+    """Return the earliest meetings of hunts (16, N), by the rows of `planning.motion.chase`."""
     from pnt_gym.planning.motion.chase import meet  # noqa: PLC0415 - numba takes a while
 
+    count = hunts.shape[1]
     numbers, reason = np.empty((7, count)), np.empty(count, dtype=np.int64)
     meet(hunts, axis, horizon, numbers, reason)
     return Intercept(

@@ -24,10 +24,10 @@ from typing import Final, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, concatenate_records
+from pnt_gym.arrays import Bools, Floats
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.motion.scurve import coast, line_segments, peaks, stroke_time
+from pnt_gym.planning.motion.scurve import peaks, stroke_time
 from pnt_gym.planning.motion.trajectory import Segments
 
 DOWNSTREAM: Final = np.array([1.0, 0.0, 0.0])
@@ -68,28 +68,30 @@ class Fading:
 
     def planning_limits(self, limits: Limits) -> LimitRows:
         """Limits that the fading leaves to the planned motions; placeholders where the fading is not possible."""
-        velocity, acceleration, jerk = limits.arrays(len(self.time))
-        least = 1.0 - MOST_SHARE
-        peak = 2.0 * self.speed / self.time
-        return LimitRows(
-            velocity,
-            np.maximum(acceleration - peak, least * acceleration),
-            np.maximum(jerk - 2.0 * peak / self.time, least * jerk),
-        )
+        from pnt_gym.planning.motion.kernel import reduce_limits  # noqa: PLC0415 - numba takes a while
+
+        remaining = np.array(limits.arrays(len(self.time)))
+        reduce_limits(self.time, self.speed, MOST_SHARE, remaining)
+        return LimitRows(*remaining)
 
     def fade_out(self) -> Segments:
         """Segments of the fading from the belt's speed to rest."""
-        return self._halves(-1.0)
+        return self._segments(-1.0, 2)
 
     def fade_in(self, begin: Floats) -> Segments:
         """Segments of the growth from rest to the belt's speed, beginning at times (N,) [s]."""
-        return concatenate_records([coast(begin), self._halves(1.0)], axis=1)
+        growth = self._segments(1.0, 3)
+        growth.durations[:, 0] = begin
+        return growth
 
-    def _halves(self, sign: float) -> Segments:
-        jerk = 4.0 * sign * self.speed / self.time**2
-        half = 0.5 * self.time
-        along = np.tile(DOWNSTREAM, (len(half), 1))
-        return line_segments(along, np.stack([half, half], axis=1), np.stack([jerk, -jerk], axis=1))
+    def _segments(self, sign: float, count: int) -> Segments:
+        """Segments of which the last two are the growth (sign 1) or the fading (-1)."""
+        from pnt_gym.planning.motion.kernel import write_fading  # noqa: PLC0415 - numba takes a while
+
+        rows = len(self.time)
+        segments = Segments(np.empty((rows, count)), np.empty((rows, count, 3)))
+        write_fading(self.time, self.speed, sign, segments.durations, segments.jerks)
+        return segments
 
 
 def arrival_time(limits: LimitRows, speed: float, drop: float) -> float:

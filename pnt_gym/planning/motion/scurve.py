@@ -164,8 +164,13 @@ def peaks(distance: Floats, velocity: Floats, acceleration: Floats, jerk: Floats
     plateau_speed = np.minimum(2.0 * jerk * distance * acceleration / (square + root), velocity)
     speed = np.where(no_plateau, velocity, plateau_speed)
     peak = np.where(no_plateau, np.sqrt(jerk * velocity), acceleration)
-    speed = np.where(short, np.cbrt(0.25 * jerk * distance * distance), speed)
-    return speed, np.where(short, np.cbrt(0.5 * jerk * jerk * distance), peak)
+    short_speed, short_peak = cube_roots(distance, jerk)
+    return np.where(short, short_speed, speed), np.where(short, short_peak, peak)
+
+
+def cube_roots(distance: Floats, jerk: Floats) -> Floats:
+    """Return peak speed and peak acceleration (2, ...) of strokes that are bounded by their jerk alone."""
+    return np.cbrt(np.array([0.25 * jerk * distance * distance, 0.5 * jerk * jerk * distance]))
 
 
 def stroke_time(distance: Floats, velocity: Floats, acceleration: Floats, jerk: Floats) -> Floats:

@@ -34,6 +34,13 @@ class Segments:
         durations[:, :count], jerks[:, :count] = self.durations, self.jerks
         return Segments(durations, jerks)
 
+    def delay(self, time: Floats) -> Segments:
+        """Return the same motions after a time (N,) [s] without jerk."""
+        durations = np.concatenate([time[:, None], self.durations], axis=1)
+        jerks = np.zeros((*durations.shape, 3))
+        jerks[:, 1:] = self.jerks
+        return Segments(durations, jerks)
+
     def contiguous(self) -> tuple[Floats, Floats]:
         """Durations and jerks as arrays for compiled functions."""
         return np.ascontiguousarray(self.durations), np.ascontiguousarray(self.jerks)
@@ -48,7 +55,7 @@ def superpose(first: Segments, second: Segments) -> Segments:
 
     Each sum has the borders of both motions, so ``first`` and ``second`` of K and L segments give K + L segments.
     """
-    from pnt_gym.planning.motion.sampling import add_motions  # noqa: PLC0415 - numba takes a while
+    from pnt_gym.planning.motion.kernel import add_motions  # noqa: PLC0415 - numba takes a while
 
     count, columns = len(first.durations), first.durations.shape[1] + second.durations.shape[1]
     durations, jerks = np.empty((count, columns)), np.empty((count, columns, 3))
@@ -120,10 +127,10 @@ class JerkTrajectory:
     _table: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        from pnt_gym.planning.motion.sampling import COLUMNS, lay_out  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.planning.motion.kernel import COLUMNS, lay_out  # noqa: PLC0415 - numba takes a while
 
         _check_shapes(self.start, self.durations, self.jerks)
-        zero = np.zeros_like(self.start)
+        zero = np.zeros(self.start.shape)
         velocity = zero if self.start_velocity is None else self.start_velocity
         acceleration = zero if self.start_acceleration is None else self.start_acceleration
         begin = [np.ascontiguousarray(values) for values in (self.start, velocity, acceleration)]
@@ -169,7 +176,7 @@ class JerkTrajectory:
 
         A path rests at its start before time 0 and at its last point after its duration, unless the path ``rides``.
         """
-        from pnt_gym.planning.motion.sampling import sample  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.planning.motion.kernel import sample  # noqa: PLC0415 - numba takes a while
 
         time = self._times(times)
         position, velocity, acceleration = np.empty((3, len(self._table), time.shape[1], 3))
@@ -178,7 +185,7 @@ class JerkTrajectory:
 
     def jerk(self, times: ArrayLike) -> Floats:
         """Return the jerk at ``times`` [s], shape (M,) or (N, M), result (N, M, 3) [m/s3]; zero outside."""
-        from pnt_gym.planning.motion.sampling import JERK, rows_at  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.planning.motion.kernel import JERK, rows_at  # noqa: PLC0415 - numba takes a while
 
         time = self._times(times)
         rows = np.empty((len(self._table), time.shape[1]), dtype=np.int64)

@@ -7,9 +7,10 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, Record, length
+from pnt_gym.arrays import Bools, Floats, Ints, length
 from pnt_gym.errors import PntGymError
 from pnt_gym.planning.reasons import ReasonCode
+from pnt_gym.records import Record
 
 MIN_REACH = 1e-9
 """Horizontal distances up to this [m] count as zero, so that the throw has no direction."""

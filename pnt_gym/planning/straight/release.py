@@ -24,7 +24,13 @@ from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits,
 from pnt_gym.planning.motion.scurve import scurves
 from pnt_gym.planning.straight.plan import MIN_REACH, InfeasibleThrow, Reason, Release, ReleaseBatch
 
-__all__ = ["plan_release", "plan_release_batch", "release_at_elevation", "release_at_point", "stops_inside"]
+__all__ = [
+    "plan_release",
+    "plan_release_batch",
+    "release_at_elevation",
+    "release_at_point",
+    "stops_inside",
+]
 
 
 class Frame(NamedTuple):
@@ -75,7 +81,7 @@ def check_throws(picks: ArrayLike, targets: ArrayLike, tolerance: ArrayLike) -> 
     return start, end, box
 
 
-class _KernelResults(NamedTuple):
+class KernelResults(NamedTuple):
     """Results of the kernel: fields of `Release` in order, (3, N, 3), (7, N) and (2, N), and `Reason` codes (N,)."""
 
     vectors: Floats
@@ -86,7 +92,7 @@ class _KernelResults(NamedTuple):
 
 PIECE: Final = 20_000
 """Throws per call of machine code: a tenth of a second, during which Ctrl-C has no effect."""
-_OPEN: Final = (0.0, math.inf, -math.inf, math.inf)
+OPEN: Final = (0.0, math.inf, -math.inf, math.inf)
 """Line bounds without a workspace."""
 
 
@@ -116,7 +122,7 @@ def plan_release(
     start, end = point_of(pick, "pick"), point_of(target, "target")
     _check_bounds(ceiling, tolerance)
     roof = math.inf if ceiling is None else ceiling
-    bounds = _OPEN if workspace is None else [b.item() for b in _line_bounds([start], [end], workspace)]
+    bounds = OPEN if workspace is None else [b.item() for b in _line_bounds([start], [end], workspace)]
     throws = np.array([*start, *end, *limits.numbers(), tolerance, roof, *bounds])
     results = _plan_throws(throws[:, None], has_workspace=workspace is not None)
     reason = Reason(results.reason.item())
@@ -148,7 +154,7 @@ def plan_release_batch(
     roof = never if ceiling is None else finite_rows(ceiling, len(start), "ceiling")
     bounds = LineBounds.below(never) if workspace is None else _line_bounds(start, end, workspace)
     throws = np.array([*start.T, *end.T, *rows, box, roof, *bounds])
-    return _to_batch(_plan_throws(throws, has_workspace=workspace is not None))
+    return to_batch(_plan_throws(throws, has_workspace=workspace is not None))
 
 
 def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, elevation: ArrayLike) -> ReleaseBatch:
@@ -170,10 +176,15 @@ def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, e
     angle = finite_rows(elevation, len(start), "elevation")
     if (np.abs(angle) >= 0.5 * np.pi).any():
         raise PlanningError(f"elevation must lie in (-pi/2, pi/2) rad, got {angle[np.argmax(np.abs(angle))]}")
-    never = np.full(len(start), np.inf)
-    throws = np.array([*start.T, *end.T, *limits.arrays(len(start)), zero, never, *LineBounds.below(never)])
-    plans = _to_batch(_plan_throws(throws, slope=np.tan(angle)))
-    return plans.replace(angle=np.where(plans.feasible, angle, np.nan))
+    return aim_lines(start, end, limits.arrays(len(zero)), angle)
+
+
+def aim_lines(picks: Floats, targets: Floats, limits: LimitRows, elevation: Floats) -> ReleaseBatch:
+    """Return the throws as `release_at_elevation`, for arrays that need no check."""
+    throws = np.zeros((15, len(picks)))
+    throws[0:3], throws[3:6], throws[6:9] = picks.T, targets.T, limits
+    plans = to_batch(_plan_throws(throws, slope=np.tan(elevation)))
+    return plans.replace(angle=np.where(plans.feasible, elevation, np.nan))
 
 
 def release_at_point(
@@ -219,7 +230,7 @@ def release_at_point(
     time = distance / speed + 0.5 * (speed / peak + peak / rows.jerk)
     vectors = np.array([start + distance[:, None] * direction, speed[:, None] * direction, direction])
     numbers = np.array([speed, peak, angle, azimuth, distance, time, flight + gap])
-    return _to_batch(_KernelResults(vectors, numbers, np.zeros((2, count), dtype=np.bool_), reason))
+    return to_batch(KernelResults(vectors, numbers, np.zeros((2, count), dtype=np.bool_), reason))
 
 
 def stops_inside(
@@ -281,7 +292,7 @@ def _line_bounds(picks: ArrayLike, targets: ArrayLike, workspace: EllipticWorksp
     return workspace.line_bounds(frame.picks, frame.cosine, frame.sine)
 
 
-def _plan_throws(throws: Floats, *, has_workspace: bool = False, slope: Floats | None = None) -> _KernelResults:
+def _plan_throws(throws: Floats, *, has_workspace: bool = False, slope: Floats | None = None) -> KernelResults:
     """Plan the throws along lines of given slopes (N,), or along the quickest lines.
 
     Args:
@@ -289,7 +300,7 @@ def _plan_throws(throws: Floats, *, has_workspace: bool = False, slope: Floats |
         has_workspace: whether there is a workspace.
         slope: tangents of the elevations (N,); None for the quickest lines.
     """
-    from pnt_gym.planning.straight.kernel import choose_slopes, release_rows  # noqa: PLC0415 - numba takes a while
+    from pnt_gym.planning.straight.kernel import choose_slopes  # noqa: PLC0415 - numba takes a while
 
     count = throws.shape[1]
     moved, reason = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64)
@@ -297,14 +308,21 @@ def _plan_throws(throws: Floats, *, has_workspace: bool = False, slope: Floats |
     for begin in range(0, count if slope is None else 0, PIECE):
         rows = slice(begin, begin + PIECE)
         choose_slopes(np.ascontiguousarray(throws[:, rows]), has_workspace, slopes[rows], moved[rows], reason[rows])
-    results = _KernelResults(
-        np.empty((3, count, 3)), np.empty((7, count)), np.empty((2, count), dtype=np.bool_), reason
-    )
+    return release_lines(throws, has_workspace, slopes, moved, reason)
+
+
+def release_lines(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bools, reason: Ints) -> KernelResults:
+    """Releases of throws (15, N) along lines, as the kernel `release_rows`."""
+    from pnt_gym.planning.straight.kernel import release_rows  # noqa: PLC0415 - numba takes a while
+
+    count = throws.shape[1]
+    results = KernelResults(np.empty((3, count, 3)), np.empty((7, count)), np.empty((2, count), dtype=np.bool_), reason)
     release_rows(throws, has_workspace, True, slopes, moved, reason, *results[:3])
     return results
 
 
-def _to_batch(results: _KernelResults) -> ReleaseBatch:
+def to_batch(results: KernelResults) -> ReleaseBatch:
+    """The record of releases that the kernel `release_rows` has written."""
     feasible = results.reason == Reason.FEASIBLE
     return ReleaseBatch(
         *results.vectors,

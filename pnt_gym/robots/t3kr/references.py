@@ -83,7 +83,10 @@ def _solve(
     """Cosine, sine, velocity and acceleration of the joint angles, and torque (5, 4, N, K)."""
     from pnt_gym.robots.t3kr.kernel import fill_joint_motion  # noqa: PLC0415 - compiles, where nothing is kept
 
-    hand = np.concatenate(np.broadcast_arrays(position, velocity, acceleration), axis=-1, dtype=np.float64)
+    motion = (np.asarray(position), np.asarray(velocity), np.asarray(acceleration))
+    if not motion[0].shape == motion[1].shape == motion[2].shape:
+        motion = np.broadcast_arrays(*motion)
+    hand = np.concatenate(motion, axis=-1, dtype=np.float64)
     shape = hand.shape[:-1]
     mass = np.full(shape, payload, dtype=np.float64).ravel()
     joints = np.empty((5, N_ARMS, mass.size))

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from agents.controllers import NAMES, Learner, load_state, make_controller, save_state
 from agents.controllers.ballistic import AnalyticHeight, MeanLead, landing_change, mean_delay
-from agents.controllers.bucket_table import mean_shift, virtual_goal
+from agents.controllers.bucket_table import mean_shift
+from agents.controllers.goals import virtual_goal
 from agents.controllers.ridge import Ridge
 from agents.controllers.shift import ideal_offset, to_action
 from agents.ground.cli import UsageError
@@ -127,7 +128,7 @@ def test_virtual_goal_is_the_papers_update() -> None:
 
 def test_a_batch_of_throws_teaches_what_the_same_throws_one_by_one_do() -> None:
     errors = np.array([[0.05, 0.01], [0.03, -0.02], [0.08, 0.0]])
-    together, apart = virtual_goal(ON_NOMINAL), virtual_goal(ON_NOMINAL)
+    together, apart = virtual_goal(ON_NOMINAL, 0.5), virtual_goal(ON_NOMINAL, 0.5)
     three, one = observation_of(np.repeat(encode(), 3, axis=0)), observation_of(encode())
     together.learn(outcome_of(three, np.zeros((3, 2)), errors))
     for error in errors:
@@ -140,6 +141,46 @@ def test_a_batch_of_throws_teaches_what_the_same_throws_one_by_one_do() -> None:
 def test_virtual_goal_refuses_a_gain_that_cannot_converge(gain: float) -> None:
     with pytest.raises(PntGymError, match="between 0 and 2"):
         virtual_goal(ON_NOMINAL, gain)
+
+
+@pytest.mark.parametrize(("gain", "said"), [([0.1, 0.2, 0.3], "one number or 2"), ([0.5, 2.0], "between 0 and 2")])
+def test_virtual_goal_refuses_a_diagonal_of_the_wrong_size_or_range(gain: list[float], said: str) -> None:
+    with pytest.raises(PntGymError, match=said):
+        virtual_goal(ON_NOMINAL, gain)
+
+
+def test_a_diagonal_gain_moves_each_number_by_its_own_share() -> None:
+    controller, seen = virtual_goal(ON_NOMINAL, [0.2, 1.0]), observation_of(encode())
+    controller.learn(outcome_of(seen, controller.act(seen), np.array([[0.05, 0.01]])))
+    assert controller.act(seen) * ON_NOMINAL.scale == pytest.approx(np.array([[-0.01, -0.01]]), abs=1e-6)
+
+
+@pytest.mark.parametrize(("scatter", "gains"), [(0.0, (1.0,)), (0.05, (0.05, 0.1))])
+def test_practice_chooses_a_large_gain_without_scatter_and_a_small_one_with_it(
+    scatter: float, gains: tuple[float, ...]
+) -> None:
+    controller, seen, random = virtual_goal(ON_NOMINAL), observation_of(encode()), np.random.default_rng(1)
+    for _ in range(300):
+        action = controller.act(seen)
+        error = np.array([[0.03, -0.02]]) + scatter * random.standard_normal((1, 2)) * np.array([1.0, 0.2])
+        controller.learn(outcome_of(seen, action, error + action * ON_NOMINAL.scale))
+    assert controller.state()["gain"] in gains
+    again = virtual_goal(ON_NOMINAL)
+    again.restore(controller.state())
+    assert again.act(seen) == pytest.approx(controller.act(seen))
+    assert again.state()["gain"] == controller.state()["gain"]
+
+
+def test_learning_ends_below_the_threshold() -> None:
+    near = np.array([[0.01, 0.0]])
+    for threshold, expected in ((None, -0.5 * near), (0.02, 0.0 * near)):
+        controller, seen = virtual_goal(ON_NOMINAL, 0.5, threshold), observation_of(encode())
+        controller.learn(outcome_of(seen, controller.act(seen), near))
+        assert controller.act(seen) * ON_NOMINAL.scale == pytest.approx(expected, abs=1e-6)
+    controller.learn(outcome_of(seen, controller.act(seen), 10.0 * near))
+    assert not controller.act(seen).any()
+    with pytest.raises(PntGymError, match="threshold is 0"):
+        virtual_goal(ON_NOMINAL, 0.5, 0.0)
 
 
 def test_mean_shift_is_the_mean_and_keeps_buckets_apart() -> None:

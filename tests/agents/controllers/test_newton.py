@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.stats import norm
 
-from agents.controllers.bucket_table import virtual_goal
+from agents.controllers.goals import virtual_goal
 from agents.controllers.newton import NewtonGoal
 from agents.controllers.protocol import Learner as LearnerProtocol
 from agents.controllers.response import Response, gauss_newton, log_chance

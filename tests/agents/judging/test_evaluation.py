@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from agents.controllers import Observation, Outcome, make_controller
+from agents.controllers.own import controller_of
 from agents.ground.environments import stream_seed
 from agents.ground.files import jsonable
 from agents.ground.tables import console
@@ -111,10 +112,18 @@ def test_practice_is_announced_and_learned_from_but_evaluation_is_frozen() -> No
     assert sum(len(o.error) for o in student.learned) == 18
 
 
-def test_those_who_do_not_learn_do_not_practise() -> None:
+def test_whatever_has_learn_practises_and_nothing_else() -> None:
     recorder = Recorder()
     practise(recorder, ToyVectorEnv(4), 40, 0)
-    assert not recorder.seen
+    assert sum(len(outcome.error) for outcome in recorder.learned) == 40
+    shown: list[np.ndarray] = []
+
+    def act(features: np.ndarray) -> np.ndarray:
+        shown.append(features)
+        return np.zeros((len(features), 2))
+
+    practise(controller_of(act, ToyVectorEnv(4)), ToyVectorEnv(4), 40, 0)
+    assert not shown
 
 
 def test_summary_agrees_with_the_throws() -> None:

@@ -12,7 +12,7 @@ import pytest
 import pnt_gym
 from agents.ground.cli import UsageError
 from agents.ground.environments import config_of, core_of, make_vector
-from agents.judging.evaluation import compare, evaluate
+from agents.judging.evaluation import evaluate, evaluate_all
 from agents.judging.record import Figure, Record
 from agents.judging.throws.trial import ThrowTrial
 from agents.judging.trial import Trial
@@ -82,7 +82,7 @@ def test_an_evaluation_opens_its_environment_once(tmp_path: Path, opened: list[A
 def test_one_and_several_controllers_are_judged_alike(env_id: str, level: Any, name: str) -> None:
     alone = evaluate(name, env_id, 4, level=level, num_envs=2)
     with closing(open_trial(env_id, level, 2, 1)) as trial:
-        rows = compare(trial, [("a", trial.controller(name), 0), ("b", trial.controller(name), 9)], 4, 0)
+        rows = evaluate_all(trial, [("a", trial.controller(name), 0), ("b", trial.controller(name), 9)], 4, 0)
     assert [row[:2] for row in rows] == [("a", 0), ("b", 9)]
     for _, _, summary in rows:
         assert {key: alone[key] for key in summary if "ms_per" not in key} == {

@@ -1,15 +1,16 @@
 """`agents.calibrate` throws, counts, and writes a table that a level can go by."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
 from agents.line.calibrate import random_throws
-from pnt_gym.cells.line.chances import Chances, digest, table_path
+from pnt_gym.cells.line.chances import Chances, digest, shipped_table
 from pnt_gym.cells.line.config import LineConfig
-from tests.tools.commands import output_of, refused
+from tests.tools.commands import answered, output_of, refused
 
 LEVEL = {"name": "mine", "base": "single", "cell": {"limits": {"percent": [30, 45]}}}
 
@@ -48,12 +49,19 @@ def test_the_table_is_what_the_throws_of_the_seed_say(made):
     assert not (columns["hits"] & ~columns["picked"]).any()
 
 
-def test_without_a_place_a_table_goes_beside_the_levels():
-    config = LineConfig.load(LEVEL)
-    place = table_path(config)
-    assert place.parent == LineConfig.file_of("nominal").parent / "chances"
-    assert place.name == f"{digest(config)}.json"
-    assert not place.is_file()
+def test_without_a_place_a_table_is_found_by_other_commands(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_text(yaml.safe_dump(LEVEL))
+    level = ("--level", "mine.yaml")
+    evaluation = ("--env", "PnTLine-v0", "--controller", "atc", *level, "--shifts", "1", "--num-envs", "1")
+    assert "has no table of throws; make it with `pnt-gym line calibrate" in refused("agents.evaluate", *evaluation)
+    assert answered("agents.line calibrate", *level, "--throws", "100", "--num-envs", "8", "--threads", "1")[0] == 0
+    config = LineConfig.load("mine.yaml")
+    place = tmp_path / "runs" / "chances" / f"{digest(config)}.json"
+    assert place.is_file()
+    assert config.files() == (Path("runs") / "chances" / place.name,)
+    assert not shipped_table(config).is_file()
+    assert answered("agents.evaluate", *evaluation) == (0, "")
 
 
 def test_a_line_on_which_nothing_comes_is_said_to_have_no_throws(tmp_path):

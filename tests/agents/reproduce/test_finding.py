@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from agents.ground.tables import Grid
-from agents.reproduce.finding import Row, agree, printed, share
+from agents.reproduce.finding import Row, agree, judge_statements, printed, share
 from agents.reproduce.grids import below, by_quantity, number, plain, short, value, with_unit
 
 
@@ -52,6 +52,20 @@ def test_figures_of_ours_and_missing_ones_are_not_judged() -> None:
     assert Row.ours("a", 1.0, "m", beside=1.0).verdict == "ours"
     assert Row.missing("a", 1.0, "m", "unpublished", reproduced=1.0, note="why").verdict == "not reproducible"
     assert Row.missing("a", None, "m", "infeasible", note="why").verdict == "infeasible"
+
+
+def test_a_statement_counts_once_and_differs_only_if_it_differs_under_every_reading() -> None:
+    rows = [
+        Row.compared("a/first", 1.0, 2.0, "m", statement="a"),
+        Row.compared("a/second", 1.0, 1.0, "m", statement="a"),
+        Row.compared("b/first", 1.0, 2.0, "m", statement="b"),
+        Row.missing("b/second", 1.0, "m", "unpublished", note="why", statement="b"),
+        Row.compared("c", 1.0, 2.0, "m", explained=1.0),
+        Row.ours("b/third", 1.0, "m", beside=1.0),
+    ]
+    verdicts = {"a": "reproduced", "b": "differs", "c": "misprint"}
+    assert judge_statements(row.as_json() for row in rows) == verdicts
+    assert judge_statements(row.as_json() for row in reversed(rows)) == verdicts
 
 
 def test_no_detail_takes_the_place_of_a_verdict() -> None:

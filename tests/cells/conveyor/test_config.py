@@ -127,7 +127,7 @@ WRONG = {
     "no room": ({"bins": {"fixed": [{**BIN, "size": [0.0, 0.2]}]}}, "bins.fixed.0.size.0 is 0"),
     "thin wall": ({"bins": {"fixed": [BIN], "wall": 0.001}}, "bins.wall is 0.001"),
     "bin for a stranger": ({"bins": {"fixed": [{**BIN, "accepts": ["sofa"]}]}}, "accepts 'sofa'"),
-    "item without a bin": ({"bins": {"fixed": [{**BIN, "accepts": ["paper"]}]}}, "no bin accepts item 'metal_can'"),
+    "item without a bin": ({"bins": {"fixed": [{**BIN, "accepts": ["paper"]}]}}, "no bin accepts items 'metal"),
     "item too heavy for its seal": ({"extra_items": [item("rock", mass=2.0)]}, "seal_force of 'rock'"),
     "item without a size": ({"extra_items": [item("thing", size=(0.1, 0.0, 0.1))]}, "extra_items.0.size.1 is 0"),
     "bins that are never emptied": ({"bins": {"emptied": 0}}, "bins.emptied is 0"),

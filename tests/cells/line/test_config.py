@@ -80,7 +80,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"robots": [{"name": "a", "x": 0.0, "skills": ["tray"]}]},
-        "no robot takes item 'can'; give a robot the skill",
+        "no robot takes items 'can', 'paper_ball' and 'yoghurt_cup'; give a robot the skill",
     ),
     ({"robots": [{"name": "a", "x": 0.0, "percent": [120]}]}, "robots.0.percent.0 is 120: input should be less than"),
     (
@@ -88,7 +88,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
         "lies on the belt, which spans y -0.65..-0.04 m",
     ),
     ({"robots": [{"name": "a", "x": 0.0, "bins": [FAR]}]}, "no robot can throw an object into its bins"),
-    ({"robots": [{"name": "a", "x": 0.0, "bins": [RED]}]}, "no robot takes item 'can'"),
+    ({"robots": [{"name": "a", "x": 0.0, "bins": [RED]}]}, "no robot takes items 'can'"),
     ({"value": {"of": {"stone": 1.0}}}, "value.of: 'stone' is not among the cell's items"),
     ({"value": {"of": {"can": -1.0}}}, "value.of.can is -1.0"),
     ({"value": {"spread": 3.0}}, "value.spread is 3.0: input should be less than or equal to 2"),
@@ -117,7 +117,10 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     ({"cell": {"belt": {"speed": 9.0}}}, "cell: belt.speed is 9 m/s"),
     ({"cell": {"typo": 1}}, "cell: unknown key 'typo'"),
-    ({"cell": "waste"}, "cell is 'waste'"),
+    ({"cell": 5}, "cell is 5; it must be a level of the conveyor, a YAML file or a section"),
+    ({"cell": "waste"}, "has cell.bins.random"),
+    ({"cell": "none.yaml"}, "cell: level file 'none.yaml' does not exist"),
+    ({"cell": {"robots": []}}, "cell: 'robots' must stand beside `cell`, and not in it"),
     ({"cell": {"base": "nowhere"}}, "nowhere"),
     ({"camera": 0.0}, "camera is 0.0"),
     ({"duration": 1.0}, "duration is 1.0: input should be greater than or equal to 5"),
@@ -143,8 +146,8 @@ def test_a_level_that_goes_by_a_table_needs_one():
     with pytest.raises(ConfigError) as caught:
         gym.make("PnTLine-v0", level={"base": "single", "name": "mine", "cell": {"belt": {"speed": 0.26}}})
     assert str(caught.value) == (
-        "level 'mine' has no table of throws; make it with `pnt-gym line calibrate`, or set `throws` to 'flight' or "
-        "'full'"
+        "level 'mine' has no table of throws; make it with `pnt-gym line calibrate --level FILE.yaml`, or simulate the "
+        "throws with `throws: flight` or `throws: full`"
     )
 
 

@@ -20,7 +20,9 @@ FIGURES = {
     "curvature": {"choe_curvature.svg", "choe_profile.svg"},
     "speed": {"choe_nodes.svg"},
     "joints": {"choe_joints.svg"},
+    "claims": set(),
     "lengths": {"choe_lengths.svg"},
+    "fig-8-times": set(),
     "example-times": set(),
     "long-times": {"choe_times.svg", "choe_motions.svg"},
     "simulated": set(),
@@ -28,7 +30,7 @@ FIGURES = {
 }
 
 
-LONG = ("long-times", "simulated", "scene")
+LONG = ("fig-8-times", "long-times", "simulated", "scene")
 """Parts that take seconds; `papers.choe.planning` has daily tests of what they time paths with."""
 DAILY = [name for name in FIGURES if name not in LONG]
 COARSE = 120
@@ -138,8 +140,8 @@ def test_the_approximation_and_the_rule_of_whole_degrees():
     assert row("length", "eq-27/largest-relative-error").reproduced == pytest.approx(2.55, abs=5e-3)
     optimum = row("length", "claim/optimal-angle")
     assert optimum.reproduced == pytest.approx(math.degrees(math.atan(1.0 / 6.0)))
-    assert optimum.details["length_9.6deg_m"] == pytest.approx(0.31074, abs=5e-6)
-    assert optimum.details["length_9.5deg_m"] == pytest.approx(0.30634, abs=5e-6)
+    assert optimum.details["lengths_m"]["9.6 deg"] == pytest.approx(0.31074, abs=5e-6)
+    assert optimum.details["lengths_m"]["9.5 deg"] == pytest.approx(0.30634, abs=5e-6)
     assert row("length", "eq-27/shorter-than-the-chord-below").reproduced == pytest.approx(9.605, abs=5e-4)
     clearances = [row("length", f"whole-degrees/clearance-h-{h}mm").reproduced for h in ("26.4", "26.5", "1")]
     assert clearances == pytest.approx([0.0008, 0.0266, 0.117], rel=0.01)
@@ -283,3 +285,33 @@ def test_objects_leave_one_box_and_come_to_lie_in_another():
     walls = [{**one, "size": [0.16, 0.16]} for one in simulated.LEVEL["bins"]["fixed"]]
     narrow = simulated.carry({**simulated.LEVEL, "bins": {**simulated.LEVEL["bins"], "fixed": walls}})
     assert narrow.touched.any()
+
+
+FIG_8 = {
+    "proposed-strict": 0.482, "proposed-relaxed": 0.358,
+    "equal-tops/symmetric-ellipse-strict": 0.511, "equal-tops/symmetric-ellipse-relaxed": 0.423,
+    "equal-tops/lame-d50mm-strict": 0.462, "equal-tops/lame-d150mm-strict": 0.463,
+    "equal-crests/lame-d50mm-strict": 0.460, "equal-crests/lame-d150mm-strict": 0.455,
+}  # fmt: skip
+"""Times of the curves of Fig. 8 [s], computed anew without this code."""
+
+
+@pytest.mark.nightly
+def test_the_proposed_curve_beats_the_lame_curves_only_if_the_acceleration_steps():
+    times = {name: row("fig-8-times", f"time/fig-8/{name}").reproduced for name in FIG_8}
+    assert times == pytest.approx(FIG_8, abs=0.003)
+    for reading in ("equal-tops", "equal-crests"):
+        claims = {
+            (rival, rule): row("fig-8-times", f"claim/shorter-cycle-than-{rival}/{reading}-{rule}").verdict
+            for rival in ("symmetric-ellipse", "lame")
+            for rule in ("strict", "relaxed")
+        }
+        assert [pair for pair, verdict in claims.items() if verdict != "reproduced"] == [("lame", "strict")]
+
+
+def test_claims_on_height_acceleration_and_real_time():
+    heights = row("claims", "claim/smallest-height/own-family").details["heights_mm"]
+    assert heights == pytest.approx({"9.5 deg": 1.8, "9.6 deg": 6.0}, abs=0.05)
+    assert row("claims", "claim/smallest-height/fig-8").reproduced == pytest.approx(18.5, abs=0.05)
+    assert row("claims", "claim/larger-radius-larger-acceleration").reproduced == pytest.approx(46.0, abs=0.5)
+    assert row("claims", "claim/real-time").verdict == "reproduced"

@@ -11,6 +11,6 @@ def quick_table(monkeypatch):
     """Table I by the protocols that take no time; the optima take long and are tested for themselves."""
     quick = {name: protocol for name, protocol in PROTOCOLS.items() if protocol.rules.returning == "straight"}
     monkeypatch.setattr(hassan_table, "PROTOCOLS", quick)
-    monkeypatch.setattr(hassan_table, "SHOWN", ())
+    monkeypatch.setattr(hassan_table, "SIMULATED", ())
     monkeypatch.setattr(hassan_table, "table_figure", lambda reproduced: str(sorted(reproduced)))
     return quick, hassan_table.table_findings()

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, Record, replace_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take, take_rows
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt.neighbours import course, sweeps_through
 from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips
-from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
+from pnt_gym.cells.conveyor.movers.straight import Reach, ThrowMotion
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.errors import ConfigError
@@ -23,6 +23,7 @@ from pnt_gym.planning.dispatch import Candidates, Rule, index
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.records import Record
 
 MOST_DRAWS: Final = 120
 """Number of objects without a feasible throw after which the cell is impossible."""
@@ -48,19 +49,36 @@ class NextPick(Record):
 
 @final
 @dataclass(frozen=True)
-class PlannedThrows:
-    """P throws of objects in queues that are already planned, because a rule compares the objects."""
+class PlannedPicks:
+    """P objects that hands could pick next and throw, as planned to compare them."""
 
-    index: Ints
-    """Index of the throw of the object at each place of a queue (K, Q); -1 where the object leaves before a pick."""
+    reach: Reach
+    """Meetings of hands and objects."""
     context: Context
     throwable: Bools
-    """Which throws are feasible (P,)."""
+    """Which objects can be met and thrown (P,)."""
 
-    def at(self, rows: Ints, places: Ints) -> tuple[Context, Bools]:
-        """Throws of the objects at one place per row, and which are feasible; the last throw stands in for index -1."""
+
+@final
+@dataclass(frozen=True)
+class RankedPicks:
+    """P planned picks of objects in queues, by their places."""
+
+    index: Ints
+    """Index of the pick of the object at each place of a queue (K, Q); -1 where the object leaves before a pick."""
+    picks: PlannedPicks
+    motion: ThrowMotion
+    """Motions of the throws of the objects that can be thrown, in their order."""
+
+    def at(self, rows: Ints, places: Ints) -> PlannedPicks:
+        """Picks of the objects at one place per row; the last pick stands in for index -1, as not throwable."""
         index = self.index[rows, places]
-        return take(self.context, index), self.throwable[index] & (index >= 0)
+        picks = take(self.picks, index)
+        return replace(picks, throwable=picks.throwable & (index >= 0))
+
+    def motions(self, rows: Ints, places: Ints) -> ThrowMotion:
+        """Motions of throwable objects at one place per row."""
+        return take(self.motion, (np.cumsum(self.picks.throwable) - 1)[self.index[rows, places]])
 
 
 class PickSource(ABC):
@@ -165,7 +183,7 @@ class BeltPicks(PickSource):
 
     def waiting(self, row: int) -> tuple[Objects, Floats] | None:
         """The objects on the belt, also those that can no longer be picked, and their centres (K, 3) [m]."""
-        objects, x = take(self.stream.objects, row), self.stream.x[row]
+        objects, x = take(take(self.stream.objects, [row]), 0), self.stream.x[row].copy()
         height = self._planner.config.belt.height + objects.size[:, 2] / 2
         return objects, np.stack([x, objects.draws.lane_y, height], axis=-1)
 
@@ -181,7 +199,8 @@ class BeltPicks(PickSource):
         result, pending, length = None, np.arange(len(rows)), self.stream.length
         self.passed[rows] = 0
         for _ in range(-(-MOST_DRAWS // length)):
-            picks, place, elapsed = self._choose_picks(rows[pending], take(motion, pending), take(limits, pending))
+            hands, hand_limits = take_rows(motion, pending, len(rows)), take_rows(limits, pending, len(rows))
+            picks, place, elapsed = self._choose_picks(rows[pending], hands, hand_limits)
             result = picks if result is None else replace_rows(result, pending, picks)
             gone = self._count_passed(rows[pending], place, elapsed)
             self.passed[rows[pending]] += gone
@@ -205,13 +224,20 @@ class BeltPicks(PickSource):
         """
         result, pending = None, np.arange(len(rows))
         places, elapsed = np.full(len(rows), self.stream.length), np.zeros(len(rows))
-        order, planned = self._order(rows, motion, limits)
+        order, ranked = self._order(rows, motion, limits)
         for at in order.T:
             belt_rows, place = rows[pending], at[pending]
-            throws = None if planned is None else planned.at(pending, place)
-            picks, time, good = self._meet(belt_rows, place, take(motion, pending), take(limits, pending), throws)
-            good &= ~self.stream.knocked[belt_rows, PASSED_PLACES + place]
-            best = self._sweeps_none(belt_rows, place, picks.context, time, good) if self._solid else good
+            if ranked is None:
+                hands, hand_limits = take(motion, pending), take(limits, pending)
+                picks = self._plan_picks(self._planner, *self.stream.in_queue(belt_rows, place), hands, hand_limits)
+            else:
+                picks = ranked.at(pending, place)
+            time = motion.stop_time[pending] + picks.reach.time + self._dwell
+            good = picks.throwable & ~self.stream.knocked[belt_rows, PASSED_PLACES + place]
+            best = good
+            if self._solid:
+                throws = None if ranked is None else ranked.motions(pending[good], place[good])
+                best = self._sweeps_none(belt_rows, place, picks.context, time, good, throws)
             # The first feasible object is kept until a feasible object is found whose throw touches no neighbour.
             better = best | (places[pending] == self.stream.length)
             into = pending[better]
@@ -222,7 +248,8 @@ class BeltPicks(PickSource):
             if pending.size == 0:
                 break
         assert result is not None  # a queue is never empty
-        return result, places, elapsed
+        back = self._planner.mover.approach(motion, result.reach, limits)
+        return NextPick(result.reach.wait, result.context, back), places, elapsed
 
     def find_collisions(self, context: Context, motion: ThrowMotion, grips: Grips) -> Bools:
         """Which of all stored objects (N, LET_GO + Q) the carried objects sweep through."""
@@ -238,14 +265,18 @@ class BeltPicks(PickSource):
         if self._solid:
             self.stream.knocked |= objects
 
-    def _sweeps_none(self, rows: Ints, at: Ints, context: Context, elapsed: Floats, good: Bools) -> Bools:
+    def _sweeps_none(
+        self, rows: Ints, at: Ints, context: Context, elapsed: Floats, good: Bools, motion: ThrowMotion | None
+    ) -> Bools:
         """Which feasible objects at places of queues (K,), lifted after a time (K,) [s], sweep no others when thrown.
 
-        The check uses measured values of all objects; objects that are not `good` are skipped.
+        The check uses measured values of all objects; objects that are not `good` are skipped. The motions are those of
+        the good throws; None: plan them here.
         """
         candidates = np.flatnonzero(good)
-        rows, at, throws = rows[candidates], at[candidates], context if good.all() else take(context, candidates)
-        motion = self._planner.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
+        rows, at, throws = rows[candidates], at[candidates], take_rows(context, candidates, len(good))
+        if motion is None:
+            motion = self._planner.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
         place = self.stream.places(rows)
         place[..., 0] += self._belt.speed * elapsed[candidates, None]
         place[np.arange(len(candidates)), PASSED_PLACES + at] = AWAY
@@ -256,8 +287,8 @@ class BeltPicks(PickSource):
         free[candidates] = ~collisions.any(axis=1)
         return free
 
-    def _order(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[Ints, PlannedThrows | None]:
-        """Places of the queues of some rows in the order in which to try them (K, Q), and throws already planned."""
+    def _order(self, rows: Ints, motion: ThrowMotion, limits: LimitRows) -> tuple[Ints, RankedPicks | None]:
+        """Places of the queues of some rows in the order in which to try them (K, Q), and picks already planned."""
         shape = len(rows), self.stream.length
         if self._rule == "first":
             return np.broadcast_to(np.arange(self.stream.length), shape), None
@@ -265,34 +296,37 @@ class BeltPicks(PickSource):
         ahead &= ~self.stream.knocked[rows, PASSED_PLACES:]
         row, place = np.nonzero(ahead)
         objects, x = self.stream.in_queue(rows[row], place)
-        worth, index = np.full(shape, -np.inf), np.full(shape, -1)
-        worth[row, place], context, good = self._priorities(objects, x, take(motion, row), take(limits, row))
+        picks = self._plan_picks(self._estimator, objects, x, take(motion, row), take(limits, row))
+        worth, throws = self._priorities(picks)
+        ranks = np.full(shape, -np.inf)
+        ranks[row, place] = worth
+        order = np.argsort(-ranks, axis=1, kind="stable")
+        if self._estimator is not self._planner or len(row) == 0:
+            return order, None
+        index = np.full(shape, -1)
         index[row, place] = np.arange(len(row))
-        is_reusable = self._estimator is self._planner and len(row) > 0
-        return np.argsort(-worth, axis=1, kind="stable"), PlannedThrows(index, context, good) if is_reusable else None
+        return order, RankedPicks(index, picks, throws)
 
-    def _priorities(
-        self, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows
-    ) -> tuple[Floats, Context, Bools]:
-        """Priorities of objects by the rule, their throws, and which are feasible, (K,) each.
+    def _plan_picks(
+        self, planner: PickPlanner, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows
+    ) -> PlannedPicks:
+        """Picks and throws of objects at positions x along the belt when the throws of the hands begin (P,) [m]."""
+        reach = planner.mover.reach(
+            motion, self._planner.pick_point(objects, x + self._belt.speed * motion.stop_time), limits
+        )
+        context, throwable = planner.plan(objects, reach.position)
+        return PlannedPicks(reach, context, reach.feasible & throwable)
 
-        Args:
-            objects: the objects (K,).
-            x: positions along the belt when the throws begin (K,) [m].
-            motion: the throws after which the objects are picked.
-            limits: limits of the hand.
-        """
-        mover = self._estimator.mover
-        meeting = mover.reach(motion, self._pick_points_after(objects, x, motion), limits)
-        context, throwable = self._estimator.plan(objects, meeting.position)
-        good, throwing = meeting.feasible & throwable, np.zeros(len(x))
-        rows = np.flatnonzero(good)
-        throws = take(context, rows)
-        _, throwing[rows] = mover.throw_times(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
-        start = meeting.time + self._dwell
+    def _priorities(self, picks: PlannedPicks) -> tuple[Floats, ThrowMotion]:
+        """Priorities of picks by the rule (P,), and the motions of those that are throwable."""
+        reach, context, good = picks.reach, picks.context, picks.throwable
+        throws, throwing = take_rows(context, np.flatnonzero(good), len(good)), np.zeros(len(good))
+        motion = self._estimator.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
+        throwing[good] = motion.stop_time
+        start = reach.time + self._dwell
         stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
-        among = Candidates(np.ones(len(x)), start + throwing, start, start + stays, good)
-        return index(self._rule, among, self._patience), context, good
+        among = Candidates(np.ones(len(good)), start + throwing, start, start + stays, good)
+        return index(self._rule, among, self._patience), motion
 
     def _count_passed(self, rows: Ints, place: Ints, elapsed: Floats) -> Ints:
         """Number of objects per queue that leave unpicked until the lift of the object at a place (K,).
@@ -305,23 +339,6 @@ class BeltPicks(PickSource):
         out &= np.arange(self.stream.length) != place[:, None]
         return np.where(place < self.stream.length, out.sum(axis=1), self.stream.length)
 
-    def _meet(
-        self, rows: Ints, at: Ints, motion: ThrowMotion, limits: LimitRows, throws: tuple[Context, Bools] | None
-    ) -> tuple[NextPick, Floats, Bools]:
-        """Picks of objects at places of queues, the times until their lifts [s], and which are feasible; (K,) each.
-
-        `throws` are throws that are already planned, with their feasibility; None: plan them here.
-        """
-        objects, x = self.stream.in_queue(rows, at)
-        meeting = self._planner.mover.meet(motion, self._pick_points_after(objects, x, motion), limits)
-        context, throwable = throws or self._planner.plan(objects, meeting.position)
-        picks = NextPick(meeting.wait, context, meeting.back)
-        return picks, motion.stop_time + meeting.time + self._dwell, meeting.feasible & throwable
-
-    def _pick_points_after(self, objects: Objects, x: Floats, motion: ThrowMotion) -> Floats:
-        """Pick points of objects at the end of throws (K, 3) [m], for positions x at their beginning (K,) [m]."""
-        return self._planner.pick_point(objects, x + self._belt.speed * motion.stop_time)
-
 
 def _comparison_planner(planner: PickPlanner) -> PickPlanner:
     """The planner with which a rule compares objects; the chosen object is planned by the cell's planner.
@@ -329,7 +346,9 @@ def _comparison_planner(planner: PickPlanner) -> PickPlanner:
     Planning a free direction takes a hundred times as long as planning a straight throw, so straight throws are
     compared instead; likewise rectangles instead of ellipses.
     """
-    quick = {"free_direction": "straight", "ellipse": "pick_and_place"}.get(planner.config.planner)
+    quick = {"free_direction": "straight", "straight_flying": "straight", "ellipse": "pick_and_place"}.get(
+        planner.config.planner
+    )
     return planner if quick is None else PickPlanner(planner.config.model_copy(update={"planner": quick}))
 
 

@@ -6,7 +6,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, replace_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.objects.outline import half_extent
 from pnt_gym.cells.conveyor.objects.records import Objects
@@ -49,7 +49,7 @@ class BeltStream:
     @property
     def queue(self) -> Objects:
         """Objects that may be picked, the most downstream first (N, Q)."""
-        return take(self.objects, np.s_[:, PASSED_PLACES:])
+        return take(self.objects, np.s_[:, np.arange(PASSED_PLACES, PASSED_PLACES + self.length)])
 
     @property
     def queue_x(self) -> Floats:
@@ -58,13 +58,13 @@ class BeltStream:
 
     def places(self, rows: Ints) -> Floats:
         """Positions x, y of all stored objects on some belts (K, LET_GO + Q, 2) [m]."""
-        return np.stack([self.x[rows], self.objects.draws.lane_y[rows]], axis=-1)
+        return join_columns(self.x[rows], self.objects.draws.lane_y[rows])
 
     def begin(self, rows: Ints) -> None:
         """Start new streams in some rows; the first object enters the window one gap after the episode begins."""
         objects, entry = self._draw_objects(rows, self.length), np.full(len(rows), self._belt.pick_x[0])
         queue = rows[:, None], np.arange(PASSED_PLACES, PASSED_PLACES + self.length, dtype=np.int64)
-        self.objects = replace_rows(self.objects, queue, objects)
+        self.objects.overwrite(queue, objects)
         self.x[rows], self.knocked[rows] = AWAY, False
         self.x[queue] = self._positions_behind(objects, entry, np.zeros(len(rows)))
 
@@ -94,7 +94,7 @@ class BeltStream:
         old_places = gone[:, None] + np.arange(places - count, dtype=np.int64)
         old_places += old_places >= PASSED_PLACES + picked[:, None]
         old = take(self.objects, (rows[:, None], old_places))
-        self.objects = replace_rows(self.objects, rows, concatenate_records([old, new], axis=1))
+        self.objects.overwrite(rows, concatenate_records([old, new], axis=1))
         self.x[rows] = np.concatenate([np.take_along_axis(x, old_places, axis=1), new_x], axis=1)
         old_knocked = np.take_along_axis(self.knocked[rows], old_places, axis=1)
         self.knocked[rows] = np.concatenate([old_knocked, np.zeros_like(new_x, dtype=np.bool_)], axis=1)

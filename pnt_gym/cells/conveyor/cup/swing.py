@@ -60,6 +60,7 @@ def springs(context: Context, config: ConveyorConfig) -> Spring:
 
 def swing_objects(
     context: Context,
+    spring: Spring,
     hanging: Parting,
     hand: Callable[[Ints], Samples],
     release: Ints,
@@ -70,6 +71,7 @@ def swing_objects(
 
     Args:
         context: the N picks.
+        spring: the lips of the cups.
         hanging: state at the release of objects under rigid cups.
         hand: the planned motion of the cup's tip at the beginning of steps (K,).
         release: steps of the releases (N,).
@@ -77,13 +79,13 @@ def swing_objects(
         config: the cell.
     """
     motion = hand(np.arange(int(release.max()) + 1, dtype=np.int64))
-    state, attitudes = _swing(context, motion, release, stride, config)
+    state, attitudes = _swing(context, spring, motion, release, stride, config)
     parting = _part(context, hanging, state)
     return replace(parting, unsure=_touches_solid(context, attitudes, motion, release, stride, config))
 
 
 def _swing(
-    context: Context, motion: Samples, release: Ints, stride: int, config: ConveyorConfig
+    context: Context, spring: Spring, motion: Samples, release: Ints, stride: int, config: ConveyorConfig
 ) -> tuple[Floats, Floats]:
     """States (N, STATE) at the release, and attitudes (N, L, 4) every `stride` steps, of objects that hang at first."""
     from pnt_gym.cells.base.freefall import STATE, swing_down  # noqa: PLC0415 - compiles, where nothing is kept
@@ -94,7 +96,7 @@ def _swing(
     kernel.face_moves(motion.acceleration, motion.velocity, context.drift.draught, np.cos(yaw), np.sin(yaw), moves)
     state, attitudes = np.zeros((count, STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
     state[:, 3] = 1.0
-    pivot, body = np.concatenate([context.arm, *springs(context, config)], axis=1), body_constants(context)
+    pivot, body = np.concatenate([context.arm, *spring], axis=1), body_constants(context)
     swing_down(state, body, pivot, config.mismatch, config.timestep, moves, release, stride, attitudes)
     return state, attitudes
 

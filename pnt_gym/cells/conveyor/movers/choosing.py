@@ -78,11 +78,11 @@ class AutoMover(Mover):
         straight = self._throw_mover.back(motion, next_pick, limits).pad(COLUMNS)
         return recompute_rows(straight, motion.placed, over, motion, next_pick, limits)
 
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings, with motions as `back`."""
 
         def over(motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-            meeting = self._put_mover.meet(motion, place, limits)
+            meeting = self._put_mover.reach(motion, place, limits)
             return replace(meeting, back=meeting.back.pad(COLUMNS))
 
         straight = self._throw_mover.meet(motion, place, limits)

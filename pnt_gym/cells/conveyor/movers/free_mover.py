@@ -32,9 +32,10 @@ from pnt_gym.planning.straight.plan import CONTACT, Reason, ReleaseBatch
 
 COLUMNS: Final = PIECES + 8
 """Segments of a return: a transfer, a wait, and an approach from rest to rest; other returns have fewer."""
+BELOW_LIMIT: Final = 0.98
+"""Share of the largest speed from which a return without a stop begins: a transfer begins below the limit."""
 
 
-@final
 class FreeMover(Mover):
     """Throws with a free release direction.
 
@@ -118,7 +119,7 @@ class FreeMover(Mover):
         good = moves.feasible & self._keeps(motion, returns, next_pick, limits)
         return recompute_rows(returns, ~good, self._back_with_stop, motion, next_pick, limits)
 
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings, without a stop where that is possible."""
         low, high = self._belt.pick_x
         meetings = self._in_flight(motion, place, limits, None)
@@ -140,7 +141,7 @@ class FreeMover(Mover):
         position = place + drift * time[:, None]
         back = _join_padded([moves.segments, down])
         good = moves.feasible & self._keeps(motion, back, position, limits)
-        return Meeting(position, time, np.zeros(len(time)), good, back)
+        return Meeting(position, position, time, np.zeros(len(time)), good, back)
 
     def _at_border(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """Meetings at the window's border, for hands that arrive before the object: by a wait or a slower return."""
@@ -158,7 +159,7 @@ class FreeMover(Mover):
         wait = np.where(good, wait, 0.0)
         durations = back.durations.copy()
         durations[:, PIECES] = wait
-        return Meeting(position, enters, wait, good, replace(back, durations=durations))
+        return Meeting(position, position, enters, wait, good, replace(back, durations=durations))
 
     def _hover(self, motion: ThrowMotion, next_pick: Floats, limits: Limits, wait: Floats) -> tuple[Segments, Bools]:
         """Returns with a stop and a wait (N,) [s] above the next pick, and which of them keep the rules."""
@@ -228,6 +229,63 @@ class FreeMover(Mover):
             ceiling_active=position[:, 2] >= ceiling - CONTACT,
             reason=np.where(motion.feasible, int(Reason.FEASIBLE), int(Reason.CEILING)),
         )
+
+
+@final
+class FlyingMover(FreeMover):
+    """Throws on straight lines, and returns that leave the window without a stop, as those of the free direction.
+
+    Throws are those of `StraightMover`: release, elevation, and the rule that the hand could stop inside the workspace.
+    The return keeps all limits, and takes the place of the corner blending of Hassan et al. 2022 (section III-C), which
+    adds overlapping moves and exceeds the jerk limit. The hand need not stay above the object: behind an object that
+    rises along the line no hand does, one that stops no more than one that flies on.
+
+    Args:
+        config: the cell.
+        workspace: the positions that the hand can reach.
+    """
+
+    def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
+        super().__init__(config, workspace)
+        self.rules = replace(self.rules, clear_distance=0.0)
+
+    def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
+        """Motions along the line from pick to release, through the window, and down to a speed below the limit."""
+        motion = super().throw(pick, release, limits, ceiling)
+        largest, _, jerk = limits.arrays(len(pick))
+        excess = np.maximum(release.speed - BELOW_LIMIT * largest, 0.0)
+        # The jerk falls for this time and rises for the same time, which takes the excess off the speed.
+        half = np.sqrt(excess / jerk)
+        signs = np.array([-1.0, 1.0])[:, None]
+        ease = Segments(np.stack([half, half], axis=1), signs * (jerk[:, None] * release.direction)[:, None])
+        way = (2.0 * release.speed - excess) * half
+        return replace(
+            motion,
+            segments=concatenate_records([motion.segments, ease], axis=1),
+            stop=motion.stop + way[:, None] * release.direction,
+            stop_time=motion.stop_time + 2.0 * half,
+            velocity=(release.speed - excess)[:, None] * release.direction,
+        )
+
+    def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
+        """Minimum-time releases on straight lines."""
+        return self._straight.plan(pick, target, limits, ceiling)
+
+    def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
+        """Releases of the straight throw for moved targets."""
+        return self._straight.aim_at(context, goal, slack)
+
+    def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
+        """Releases of the straight throw at given points."""
+        return self._straight.release_at(context, point)
+
+    def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
+        """Which straight throws have a plan and could stop inside the workspace."""
+        return self._straight.is_feasible(pick, release, limits)
+
+    def accepts(self, context: Context, shift: Floats | None) -> Bools:
+        """Which nominal straight throws could stop inside the workspace, also to moved targets."""
+        return self._straight.accepts(context, shift)
 
 
 def _join_padded(parts: list[Segments]) -> Segments:

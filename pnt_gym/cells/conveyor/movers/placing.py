@@ -20,12 +20,13 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.motion.limits import EllipticWorkspace, Limits
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.scurve import coast, rest_to_rest, stroke_time
 from pnt_gym.planning.motion.trajectory import Segments
 from pnt_gym.planning.paths.arcs import PIECES, arc_segments
 from pnt_gym.planning.straight.plan import MIN_REACH, Reason, ReleaseBatch
 from pnt_gym.planning.straight.release import release_at_elevation, release_at_point
+from pnt_gym.planning.straight.targets import TargetChoice
 
 SMALLEST_ELLIPSE: Final = 0.05
 """Horizontal distance below which a rectangle replaces the ellipse [m]."""
@@ -72,11 +73,11 @@ class HorizontalMover(StraightMover):
         """Which nominal plans the robot can execute, also for moved targets."""
         return Mover.accepts(self, context, shift)
 
-    def throw_times(
-        self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats
-    ) -> tuple[Floats, Floats]:
-        """Times of releases and of the ends of throws."""
-        return Mover.throw_times(self, pick, release, limits, ceiling)
+    def choose_targets(
+        self, pick: Floats, targets: Floats, limits: LimitRows, ceiling: Floats, origin: Floats, may_throw: Bools
+    ) -> TargetChoice | None:
+        """None: the compiled choice is of throws without a lift."""
+        return None
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions up, along the horizontal line to the release, through the window, and to a stop on that line."""
@@ -178,7 +179,7 @@ class PlacingMover(Mover):
         near, far = self.heights(next_pick, motion.stop, np.full(len(next_pick), self.rim + self.rules.clear))
         return self.over(motion.stop, next_pick, (far, near), limits)
 
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings, by false position between the times at which objects enter and leave the window."""
         low, high = self._belt.pick_x
 
@@ -195,9 +196,7 @@ class PlacingMover(Mover):
         position = at(np.where(good, time, 0.0))
         back = self.back(motion, position, limits)
         wait = np.where(good, np.maximum(time - back.durations.sum(axis=1), 0.0), 0.0)
-        return Meeting(
-            position, np.where(good, time, 0.0), wait, good, concatenate_records([coast(wait), back], axis=1)
-        )
+        return Meeting(position, position, np.where(good, time, 0.0), wait, good, back.delay(wait))
 
     def _hang(self, pick: Floats) -> Floats:
         """Extents of objects below the planner's points (N,) [m]: at the pick the object lies on the belt."""

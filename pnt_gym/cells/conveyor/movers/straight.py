@@ -14,25 +14,18 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, concatenate_records, take
+from pnt_gym.arrays import Bools, Floats, length, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.motion.intercept import plan_intercept
+from pnt_gym.planning.motion.intercept import meet_on_belt
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.planning.motion.scurve import (
-    accelerate,
-    acceleration_time,
-    brake,
-    brake_distance,
-    brake_time,
-    coast,
-    rest_to_rest,
-)
+from pnt_gym.planning.motion.scurve import coast, cube_roots
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch
-from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation, release_at_point, stops_inside
+from pnt_gym.planning.straight.release import aim_lines, plan_release_batch, release_at_point, stops_inside
+from pnt_gym.planning.straight.targets import Rules, TargetChoice, choose_targets
 
 _LOWER_STEPS = 24
 """Number of elevations that are tried when a corrected release would rise above the ceiling and its slack."""
@@ -85,12 +78,14 @@ class Reach:
 
     Attributes:
         position: points where the hand lifts the object (N, 3) [m].
+        end: points where a motion to rest would end (N, 3) [m]; upstream of `position` for a hand that rides.
         time: time from the end of the throw until the hand touches the object (N,) [s].
         wait: standstill above the pick (N,) [s].
         feasible: whether the object can be picked (N,).
     """
 
     position: Floats
+    end: Floats
     time: Floats
     wait: Floats
     feasible: Bools
@@ -138,35 +133,48 @@ class Mover(ABC):
             good &= self.is_feasible(pick, self.aim_at(context, goal, np.inf), limits)
         return good
 
+    def choose_targets(
+        self, pick: Floats, targets: Floats, limits: LimitRows, ceiling: Floats, origin: Floats, may_throw: Bools
+    ) -> TargetChoice | None:
+        """The first accepted throws into targets in turn (N, T, 3) [m], which have a reserve as seen from `origin`.
+
+        None where the mover has no compiled choice; then `plan` and `accepts` try one target after the other.
+        """
+        return None
+
     @abstractmethod
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions from the pick through feasible releases to the points where the return begins."""
-
-    def throw_times(
-        self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats
-    ) -> tuple[Floats, Floats]:
-        """Times of releases and of the ends of throws, for motions as of `throw` (N,) each [s]."""
-        motion = self.throw(pick, release, limits, ceiling)
-        return motion.release_time, motion.stop_time
 
     @abstractmethod
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions from the end of a throw to next picks (N, 3) [m], which end at rest."""
 
     @abstractmethod
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
         """The earliest meetings with objects on the belt.
 
         `place` (N, 3) [m] are the pick points of the objects at the moment when the throw ends.
         """
 
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """The earliest meetings without motions, for rules that compare many objects."""
-        return self.meet(motion, place, limits)
+    def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
+        """Motions from the end of a throw to meetings as of `reach`."""
+        assert isinstance(reach, Meeting)
+        return reach.back
+
+    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+        """The earliest meetings as `reach`, with the motions."""
+        reach = self.reach(motion, place, limits)
+        columns = {name: value for name, value in vars(reach).items() if name != "back"}
+        return Meeting(**columns, back=self.approach(motion, reach, limits))
 
 
 class StraightMover(Mover):
     """Throws along the line from pick to release, stops on that line, and returns on straight lines.
+
+    The throw is that of Hassan et al. 2022, the motion after it is not. The paper brakes at the release, and its moves
+    overlap at corners (section III-C), which exceeds the jerk limit. Here the hand keeps its velocity for the window,
+    so that the cup leaves the object alone, and stops at every corner. `FlyingMover` returns without these stops.
 
     Args:
         config: the cell.
@@ -179,6 +187,7 @@ class StraightMover(Mover):
         self._follow = config.motion.follow_through
         self._workspace = workspace
         self._reserve = config.motion.reserve
+        self._rules = Rules(self._follow.window, self._follow.gravity_share or 0.0, self._reserve, workspace)
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """Minimum-time releases: the exact optimum of the problem in Hassan et al. 2022."""
@@ -188,12 +197,12 @@ class StraightMover(Mover):
         """Releases at the nominal elevation, or at a lower one where the release would exceed ceiling and slack."""
         limits, top = context.throw_limits, context.ceiling + slack
         angle = np.where(context.plan.feasible, context.plan.angle, 0.0)
-        release = release_at_elevation(context.pick, goal, limits, angle)
+        release = aim_lines(context.pick, goal, limits, angle)
         rows = np.flatnonzero(release.feasible & (release.position[:, 2] > top))
         if rows.size == 0:
             return release
         angle[rows] = _lower_elevation(context.pick[rows], goal[rows], take(limits, rows), angle[rows], top[rows])
-        return release_at_elevation(context.pick, goal, limits, angle)
+        return aim_lines(context.pick, goal, limits, angle)
 
     def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
         """Releases at given points, at the speed that the hand can reach on the way."""
@@ -211,6 +220,12 @@ class StraightMover(Mover):
         """Which nominal plans stay inside the workspace, also at the same elevation to moved targets."""
         return self._stops_inside(context.pick, context.target, context.plan, context.throw_limits, shift)
 
+    def choose_targets(
+        self, pick: Floats, targets: Floats, limits: LimitRows, ceiling: Floats, origin: Floats, may_throw: Bools
+    ) -> TargetChoice | None:
+        """The first accepted throws, in machine code."""
+        return choose_targets(pick, targets, limits, ceiling, self._rules, origin, may_throw)
+
     def _stops_inside(
         self, pick: Floats, target: Floats, release: ReleaseBatch, limits: Limits, shift: Floats | None
     ) -> Bools:
@@ -221,56 +236,49 @@ class StraightMover(Mover):
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions along the line from pick to release, through the window at constant velocity, and to a stop."""
-        direction, zero = release.direction, np.zeros(len(pick))
-        ahead = accelerate(direction, release.distance, limits)
-        window = coast(zero + self._follow.window)
-        slow = brake(direction, release.speed, self.braking_limits(release, limits))
-        release_time = ahead.durations.sum(axis=1)
+        from pnt_gym.planning.motion.kernel import RUN_UP, STOPPING, write_throws  # noqa: PLC0415 - numba takes a while
+
+        count, rows = len(pick), np.array(limits.arrays(len(pick)))
+        braking = self.braking_limits(release, LimitRows(*rows)).arrays(count).acceleration
+        segments = Segments(np.empty((count, RUN_UP + STOPPING)), np.empty((count, RUN_UP + STOPPING, 3)))
+        times, stop = np.empty((2, count)), np.empty((count, 3))
+        write_throws(
+            pick, release.direction, release.distance, release.speed, rows, braking,
+            cube_roots(2.0 * release.distance, rows[2]), self._follow.window,
+            segments.durations, segments.jerks, times, stop,
+        )  # fmt: skip
         return ThrowMotion(
             pick=pick,
-            segments=concatenate_records([ahead, window, slow], axis=1),
-            release_time=release_time,
-            stop=pick + direction * (release.distance + self._run_out(release, limits))[:, None],
-            stop_time=release_time + self._follow.window + slow.durations.sum(axis=1),
-            velocity=np.zeros_like(pick),
-            roof=zero + np.inf,
-            placed=zero > 0.0,
+            segments=segments,
+            release_time=times[0],
+            stop=stop,
+            stop_time=times[1],
+            velocity=np.zeros((count, 3)),
+            roof=np.full(count, np.inf),
+            placed=np.zeros(count, dtype=np.bool_),
         )
-
-    def throw_times(
-        self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats
-    ) -> tuple[Floats, Floats]:
-        """Times of releases and of the ends of throws, without motions."""
-        released = acceleration_time(release.distance, limits)
-        stopping = brake_time(release.speed, self.braking_limits(release, limits))
-        return released, released + self._follow.window + stopping
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions straight to the point above the next pick, then down."""
         return straight_back(motion.stop, next_pick, np.zeros(len(next_pick)), limits, self._clearance)
 
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-        """The earliest meetings of hands that move from rest to rest, with their motions."""
-        meetings = self.reach(motion, place, limits)
-        back = straight_back(motion.stop, meetings.position, meetings.wait, limits, self._clearance)
-        return Meeting(**vars(meetings), back=back)
-
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
         """The earliest meetings of hands that move from rest to rest, without motions."""
-        intercept = plan_intercept(
-            motion.stop,
-            place,
-            np.array([self._belt.speed, 0.0, 0.0]),
-            limits,
-            clearance=self._clearance,
-            window=self._belt.pick_x,
-        )
+        rows, belt = limits.arrays(len(place)), self._belt
+        intercept = meet_on_belt(motion.stop, place, belt.speed, rows, self._clearance, belt.pick_x)
+        met = intercept.feasible
+        position = np.where(met[:, None], intercept.position, place)
         return Reach(
-            position=np.where(intercept.feasible[:, None], intercept.position, place),
-            time=np.where(intercept.feasible, intercept.time, 0.0),
-            wait=np.where(intercept.feasible, intercept.wait, 0.0),
-            feasible=intercept.feasible,
+            position=position,
+            end=position,
+            time=np.where(met, intercept.time, 0.0),
+            wait=np.where(met, intercept.wait, 0.0),
+            feasible=met,
         )
+
+    def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
+        """Motions straight to the points above the picks, the waits, and the descents."""
+        return straight_back(motion.stop, reach.end, reach.wait, limits, self._clearance)
 
     def braking_limits(self, release: ReleaseBatch, limits: Limits) -> Limits:
         """Limits of the braking: with `gravity_share`, the hand accelerates downwards by at most that share of g."""
@@ -280,24 +288,24 @@ class StraightMover(Mover):
         rise = np.maximum(np.sin(release.angle), 1e-3)
         return LimitRows(velocity, np.minimum(acceleration, self._follow.gravity_share * GRAVITY / rise), jerk)
 
-    def _run_out(self, release: ReleaseBatch, limits: Limits) -> Floats:
-        """Distance that the hand moves after the release (N,) [m]."""
-        way = brake_distance(release.speed, self.braking_limits(release, limits))
-        return self._follow.window * release.speed + way
-
 
 def straight_back(stop: Floats, next_pick: Floats, wait: Floats, limits: Limits, clearance: float) -> Segments:
     """Motions from rest at `stop` to above the next pick, a wait (N,) [s], and the vertical approach: 15 segments."""
+    from pnt_gym.planning.motion.kernel import MOVE, write_returns  # noqa: PLC0415 - numba takes a while
+
+    count, rows = len(stop), np.array(limits.arrays(len(stop)))
+    back = Segments(np.empty((count, 2 * MOVE + 1)), np.empty((count, 2 * MOVE + 1, 3)))
     above = next_pick + np.array([0.0, 0.0, clearance])
-    down = np.broadcast_to(np.array([0.0, 0.0, -clearance]), above.shape)
-    return concatenate_records([rest_to_rest(above - stop, limits), coast(wait), rest_to_rest(down, limits)], axis=1)
+    distances = np.array([length(above - stop), np.full(count, clearance)])
+    write_returns(stop, next_pick, wait, rows, cube_roots(distances, rows[2]), clearance, back.durations, back.jerks)
+    return back
 
 
-def _lower_elevation(pick: Floats, goal: Floats, limits: Limits, angle: Floats, top: Floats) -> Floats:
+def _lower_elevation(pick: Floats, goal: Floats, limits: LimitRows, angle: Floats, top: Floats) -> Floats:
     """The largest elevations (N,) [rad] below `angle` whose releases stay below the height `top` (N,) [m]."""
 
     def fits(share: Floats) -> Bools:
-        release = release_at_elevation(pick, goal, limits, angle * share)
+        release = aim_lines(pick, goal, limits, angle * share)
         return release.feasible & (np.nan_to_num(release.position[:, 2], nan=np.inf) <= top)
 
     # A coarse walk down finds the first elevation that fits; bisection then refines its border.

@@ -17,16 +17,16 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, concatenate_records
+from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, Reach, ThrowMotion
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.riding import DOWNSTREAM, Fading, arrival_time
-from pnt_gym.planning.motion.scurve import coast
 from pnt_gym.planning.motion.trajectory import Segments, superpose
 from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.planning.straight.targets import TargetChoice
 
 STOPPING: Final = ("straight",)
 """Planners whose returns stop above the pick, at the clearance."""
@@ -59,6 +59,8 @@ class TrackingMover(Mover):
         """Touches relative to the end points of motions from rest to rest (3,) [m]."""
         low, high = config.lift_x
         window = low - self._behind[0], high - self._behind[0]
+        self._last: tuple[Limits, Fading, LimitRows] | None = None
+        """Limits of the last fading with this fading and the limits that it leaves, for the next stage of a throw."""
         self._mover = mover(
             config.model_copy(update={"belt": config.belt.model_copy(update={"pick_x": window})}), workspace
         )
@@ -69,16 +71,16 @@ class TrackingMover(Mover):
 
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
         """The inner mover's releases from the virtual picks."""
-        fading = Fading.for_limits(limits, len(pick), self._speed)
-        return self._mover.plan(_virtual_pick(pick, fading), target, fading.planning_limits(limits), ceiling)
+        fading, left = self._fade(limits, len(pick))
+        return self._mover.plan(_virtual_pick(pick, fading), target, left, ceiling)
 
     def aim_at(self, context: Context, goal: Floats, slack: float) -> ReleaseBatch:
         """The inner mover's releases for moved targets (N, 3) [m]."""
-        return self._mover.aim_at(_virtual_context(context, self._fading(context)), goal, slack)
+        return self._mover.aim_at(self._virtual_context(context), goal, slack)
 
     def release_at(self, context: Context, point: Floats) -> ReleaseBatch:
         """The inner mover's releases at given points (N, 3) [m]."""
-        return self._mover.release_at(_virtual_context(context, self._fading(context)), point)
+        return self._mover.release_at(self._virtual_context(context), point)
 
     def is_feasible(self, pick: Floats, release: ReleaseBatch, limits: Limits) -> Bools:
         """Which releases the robot can execute.
@@ -86,72 +88,71 @@ class TrackingMover(Mover):
         While the belt's velocity fades, the hand stays inside the triangle of pick, virtual pick and the position
         at the end of the fading.
         """
-        fading = Fading.for_limits(limits, len(pick), self._speed)
-        good = self._mover.is_feasible(_virtual_pick(pick, fading), release, fading.planning_limits(limits))
+        fading, left = self._fade(limits, len(pick))
+        good = self._mover.is_feasible(_virtual_pick(pick, fading), release, left)
         return good & fading.is_possible(limits) & self._workspace.contains(pick)
 
     def accepts(self, context: Context, shift: Floats | None) -> Bools:
         """Which nominal plans the robot can execute, also for moved targets."""
-        limits, fading = context.throw_limits, self._fading(context)
-        good = self._mover.accepts(_virtual_context(context, fading), shift)
-        return good & fading.is_possible(limits) & self._workspace.contains(context.pick)
+        limits, good = context.throw_limits, self._mover.accepts(self._virtual_context(context), shift)
+        is_possible = self._fade(limits, len(good))[0].is_possible(limits)
+        return good & is_possible & self._workspace.contains(context.pick)
+
+    def choose_targets(
+        self, pick: Floats, targets: Floats, limits: LimitRows, ceiling: Floats, origin: Floats, may_throw: Bools
+    ) -> TargetChoice | None:
+        """The inner mover's choice, of throws from the virtual picks."""
+        fading, left = self._fade(limits, len(pick))
+        may_ride = may_throw & fading.is_possible(limits) & self._workspace.contains(pick)
+        return self._mover.choose_targets(_virtual_pick(pick, fading), targets, left, ceiling, origin, may_ride)
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """The inner mover's motions plus the fading belt speed; a short motion is delayed until the speed has faded."""
-        fading = Fading.for_limits(limits, len(pick), self._speed)
-        motion = self._mover.throw(_virtual_pick(pick, fading), release, fading.planning_limits(limits), ceiling)
+        fading, left = self._fade(limits, len(pick))
+        motion = self._mover.throw(_virtual_pick(pick, fading), release, left, ceiling)
         delay = np.maximum(fading.time - motion.release_time, 0.0)
         return replace(
             motion,
             pick=pick,
-            segments=superpose(concatenate_records([coast(delay), motion.segments], axis=1), fading.fade_out()),
+            segments=superpose(motion.segments.delay(delay), fading.fade_out()),
             release_time=motion.release_time + delay,
             stop_time=motion.stop_time + delay,
             pick_velocity=np.tile(self._speed * DOWNSTREAM, (len(pick), 1)),
         )
-
-    def throw_times(
-        self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats
-    ) -> tuple[Floats, Floats]:
-        """The inner mover's times, delayed where a motion is shorter than the fading."""
-        fading = Fading.for_limits(limits, len(pick), self._speed)
-        planning_limits = fading.planning_limits(limits)
-        released, stopped = self._mover.throw_times(_virtual_pick(pick, fading), release, planning_limits, ceiling)
-        delay = np.maximum(fading.time - released, 0.0)
-        return released + delay, stopped + delay
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions to the touches of the objects that the hand lifts at next picks (N, 3) [m]."""
         growing = self._growing(len(next_pick))
         return _end_riding(self._mover.back(motion, next_pick - self._behind, growing.planning_limits(limits)), growing)
 
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-        """The earliest meetings; their positions are those of the lifts."""
-        growing = self._growing(len(place))
-        meetings = self._mover.meet(motion, place - self._early, growing.planning_limits(limits))
-        good = meetings.feasible & (meetings.back.durations.sum(axis=1) >= growing.time)
-        return replace(
-            meetings, position=meetings.position + self._behind, back=_end_riding(meetings.back, growing), feasible=good
-        )
-
     def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
-        """The earliest meetings without motions; a return is at least as long as the growth of the belt speed."""
+        """The earliest meetings; a return is at least as long as the growth of the belt's speed."""
         growing = self._growing(len(place))
-        meetings = self._mover.reach(motion, place - self._early, growing.planning_limits(limits))
-        good = meetings.feasible & (meetings.time >= growing.time)
-        return replace(meetings, position=meetings.position + self._behind, feasible=good)
+        reach = self._mover.reach(motion, place - self._early, growing.planning_limits(limits))
+        time = reach.back.durations.sum(axis=1) if isinstance(reach, Meeting) else reach.time
+        return replace(reach, position=reach.position + self._behind, feasible=reach.feasible & (time >= growing.time))
+
+    def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
+        """The inner mover's motions, onto the moving belt."""
+        growing = self._growing(len(reach.time))
+        return _end_riding(self._mover.approach(motion, reach, growing.planning_limits(limits)), growing)
 
     def _growing(self, count: int) -> Fading:
         return Fading(self._speed, np.full(count, self._arrival))
 
-    def _fading(self, context: Context) -> Fading:
-        return Fading.for_limits(context.throw_limits, len(context.pick), self._speed)
+    def _fade(self, limits: Limits, count: int) -> tuple[Fading, LimitRows]:
+        """Fadings from hands with limits, and the limits that these leave to the inner mover."""
+        last = self._last
+        if last is not None and last[0] is limits and len(last[1].time) == count:
+            return last[1:]
+        fading = Fading.for_limits(limits, count, self._speed)
+        self._last = limits, fading, fading.planning_limits(limits)
+        return self._last[1:]
 
-
-def _virtual_context(context: Context, fading: Fading) -> Context:
-    """Picks as the inner mover needs them: at virtual points and with the remaining limits."""
-    limits = fading.planning_limits(context.throw_limits)
-    return context.replace(pick=_virtual_pick(context.pick, fading), throw_limits=limits)
+    def _virtual_context(self, context: Context) -> Context:
+        """Picks as the inner mover needs them: at virtual points and with the remaining limits."""
+        fading, left = self._fade(context.throw_limits, len(context.pick))
+        return context.replace(pick=_virtual_pick(context.pick, fading), throw_limits=left)
 
 
 def stop_motion(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:

@@ -7,61 +7,20 @@ pure functions of these rows, so a cell draws the same objects alone and in a ba
 from __future__ import annotations
 
 from dataclasses import dataclass
-from operator import itemgetter
 from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
-from pnt_gym.cells.base.grip import CUP_RADIUS
-from pnt_gym.cells.base.items import CYLINDER, ItemTable
+from pnt_gym.arrays import Floats, Ints, join_columns
+from pnt_gym.cells.base.fluid import lying_extents, solid_shell_inertia
+from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.base.rotations import to_body_axes
 from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
-from pnt_gym.cells.conveyor.objects.records import Draws, Measured, Objects
+from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects, objects_in_block
 from pnt_gym.constants import GRAVITY
 
-TARGET_DRAWS = 8
-"""Largest number of bins that are tried for one object before it stays on the belt."""
-
-_NORMALS: Final = {
-    "mass": np.s_[..., 0],
-    "size": np.s_[..., 1:2],
-    "size_axis": np.s_[..., 2:5],
-    "drag": np.s_[..., 5],
-    "seal": np.s_[..., 6],
-    "com_depth": np.s_[..., 7],
-    "grasp": np.s_[..., 8:10],
-    "height": np.s_[..., 10],
-    "belt_speed": np.s_[..., 11],
-    "jitter": np.s_[..., 12],
-    "spin": np.s_[..., 13:16],
-    "measured_size": np.s_[..., 16:19],
-    "measured_mass": np.s_[..., 19],
-    "measured_seal": np.s_[..., 20],
-    "measured_yaw": np.s_[..., 21],
-    "grasp_noise": np.s_[..., 22:24],
-}
-"""Columns of an object's standard normal draws."""
-NORMALS = 24
-_UNIFORMS: Final = {
-    "kind": np.s_[..., 0],
-    "lane": np.s_[..., 1],
-    "gap": np.s_[..., 2],
-    "yaw": np.s_[..., 3],
-    "residue_chance": np.s_[..., 4],
-    "residue": np.s_[..., 5],
-    "percent": np.s_[..., 6],
-    "place": np.s_[..., 8:12],
-    "bin": np.s_[..., 12 : 12 + 3 * TARGET_DRAWS],
-}
-"""Columns of an object's uniform draws; column 7 is not used."""
-UNIFORMS = 12 + 3 * TARGET_DRAWS
-_KIND_FIELDS: Final = ("shape", "friction", "cup_friction", "rolling_friction", "solref", "pick_chance")
-"""Fields that are the same for all objects of a kind."""
-_SMALLEST_EXTENT = 0.005
-"""Smallest extent that the camera reports [m]."""
-_MIN_DEPTH, _MAX_DEPTH = 0.05, 0.95
+NORMALS, UNIFORMS = 24, 12 + 3 * TARGET_DRAWS
+"""Numbers of an object's standard normal and uniform draws, whose columns stand in `kernel`."""
 HALF_LIP: Final = 4.0 / (3.0 * np.pi)
 """Distance of half a disc's centroid from the disc's middle, in radii."""
 
@@ -84,80 +43,78 @@ class SideDraws:
         return cls(np.ones(shape), np.zeros(shape), np.zeros((*shape, max(len(config.bins.fixed), 1))))
 
 
+@final
+class ObjectMaker:
+    """Makes objects from standard draws.
+
+    Args:
+        config: the cell; its mismatch scales every hidden effect, but not the catalogue and the sensor noise.
+        table: the items as arrays.
+    """
+
+    def __init__(self, config: ConveyorConfig, table: ItemTable) -> None:
+        self._config, self._table = config, table
+        spread, noise, belt = config.spread, config.noise, config.belt
+        self._numbers = np.array(
+            [
+                config.mismatch, spread.residue_chance, spread.residue, spread.com_depth, spread.height, spread.grasp,
+                spread.yaw, spread.belt_speed, spread.spin, spread.spin_per_offset, noise.size, noise.yaw, noise.grasp,
+                config.suction.jitter, float(config.cup.fitted), *belt.lane_y, *belt.spacing,
+            ]
+        )  # fmt: skip
+        columns = (
+            table.shape, table.size, table.mass, table.drag, table.com_depth, table.seal_force, table.container,
+            table.friction, table.rolling_friction, table.solref, table.cup_friction, table.cup_radius,
+            table.pick_chance,
+        )  # fmt: skip
+        self._items = np.column_stack([np.asarray(column, dtype=np.float64) for column in columns])
+        self._shares = np.cumsum(config.shares()) if config.mix else np.empty(0)
+        has_confusion = bool(config.classifier.confusion)
+        self._confusion = np.cumsum(config.confusion(), axis=1) if has_confusion else np.empty((0, 0))
+        self._percent = np.array(config.limits.percent, dtype=np.float64)
+        self._scales = np.array([spread.mass, spread.seal, spread.drag, noise.mass, noise.seal])
+        """Spreads of the logarithms of mass, seal, drag and of their measurements."""
+
+    def make(self, normals: Floats, uniforms: Floats, side_draws: SideDraws) -> Objects:
+        """Objects S from standard normal draws S + (NORMALS,), uniform draws S + (UNIFORMS,) and side draws S."""
+        from pnt_gym.cells.conveyor.objects.kernel import COLUMN, draw_objects  # noqa: PLC0415 - numba takes a while
+
+        shape, bins = normals.shape[:-1], side_draws.fill.shape[-1]
+        z, u = (np.ascontiguousarray(draw).reshape(-1, draw.shape[-1]) for draw in (normals, uniforms))
+        side = np.empty((len(z), 2 + bins))
+        side[:, 0], side[:, 1] = side_draws.pick.reshape(-1), side_draws.seen.reshape(-1)
+        side[:, 2:] = side_draws.fill.reshape(-1, bins)
+        block = np.empty((len(z), COLUMN["draws.fill"] + bins))
+        draw_objects(
+            z, u, side, self._factors(z), self._numbers, self._items, self._shares, self._confusion, self._percent,
+            block,
+        )  # fmt: skip
+        objects, config = objects_in_block(block, bins), self._config
+        mean = release_delay(objects.seal, objects.mass, config.suction) + self._table.clings[objects.kind]
+        # An object cannot be free before the valve's command, whatever the jitter.
+        block[:, COLUMN["delay"]] = np.maximum(config.mismatch * mean + objects.jitter, 0.0)
+        begin = COLUMN["spin"]
+        block[:, begin : begin + 3] = _spin(objects, config)
+        return objects_in_block(block.reshape(*shape, -1), bins)
+
+    def _factors(self, normals: Floats) -> Floats:
+        """Exponential factors (N, 8) as `kernel` names them; spreads are log-normal, so values stay positive."""
+        spread, exponents = self._config.spread, np.empty((len(normals), 8))
+        exponents[:, :5] = self._scales * normals[:, _SPREAD_COLUMNS]
+        exponents[:, 5:] = spread.size * normals[:, 1:2] + spread.size_axis * normals[:, 2:5]
+        return np.exp(exponents)
+
+
+_SPREAD_COLUMNS: Final = np.array([0, 6, 5, 19, 20])
+"""Columns of the normal draws of mass, seal, drag, measured mass and measured seal."""
+
+
 def objects_from_draws(
     normals: Floats, uniforms: Floats, config: ConveyorConfig, table: ItemTable, side_draws: SideDraws | None = None
 ) -> Objects:
-    """Objects from standard draws.
-
-    Args:
-        normals: S + (NORMALS,) standard normal.
-        uniforms: S + (UNIFORMS,) in [0, 1).
-        config: the cell; its mismatch scales every hidden effect, but not the catalogue and the sensor noise.
-        table: the items as arrays.
-        side_draws: draws of side generators, S; None where no effect needs them.
-    """
+    """Objects as `ObjectMaker.make`; side draws None where no effect needs them."""
     side_draws = SideDraws.none(config, *normals.shape[:-1]) if side_draws is None else side_draws
-    m, spread, noise = config.mismatch, config.spread, config.noise
-    z = dict(zip(_NORMALS, itemgetter(*_NORMALS.values())(normals), strict=True))
-    u = dict(zip(_UNIFORMS, itemgetter(*_UNIFORMS.values())(uniforms), strict=True))
-    kind = _kinds(u["kind"], config)
-    seen_kind = _classify(kind, side_draws.seen, config)
-    size = _sizes(table, kind, z["size"], z["size_axis"], config)
-    leftover = table.container[kind] & (u["residue_chance"] < spread.residue_chance)
-    residue = np.where(leftover, spread.residue * u["residue"], 0.0)
-    # Spreads are log-normal, so masses, forces and drag stay positive.
-    mass = table.mass[kind] * np.exp(spread.mass * z["mass"]) * (1.0 + residue)
-    seal = table.seal_force[kind] * np.exp(spread.seal * z["seal"])
-    depth = table.com_depth[kind] + spread.com_depth * z["com_depth"] + 0.12 * residue / (1.0 + residue)
-    com_depth = np.clip(depth, _MIN_DEPTH, _MAX_DEPTH) * size[..., 2] + m * spread.height * z["height"]
-    grasp = m * spread.grasp * z["grasp"]
-    jitter = m * config.suction.jitter * z["jitter"]
-    yaw = spread.yaw * (2.0 * u["yaw"] - 1.0)
-    lane, gap = config.belt.lane_y, config.belt.spacing
-    objects = Objects(
-        kind=kind,
-        size=size,
-        mass=mass,
-        drag=table.drag[kind] * np.exp(spread.drag * z["drag"]),
-        com_depth=com_depth,
-        # At mismatch 0 the planner throws the centre of mass, from mismatch 1 on the tip of the cup.
-        known_depth=max(1.0 - m, 0.0) * com_depth,
-        seal=seal,
-        # An object cannot be free before the valve's command, whatever the jitter.
-        delay=np.maximum(m * (release_delay(seal, mass, config.suction) + table.clings[kind]) + jitter, 0.0),
-        jitter=jitter,
-        cup_radius=np.where(config.cup.fitted, table.cup_radius[kind], CUP_RADIUS),
-        **{name: getattr(table, name)[kind] for name in _KIND_FIELDS},
-        yaw=yaw,
-        grasp=grasp,
-        belt_error=m * spread.belt_speed * z["belt_speed"],
-        spin=random_spin(m * spread.spin * z["spin"], spread.spin_per_offset * grasp),
-        pick_draw=side_draws.pick,
-        measured=Measured(
-            kind=seen_kind,
-            shape=table.shape[kind],
-            size=_measure_size(size, noise.size * z["measured_size"]),
-            mass=mass * np.exp(noise.mass * z["measured_mass"]),
-            seal=seal * np.exp(noise.seal * z["measured_seal"]),
-            yaw=yaw + noise.yaw * z["measured_yaw"],
-            friction=table.cup_friction[seen_kind],
-            grasp_noise=noise.grasp * z["grasp_noise"],
-        ),
-        percent=_choose(config.limits.percent, u["percent"]),
-        draws=Draws(
-            lane_y=lane[0] + (lane[1] - lane[0]) * u["lane"],
-            gap=gap[0] + (gap[1] - gap[0]) * u["gap"],
-            place=u["place"],
-            bin=u["bin"].reshape(*uniforms.shape[:-1], TARGET_DRAWS, 3),
-            fill=side_draws.fill,
-        ),
-    )
-    return objects.replace(spin=_spin(objects, config)).pack()
-
-
-def _choose(values: tuple[float, ...], draw: Floats) -> Floats:
-    """One of the values, S, for uniform draws S."""
-    return np.asarray(values)[np.minimum((draw * len(values)).astype(np.int64), len(values) - 1)]
+    return ObjectMaker(config, table).make(normals, uniforms, side_draws)
 
 
 def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
@@ -235,7 +192,7 @@ def peel_impulse(weight: Floats, grasp: Floats, radius: Floats, tau: Floats) -> 
     side = grasp / np.maximum(offset, 1e-12)[..., None]
     # The force m g exp(-t / tau) over all times gives m g tau; the rest is its arm.
     size = weight * tau * (offset + HALF_LIP * radius)
-    return size[..., None] * np.stack([-side[..., 1], side[..., 0]], axis=-1)
+    return size[..., None] * join_columns(-side[..., 1], side[..., 0])
 
 
 def blow_impulse(mass: Floats, grasp: Floats, speed: float) -> Floats:
@@ -246,7 +203,7 @@ def blow_impulse(mass: Floats, grasp: Floats, speed: float) -> Floats:
         grasp: centre of mass relative to the cup's axis, along x, y, S + (2,) [m].
         speed: speed that the air gives the centre of mass [m/s].
     """
-    return (mass * speed)[..., None] * np.stack([grasp[..., 1], -grasp[..., 0]], axis=-1)
+    return (mass * speed)[..., None] * join_columns(grasp[..., 1], -grasp[..., 0])
 
 
 def spin_from_impulse(impulse: Floats, mass: Floats, size: Floats, shape: Ints, yaw: Floats) -> Floats:
@@ -260,7 +217,7 @@ def spin_from_impulse(impulse: Floats, mass: Floats, size: Floats, shape: Ints, 
         yaw: yaw of the objects, S [rad].
     """
     index = shape.reshape(-1)
-    inertia = solid_shell_inertia(mass.reshape(-1), lying_size(index, size.reshape(-1, 3)), index)
+    inertia = solid_shell_inertia(mass.reshape(-1), lying_extents(index, size.reshape(-1, 3)), index)
     level = np.concatenate([impulse, np.zeros_like(impulse[..., :1])], axis=-1)
     # The inertia is diagonal only in the object's axes: there the impulse becomes a spin, which is turned back.
     return to_body_axes(to_body_axes(level, yaw) / inertia.reshape(size.shape), -yaw)
@@ -278,33 +235,3 @@ def random_spin(random: Floats, offset: Floats) -> Floats:
     spin[..., 0] += offset[..., 1]
     spin[..., 1] -= offset[..., 0]
     return spin
-
-
-def _kinds(draw: Floats, config: ConveyorConfig) -> Ints:
-    """Items of objects for uniform draws S: all items equally often, or in the shares of the level's `mix`."""
-    if not config.mix:
-        return np.minimum((draw * len(config.items)).astype(np.int64), len(config.items) - 1)
-    return np.minimum(np.searchsorted(np.cumsum(config.shares()), draw, side="right"), len(config.items) - 1)
-
-
-def _classify(kind: Ints, draw: Floats, config: ConveyorConfig) -> Ints:
-    """Items that the classifier sees in objects of kinds S, for uniform draws S."""
-    if not config.classifier.confusion:
-        return kind.copy()
-    # Inverse of a cumulative distribution: the draw passes as many bounds as there are items before the seen one.
-    reached = np.cumsum(config.confusion(), axis=1)[kind]
-    return np.minimum((draw[..., None] >= reached).sum(axis=-1), len(config.items) - 1)
-
-
-def _sizes(table: ItemTable, kind: Ints, common: Floats, axes: Floats, config: ConveyorConfig) -> Floats:
-    """True extents from draws common to the axes S + (1,) and per axis S + (3,); a cylinder keeps one diameter."""
-    axis_spread = config.spread.size_axis * axes
-    axis_spread[..., 1] = np.where(table.shape[kind] == CYLINDER, axis_spread[..., 2], axis_spread[..., 1])
-    return table.size[kind] * np.exp(config.spread.size * common + axis_spread)
-
-
-def _measure_size(size: Floats, noise: Floats) -> Floats:
-    """Measured extents, S + (3,) [m]: length and width by the camera, the height without noise by the cup."""
-    measured = np.maximum(size + noise, _SMALLEST_EXTENT)
-    measured[..., 2] = size[..., 2]
-    return measured

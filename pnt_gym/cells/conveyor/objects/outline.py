@@ -34,12 +34,8 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
         objects: N objects.
         place: one point per object, relative to the object's middle, along world x, y (N, 2) [m].
     """
-    cos, sin = np.cos(objects.yaw), np.sin(objects.yaw)
-    x, y = place.T
-    along, across = np.abs(cos * x + sin * y), np.abs(cos * y - sin * x)
-    length, width = (objects.size[:, k] / 2.0 for k in range(2))
-    beyond, aside = along - length, across - width
-    outside = np.hypot(np.maximum(beyond, 0.0), np.maximum(aside, 0.0))
-    rectangle: Floats = np.maximum(np.minimum(-beyond, -aside), 0.0) - outside
-    ellipse: Floats = (1.0 - np.hypot(along / length, across / width)) * np.minimum(length, width)
-    return np.where(objects.shape == ELLIPSOID, ellipse, rectangle)
+    from pnt_gym.cells.conveyor.objects.kernel import find_inside  # noqa: PLC0415 - numba takes a while
+
+    inside = np.empty(len(place))
+    find_inside(objects.shape == ELLIPSOID, objects.size, objects.yaw, place, inside)
+    return inside

@@ -7,16 +7,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Final, final
 
-from pnt_gym.arrays import Floats, Ints, Record
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.fluid import (
     GeomPlacement,
     fluid_coefficients,
     geom_placement,
-    lying_size,
+    lying_extents,
     solid_shell_inertia,
 )
+from pnt_gym.records import Record
+
+TARGET_DRAWS: Final = 8
+"""Largest number of bins that are tried for one object before it stays on the belt."""
 
 
 @final
@@ -103,8 +107,8 @@ class Objects(Record):
 
     @cached_property
     def extents(self) -> Floats:
-        """Extents of the modelled bodies of N objects (N, 3) [m], see `lying_size`."""
-        return lying_size(self.shape, self.size)
+        """Extents of the modelled bodies of N objects (N, 3) [m], see `lying_extents`."""
+        return lying_extents(self.shape, self.size)
 
     @cached_property
     def inertia(self) -> Floats:
@@ -120,3 +124,20 @@ class Objects(Record):
     def fluid(self) -> Floats:
         """MuJoCo's `geom_fluid` of N objects (N, 12)."""
         return fluid_coefficients(self.shape, self.extents, self.drag)
+
+
+_SHAPES: Final = {
+    "size": (3,), "solref": (2,), "grasp": (2,), "spin": (3,), "grasp_noise": (2,), "place": (4,),
+    "bin": (TARGET_DRAWS, 3),
+}  # fmt: skip
+"""Shapes of the columns of objects that are not one number."""
+
+
+def columns_of_objects() -> dict[str, int]:
+    """First columns of the values in the rows of a block of objects, the contents of bins last."""
+    return Objects.first_columns({**_SHAPES, "fill": (1,)})
+
+
+def objects_in_block(block: Floats, bins: int) -> Objects:
+    """Objects whose values lie in a block S + (C,), with draws for the contents of a number of bins."""
+    return Objects.from_block(block, {**_SHAPES, "fill": (bins,)})

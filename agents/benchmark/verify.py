@@ -1,0 +1,198 @@
+"""Carry out a sample of a benchmark's results again: `pnt-gym verify results/benchmark.json`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any, Final
+
+import numpy as np
+import tyro
+from pydantic import ValidationError
+
+from pnt_gym.cells.base.config import first_problem
+
+from ..ground.cli import UsageError, at_least, option, run
+from ..ground.files import check_form, jsonable, read_json
+from ..ground.outputs import check_writable, deliver_json
+from ..ground.tables import Grid, console, throws_bar
+from ..ground.versions import versions
+from .entries import TRAINED, labels_of
+from .plan import Piece, Plan, pieces
+from .run import run_piece
+
+DIFFERENT: Final = 1
+"""Exit code if a row could not be repeated."""
+ROW: Final = ("label", "throws", "seed", "level", "train_level")
+"""What names a row of the results."""
+SHIPPED: Final = "shipped:"
+"""Beginning of the names of what ships, which are no modules."""
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Learn and throw a random sample of a benchmark's rows again, and compare every throw bit by bit."""
+
+    file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FILE")]
+    """File that `benchmark` wrote, for instance results/benchmark.json."""
+    rows: int = 3
+    """Rows of the sample; a row is one controller after one learning, on one level."""
+    seed: int = 0
+    """Seed of the sample."""
+    longest: float = 60.0
+    """Only rows whose learning took at most so many seconds."""
+    trust: bool = False
+    """Import modules that the file names, whose code then runs."""
+    json: Annotated[Path | None, option("none", "FILE")] = None
+    """Write the verdicts to this file."""
+
+
+def main(arguments: Arguments) -> None:
+    """Repeat the sample, print the verdicts, and end with exit code 1 if a row is different."""
+    at_least(vars(arguments), rows=1, seed=0)
+    check_writable(arguments.json)
+    data = read_json(arguments.file)
+    with check_form(arguments.file):
+        plan, made_by, results = _plan(arguments.file, data["plan"]), dict(data["versions"]), list(data["results"])
+        names = [dict(zip(ROW, (row[name] for name in ROW), strict=True)) for row in results]
+    _check_trust(plan, trust=arguments.trust)
+    planned = pieces(plan)
+    sample = choose(plan, planned, results, arguments)
+    others = {name: version for name, version in versions().items() if made_by.get(name) != version}
+    verdicts: list[dict[str, Any]] = []
+    with throws_bar() as bar:
+        task = bar.add_task("rows thrown again", total=len(sample))
+        for index in sample:
+            difference = first_difference(results[index]["columns"], repeat(planned, results[index]))
+            verdicts.append({**names[index], "verdict": verdict(difference, others), "difference": difference})
+            bar.advance(task)
+    show(verdicts, len(results), others, made_by)
+    if arguments.json is not None:
+        head = {"file": str(arguments.file), "rows": len(results), "seed": arguments.seed}
+        deliver_json(arguments.json, {**head, "versions": versions(), "made_by": made_by, "verdicts": verdicts})
+    if any(row["difference"] for row in verdicts):
+        sys.exit(DIFFERENT)
+
+
+def choose(plan: Plan, planned: Sequence[Piece], results: Sequence[Any], arguments: Arguments) -> list[int]:
+    """Numbers of the rows of the sample, in the order of the file.
+
+    Raises:
+        UsageError: no row learned so quickly, or a row is of another plan.
+    """
+    quick = [n for n, row in enumerate(results) if _seconds(find_piece(planned, row), results) <= arguments.longest]
+    if not quick:
+        raise UsageError(f"--longest is {arguments.longest:g}; no row of plan {plan.name!r} learned in so few seconds")
+    random = np.random.default_rng(arguments.seed)
+    return sorted(random.choice(quick, min(arguments.rows, len(quick)), replace=False).tolist())
+
+
+def find_piece(planned: Sequence[Piece], row: Mapping[str, Any]) -> Piece:
+    """The piece of a plan that computes a row.
+
+    Raises:
+        UsageError: no piece of the plan does.
+    """
+    for piece in planned:
+        if row["level"] in piece.levels and _is_of(piece, row):
+            return piece
+    raise UsageError(f"row {', '.join(f'{name} {row[name]}' for name in ROW)} is of no entry of the file's plan")
+
+
+def _seconds(piece: Piece, results: Sequence[Any]) -> float:
+    """Longest time of learning that a file records of a piece [s]: a training passes through its smaller counts."""
+    return max(row["learn_seconds"] for row in results if _is_of(piece, row))
+
+
+def _is_of(piece: Piece, row: Mapping[str, Any]) -> bool:
+    """Whether a row is of the learning of a piece, on any level."""
+    is_same = row["label"] in labels_of(piece.entry) and row["throws"] in piece.throws
+    return is_same and (piece.seed, piece.train_level) == (row["seed"], row["train_level"])
+
+
+def repeat(planned: Sequence[Piece], row: Mapping[str, Any]) -> dict[str, Any]:
+    """Columns of a row, computed anew; other levels and numbers of practice throws are left out."""
+    piece = find_piece(planned, row)
+    throws = piece.throws if piece.entry.controller in TRAINED else (row["throws"],)
+    with TemporaryDirectory() as folder:
+        anew = run_piece(replace(piece, levels=(row["level"],), throws=throws), Path(folder))["results"]
+    (result,) = [other for other in anew if (other["label"], other["throws"]) == (row["label"], row["throws"])]
+    return jsonable(result["columns"])
+
+
+def first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any] | None:
+    """First column that differs, at which throw, both values and the number of differing throws; None if all agree."""
+    for name in (*old, *(name for name in new if name not in old)):
+        before, now = old.get(name), new.get(name)
+        if before == now:
+            continue
+        if not (isinstance(before, list | str) and isinstance(now, list | str) and len(before) == len(now)):
+            return {"column": name, "at": None, "file": before, "here": now, "count": 1}
+        places = [n for n, (x, y) in enumerate(zip(before, now, strict=True)) if x != y]
+        return {
+            "column": name,
+            "at": places[0],
+            "file": before[places[0]],
+            "here": now[places[0]],
+            "count": len(places),
+        }
+    return None
+
+
+def verdict(difference: Mapping[str, Any] | None, others: Mapping[str, str]) -> str:
+    """`equal`, `different`, or `made by another version` where versions differ as well as throws."""
+    if difference is None:
+        return "equal"
+    return "made by another version" if others else "different"
+
+
+def show(
+    verdicts: Sequence[Mapping[str, Any]], count: int, others: Mapping[str, str], made_by: Mapping[str, str]
+) -> None:
+    """Print a line for each row of the sample, and what the sample says of the file."""
+    lines = [
+        [row["label"], str(row["throws"] or "-"), str(row["seed"]), row["level"], row["verdict"], _where(row)]
+        for row in verdicts
+    ]
+    title = f"{len(verdicts)} of {count} rows thrown again"
+    header = ("controller", "learned from", "seed", "level", "verdict", "first difference")
+    console().print(Grid(title, header, lines).terminal())
+    for name, version in others.items():
+        console().print(f"the file was made with {name} {made_by.get(name, 'of no version')}; here is {version}")
+
+
+def _where(row: Mapping[str, Any]) -> str:
+    difference = row["difference"]
+    if difference is None:
+        return "-"
+    place = "" if difference["at"] is None else f", {difference['count']} throws, first {difference['at']}"
+    return f"{difference['column']}{place}: {str(difference['file'])[:20]}, here {str(difference['here'])[:20]}"
+
+
+def _plan(file: Path, plan: Any) -> Plan:
+    try:
+        # A file holds every key of its plan; keys of other kinds of trials, at their defaults, must not count as given.
+        return Plan.model_validate(Plan.model_validate(plan).model_dump(exclude_defaults=True))
+    except ValidationError as error:
+        raise UsageError(f"plan in {str(file)!r}: {first_problem(error)}") from None
+
+
+def _check_trust(plan: Plan, *, trust: bool) -> None:
+    """Make sure that a module is imported only if the user trusts the file.
+
+    Raises:
+        UsageError: the plan names a module, and `trust` is not given.
+    """
+    names = [plan.env, *(name for entry in plan.entries for name in (entry.controller, *entry.also))]
+    modules = [name for name in names if ":" in name and not name.startswith(SHIPPED)]
+    if modules and not trust:
+        raise UsageError(
+            f"the file names {modules[0]!r}: importing the module runs its code; give --trust if it is yours"
+        )
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.benchmark.verify")

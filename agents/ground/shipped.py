@@ -1,0 +1,88 @@
+"""The policies that ship, by names that hold in a checkout and in an installed package: `shipped:waste-sac`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Final
+
+from .cli import UsageError
+from .places import SHIPPED, at
+
+PREFIX: Final = "shipped:"
+"""What the name of a shipped policy begins with."""
+
+
+@dataclass(frozen=True)
+class ShippedPolicy:
+    """A policy that ships."""
+
+    place: str
+    """Its run folder, or the file of a scorer, below results/policies."""
+    env: str
+    """Id of the environment in which it was trained."""
+    purpose: str
+    """What it does, for people."""
+
+
+POLICIES: Final[Mapping[str, ShippedPolicy]] = {
+    "waste-sac": ShippedPolicy(
+        "PnTRelease-v0-waste-sac-seed0", "PnTRelease-v0", "corrects throws; SAC, trained on `waste`"
+    ),
+    "day-recurrent_ppo": ShippedPolicy(
+        "PnTAdapt-v0-day-recurrent_ppo-seed0",
+        "PnTAdapt-v0",
+        "corrects throws of a cell that drifts, over `static`; recurrent PPO, trained on `day`",
+    ),
+    "line/value": ShippedPolicy(
+        "PnTLine-v0/value/residual_ppo", "PnTLine-v0", "decides who takes what next; residual PPO, trained on `value`"
+    ),
+    "line/skills3": ShippedPolicy(
+        "PnTLine-v0/skills3/residual_ppo",
+        "PnTLine-v0",
+        "decides who takes what next; residual PPO, trained on `skills3`",
+    ),
+    "line/skills3_burst": ShippedPolicy(
+        "PnTLine-v0/skills3_burst/residual_ppo",
+        "PnTLine-v0",
+        "decides who takes what next; residual PPO, trained on `skills3_burst`",
+    ),
+    "line/value-imitation": ShippedPolicy(
+        "PnTLine-v0/value/imitation.npz", "PnTLine-v0", "decides who takes what next; imitates a planner on `value`"
+    ),
+}
+"""The shipped policies by name, without `PREFIX`."""
+
+
+def is_shipped(name: str) -> bool:
+    """Whether a controller's name is the name of a shipped policy."""
+    return name.startswith(PREFIX)
+
+
+def shipped_names() -> str:
+    """Names of all shipped policies, for the sentence of an error."""
+    return ", ".join(f"{PREFIX}{name}" for name in POLICIES)
+
+
+def policy_place(name: str | Path) -> Path:
+    """Folder or file of a policy: a shipped one by its name, or a path in the working folder or among shipped files.
+
+    Raises:
+        UsageError: no shipped policy has this name.
+    """
+    if not isinstance(name, str) or not is_shipped(name):
+        return at(name) if str(name) else Path(name)
+    short = name.removeprefix(PREFIX)
+    if short not in POLICIES:
+        alike = get_close_matches(short, POLICIES, 1)
+        hint = f"; perhaps {PREFIX}{alike[0]}" if alike else ""
+        raise UsageError(f"unknown shipped policy {name!r}; shipped policies are {shipped_names()}{hint}")
+    return SHIPPED / "results" / "policies" / POLICIES[short].place
+
+
+def module_of(name: str) -> str | None:
+    """Module of the user in a name of the form MODULE:NAME; None for other names, those of shipped policies as well."""
+    module, colon, _ = name.partition(":")
+    return module if colon and not is_shipped(name) else None

@@ -1,0 +1,302 @@
+"""Sequential comparison of controllers: paired by seed, and valid whenever it stops."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+from pathlib import Path
+from typing import Any, Final, final
+
+import gymnasium as gym
+
+from ..controllers.protocol import Controller
+from ..ground.cli import UsageError, at_least
+from ..ground.environments import Env, stream_seed
+from ..ground.metrics import CONFIDENCE, Interval
+from ..ground.versions import versions
+from .evaluation import env_name, open_cells
+from .measures import Measure
+from .record import Record
+from .sequential import ConfidenceSequence
+from .trial import Trial
+from .trials import trial_of
+
+BUDGET: Final = 5
+"""Default budget of a comparison, as a multiple of the number of units of an evaluation."""
+
+
+@final
+@dataclass(frozen=True)
+class Rules:
+    """What is compared, and when a comparison stops."""
+
+    figures: Sequence[str] | None = None
+    """Names of the figures; the first one decides. None: all figures of the record."""
+    margin: float | None = None
+    """Difference of the first figure that does not matter, in the figure's unit; None: every difference matters."""
+    cap: float | None = None
+    """Largest difference of the first figure that counts, in the figure's unit; None: the figure's own."""
+    budget: int | None = None
+    """Largest number of units of each controller; None: five times the units of an evaluation."""
+
+    def measures(self, record: type[Record]) -> dict[str, Measure]:
+        """Measures of the figures, the first of which has the cap.
+
+        Raises:
+            UsageError: there is no such figure, or margin, cap or budget has no meaning.
+        """
+        known = record.measures()
+        names = list(dict.fromkeys(known if self.figures is None else self.figures))
+        for name in names:
+            if name not in known:
+                raise UsageError(f"unknown figure {name!r}; figures here are {', '.join(known)}")
+        if not names:
+            raise UsageError(f"no figure is given; figures here are {', '.join(known)}")
+        at_least({"budget": self.budget}, budget=1)
+        measures = {name: known[name] for name in names}
+        first = measures[names[0]]
+        if self.cap is not None:
+            if not 0.0 < self.cap < float("inf"):
+                raise UsageError(f"--cap is {self.cap:g}; it must be a number above 0")
+            measures[names[0]] = first = first.with_cap(self.cap)
+        widest = first.bound * first.figure.scale
+        if self.margin is not None and not 0.0 <= self.margin < widest:
+            unit = f" {first.figure.unit}".rstrip()
+            raise UsageError(f"--margin is {self.margin:g}; it must be from 0 to below the cap of {widest:g}{unit}")
+        return measures
+
+
+@final
+@dataclass
+class Pair:
+    """Two controllers, and the confidence sequence of each figure's difference."""
+
+    names: tuple[str, str]
+    sequences: dict[str, ConfidenceSequence]
+    settled: int | None = None
+    """Number of units of each controller after which the first figure was settled."""
+    trace: list[tuple[int, float, float, float]] = field(default_factory=list[tuple[int, float, float, float]])
+    """Number of units, value and interval of the first figure's difference after each block."""
+
+    @property
+    def first(self) -> ConfidenceSequence:
+        """Confidence sequence of the figure that decides."""
+        return next(iter(self.sequences.values()))
+
+
+@final
+class Comparison:
+    """Controllers that carry out the same blocks of held-out units until their order is settled.
+
+    Block k has its own seed, from a stream that no training, practice or evaluation uses. All intervals of all pairs
+    and figures hold together, at all times, with a probability of 95 % (Bonferroni over pairs and figures).
+
+    Args:
+        trial: trial of the environment.
+        controllers: controllers by name, at least two, which have learned already.
+        seed: seed of the units.
+        rules: what is compared, and when the comparison stops.
+
+    Raises:
+        UsageError: a rule has no meaning here.
+    """
+
+    def __init__(self, trial: Trial, controllers: Mapping[str, Controller], seed: int, rules: Rules) -> None:
+        self.trial, self.rules, self.count, self._seed, self._blocks = trial, rules, 0, seed, 0
+        self._controllers = dict(controllers)
+        self.measures = rules.measures(trial.record)
+        self.budget = BUDGET * trial.count() if rules.budget is None else rules.budget
+        self._first = next(iter(self.measures.values()))
+        self._margin = None if rules.margin is None else rules.margin / self._first.figure.scale
+        pairs = list(combinations(controllers, 2))
+        alpha = (1.0 - CONFIDENCE) / (len(pairs) * len(self.measures))
+        self.pairs = [
+            Pair(names, {figure: ConfidenceSequence(m.bound, alpha) for figure, m in self.measures.items()})
+            for names in pairs
+        ]
+
+    def blocks(self) -> Iterator[int]:
+        """Carry out blocks until the first figure is settled for every pair, or the budget is used up.
+
+        Yields:
+            Number of units that each controller carried out in the block.
+        """
+        while self.count < self.budget and any(pair.settled is None for pair in self.pairs):
+            units = self.trial.block(self.budget - self.count)
+            seed = stream_seed("compare", self._seed, self._blocks)
+            values = {
+                name: self.trial.run(controller, units, seed).observations()
+                for name, controller in self._controllers.items()
+            }
+            self.count, self._blocks = self.count + units, self._blocks + 1
+            for pair in self.pairs:
+                self._update(pair, *(values[name] for name in pair.names))
+            yield units
+
+    def sentence(self, pair: Pair) -> str:
+        """Verdict about a pair as a sentence."""
+        first, measure, (a, b), unit = pair.first, self._first, pair.names, self.trial.unit
+        ends = f"{measure.number(first.low)} to {measure.number(first.high)}"
+        label = measure.figure.label
+        if pair.settled is None:
+            value = measure.figure.text(first.value)
+            return f"not settled after {self.count:,} {unit}: {label} of {a} minus that of {b} is {value} ({ends})"
+        after = f"settled after {pair.settled:,} {unit}"
+        if first.excludes_zero:
+            text = measure.sentence(pair.names, unit, first.value, first.low, first.high)
+            return f"{text}, {after}{', and less than the margin' if self._is_small(pair) else ''}"
+        margin = measure.figure.text(self._margin)
+        return f"{a} and {b} differ by less than the margin of {margin} in {label} ({ends}), {after}"
+
+    def text(self, pair: Pair, figure: str) -> str:
+        """Difference of a pair in a figure, with its interval and unit."""
+        sequence, shown = pair.sequences[figure], self.measures[figure].figure
+        return shown.interval(Interval(sequence.value, sequence.low, sequence.high), "+")
+
+    def report(self) -> dict[str, Any]:
+        """All figures as JSON values, in SI units."""
+        return {
+            "unit": self.trial.unit,
+            "count": self.count,
+            "budget": self.budget,
+            "confidence": CONFIDENCE,
+            "margin": self._margin,
+            "settled": all(pair.settled is not None for pair in self.pairs),
+            "figures": {name: measure.as_json() for name, measure in self.measures.items()},
+            "pairs": [self._pair_as_json(pair) for pair in self.pairs],
+            "sentences": [self.sentence(pair) for pair in self.pairs],
+            "versions": versions(),
+        }
+
+    def _update(self, pair: Pair, a: Mapping[str, Any], b: Mapping[str, Any]) -> None:
+        for name, measure in self.measures.items():
+            pair.sequences[name].update(measure.differences(a[name], b[name]))
+        first = pair.first
+        if pair.settled is None and (first.excludes_zero or self._is_small(pair)):
+            pair.settled = self.count
+        if first.count:
+            pair.trace.append((self.count, first.value, first.low, first.high))
+
+    def _is_small(self, pair: Pair) -> bool:
+        return self._margin is not None and pair.first.is_within(self._margin)
+
+    def _pair_as_json(self, pair: Pair) -> dict[str, Any]:
+        figures = {name: sequence.as_json() for name, sequence in pair.sequences.items()}
+        head = {"a": pair.names[0], "b": pair.names[1], "settled": pair.settled, "within_margin": self._is_small(pair)}
+        return {**head, "figures": figures, "trace": [list(entry) for entry in pair.trace]}
+
+
+def prepare(
+    trial: Trial,
+    policies: Sequence[Any],
+    seed: int,
+    practice: int | None = None,
+    *,
+    trust: bool = False,
+    progress: Callable[[str, int], Callable[[int], object] | None] | None = None,
+) -> tuple[dict[str, Controller], dict[str, int]]:
+    """Controllers by name after their practice, and the number of practice steps of each.
+
+    Args:
+        trial: trial of the environment.
+        policies: at least two, each as `Trial.controller` takes it.
+        seed: seed of the controllers and their practice.
+        practice: practice steps of controllers that learn; None for the default of each. Other controllers, and those
+            that are given as objects, do not practise.
+        trust: run the code in an RL-Zoo folder or a model.zip.
+        progress: returns the callback of a practice, which is called with the number of steps just done.
+
+    Raises:
+        UsageError: fewer than two controllers, one controller twice, or a controller that learns nothing in practice.
+    """
+    if len(policies) < 2:
+        raise UsageError(f"a comparison needs at least 2 controllers, got {len(policies)}")
+    at_least({"practice": practice, "seed": seed}, practice=0, seed=0)
+    controllers: dict[str, Controller] = {}
+    steps: dict[str, int] = {}
+    for policy in policies:
+        controller = trial.controller(policy, trust=trust)
+        name = _label(policy) if isinstance(policy, str) else controller.name
+        if name in controllers:
+            raise UsageError(f"controller {name!r} is given twice; the names of compared controllers must differ")
+        learns_now = isinstance(policy, str | type)
+        if learns_now:
+            controller.reset(seed)
+        usual = trial.practice(controller) if learns_now else 0
+        steps[name] = usual if practice is None or not usual else practice
+        if usual and not steps[name]:
+            raise UsageError(f"--practice is 0, but controller {name!r} has learned nothing; it must be at least 1")
+        controllers[name] = controller
+    for name, count in steps.items():
+        if count:
+            tell = None if progress is None else progress(name, count)
+            controllers[name] = trial.practise(controllers[name], count, seed, progress=tell)
+    return controllers, steps
+
+
+def _label(policy: str) -> str:
+    """Name of a controller in sentences: as it is given, of a folder or file its last part."""
+    return Path(policy).name if os.path.exists(policy) else policy
+
+
+def compare(
+    a: Any,
+    b: Any,
+    env: str | gym.Env[Any, Any] | Env,
+    budget: int | None = None,
+    seed: int = 0,
+    *,
+    others: Sequence[Any] = (),
+    figures: Sequence[str] | None = None,
+    margin: float | None = None,
+    cap: float | None = None,
+    practice: int | None = None,
+    trust: bool = False,
+    progress: Callable[[Comparison], object] | None = None,
+    **options: Any,
+) -> dict[str, Any]:
+    """Compare two or more policies on the same held-out objects until their order is settled.
+
+        report = compare("analytic", "mlp", "PnTRelease-v0", level="waste")
+        print(*report["sentences"])
+
+    Policies throw block after block of the same objects. Intervals for the mean differences hold at any time, so it is
+    allowed to stop when an interval leaves zero out; see `agents.judging.sequential`.
+
+    Args:
+        a: a function of observations, a controller or a model of stable-baselines3, each used as it is; the class of a
+            controller, or the name of a controller, which practises first if it learns.
+        b: likewise, with another name.
+        env: as `evaluate` takes it.
+        budget: largest number of throws, or of work shifts of a line, of each policy; None for five evaluations, 1,000
+            throws.
+        seed: seed of the objects, which no training, practice or evaluation with any seed sees.
+        others: further policies; every pair is compared.
+        figures: names of the compared figures, of which the first decides when to stop; None for all figures.
+        margin: difference of the first figure that does not matter, in the figure's unit; the comparison also stops
+            when the difference is settled to be smaller.
+        cap: largest difference of the first figure between two throws that counts, in the figure's unit.
+        practice: practice throws of policies that learn; None for the default of each.
+        trust: run the code in an RL-Zoo folder or a model.zip that a policy names.
+        progress: called after each block.
+        options: level, action_mode, num_envs and threads for an id, see `make_vector`.
+
+    Returns:
+        `sentences`, and for each of `pairs` the difference a - b of each figure in SI units: value, low and high.
+
+    Raises:
+        UsageError: there is no such policy, environment or figure, or a number has no meaning.
+    """
+    with open_cells(env, options) as cells:
+        trial = trial_of(cells)
+        rules = Rules(figures, margin, cap, budget)
+        rules.measures(trial.record)  # a mistake is reported before the practice
+        controllers, steps = prepare(trial, (a, b, *others), seed, practice, trust=trust)
+        comparison = Comparison(trial, controllers, seed, rules)
+        for _ in comparison.blocks():
+            if progress is not None:
+                progress(comparison)
+        name = env if isinstance(env, str) else env_name(cells)
+        return {"env": name, "level": trial.core.config.name, "seed": seed, "practice": steps, **comparison.report()}

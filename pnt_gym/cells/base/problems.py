@@ -1,0 +1,171 @@
+"""The complaints of pydantic about a level as one sentence that names everything that is wrong."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from difflib import get_close_matches
+from typing import Any, Final, TypeAlias, cast, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from pnt_gym.errors import one_sentence
+
+MOST_TEXT: Final = 380
+"""Characters of a sentence about a level, with room for the name of its file."""
+MOST_KEYS: Final = 8
+"""Keys that a sentence names."""
+_FORM: Final = re.compile(r"(constrained-)?(float|int|str|bool)|[a-z-]+\[.*\]")
+"""What pydantic adds to the place of a value that may have one of several forms: the form that it tried."""
+_UNIT: Final = re.compile(r"\[([^\]]+)\]\.?$")
+_BOUNDS: Final = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
+"""Kinds of pydantic's complaints about numbers beyond a bound."""
+Place: TypeAlias = tuple[int | str, ...]
+
+
+def describe_problems(error: ValidationError, kind: type[BaseModel]) -> str:
+    """All complaints of pydantic as one sentence: unknown keys, missing keys, and values that are not possible.
+
+    Args:
+        error: the complaints.
+        kind: class of the config, for the keys that were perhaps meant.
+    """
+    problems = error.errors()
+    unknown = [_unknown_key(p["loc"], kind) for p in problems if p["type"] == "extra_forbidden"]
+    missing = [repr(_text(p["loc"])) for p in problems if _is_missing_key(p)]
+    clauses = [
+        *([f"unknown {_keys(unknown)}"] if unknown else []),
+        *([f"{_keys(missing)} {'is' if len(missing) == 1 else 'are'} missing"] if missing else []),
+        *_wrong_values([p for p in problems if p["type"] != "extra_forbidden" and not _is_missing_key(p)], kind),
+    ]
+    return join_clauses(clauses)
+
+
+def join_clauses(clauses: Sequence[str]) -> str:
+    """Clauses as one sentence of a bounded length; the first one always stands there, and the rest is counted."""
+    text, *following = dict.fromkeys(clauses)
+    for index, clause in enumerate(following):
+        if len(text) + len(clause) > MOST_TEXT:
+            return f"{text}; and {len(following) - index} more"
+        text = f"{text}; {clause}"
+    return text
+
+
+def list_names(names: Sequence[object]) -> str:
+    """Names in quotes as a list of words: 'a', 'b' and 'c'."""
+    words = [one_sentence(repr(name), 60) for name in names]
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _keys(words: Sequence[str]) -> str:
+    """Keys as a list of words; of very many the first ones."""
+    if len(words) > MOST_KEYS:
+        words = [*words[: MOST_KEYS - 1], f"{len(words) - MOST_KEYS + 1} more"]
+    return f"key {words[0]}" if len(words) == 1 else f"keys {', '.join(words[:-1])} and {words[-1]}"
+
+
+def _text(place: Place) -> str:
+    return ".".join(str(part) for part in place)
+
+
+def _is_missing_key(problem: ErrorDetails) -> bool:
+    return problem["type"] == "missing" and isinstance(problem["loc"][-1], str)
+
+
+def _wrong_values(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> Iterator[str]:
+    """A clause about each value that is not possible; a value of several forms gets one clause."""
+    forms: dict[Place, list[ErrorDetails]] = {}
+    wrong_lists = {problem["loc"][:-1] for problem in problems}
+    for problem in problems:
+        place = problem["loc"]
+        if problem["type"] == "too_short" and place in wrong_lists:  # pydantic does not count wrong values
+            continue
+        is_form = len(place) > 1 and _FORM.fullmatch(str(place[-1]))
+        is_short = problem["type"] == "missing"  # a list of fixed length that ends too early
+        forms.setdefault(place[:-1] if is_form or is_short else place, []).append(problem)
+    for place, complaints in forms.items():
+        if complaints[0]["type"] == "value_error":
+            yield complaints[0]["msg"].removeprefix("Value error, ")
+        else:
+            value = one_sentence(repr(complaints[0]["input"]), 80)
+            if complaints[-1]["type"] == "missing":
+                message = f"input should have {cast('int', complaints[-1]['loc'][-1]) + 1} values"
+            else:
+                message = ", or ".join(_message(problem, place, kind) for problem in complaints)
+            yield f"{_text(place) or 'it'} is {value}: {message}"
+
+
+def _message(problem: ErrorDetails, place: Place, kind: type[BaseModel]) -> str:
+    if problem["type"] in ("model_type", "model_attributes_type", "dict_type"):
+        section = _section_at(kind, place)
+        return f"input should be a section{'' if section is None else f', with {_first_keys(section)}'}"
+    if problem["type"] == "tuple_type":
+        return f"input should be a list, as in [{one_sentence(problem['input'], 40)}]"
+    unit = f" {_unit_at(kind, place)}" if problem["type"] in _BOUNDS else ""
+    return f"{problem['msg'][0].lower()}{problem['msg'][1:]}{unit}".rstrip()
+
+
+def _unit_at(kind: type[BaseModel], place: Place) -> str:
+    """Unit of a number, from the end of the description of its key; empty where there is none."""
+    keys = [index for index, part in enumerate(place) if isinstance(part, str)]
+    section = _section_at(kind, place[: keys[-1]]) if keys else None
+    field = None if section is None else section.model_fields.get(str(place[keys[-1]]))
+    if field is None:
+        return ""
+    extra = cast("dict[str, str] | None", field.json_schema_extra)
+    unit = _UNIT.search(field.description or "")
+    return extra["unit"] if extra else unit[1] if unit else ""
+
+
+def _first_keys(section: type[BaseModel]) -> str:
+    """Keys that make clear what a section is: those that are needed, or the first ones."""
+    needed = [name for name, field in section.model_fields.items() if field.is_required()]
+    return _keys((needed or list(section.model_fields))[:3])
+
+
+def _unknown_key(place: Place, kind: type[BaseModel]) -> str:
+    """An unknown key, with the key that was perhaps meant: one that is spelled alike, or that stands elsewhere."""
+    key, section = str(place[-1]), _section_at(kind, place[:-1])
+    alike = get_close_matches(key, list(section.model_fields) if section else [], 1, 0.7)
+    hints = [_text((*place[:-1], alike[0]))] if alike else [path for path in _paths(kind) if path.split(".")[-1] == key]
+    hint = f" (perhaps {hints[0]})" if len(hints) == 1 else ""
+    return one_sentence(repr(_text(place)), 80) + hint
+
+
+def _sections_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    """The sections that an annotation names."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _sections_in(part)
+
+
+def _section_at(kind: type[BaseModel], place: Place) -> type[BaseModel] | None:
+    """The class of the section at a place; None where there is none."""
+    section: type[BaseModel] | None = kind
+    for part in place:
+        if isinstance(part, str) and section is not None:
+            field = section.model_fields.get(part)
+            section = None if field is None else next(_sections_in(field.annotation), None)
+    return section
+
+
+def _paths(kind: type[BaseModel], above: str = "") -> Iterator[str]:
+    """Paths of all keys of single sections."""
+    for name, field in kind.model_fields.items():
+        yield f"{above}{name}"
+        section = next(_sections_in(field.annotation), None)
+        if section is not None and get_origin(field.annotation) is not tuple:
+            yield from _paths(section, f"{above}{name}.")
+
+
+def check_all(problems: Iterator[str]) -> None:
+    """Make sure that there are no problems.
+
+    Raises:
+        ValueError: there are; the message names all of them.
+    """
+    clauses = list(problems)
+    if clauses:
+        raise ValueError(join_clauses(clauses))

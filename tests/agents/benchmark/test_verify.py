@@ -1,0 +1,117 @@
+"""Rows of a benchmark are carried out again: equal, different and where, or of another version."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from agents.benchmark.compare import assemble
+from agents.benchmark.plan import Plan, pieces
+from agents.benchmark.run import run_piece
+from agents.benchmark.verify import first_difference
+from agents.ground.files import json_text
+from agents.ground.versions import versions
+from tests.tools.commands import answered, refused
+
+PLAN: dict[str, Any] = {
+    "name": "small",
+    "env": "ToyThrow-v0",
+    "train_level": "waste",
+    "levels": ["waste", "unseen"],
+    "picks": 24,
+    "seeds": [0, 1],
+    "num_envs": 8,
+    "entries": [
+        {"label": "analytic", "controller": "analytic"},
+        {"label": "ridge", "controller": "ridge", "throws": [16, 32]},
+    ],
+}
+ROWS = 10
+"""Two levels of one planner, and of ridge with two seeds and two numbers of throws."""
+
+
+@pytest.fixture(scope="module")
+def text(tmp_path_factory: pytest.TempPathFactory) -> str:
+    plan = Plan.model_validate(PLAN)
+    work = tmp_path_factory.mktemp("work")
+    results = [result for piece in pieces(plan) for result in run_piece(piece, work)["results"]]
+    head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "seconds": 1.0}
+    return json_text({**head, **assemble(plan, results), "results": results})
+
+
+@pytest.fixture
+def data(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    monkeypatch.chdir(tmp_path)
+    return json.loads(text)
+
+
+def verify(data: Any, *options: str) -> tuple[int, list[dict[str, Any]]]:
+    """Exit code and verdicts of the command about a file with these data."""
+    Path("file.json").write_text(json.dumps(data))
+    code, _ = answered("agents.benchmark.verify", "file.json", "--json", "out.json", *options)
+    return code, json.loads(Path("out.json").read_text())["verdicts"]
+
+
+def test_every_row_of_an_honest_file_is_equal(data: dict[str, Any]) -> None:
+    code, verdicts = verify(data, "--rows", "99")
+    assert code == 0
+    assert len(verdicts) == len(data["results"]) == ROWS
+    assert {row["verdict"] for row in verdicts} == {"equal"}
+
+
+def test_a_sample_is_drawn_by_its_seed(data: dict[str, Any]) -> None:
+    drawn = [verify(data, "--rows", "2", "--seed", seed)[1] for seed in ("0", "0", "1")]
+    assert len(drawn[0]) == 2
+    assert drawn[0] == drawn[1] != drawn[2]
+
+
+def test_one_changed_outcome_is_found_with_its_place(data: dict[str, Any]) -> None:
+    columns = data["results"][3]["columns"]
+    outcomes = columns["outcome"]
+    flipped = "m" if outcomes[17] == "s" else "s"
+    columns["outcome"] = outcomes[:17] + flipped + outcomes[18:]
+    code, verdicts = verify(data, "--rows", str(ROWS))
+    assert code == 1
+    assert [n for n, row in enumerate(verdicts) if row["verdict"] == "different"] == [3]
+    expected = {"column": "outcome", "at": 17, "file": flipped, "here": outcomes[17], "count": 1}
+    assert verdicts[3]["difference"] == expected
+
+
+def test_a_file_of_other_versions_is_told_apart_from_a_changed_one(data: dict[str, Any]) -> None:
+    data["versions"]["numpy"] = "1.0"
+    assert verify(data, "--rows", "1")[1][0]["verdict"] == "equal"
+    for result in data["results"]:
+        result["columns"]["cycle_s"][0] += 1.0
+    code, (row,) = verify(data, "--rows", "1")
+    assert (code, row["verdict"], row["difference"]["at"]) == (1, "made by another version", 0)
+
+
+def test_differences_in_form_are_differences() -> None:
+    assert first_difference({"a": 1, "b": [1, 2]}, {"a": 1, "b": [1, 2]}) is None
+    shorter = {"column": "b", "at": None, "file": [1, 2], "here": [1], "count": 1}
+    assert first_difference({"b": [1, 2]}, {"b": [1]}) == shorter
+    assert first_difference({}, {"b": 1}) == {"column": "b", "at": None, "file": None, "here": 1, "count": 1}
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "words"),
+    [
+        ({"plan": {"name": "x"}}, (), "plan in 'file.json': key 'train_level' is missing"),
+        ({"results": 3}, (), "'file.json' was not written by this version"),
+        ({}, ("--rows", "0"), "--rows is 0; it must be at least 1"),
+        ({}, ("--longest", "-1"), "--longest is -1; no row of plan 'small' learned in so few seconds"),
+        ({"plan": {**PLAN, "env": "theirs:Toy-v0"}}, (), "the file names 'theirs:Toy-v0': importing the module runs"),
+    ],
+)
+def test_wrong_files_are_one_sentence(
+    data: dict[str, Any], changes: dict[str, Any], options: tuple[str, ...], words: str
+) -> None:
+    Path("file.json").write_text(json.dumps({**data, **changes}))
+    assert words in refused("agents.benchmark.verify", "file.json", *options)
+
+
+def test_a_row_of_no_entry_is_one_sentence(data: dict[str, Any]) -> None:
+    data["results"][0]["seed"] = 7
+    Path("file.json").write_text(json.dumps(data))
+    assert "seed 7, level" in refused("agents.benchmark.verify", "file.json")

@@ -1,0 +1,79 @@
+"""Intervals that may be looked at after every observation: against an oracle, over many runs, and at the bounds."""
+
+import numpy as np
+import pytest
+
+from agents.judging.sequential import FRACTIONS, WEIGHTS, ConfidenceSequence, log_capital_path
+
+
+def capital(values: np.ndarray, bound: float, mean: float) -> float:
+    """What a gambler holds who bets each fraction, one observation after the other."""
+    total = 0.0
+    for fraction, weight in zip(FRACTIONS, WEIGHTS, strict=True):
+        held = weight
+        for value in values:
+            held *= 1.0 - fraction + fraction * (bound + value) / (bound + mean)
+        total += held
+    return total
+
+
+def test_limits_are_the_means_against_which_the_capital_suffices() -> None:
+    values = np.random.default_rng(0).uniform(-1.0, 2.0, 60)
+    interval = ConfidenceSequence(2.0, 0.05)
+    interval.update(values)
+    assert capital(values, 2.0, interval.low) == pytest.approx(40.0)
+    assert capital(-values, 2.0, -interval.high) == pytest.approx(40.0)
+    assert interval.low < values.mean() == interval.value < interval.high
+    assert np.exp(log_capital_path(values[None], 2.0)[0, -1]) == pytest.approx(capital(values, 2.0, 0.0))
+
+
+def test_an_interval_only_narrows_and_mirrors() -> None:
+    random = np.random.default_rng(1)
+    interval, mirror = ConfidenceSequence(1.0, 0.05), ConfidenceSequence(1.0, 0.05)
+    ends = [(interval.low, interval.high)]
+    for _ in range(20):
+        values = random.uniform(-0.5, 1.0, 16)
+        interval.update(values)
+        mirror.update(-values)
+        ends.append((interval.low, interval.high))
+        assert (mirror.low, mirror.high) == pytest.approx((-interval.high, -interval.low))
+    low, high = np.array(ends).T
+    assert (np.diff(low) >= 0.0).all()
+    assert (np.diff(high) <= 0.0).all()
+    assert 0.0 < low[-1] < 0.25 < high[-1]
+    assert high[-1] - low[-1] < 0.3
+
+
+def test_equal_controllers_are_hardly_ever_told_apart() -> None:
+    """Skewed differences of mean zero, looked at after each of 500 throws, 4,000 times."""
+    random = np.random.default_rng(2)
+    values = np.where(random.random((4000, 500)) < 0.1, 0.9, -0.1)
+    paths = [log_capital_path(side * values, 1.0) for side in (1.0, -1.0)]
+    ever = np.any([path.max(axis=1) >= np.log(2.0 / 0.05) for path in paths], axis=0)
+    assert 0.0 < ever.mean() < 0.05
+
+
+def test_the_mean_lies_inside_at_all_times_in_nearly_all_runs() -> None:
+    random, misses = np.random.default_rng(3), 0
+    for _ in range(200):
+        interval = ConfidenceSequence(1.0, 0.2)
+        for _ in range(8):
+            interval.update(np.where(random.random(25) < 0.8, 0.5, -1.0))
+        misses += not interval.low <= 0.2 <= interval.high
+    assert misses <= 40
+
+
+@pytest.mark.parametrize("value", [-1.0, 0.0, 1.0])
+def test_observations_that_never_differ(value: float) -> None:
+    interval = ConfidenceSequence(1.0, 0.05)
+    interval.update(np.full(200, value))
+    assert interval.low <= value <= interval.high
+    assert interval.high - interval.low < 0.06
+    assert interval.excludes_zero == (value != 0.0)
+    assert interval.is_within(0.05) == (value == 0.0)
+
+
+def test_without_observations_all_is_possible() -> None:
+    interval = ConfidenceSequence(3.0, 0.05)
+    interval.update(np.zeros(0))
+    assert interval.as_json() == {"value": None, "low": -3.0, "high": 3.0, "excludes_zero": False, "count": 0}

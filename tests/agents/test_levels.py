@@ -1,0 +1,55 @@
+"""`agents.levels` lists levels, prints one in full, and writes one to start from."""
+
+from pathlib import Path
+
+import pytest
+
+from agents.levels import FAMILIES, shipped_levels
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.reading import yaml_of
+from tests.tools.commands import output_of, refused
+from tests.tools.plant import plant_text
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(("family", "name"), [(family, name) for family, _, name in shipped_levels()])
+def test_a_new_level_is_the_old_one_until_it_is_changed(here: Path, family: str, name: str) -> None:
+    output_of(f"levels --new mine.yaml --like {family}/{name}", here)
+    text = (here / "mine.yaml").read_text()
+    assert max(map(len, text.splitlines())) <= 120
+    assert text.count("\n# ") + text.count("\n  # ") >= 1
+    assert FAMILIES[family].load("mine.yaml") == FAMILIES[family].load(name, name="mine")
+
+
+def test_a_level_is_printed_in_full_by_name_or_file(here: Path) -> None:
+    assert output_of("levels --show waste", here) == output_of("levels --show PnT/waste", here)
+    (here / "plant.yaml").write_text(plant_text())
+    text = output_of("levels --show plant.yaml", here)
+    assert "# brick: assumed, as the level does not say: drag 1.05, com_depth 0.5, seal_force 12" in text
+    (here / "full.yaml").write_text(text)
+    assert LineConfig.load("full.yaml") == LineConfig.load("plant.yaml")
+    assert yaml_of("full.yaml")["cell"]["extra_items"][0]["assumed"][0] == "drag"
+
+
+WRONG = {
+    "--show nominal": "level 'nominal' is one of PnT/nominal, PnTLine/nominal, OneJoint/nominal, GripperToss/nominal",
+    "--show nowhere": "unknown level 'nowhere'; shipped levels are PnT/day",
+    "--show none.yaml": "cannot read level file 'none.yaml': No such file",
+    "--like waste": "--like goes with --new FILE.yaml",
+    "--new mine.txt": "--new is 'mine.txt'; it must end in .yaml or .yml",
+    "--new mine.yaml --like none.yaml": "cannot read level file 'none.yaml'",
+    "--new mine.yaml --like old.yaml": "--like is 'old.yaml'; it must be a shipped level",
+    "--new old.yaml": "'old.yaml' exists already; give --new another name",
+}
+
+
+@pytest.mark.parametrize("options", WRONG)
+def test_what_cannot_be_shown_or_written_is_one_sentence(here: Path, options: str) -> None:
+    (here / "old.yaml").write_text("base: waste\n")
+    assert WRONG[options] in refused("agents.levels", *options.split())
+    assert [path.name for path in here.iterdir()] == ["old.yaml"]

@@ -1,0 +1,64 @@
+"""The choice among targets in machine code is that of planning and checking one target after the other."""
+
+import numpy as np
+import pytest
+
+from pnt_gym.planning import EllipticWorkspace, plan_release_batch
+from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.planning.straight.release import aim_lines, release_at_elevation, stops_inside
+from pnt_gym.planning.straight.targets import Rules, choose_targets
+from tests.tools.throws import same_bits
+
+COUNT, TARGETS, GRAVITY = 600, 5, 9.81
+SPACE = EllipticWorkspace(0.45, 0.80, -0.95, 0.0)
+RULES = [Rules(0.08, 0.0, 0.10, SPACE), Rules(0.0, 0.8, 0.05, SPACE), Rules(0.1, 0.0, 0.0, SPACE)]
+
+
+def throws(seed):
+    random = np.random.default_rng(seed)
+    pick = random.uniform([-0.45, -0.6, -0.9], [0.45, -0.2, -0.8], (COUNT, 3))
+    target = random.uniform([-0.8, 0.25, -0.85], [0.8, 1.2, -0.85], (COUNT, TARGETS, 3))
+    limits = LimitRows.t3kr(random.choice([15.0, 30.0, 45.0, 100.0], COUNT))
+    return pick, target, limits, pick[:, 2] + 0.10, random.random(COUNT) < 0.9
+
+
+def accepted(pick, target, limits, ceiling, rules, origin):
+    """Plans to one target each, and which of them the rules accept: by the planner and a check of each moved target."""
+    plans = plan_release_batch(pick, target, limits, ceiling=ceiling)
+    braking = limits.acceleration
+    if rules.gravity_share:
+        braking = np.minimum(braking, rules.gravity_share * GRAVITY / np.maximum(np.sin(plans.angle), 1e-3))
+    way = target[:, :2] - origin[:, :2]
+    shift = rules.reserve * way / np.sqrt((way**2).sum(axis=1))[:, None]
+    shifts = np.ascontiguousarray(shift.T) if rules.reserve else None
+    return plans, stops_inside(pick, target, limits, plans, braking, rules.window, rules.workspace, shifts)
+
+
+@pytest.mark.parametrize("rules", RULES, ids=["plain", "shaped", "no reserve"])
+@pytest.mark.parametrize("ahead", [0.0, 0.03])
+def test_each_object_gets_the_first_target_that_is_accepted_and_the_last_where_none_is(rules, ahead):
+    origin, target, limits, ceiling, may_throw = throws(3)
+    pick = origin + np.array([ahead, 0.0, 0.0])
+    choice = choose_targets(pick, target, limits, ceiling, rules, origin, may_throw)
+    one_by_one = [accepted(pick, target[:, k], limits, ceiling, rules, origin) for k in range(TARGETS)]
+    good = np.array([is_good for _, is_good in one_by_one]) & may_throw
+    first = np.where(good.any(axis=0), good.argmax(axis=0), TARGETS - 1)
+    np.testing.assert_array_equal(choice.attempt, first)
+    np.testing.assert_array_equal(choice.good, good.any(axis=0))
+    for name in ("position", "velocity", "speed", "angle", "distance", "time", "flight_time", "feasible", "reason"):
+        values = np.array([getattr(plans, name) for plans, _ in one_by_one])[first, np.arange(COUNT)]
+        assert same_bits(getattr(choice.plan, name), values), name
+    assert len(set(choice.attempt[choice.good])) == TARGETS
+    assert 0.05 < choice.good.mean() < 0.95
+
+
+def test_lines_without_checks_are_those_with_checks():
+    pick, target, limits, _, _ = throws(5)
+    angle = np.random.default_rng(0).uniform(-0.3, 1.2, COUNT)
+    plain, checked = (
+        aim_lines(pick, target[:, 0], limits, angle),
+        release_at_elevation(pick, target[:, 0], limits, angle),
+    )
+    for name in ("position", "velocity", "angle", "feasible", "reason", "ceiling_active"):
+        assert same_bits(getattr(plain, name), getattr(checked, name)), name
+    assert 0.1 < plain.feasible.mean() < 1.0
