@@ -13,7 +13,7 @@ import numpy as np
 import tyro
 from pydantic import ValidationError
 
-from pnt_gym.cells.base.problems import first_problem
+from pnt_gym.cells.base.problems import describe_problems
 
 from ..ground.cli import UsageError, at_least, option, run
 from ..ground.files import check_form, jsonable, read_json
@@ -176,7 +176,7 @@ def _plan(file: Path, plan: Any) -> Plan:
         # A file holds every key of its plan; keys of other kinds of trials, at their defaults, must not count as given.
         return Plan.model_validate(Plan.model_validate(plan).model_dump(exclude_defaults=True))
     except ValidationError as error:
-        raise UsageError(f"plan in {str(file)!r}: {first_problem(error)}") from None
+        raise UsageError(f"plan in {str(file)!r}: {describe_problems(error, Plan)}") from None
 
 
 def _check_trust(plan: Plan, *, trust: bool) -> None:
