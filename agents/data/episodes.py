@@ -14,6 +14,7 @@ from gymnasium.vector.utils import concatenate, create_empty_array, iterate
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.base.core import EPISODE_SUCCESS
 
 from ..controllers.protocol import Controller
 from ..ground.environments import Env, Role, cores_of, get_hidden
@@ -25,8 +26,8 @@ LEAST_SEED: Final = 2**31
 one."""
 MOST_SEED: Final = 2**53
 """Upper bound of the seeds; file formats with 64-bit floats hold smaller integers exactly."""
-FIGURES: Final = "shift_"
-"""Prefix of the info keys that hold figures of a whole work shift, at its end."""
+FIGURES: Final = ("shift_", EPISODE_SUCCESS)
+"""Beginnings of the info keys that hold figures of a whole work shift or episode, at its end."""
 
 Rows: TypeAlias = Mapping[str, NDArray[Any]]
 """Arrays of N rows by name, (N, ...) each."""

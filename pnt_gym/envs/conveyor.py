@@ -60,6 +60,8 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
       landing_scale: 0.10   # landing error from which on that term is 0 [m]
     ```
 
+    At the end of an episode of several throws, `info["episode_success"]` is the share of them that succeeded.
+
     `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`, `wait_time`
     [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched the object
     after the release), `picked` (the cup sealed; else landings are NaN), `dropped` (lost on the way to the
@@ -71,8 +73,7 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     and of the bin of this throw), `true_kind` (index of the true class), `target_x`, `target_y`, `bin_depth` (free
     depth of the bin above its filling) [m], `ended_in` (index of the bin in which the object lies at the end, -1 for
     none), `belongs` (that bin takes the true class), `sorted` (a success that belongs there), and `kind`: the index,
-    into the level's `items`, of the class of the object now under the cup, as seen. At the end of an episode of several
-    throws `episode_success` is the share of them that succeeded.
+    into the level's `items`, of the class of the object now under the cup, as seen.
 
     ## Arguments
 

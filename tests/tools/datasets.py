@@ -5,6 +5,7 @@ from typing import Any
 import minari
 import numpy as np
 
+from agents.data.episodes import FIGURES
 from agents.ground.environments import get_hidden
 from agents.ground.infos import LANDING
 from tests.tools.commands import answered
@@ -39,14 +40,14 @@ def replayed(dataset: minari.MinariDataset) -> list[tuple[bool, bool]]:
             assert np.array_equal(observation, episode.observations[k + 1])
             assert reward == episode.rewards[k]
             assert (terminated, truncated) == (episode.terminations[k], episode.truncations[k])
-            figures = {name: info.pop(name) for name in [*info] if name.startswith("shift_")}
+            figures = {name: info.pop(name) for name in [*info] if name.startswith(FIGURES)}
             if info.get("dropped"):  # its landing is no throw's
                 info |= dict.fromkeys(LANDING, np.nan)
             np.testing.assert_equal(of_entry(columns, episode, k + 1), info)
             if hidden:
                 np.testing.assert_array_equal(episode.infos["hidden"][k + 1], np.concatenate([*hidden.values()]))
                 assert [*hidden] == columns["hidden"]
-        np.testing.assert_equal({name: told[name] for name in told if name.startswith("shift_")}, figures)
+        np.testing.assert_equal({name: told[name] for name in told if name.startswith(FIGURES)}, figures)
         assert len(episode) == told["total_steps"] == len(episode.observations) - 1
         ends.append((bool(terminated), bool(truncated)))
     return ends

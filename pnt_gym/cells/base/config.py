@@ -19,7 +19,7 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError, to_jsonable_python
 
-from pnt_gym.cells.base.merging import Rules, merge_levels
+from pnt_gym.cells.base.merging import MergeRules, merge_levels
 from pnt_gym.cells.base.problems import describe_problems
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 from pnt_gym.reading import ReadError, number_of, parsed_yaml, text_of
@@ -154,7 +154,7 @@ class LevelConfig(Section):
 
     folder: ClassVar[str | Path]
     """Name of the robot and of the folder with the robot's shipped levels; a path for a user's levels."""
-    rules: ClassVar[Rules] = Rules()
+    rules: ClassVar[MergeRules] = MergeRules()
     """How a level's differences are merged into its base."""
     trial: ClassVar[str] = "throws"
     """Trial that judges controllers: "throws", "work_shifts", or MODULE:CLASS of a trial of your own."""
@@ -252,7 +252,7 @@ class LevelConfig(Section):
 
 def locate_files(data: Mapping[str, Any], folder: Path, *keys: str) -> dict[str, Any]:
     """A section, with the paths of those files in a folder that some of its keys name."""
-    places = {key: folder / data[key] for key in keys if isinstance(data.get(key), str)}
+    places = {key: str(folder / data[key]) for key in keys if isinstance(data.get(key), str)}
     # `os.path.isfile` is False, without an error, for a name that no file can have.
     return {**data, **{key: place for key, place in places.items() if os.path.isfile(place)}}
 

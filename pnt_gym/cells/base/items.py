@@ -255,8 +255,3 @@ def contact_solref(restitution: ArrayLike) -> Floats:
     damping = np.maximum(np.cos(np.interp(e, _BOUNCE, _PHI)), _LEAST_DAMPING)
     stiffening = np.sqrt(np.maximum(e, _LEAST_BOUNCE) / _LEAST_BOUNCE)
     return np.stack([_DEAD_TIME_CONSTANT / (damping * stiffening), damping], axis=-1)
-
-
-def rebound(solref: Floats) -> Floats:
-    """Rebound speed over impact speed of contacts with `solref` (..., 2), see `contact_solref`: (...,)."""
-    return np.interp(-solref[..., 1], -np.cos(_PHI), _BOUNCE)

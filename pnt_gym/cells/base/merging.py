@@ -8,7 +8,7 @@ from typing import Any, cast
 
 
 @dataclass(frozen=True)
-class Rules:
+class MergeRules:
     """Exceptions from merging mappings key by key; keys inside sections are written with dots."""
 
     alternatives: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
@@ -19,7 +19,7 @@ class Rules:
     """By key: keys of the base that a level drops if it gives the first key, because they speak of the old value."""
 
 
-def merge_levels(below: Mapping[str, Any], above: Mapping[str, Any], rules: Rules) -> dict[str, Any]:
+def merge_levels(below: Mapping[str, Any], above: Mapping[str, Any], rules: MergeRules) -> dict[str, Any]:
     """Values of `above` merged into those of `below`: mappings key by key, other values replace the value below.
 
     A section that is given as an object is complete and is not merged.
@@ -31,7 +31,7 @@ def merge_levels(below: Mapping[str, Any], above: Mapping[str, Any], rules: Rule
     return _merge(below, above, rules, "")
 
 
-def _merge(below: Mapping[str, Any], above: Mapping[str, Any], rules: Rules, prefix: str) -> dict[str, Any]:
+def _merge(below: Mapping[str, Any], above: Mapping[str, Any], rules: MergeRules, prefix: str) -> dict[str, Any]:
     merged = dict(below)
     for key, value in above.items():
         place, under = f"{prefix}{key}", merged.get(key)

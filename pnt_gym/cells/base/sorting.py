@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.catalogue import ItemsConfig
 from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Range, Section, check_ranges
-from pnt_gym.cells.base.merging import Rules
+from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.problems import list_names
 
 
@@ -222,7 +222,7 @@ class SortingLine(ItemsConfig):
     """Abstract: the part of a level that describes belt, items, bins and sensors."""
 
     folder: ClassVar[str | Path] = "conveyor"
-    rules: ClassVar[Rules] = Rules(alternatives={"bins": ("fixed", "random")})
+    rules: ClassVar[MergeRules] = MergeRules(alternatives={"bins": ("fixed", "random")})
 
     items: tuple[str, ...] = Field(
         default=("paper", "metal_can", "plastic_package"),

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section
-from pnt_gym.cells.base.merging import Rules
+from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.problems import list_names
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 from pnt_gym.cells.conveyor.drift import Drift, Feedback
@@ -68,7 +68,7 @@ class FollowThrough(Section):
 
 
 class Placing(Section):
-    """Rules of `pick_and_place` and `ellipse`, which put an object down in its bin."""
+    """MergeRules of `pick_and_place` and `ellipse`, which put an object down in its bin."""
 
     over_rim: Finite = Field(
         default=0.01,
@@ -232,7 +232,7 @@ class ActionScale(Section):
 class ConveyorConfig(SortingLine):
     """A conveyor cell. The defaults are the level `nominal` without its bins."""
 
-    rules: ClassVar[Rules] = replace(
+    rules: ClassVar[MergeRules] = replace(
         SortingLine.rules,
         wholes=frozenset({"mix", "classifier.confusion"}),
         dependents={"items": ("mix", "classifier.confusion")},

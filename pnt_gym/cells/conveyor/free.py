@@ -8,7 +8,6 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.base.alone import Fall, fall, write_object
-from pnt_gym.cells.base.items import rebound
 from pnt_gym.cells.base.plant import Touchdown
 from pnt_gym.cells.base.settling import Airborne, FallEnd, Vicinity, settle
 from pnt_gym.cells.base.sorting import Bins
@@ -159,6 +158,8 @@ class FreeObjects:
 
     def _vicinity(self, context: Context, body: Floats) -> Vicinity:
         """Bodies of N objects with constants (N, BODY), and what they may meet."""
+        from pnt_gym.cells.base.settle_kernel import fill_rebounds  # noqa: PLC0415 - compiles
+
         o, fixed, count = context.objects, self._config.bins.fixed, len(body)
         bins = np.empty((count, max(len(fixed), 1), 5))
         openings = [(b.x, b.y, b.size[0] / 2.0, b.size[1] / 2.0) for b in fixed]
@@ -166,7 +167,9 @@ class FreeObjects:
         bins[..., :4] = np.array(openings) if openings else drawn
         bins[..., 4] = context.depth
         shape, mass, middle = o.shape[:, None].astype(np.float64), body[:, :1], body[:, 4:5]
-        last = np.stack([rebound(o.solref), farthest_points(context)], axis=1)
+        rebounds = np.empty(count)
+        fill_rebounds(np.ascontiguousarray(o.solref), self._config.timestep, rebounds)
+        last = np.stack([rebounds, farthest_points(context)], axis=1)
         columns = shape, o.extents / 2.0, middle, body[:, 1:4] / mass, last
         ground = np.tile(self._ground, (count, 1))
         return Vicinity(np.concatenate(columns, axis=1), bins, context.target[:, 2].copy(), ground)

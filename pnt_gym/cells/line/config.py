@@ -12,7 +12,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.config import Finite, Label, LevelConfig, NonNegative, Positive, Section, locate_files
-from pnt_gym.cells.base.merging import Rules
+from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.problems import check_all, list_names
 from pnt_gym.cells.base.sorting import Bin
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -109,7 +109,7 @@ class LineConfig(LevelConfig):
     folder: ClassVar[str | Path] = "line"
     trial: ClassVar[str] = "work_shifts"
 
-    rules: ClassVar[Rules] = Rules(wholes=frozenset({"value.of"}), dependents={"cell.items": ("value.of",)})
+    rules: ClassVar[MergeRules] = MergeRules(wholes=frozenset({"value.of"}), dependents={"cell.items": ("value.of",)})
 
     cell: ConveyorConfig = Field(
         description="A level of the conveyor: its name, a YAML file, or differences from the `cell` of the line's "

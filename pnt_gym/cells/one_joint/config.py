@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Finite, LevelConfig, NonNegative, Positive, Range, Section, check_ranges
-from pnt_gym.cells.base.merging import Rules
+from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.planning.one_joint.parameters import Arm, Block
 
 Task = Literal["throw", "sort", "assembly"]
@@ -259,7 +259,7 @@ class OneJointConfig(LevelConfig):
     """Level of a one-joint cell. The defaults are the level `nominal` of the task `throw`."""
 
     folder: ClassVar[str | Path] = "one_joint"
-    rules: ClassVar[Rules] = Rules(alternatives={"goals": ("fixed", "region")})
+    rules: ClassVar[MergeRules] = MergeRules(alternatives={"goals": ("fixed", "region")})
 
     task: Task = Field(
         default="throw",

@@ -7,7 +7,7 @@ import yaml
 
 from pnt_gym.cells.base import config as levels
 from pnt_gym.cells.base.config import LevelConfig, Section, serialize_level
-from pnt_gym.cells.base.merging import Rules
+from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
@@ -31,7 +31,7 @@ class Rack(Section):
 
 class Oven(LevelConfig):
     folder: ClassVar[str] = "oven"
-    rules: ClassVar[Rules] = Rules(alternatives={"rack": ("shelves", "spit")})
+    rules: ClassVar[MergeRules] = MergeRules(alternatives={"rack": ("shelves", "spit")})
 
     heat: float = 200.0
     rack: Rack = Rack()
