@@ -12,7 +12,6 @@ import tyro
 from .ground.amounts import NUM_ENVS
 from .ground.cli import at_least, option, read_settings, run
 from .ground.outputs import VIDEOS, check_drawing, check_ending, check_writable, deliver_json, deliver_text
-from .ground.starters import assumed_values, show_assumed
 from .ground.tables import console
 
 CONTROLLERS = (
@@ -80,6 +79,7 @@ def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
     from .controllers import Learner, save_state
     from .controllers.state import check_learns, practice_steps
+    from .ground.starters import assumed_values, show_assumed
     from .judging.evaluation import judge
     from .judging.trials import check_options, controller_with, open_trial
     from .learning.trained import resolve_task
