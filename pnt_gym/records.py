@@ -127,7 +127,9 @@ class Record:
     def __setstate__(self, state: tuple[dict[str, Any], bool]) -> None:
         self.__dict__.update(state[0])
         if state[1]:
-            self.__dict__.update(self.pack().__dict__)
+            packed = self.pack()
+            self.__dict__.clear()  # a record in the record is in this block again, and in none of its own
+            self.__dict__.update(packed.__dict__)
 
 
 _UNREAD_STATE: Final = frozenset(("_block", "_layout", "_read", "_depth"))

@@ -81,6 +81,7 @@ QUESTIONS: Final = (
             "benchmark_goal": "The virtual goal and its gain K",
             "training": "Learning from flights",
             "oracle": "What the oracle leaves",
+            "sequential": "How many throws a comparison takes",
         },
     ),
     Question(

@@ -63,7 +63,7 @@ STAGES: Final = (
     ),
     Stage(
         "plan",
-        ("pnt_gym.planning.straight.release:release_at_elevation",),
+        ("pnt_gym.planning.straight.release:aim_lines",),
         "The planner computes the release for the shifted target, at the planned elevation. The mode `virtual_goal` "
         "plans from scratch instead, with `plan_release_batch`.",
     ),

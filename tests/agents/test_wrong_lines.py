@@ -161,7 +161,7 @@ dataset --name one/two-v0 --root datasets | 'one/two-v0' exists already in
 dataset --name one/two-v0/three-v0 --root datasets | 'one/two-v0/three-v0' would lie in
 dataset --root file | cannot read or write
 dataset --controller policy --action-mode release_xyz | the policy of
-dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' cannot be collected: its core has no cell
+dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' has no single form
 dataset --env PnTLine-v0 --expert atc --controller oracle | 'oracle' is no controller of a line; controllers are
 dataset --env PnTLine-v0 --expert atc --controller LONG | 'x ... is no controller of a line; controllers are random
 dataset --env PnTLine-v0 --expert atc --controller none.npz | scorer 'none.npz' does not exist

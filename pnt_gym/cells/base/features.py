@@ -82,7 +82,7 @@ class FeatureTable:
         columns: list[Floats] = []
         for feature in self._features:
             columns.append(feature.value(throws))
-        scaled = (np.array(columns, dtype=np.float64).T - self._centre) / self._scale
+        scaled = (np.moveaxis(np.array(columns, dtype=np.float64), 0, -1) - self._centre) / self._scale
         return np.clip(scaled, -CLIP, CLIP).astype(np.float32)
 
     def decode(self, observation: NDArray[np.floating]) -> dict[str, Floats]:

@@ -68,7 +68,7 @@ class FollowThrough(Section):
 
 
 class Placing(Section):
-    """MergeRules of `pick_and_place` and `ellipse`, which put an object down in its bin."""
+    """Rules of `pick_and_place` and `ellipse`, which put an object down in its bin."""
 
     over_rim: Finite = Field(
         default=0.01,
