@@ -134,8 +134,8 @@ WRONG = {
     "emptied after a part": ({"bins": {"emptied": 2.5}}, "bins.emptied is 2.5"),
     "nothing but air": ({"bins": {"packing": 0.0}}, "bins.packing is 0"),
     "packed with more than all": ({"bins": {"packing": 1.1}}, "bins.packing is 1.1"),
-    "unknown planner": ({"planner": "curved"}, "planner is 'curved': input should be 'straight', 'straight_flying', 'free_direction', "
-     "'horizontal', 'pick_and_place', 'ellipse' or 'auto'"),
+    "unknown planner": ({"planner": "curved"}, "planner is 'curved': input should be 'straight', 'straight_flying', "
+     "'free_direction', 'horizontal', 'pick_and_place', 'ellipse' or 'auto'"),
     "unknown neighbours": ({"belt": {"neighbours": "walls"}}, "neighbours is 'walls': input should be 'ghosts' or "),
     "safety below one": ({"grip": {"safety": 0.5}}, "grip.safety is 0.5: .* equal to 1, or input should be 'surface'"),
     "safety above ten": ({"grip": {"safety": 11.0}}, "grip.safety is 11"),
