@@ -107,6 +107,16 @@ def test_copies_and_pickles_are_equal_and_join_the_original(record):
         assert_equal(take(concatenate_records([record, other]), np.s_[ROWS:]), plain())
 
 
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda record: pickle.loads(pickle.dumps(record))])
+def test_a_copy_whose_columns_were_read_can_be_overwritten(copied):
+    record, source = plain().pack(), plain(1).pack()
+    assert_equal(record, plain())
+    again = copied(record)
+    again.overwrite(np.s_[:], source)
+    assert_equal(again, plain(1))
+    assert_equal(record, plain())
+
+
 def test_only_columns_of_the_record_exist():
     for record in (plain(), plain().pack(), take(plain(), 0)):
         with pytest.raises(AttributeError, match="'Outer' has no attribute 'volume'"):
