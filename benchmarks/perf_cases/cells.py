@@ -72,8 +72,8 @@ class Vector:
 
     def __init__(self, env_id: str, level: Any, cells: int, threads: int) -> None:
         self._env: Any = gym.make_vec(env_id, num_envs=cells, level=level, threads=threads)
-        self._parts, self._steps = [tap_batches(plant) for plant in plants(self._env.unwrapped.core.cell)], list[int]()
-        self._taps = [tap for part in self._parts for tap in part]
+        self._plants = [[tap_batches(part) for part in parts] for parts in plants(self._env.unwrapped.core.cell)]
+        self._taps, self._steps = [tap for parts in self._plants for part in parts for tap in part], list[int]()
         self._info, self._rng = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
 
     def step(self) -> None:
@@ -85,7 +85,8 @@ class Vector:
 
     def repeat(self) -> None:
         """The physics of the last step alone: what planning, references and bookkeeping leave to it."""
-        call_in_threads([partial(repeat_all, part) for part in self._parts])  # at the same time, as in the step
+        for parts in self._plants:  # one after the other, and the parts of each at the same time, as in the step
+            call_in_threads([partial(repeat_all, part) for part in parts])
 
     def steps(self) -> float:
         """Physics steps of a step of all cells, on average without the first, which warms up."""
@@ -110,10 +111,10 @@ class Singles:
                 self._infos[row] = env.reset()[1]
 
 
-def plants(cell: Any) -> list[Any]:
-    """What throws in a cell, or on a line for its robots; nothing where throws go by a table."""
+def plants(cell: Any) -> list[list[Any]]:
+    """The parts of each plant of a cell, or of a line's robots; nothing where throws go by a table."""
     whole = [cell.plant] if hasattr(cell, "plant") else [core.cell.plant for core in getattr(cell.throws, "cores", [])]
-    return [part for plant in whole for part in ([part for _, part in getattr(plant, "parts", [])] or [plant])]
+    return [[part for _, part in getattr(plant, "parts", [])] or [plant] for plant in whole]
 
 
 def tap_batches(plant: Any) -> list[Tap]:
