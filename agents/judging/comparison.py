@@ -254,7 +254,7 @@ def compare(
     cap: float | None = None,
     practice: int | None = None,
     trust: bool = False,
-    progress: Callable[[Comparison], object] | None = None,
+    progress: Callable[[Any], object] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
     """Compare two or more policies on the same held-out objects until their order is settled.
