@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from .cli import UsageError
-from .places import SHIPPED, at
+from .places import POLICY, SHIPPED, at
 
 PREFIX: Final = "shipped:"
 """What the name of a shipped policy begins with."""
@@ -28,9 +28,7 @@ class ShippedPolicy:
 
 
 POLICIES: Final[Mapping[str, ShippedPolicy]] = {
-    "waste-sac": ShippedPolicy(
-        "PnTRelease-v0-waste-sac-seed0", "PnTRelease-v0", "corrects throws; SAC, trained on `waste`"
-    ),
+    "waste-sac": ShippedPolicy(POLICY.name, "PnTRelease-v0", "corrects throws; SAC, trained on `waste`"),
     "day-recurrent_ppo": ShippedPolicy(
         "PnTAdapt-v0-day-recurrent_ppo-seed0",
         "PnTAdapt-v0",

@@ -11,7 +11,11 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.compiled import compile_for, kernel_part
-from pnt_gym.planning.motion.chase import earliest
+from pnt_gym.planning.motion.chase import CHASE_COLUMNS, earliest, search_end
+from pnt_gym.planning.motion.chase import END as CHASE_END
+from pnt_gym.planning.motion.chase import FIRST as CHASE_FIRST
+from pnt_gym.planning.motion.chase import LAST as CHASE_LAST
+from pnt_gym.planning.motion.strokes import stroke_time
 
 # Columns of a speed setting: percentage; limits of the hand; acceleration and jerk that are left for the way to an
 # object, time of the descent, least time of that way, virtual place of its end ahead of the object and behind the lift,
@@ -27,38 +31,6 @@ PERCENT, VELOCITY, ACCELERATION, JERK, WAY_ACCELERATION, WAY_JERK, DESCENT, LEAS
     SPEED, PACE, BELT_HEIGHT, LIP, CLEARANCE, SEARCH, HORIZON, DWELL, CEILING, COAST, GRAVITY_SHARE, RESERVE, SEMI_X,
     SEMI_Y, Z_MIN, Z_MAX, WINDOW_END, RIDES, USUAL_SPEED, MOST_SHARE,
 ) = range(20)  # fmt: skip
-# Columns of a chase, as in `planning.motion.chase`.
-CHASE_FIRST, CHASE_LAST, CHASE_END, CHASE_COLUMNS = 10, 11, 12, 13
-
-
-@kernel_part
-def is_short(stroke: float, velocity: float, acceleration: float, jerk: float) -> bool:
-    """Whether a stroke from rest to rest is over before acceleration and speed reach their limits."""
-    return jerk * jerk * stroke <= 2.0 * acceleration * acceleration * acceleration and (
-        jerk * stroke * stroke <= 4.0 * velocity * velocity * velocity
-    )
-
-
-@kernel_part
-def long_peaks(stroke: float, velocity: float, acceleration: float, jerk: float) -> tuple[float, float]:
-    """Greatest speed and acceleration of a stroke that is not short, as `scurve.peaks`."""
-    square = acceleration * acceleration
-    if jerk * velocity <= square:
-        return velocity, math.sqrt(jerk * velocity)
-    root = math.sqrt(square * square + 4.0 * jerk * jerk * stroke * acceleration)
-    return min(2.0 * jerk * stroke * acceleration / (square + root), velocity), acceleration
-
-
-@kernel_part
-def _stroke_time(stroke: float, velocity: float, acceleration: float, jerk: float) -> float:
-    """Shortest time of a stroke, as `planning.motion.chase` computes it."""
-    if is_short(stroke, velocity, acceleration, jerk):
-        speed, peak = np.cbrt(0.25 * jerk * stroke * stroke), np.cbrt(0.5 * jerk * jerk * stroke)
-    else:
-        speed, peak = long_peaks(stroke, velocity, acceleration, jerk)
-    if not speed > 0.0:
-        return 0.0
-    return stroke / speed + (speed / peak + peak / jerk)
 
 
 @kernel_part
@@ -75,10 +47,7 @@ def _set_up(numbers: Floats, setting: Floats, point: Floats, hand: Floats, chase
     first, last = max(min(low_time, high_time), 0.0), min(max(low_time, high_time), numbers[SEARCH])
     chase[CHASE_FIRST], chase[CHASE_LAST] = (first, last) if first <= last else (0.0, 0.0)
     far = math.sqrt(chase[0] * chase[0] + chase[1] * chase[1] + chase[2] * chase[2])
-    peak = min(math.sqrt(jerk * velocity), acceleration)
-    latest = far / velocity + 2.0 * (velocity / peak + peak / jerk) + setting[DESCENT]
-    slower = numbers[PACE] < velocity
-    chase[CHASE_END] = 1.001 * latest / (1.0 - numbers[PACE] / velocity) if slower else math.inf
+    chase[CHASE_END] = search_end(far, numbers[PACE], (velocity, acceleration, jerk), setting[DESCENT])
     return first <= last and first <= numbers[SEARCH]
 
 
@@ -89,7 +58,7 @@ def _wait(numbers: Floats, setting: Floats, chase: Floats, time: float) -> float
         return 0.0
     x, y, z = chase[0] + time * numbers[SPEED], chase[1], chase[2]
     stroke = math.sqrt(x * x + y * y + z * z)
-    travel = _stroke_time(stroke, setting[VELOCITY], setting[WAY_ACCELERATION], setting[WAY_JERK])
+    travel = stroke_time(stroke, setting[VELOCITY], setting[WAY_ACCELERATION], setting[WAY_JERK])
     return max(time - travel - setting[DESCENT], 0.0)
 
 
@@ -155,4 +124,4 @@ def meet_candidates(
 def write_descents(clearance: float, settings: Floats) -> None:
     """Write the times of the descents of speed settings (S, 12), from the other columns."""
     for setting in settings:
-        setting[DESCENT] = _stroke_time(clearance, setting[VELOCITY], setting[WAY_ACCELERATION], setting[WAY_JERK])
+        setting[DESCENT] = stroke_time(clearance, setting[VELOCITY], setting[WAY_ACCELERATION], setting[WAY_JERK])

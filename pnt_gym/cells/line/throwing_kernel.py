@@ -22,19 +22,16 @@ from pnt_gym.cells.line.meeting_kernel import (
     RESERVE,
     RIDES,
     SEMI_X,
-    SEMI_Y,
     SPEED,
     USUAL_SPEED,
     VELOCITY,
     WINDOW_END,
     Z_MAX,
-    Z_MIN,
-    is_short,
-    long_peaks,
 )
 from pnt_gym.compiled import compile_for, kernel_part
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.straight.kernel import choose_slopes, keep_stops_inside, release_rows
+from pnt_gym.planning.motion.strokes import brake_distance, is_short, long_peaks, ramp_times, stop_times
+from pnt_gym.planning.straight.kernel import choose_slopes, is_inside, keep_stops_inside, release_rows
 
 THROW_ROWS, OPTION_COLUMNS = 15, 13
 # Columns of an option, as `PicksAndThrows` has them.
@@ -50,14 +47,6 @@ def fading_time(speed: float, usual_speed: float, velocity: float, peak: float, 
     longest = (velocity + speed) / peak + peak / jerk
     usual = (usual_speed + speed) / peak + peak / jerk
     return min(longest, max(usual, shortest))
-
-
-@kernel_part
-def _contains(numbers: Floats, x: float, y: float, z: float) -> bool:
-    """Whether the workspace contains a point."""
-    across, along = x / numbers[SEMI_X], y / numbers[SEMI_Y]
-    sideways = (1.0 - math.sqrt(across * across + along * along)) * min(numbers[SEMI_X], numbers[SEMI_Y])
-    return min(sideways, z - numbers[Z_MIN], numbers[Z_MAX] - z) >= 0.0
 
 
 @kernel_part
@@ -91,13 +80,6 @@ def _braking_acceleration(numbers: Floats, acceleration: float, angle: float) ->
 
 
 @kernel_part
-def _ramp_times(velocity: float, acceleration: float, jerk: float) -> tuple[float, float]:
-    """`scurve._ramp_times` of one motion."""
-    ramp = acceleration / jerk
-    return ramp, 0.0 if acceleration <= 0.0 else max(velocity / acceleration - ramp, 0.0)
-
-
-@kernel_part
 def _throwing_time(
     numbers: Floats, stroke: float, speed: float, jerk: float, braking: float, fading: float, top: float, peak: float
 ) -> float:
@@ -113,10 +95,10 @@ def _throwing_time(
         top: greatest speed of the stroke [m/s].
         peak: greatest acceleration of the stroke [m/s2].
     """
-    ramp, plateau = _ramp_times(top, peak, jerk)
+    ramp, plateau = ramp_times(top, peak, jerk)
     cruise = max(stroke / top - 2.0 * ramp - plateau, 0.0) if top > 0.0 else 0.0
     release = ramp + plateau + ramp + 0.5 * cruise
-    ramp, plateau = _ramp_times(speed, min(math.sqrt(jerk * speed), braking), jerk)
+    ramp, plateau = stop_times(speed, braking, jerk)
     throwing = release + numbers[COAST] + (ramp + plateau + ramp)
     return throwing + max(fading - release, 0.0) if numbers[RIDES] > 0.0 else throwing
 
@@ -146,11 +128,12 @@ def _keep_in_workspace(
 ) -> None:
     """Write which of the possible throws stop inside the workspace, also with their targets moved by the reserve."""
     count = len(reasons)
+    workspace = numbers[SEMI_X : Z_MAX + 1]
     plans, shifts = np.empty((7, count)), np.empty((2, count if numbers[RESERVE] > 0.0 else 0))
     for m in range(count):
         is_good[m] &= reasons[m] == 0
         if numbers[RIDES] > 0.0:
-            is_good[m] &= _contains(numbers, picks[m, 0], picks[m, 1], picks[m, 2])
+            is_good[m] &= is_inside(picks[m, 0], picks[m, 1], picks[m, 2], workspace)
         plans[0, m], plans[1, m], plans[2, m] = slopes[m], figures[4, m], figures[0, m]
         plans[3, m], plans[4, m], plans[5, m] = vectors[2, m, 0], vectors[2, m, 1], vectors[2, m, 2]
         plans[6, m] = _braking_acceleration(numbers, throws[7, m], figures[2, m])
@@ -158,7 +141,7 @@ def _keep_in_workspace(
             x, y = throws[3, m] - picks[m, 0], throws[4, m] - picks[m, 1]
             far = math.sqrt(x * x + y * y)
             shifts[0, m], shifts[1, m] = numbers[RESERVE] * (x / far), numbers[RESERVE] * (y / far)
-    keep_stops_inside(throws, plans, shifts, numbers[COAST], numbers[SEMI_X : Z_MAX + 1], is_good)
+    keep_stops_inside(throws, plans, shifts, numbers[COAST], workspace, is_good)
 
 
 @kernel_part
@@ -167,8 +150,7 @@ def _write_stop(
 ) -> None:
     """Write the place at which a hand stands still after its throw."""
     speed, jerk = figures[0, m], throws[8, m]
-    ramp, plateau = _ramp_times(speed, min(math.sqrt(jerk * speed), braking), jerk)
-    way = figures[4, m] + (numbers[COAST] * speed + 0.5 * speed * (2.0 * ramp + plateau))
+    way = figures[4, m] + (numbers[COAST] * speed + brake_distance(speed, braking, jerk))
     for axis in range(3):
         option[OPTION_STOP + axis] = throws[axis, m] + vectors[2, m, axis] * way
 

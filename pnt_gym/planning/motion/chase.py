@@ -20,6 +20,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.compiled import compile_for, kernel_part
 from pnt_gym.planning.motion.intercept import InterceptReason
+from pnt_gym.planning.motion.strokes import is_short, stroke_time
 
 # Samples of lateness after the object's closest approach, where lateness may begin and end several times.
 SCAN = 96
@@ -39,6 +40,7 @@ SURE_HALVINGS = 40
 # Columns of `chases`: position of the object relative to the hand, raised by the clearance; the object's velocity; time
 # of the hand's descent; limits of the hand; first and last allowed time, and the latest time that needs to be searched.
 X, Y, Z, VX, VY, VZ, DESCENT, VELOCITY, ACCELERATION, JERK, FIRST, LAST, END = range(13)
+CHASE_COLUMNS = 13
 # Lines of a block: size of the lateness and its growth with the time, for the rounding; time before and lateness then,
 # border and margin of the secant method; bracket of the bisection and number of its halvings; time at which the object
 # is closest.
@@ -51,28 +53,10 @@ IS_MET, PASSED, NEVER_ENTERS, TOO_LATE = map(int, InterceptReason)
 
 
 @kernel_part
-def _stroke_time(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
-    """Minimum time over a distance, as `scurve.stroke_time`."""
-    square = acceleration * acceleration
-    if jerk * jerk * distance <= 2.0 * acceleration * acceleration * acceleration and (
-        jerk * distance * distance <= 4.0 * velocity * velocity * velocity
-    ):
-        speed, peak = np.cbrt(0.25 * jerk * distance * distance), np.cbrt(0.5 * jerk * jerk * distance)
-    elif jerk * velocity <= square:
-        speed, peak = velocity, math.sqrt(jerk * velocity)
-    else:
-        root = math.sqrt(square * square + 4.0 * jerk * jerk * distance * acceleration)
-        speed, peak = min(2.0 * jerk * distance * acceleration / (square + root), velocity), acceleration
-    if not speed > 0.0:
-        return 0.0
-    return distance / speed + (speed / peak + peak / jerk)
-
-
-@kernel_part
 def _arrival(chase: Floats, time: float) -> float:
     """Time at which the hand touches an object whose place is that at a time, if the hand sets off now."""
     x, y, z = chase[X] + time * chase[VX], chase[Y] + time * chase[VY], chase[Z] + time * chase[VZ]
-    travel = _stroke_time(math.sqrt(x * x + y * y + z * z), chase[VELOCITY], chase[ACCELERATION], chase[JERK])
+    travel = stroke_time(math.sqrt(x * x + y * y + z * z), chase[VELOCITY], chase[ACCELERATION], chase[JERK])
     return travel + chase[DESCENT]
 
 
@@ -131,9 +115,7 @@ def _load(chase: Floats, block: Floats, lane: int) -> bool:
         chase[ACCELERATION],
         chase[JERK],
     )
-    if jerk * jerk * distance <= 2.0 * acceleration * acceleration * acceleration and (
-        jerk * distance * distance <= 4.0 * velocity * velocity * velocity
-    ):
+    if is_short(distance, velocity, acceleration, jerk):
         return False
     square = acceleration * acceleration
     root = math.sqrt(square * square + 4.0 * jerk * jerk * distance * acceleration)
@@ -329,30 +311,38 @@ def _allowed_times(hunts: Floats, row: int, axis: int) -> tuple[float, float]:
 
 
 @kernel_part
-def _set_up(hunts: Floats, row: int, chase: Floats) -> None:
-    """Write the numbers of a chase, except for its allowed times.
+def search_end(offset: float, speed: float, limits: tuple[float, float, float], descent: float) -> float:
+    """Time by which a hand has surely caught an object that is slower; infinite for any other object.
 
-    A hand catches a slower object: T(d) <= d / V + 2 (V / A + A / J) for every d, and the object is never farther away
-    than |offset| + speed t.
+    T(d) <= d / V + 2 (V / A + A / J) for every d, and the object is never farther away than |offset| + speed t.
     """
+    velocity, acceleration, jerk = limits
+    if not speed < velocity:
+        return math.inf
+    peak = min(math.sqrt(jerk * velocity), acceleration)
+    latest = offset / velocity + 2.0 * (velocity / peak + peak / jerk) + descent
+    return 1.001 * latest / (1.0 - speed / velocity)
+
+
+@kernel_part
+def _set_up(hunts: Floats, row: int, chase: Floats) -> None:
+    """Write the numbers of a chase, except for its allowed times."""
     for k in range(3):
         chase[X + k], chase[VX + k] = hunts[PLACE + k, row] - hunts[HAND + k, row], hunts[BELT + k, row]
         chase[VELOCITY + k] = hunts[LIMITS + k, row]
     chase[Z] += hunts[LIFT, row]
     velocity, acceleration, jerk = chase[VELOCITY], chase[ACCELERATION], chase[JERK]
-    chase[DESCENT] = _stroke_time(hunts[LIFT, row], velocity, acceleration, jerk)
+    chase[DESCENT] = stroke_time(hunts[LIFT, row], velocity, acceleration, jerk)
     offset = math.sqrt(chase[X] * chase[X] + chase[Y] * chase[Y] + chase[Z] * chase[Z])
     speed = math.sqrt(chase[VX] * chase[VX] + chase[VY] * chase[VY] + chase[VZ] * chase[VZ])
-    peak = min(math.sqrt(jerk * velocity), acceleration)
-    latest = offset / velocity + 2.0 * (velocity / peak + peak / jerk) + chase[DESCENT]
-    chase[END] = 1.001 * latest / (1.0 - speed / velocity) if speed < velocity else math.inf
+    chase[END] = search_end(offset, speed, (velocity, acceleration, jerk), chase[DESCENT])
 
 
 @kernel_part
 def _write_meeting(hunts: Floats, row: int, chase: Floats, time: float, numbers: Floats) -> None:
     """Write the numbers of a meeting, as `meet`."""
     x, y, z = chase[X] + time * chase[VX], chase[Y] + time * chase[VY], chase[Z] + time * chase[VZ]
-    travel = _stroke_time(math.sqrt(x * x + y * y + z * z), chase[VELOCITY], chase[ACCELERATION], chase[JERK])
+    travel = stroke_time(math.sqrt(x * x + y * y + z * z), chase[VELOCITY], chase[ACCELERATION], chase[JERK])
     numbers[0, row] = time
     for k in range(3):
         numbers[1 + k, row] = hunts[PLACE + k, row] + time * hunts[BELT + k, row]
@@ -371,7 +361,7 @@ def meet(hunts: Floats, axis: int, horizon: float, numbers: Floats, reasons: Int
         numbers: result (7, N): time, position, wait, travel and descent of each meeting; NaN without a meeting.
         reasons: result (N,): `InterceptReason` of each object.
     """
-    chases, rows, count = np.empty((hunts.shape[1], 13)), np.empty(hunts.shape[1], dtype=np.int64), 0
+    chases, rows, count = np.empty((hunts.shape[1], CHASE_COLUMNS)), np.empty(hunts.shape[1], dtype=np.int64), 0
     for row in range(hunts.shape[1]):
         numbers[:, row] = math.nan
         enter, leave = _allowed_times(hunts, row, axis)

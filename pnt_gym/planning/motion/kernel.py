@@ -12,6 +12,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.planning.motion.strokes import is_short, long_peaks, ramp_times, stop_times
 
 # Columns of a table: position, velocity, acceleration and jerk from a border of two segments on, and the border's time.
 # The first row holds before the first border and has the first border's time.
@@ -163,33 +164,11 @@ def sample(table: Floats, times: Floats, position: Floats, velocity: Floats, acc
 
 
 @kernel_part
-def peaks(distance: float, limits: tuple[float, float, float], roots: tuple[float, float]) -> tuple[float, float]:
-    """Peak speed and acceleration of a stroke, as `scurve.peaks`; `roots` are speed and peak of a short stroke."""
-    velocity, acceleration, jerk = limits
-    square = acceleration * acceleration
-    if jerk * jerk * distance <= 2.0 * acceleration * acceleration * acceleration and (
-        jerk * distance * distance <= 4.0 * velocity * velocity * velocity
-    ):
-        return roots
-    if jerk * velocity <= square:
-        return velocity, math.sqrt(jerk * velocity)
-    root = math.sqrt(square * square + 4.0 * jerk * jerk * distance * acceleration)
-    return min(2.0 * jerk * distance * acceleration / (square + root), velocity), acceleration
-
-
-@kernel_part
-def ramp_times(velocity: float, acceleration: float, jerk: float) -> tuple[float, float]:
-    """Durations of each jerk phase and of the plateau between two of them, as `scurve._ramp_times`."""
-    ramp = acceleration / jerk
-    return ramp, 0.0 if acceleration <= 0.0 else max(velocity / acceleration - ramp, 0.0)
-
-
-@kernel_part
 def _stroke_phases(
     distance: float, limits: tuple[float, float, float], roots: tuple[float, float]
 ) -> tuple[float, float, float]:
     """Durations of ramp, plateau and cruise of a stroke, as `scurve.scurves`."""
-    speed, peak = peaks(distance, limits, roots)
+    speed, peak = roots if is_short(distance, *limits) else long_peaks(distance, *limits)
     ramp, plateau = ramp_times(speed, peak, limits[2])
     cruise = max(distance / speed - 2.0 * ramp - plateau, 0.0) if speed > 0.0 else 0.0
     return ramp, plateau, cruise
@@ -265,7 +244,7 @@ def write_throws(
         d[0], d[1], d[2], d[3], d[4] = ramp, plateau, ramp, cruise * 0.5, window
         times[0, row] = d[0] + d[1] + d[2] + d[3]
         top = speed[row]
-        ramp, plateau = ramp_times(top, min(math.sqrt(jerk * top), braking[row]), jerk)
+        ramp, plateau = stop_times(top, braking[row], jerk)
         d[5], d[6], d[7] = ramp, plateau, ramp
         times[1, row] = times[0, row] + window + (d[5] + d[6] + d[7])
         signs = (1.0, 0.0, -1.0, 0.0, 0.0, -1.0, 0.0, 1.0)

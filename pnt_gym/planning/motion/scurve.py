@@ -212,12 +212,6 @@ def accelerate(direction: Floats, distance: Floats, limits: Limits) -> Segments:
     return line_segments(direction, durations, curve.jerk[:, None] * _REST_TO_REST[:4])
 
 
-def acceleration_time(distance: Floats, limits: Limits) -> Floats:
-    """Return the duration (N,) [s] of `accelerate`."""
-    ramp, plateau, _, cruise = scurves(2.0 * distance, limits.arrays(len(distance))).durations.T[:4]
-    return ramp + plateau + ramp + 0.5 * cruise
-
-
 def coast(duration: Floats) -> Segments:
     """Return one segment (N,) [s] without jerk: constant velocity after a block, a wait at rest."""
     return Segments(duration[:, None], np.zeros((duration.shape[0], 1, 3)))
@@ -229,12 +223,6 @@ def brake(direction: Floats, speed: Floats, limits: Limits) -> Segments:
     ramp, plateau = _stop_times(speed, rows)
     durations = np.stack([ramp, plateau, ramp], axis=1)
     return line_segments(direction, durations, rows.jerk[:, None] * _REST_TO_REST[4:])
-
-
-def brake_time(speed: Floats, limits: Limits) -> Floats:
-    """Return the duration (N,) [s] of `brake`."""
-    ramp, plateau = _stop_times(speed, limits.arrays(len(speed)))
-    return ramp + plateau + ramp
 
 
 def brake_distance(speed: Floats, limits: Limits) -> Floats:

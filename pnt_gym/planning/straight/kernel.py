@@ -12,6 +12,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.compiled import compile_for, kernel_part
 from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.motion.strokes import brake_distance
 from pnt_gym.planning.straight.bounds import LANES, Box, slope_below_roof, slope_in_bounds
 from pnt_gym.planning.straight.crossing import (
     ACCELERATION,
@@ -118,26 +119,17 @@ def release_rows(
 
 
 @kernel_part
-def _is_inside(x: float, y: float, z: float, workspace: Floats) -> bool:
+def is_inside(x: float, y: float, z: float, workspace: Floats) -> bool:
     """Whether a point lies in an elliptic workspace, given as its two semi-axes and its two heights [m]."""
     east, north = x / workspace[0], y / workspace[1]
     return (1.0 - math.sqrt(east * east + north * north)) >= 0.0 and workspace[2] <= z <= workspace[3]
 
 
 @kernel_part
-def _brake_distance(speed: float, acceleration: float, jerk: float) -> float:
-    """Way of the quickest stop [m], as `scurve.brake_distance`."""
-    peak = min(math.sqrt(jerk * speed), acceleration)
-    ramp = peak / jerk
-    plateau = max(speed / peak - ramp, 0.0) if peak > 0.0 else 0.0
-    return 0.5 * speed * (2.0 * ramp + plateau)
-
-
-@kernel_part
 def _stops_inside(throws: Floats, row: int, line: Line, window: float, brake: float, workspace: Floats) -> bool:
     """Whether the hand of a throw along a line stops inside the workspace, after the window at constant velocity."""
-    way = line.distance + (window * line.speed + _brake_distance(line.speed, brake, throws[JERK, row]))
-    return _is_inside(
+    way = line.distance + (window * line.speed + brake_distance(line.speed, brake, throws[JERK, row]))
+    return is_inside(
         throws[X, row] + line.x * way, throws[Y, row] + line.y * way, throws[Z, row] + line.z * way, workspace
     )
 
@@ -186,7 +178,7 @@ def keep_stops_inside(
         good: which throws have a plan; overwritten by the result.
     """
     for row in range(throws.shape[1]):
-        if not (good[row] and _is_inside(throws[X, row], throws[Y, row], throws[Z, row], workspace)):
+        if not (good[row] and is_inside(throws[X, row], throws[Y, row], throws[Z, row], workspace)):
             good[row] = False
             continue
         slope, brake = plans[0, row], plans[6, row]
@@ -204,7 +196,7 @@ def _is_accepted(
     """Whether a throw at a slope stops inside the workspace, also to moved targets; see `choose_targets`."""
     window, gravity_share, reserve = rules
     line = _line_at(throws, row, slope)
-    if not (line.distance >= 0.0 and _is_inside(throws[X, row], throws[Y, row], throws[Z, row], workspace)):
+    if not (line.distance >= 0.0 and is_inside(throws[X, row], throws[Y, row], throws[Z, row], workspace)):
         return False
     brake = throws[ACCELERATION, row]
     if gravity_share > 0.0:
