@@ -63,7 +63,7 @@ class Arguments:
     root: Annotated[Path | None, option("MINARI_DATASETS_PATH, or ~/.minari/datasets", "DIR")] = None
     """The folder of all datasets."""
     practice: Annotated[int | None, option("120, or 0 for a controller that ships pre-trained", "N")] = None
-    """Practice throws of a learning controller before the collection; refused for others."""
+    """Practice throws of a controller or an expert that learns, before the collection; refused where neither does."""
     score_throws: int = 1000
     """Throws, in whole episodes, from which the scores of random actions and of the expert are computed."""
     author: str = "anonymous"

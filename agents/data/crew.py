@@ -68,10 +68,11 @@ class Crew:
         chosen = expert if controller == EXPERT else controller
         self.chosen = (expert, chosen)
         self.lowest, self.highest, self.thrower = (self._make_controller(name) for name in ("random", expert, chosen))
-        if practice and not isinstance(self.thrower, Learner):
+        if practice and not any(isinstance(controller, Learner) for controller in (self.thrower, self.highest)):
+            names = sorted({self.thrower.name, self.highest.name})
             raise UsageError(
-                f"--practice has no effect: controller {self.thrower.name!r} learns nothing that could be sent to the "
-                "processes that collect, by `state` and `restore`"
+                f"--practice has no effect: {' and '.join(names)} learn{'s' if len(names) == 1 else ''} nothing that "
+                "could be sent to the processes that collect, by `state` and `restore`"
             )
         self.label = EXPERT if controller == EXPERT else self.thrower.name
         """Part of the dataset's name."""

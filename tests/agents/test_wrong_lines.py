@@ -143,6 +143,8 @@ play --picture x.png --slow 2 | --slow goes with --video, and has no effect here
 play --video a.mp4 --at 0.2 | --at goes with --picture, and has no effect here
 evaluate --controller analytic --practice 5 | --practice has no effect: controller 'analytic' has no method `learn`
 evaluate --controller analytic --online | --online has no effect: controller 'analytic' has no method `learn`
+dataset --expert oracle --practice 5 | --practice has no effect: oracle and random learn nothing that could be sent to
+dataset --controller expert --expert oracle --practice 5 | --practice has no effect: oracle learns nothing that could be
 line tune --shifts 2 --out rules.yaml | --shifts is 2; settings are saved to --out from 32 shifts on
 play --video a.mp4 --throws full | --throws goes with work shifts
 play --video a.webm --env PnTLine-v0 --controller fifo | --video is 'a.webm'; it must end in .mp4 or .gif

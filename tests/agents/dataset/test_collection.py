@@ -80,6 +80,16 @@ def test_what_was_learned_travels(here: Path) -> None:
     assert len({tuple(episode.actions[0]) for episode in dataset.iterate_episodes()}) > 1
 
 
+def test_an_expert_practises_as_often_as_asked(here: Path) -> None:
+    """Random actions do not learn, but the option reaches the expert, whose mean return it changes."""
+    options = ("--env", "OneJointSort-v0", "--throws", "4", "--expert", "virtual_goal")
+    scores = [
+        collected(*options, "--practice", practice, name=f"p{practice}-v0").storage.metadata["ref_max_score"]
+        for practice in ("1", "48")
+    ]
+    assert scores[0] != scores[1]
+
+
 def test_chunks_keep_every_bit_of_an_episode(tmp_path: Path) -> None:
     random = np.random.default_rng(0)
 
