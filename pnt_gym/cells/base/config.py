@@ -154,6 +154,8 @@ class LevelConfig(Section):
 
     folder: ClassVar[str | Path]
     """Name of the robot and of the folder with the robot's shipped levels; a path for a user's levels."""
+    parent: ClassVar[type[LevelConfig] | None] = None
+    """Family whose shipped levels are levels of this family too; None for no such family."""
     rules: ClassVar[MergeRules] = MergeRules()
     """How a level's differences are merged into its base."""
     trial: ClassVar[str] = "throws"
@@ -196,7 +198,13 @@ class LevelConfig(Section):
     @classmethod
     def file_of(cls, name: str) -> Path:
         """The file of a shipped level."""
-        return _levels_folder(cls.folder) / f"{name}.yaml"
+        return cls.shipped_files()[name]
+
+    @classmethod
+    def shipped_files(cls) -> dict[str, Path]:
+        """Files of the shipped levels by name, with those of the parent family."""
+        files = {} if cls.parent is None else cls.parent.shipped_files()
+        return files | {path.stem: path for path in _levels_folder(cls.folder).glob("*.yaml")}
 
     def ships(self) -> bool:
         """Whether the config is a shipped level, unchanged."""
@@ -213,20 +221,20 @@ class LevelConfig(Section):
     @classmethod
     def level_names(cls) -> tuple[str, ...]:
         """Names of the shipped levels."""
-        return tuple(sorted(path.stem for path in _levels_folder(cls.folder).glob("*.yaml")))
+        return tuple(sorted(cls.shipped_files()))
 
     @classmethod
     def _from_file(cls, level: str | Path, above: tuple[str, ...]) -> dict[str, Any]:
         """A level merged with all its bases into one mapping; `above` are the files whose `base` leads to it."""
-        names = cls.level_names()
-        if level == ROOT and ROOT not in names:  # a family without shipped levels has its defaults
+        files = cls.shipped_files()
+        if level == ROOT and ROOT not in files:  # a family without shipped levels has its defaults
             return {"name": ROOT}
-        path = _level_file(cls.folder, level, names)
+        path = _level_file(files, level)
         if str(path) in above:
             circle = " -> ".join(Path(p).stem for p in (*above, str(path)))
             raise ConfigError(f"level file {str(level)!r}: levels are their own base: {circle}")
         data = {"name": path.stem, **_read(path)}
-        if path == _levels_folder(cls.folder) / f"{ROOT}.yaml":
+        if path == files.get(ROOT):
             return data
         return cls._complete(cls.locate(data, path.parent), (*above, str(path)))
 
@@ -294,13 +302,13 @@ def _levels_folder(folder: str | Path) -> Path:
     return (installed if installed.is_dir() else package.parent / "configs" / "cells") / folder
 
 
-def _level_file(folder: str | Path, level: str | Path, names: tuple[str, ...]) -> Path:
+def _level_file(files: Mapping[str, Path], level: str | Path) -> Path:
     text = str(level)
-    if text in names:
-        return _levels_folder(folder) / f"{text}.yaml"
+    if text in files:
+        return files[text]
     path = Path(level)
     if not path.suffix:
-        raise ConfigError(f"unknown level {text!r}; shipped levels are {', '.join(names)}, or give a YAML file")
+        raise ConfigError(f"unknown level {text!r}; shipped levels are {', '.join(sorted(files))}, or give a YAML file")
     if not os.path.isfile(path):  # False, without an error, for a name that no file can have
         raise ConfigError(f"level file {text!r} does not exist")
     return path

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from functools import partial
 from operator import attrgetter
 from typing import Any, ClassVar, Final, Literal, Self, final
@@ -9,7 +11,7 @@ from typing import Any, ClassVar, Final, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints, recompute_rows
+from pnt_gym.arrays import Bools, Floats, Ints, recompute_rows
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.cell import Cell, Generators
@@ -118,6 +120,16 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         self.context = picks.replace(depth=self._bins.after(context.objects, outcome.ended_in, picks.depth))
         return outcome
 
+    @contextmanager
+    def hold_back(self, rows: Bools) -> Generator[None]:
+        """Context at whose end belts and bins of some rows (N,) are as at its beginning, whatever was thrown."""
+        with self._source.hold_back(rows), self._bins.hold_back(rows):
+            yield
+
+    def ride(self, rows: Ints, time: float) -> None:
+        """Move the belts of some rows on for a time [s], in which the hands try to grasp again."""
+        self._source.ride(rows, time)
+
     def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:
         """Simulated outcome of the coming throws, with a return to the same pick; `jitter` is of the release time."""
         context = self.context if jitter else self.context.without_jitter()
@@ -200,4 +212,5 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         begin = motion.pick_velocity
         path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
         simulated = self.plant.fly(context, HandCycle(plans, motion.release_time, path, grip_results))
-        return judge(simulated, context, self.config, self.planner.accepts, path.duration + self.dwell, planned_results)
+        cycle = path.duration + self.dwell + context.spent
+        return judge(simulated, context, self.config, self.planner.accepts, cycle, planned_results)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import Annotated, ClassVar, Final, Literal, final
+from typing import Annotated, ClassVar, Final, Literal
 
 import numpy as np
 from pydantic import Field
@@ -228,7 +228,6 @@ class ActionScale(Section):
     )
 
 
-@final
 class ConveyorConfig(SortingLine):
     """A conveyor cell. The defaults are the level `nominal` without its bins."""
 

@@ -94,6 +94,8 @@ class Context(Record):
     """Grasp offset that the drift adds, which no sensor measures (N, 2) [m]."""
     before: LastThrow
     """Measurements of the previous throws."""
+    spent: Floats
+    """Time of failed tries to grasp the same objects, which counts as part of the cycles (N,) [s]."""
 
     @classmethod
     def new(
@@ -128,6 +130,7 @@ class Context(Record):
             drift=HiddenDrift.zero(len(pick)),
             unseen=no_offset,
             before=LastThrow.none(len(pick)),
+            spent=np.zeros(len(pick)),
         )
 
     @property

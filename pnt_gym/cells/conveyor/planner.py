@@ -197,6 +197,24 @@ class PickPlanner:
             return plans
         return recompute_rows(plans, is_at_rest(context.plan) ^ is_swapped, self._put_mover.plan, *arguments)
 
+    def plan_at(self, context: Context, pick: Floats, acceleration: Floats) -> Context:
+        """The picks at other points (N, 3) [m], with throws of bounded acceleration (N,) [m/s2].
+
+        The robot can carry out the throws whose plan is `feasible`.
+        """
+        limits, _ = self.grip_limits(context.objects, pick)
+        limits = limits._replace(acceleration=np.minimum(limits.acceleration, acceleration))
+        ceiling = pick[:, 2] + self.config.motion.ceiling
+        moved = context.replace(
+            pick=pick,
+            throw_limits=limits,
+            ceiling=ceiling,
+            plan=self.mover.plan(pick, context.target, limits, ceiling),
+            belt_shift=belt_shift(context.objects, pick, self.config.belt),
+        )
+        moved, _ = self._apply_throw_rule(moved)
+        return moved.replace(plan=self.mark_feasible(moved, moved.plan))
+
     def grip_limits(self, objects: Objects, pick: Floats) -> tuple[LimitRows, Bools]:
         """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
         safety, limits = self.config.grip.safety, LimitRows.t3kr(objects.percent)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Final, final
 
@@ -115,6 +117,16 @@ class PickSource(ABC):
     def knock(self, objects: Bools) -> None:
         """Mark objects on the belt (N, K) as knocked: they are not picked any more; K is 0 without a moving belt."""
         assert objects.shape[1] == 0
+
+    @contextmanager
+    def hold_back(self, rows: Bools) -> Generator[None]:
+        """Context at whose end the objects around the picks of some rows (N,) are as at its beginning."""
+        passed = self.passed.copy()
+        yield
+        self.passed = np.where(rows, passed, self.passed)
+
+    def ride(self, rows: Ints, time: float) -> None:
+        """Move the belts of some rows on for a time [s], with the objects that are picked there."""
 
     def _impossible(self) -> ConfigError:
         config = self._planner.config
@@ -264,6 +276,20 @@ class BeltPicks(PickSource):
         """Mark objects (N, LET_GO + Q) as knocked; where neighbours are ghosts, nothing happens."""
         if self._solid:
             self.stream.knocked |= objects
+
+    @contextmanager
+    def hold_back(self, rows: Bools) -> Generator[None]:
+        """Context at whose end the belts of some rows (N,) are as at its beginning."""
+        stream, held = self.stream, np.flatnonzero(rows)
+        objects, x, knocked = take(stream.objects, held), stream.x[held], stream.knocked[held]
+        with super().hold_back(rows):
+            yield
+        stream.objects.overwrite(held, objects)
+        stream.x[held], stream.knocked[held] = x, knocked
+
+    def ride(self, rows: Ints, time: float) -> None:
+        """Move the belts of some rows on for a time [s]."""
+        self.stream.x[rows] += self._belt.speed * time
 
     def _sweeps_none(
         self, rows: Ints, at: Ints, context: Context, elapsed: Floats, good: Bools, motion: ThrowMotion | None

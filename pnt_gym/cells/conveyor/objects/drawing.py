@@ -155,22 +155,23 @@ def _spin(objects: Objects, config: ConveyorConfig) -> Floats:
     return spin
 
 
-def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig) -> Floats:
+def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal: Floats | None = None) -> Floats:
     """Spin S + (3,) [rad/s] of objects with another grasp offset than drawn; the other parts of the spin stay.
 
     Args:
         objects: the objects as drawn, S.
         grasp: the new grasp offset, S + (2,) [m].
         config: the cell.
+        seal: the new vacuum force, S [N]; None: as drawn.
     """
 
-    def of(place: Floats) -> Floats:
-        drawn = objects.replace(grasp=place, spin=np.zeros_like(objects.spin))
+    def of(place: Floats, force: Floats) -> Floats:
+        drawn = objects.replace(grasp=place, seal=force, spin=np.zeros_like(objects.spin))
         if not config.cup.peel:
             drawn = drawn.replace(spin=random_spin(drawn.spin, config.spread.spin_per_offset * place))
         return _spin(drawn, config)
 
-    return objects.spin + (of(grasp) - of(objects.grasp))
+    return objects.spin + (of(grasp, objects.seal if seal is None else seal) - of(objects.grasp, objects.seal))
 
 
 def peel_impulse(weight: Floats, grasp: Floats, radius: Floats, tau: Floats) -> Floats:

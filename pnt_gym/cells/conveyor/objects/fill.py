@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, replace_rows
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
@@ -60,6 +62,11 @@ class PlannedBins:
         """Depths (K, B) [m] for the first throws in some rows, from the depths (K, B) in their contexts."""
         return depth
 
+    @contextmanager
+    def hold_back(self, rows: Bools) -> Generator[None]:
+        """Context at whose end the bins of some rows (N,) are as at its beginning."""
+        yield
+
     def after(self, objects: Objects, ended_in: Ints, depth: Floats) -> Floats:
         """Depths (N, B) [m] for the next throws, after the thrown objects have ended in bins (N,), -1 for none."""
         return depth
@@ -85,6 +92,13 @@ class FillingBins(PlannedBins):
         empty = Fill.empty(len(rows), len(self._area))
         self._fill = replace_rows(self._fill, rows, empty)
         return empty.depth(self._area, self._config)
+
+    @contextmanager
+    def hold_back(self, rows: Bools) -> Generator[None]:
+        """Context at whose end the bins of some rows (N,) hold what they held at its beginning."""
+        before = self._fill
+        yield
+        self._fill = replace_rows(self._fill, rows, take(before, rows))
 
     def after(self, objects: Objects, ended_in: Ints, depth: Floats) -> Floats:
         """Depths (N, B) [m] above the contents, with the objects that have ended in bins."""

@@ -1,0 +1,69 @@
+"""Actions of a cell that grasps: place of the cup, whether to try again, pace of the throw, and its residual."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.grasp.config import GraspConfig
+
+MODE: Final = "grasp"
+"""Name of the only action mode."""
+NUMBERS: Final = (
+    "place of the cup along the belt", "place of the cup across the belt",
+    "above 1/2: try another place; below -1/2: let the object ride", "pace of the throw",
+    "release point along the throw line", "release point sideways",
+)  # fmt: skip
+"""Meaning of each number of an action."""
+_CHOICE: Final = 2
+"""The number that a cell of one stage leaves out."""
+THRESHOLD: Final = 0.5
+"""Size of the third number from which an object that hangs is not thrown."""
+
+
+@final
+@dataclass(frozen=True)
+class Wishes:
+    """What N actions ask for."""
+
+    place: Floats
+    """Places of the cups from the pictures' middles, along world x, y (N, 2) [m]."""
+    again: Bools
+    """Whether an object that hangs is to be grasped again (N,)."""
+    rides: Bools
+    """Whether an object that hangs is to be put down, to ride on (N,)."""
+    pace: Floats
+    """Largest acceleration of the throw, as a share of the robot's (N,)."""
+    residual: Floats
+    """Action of the conveyor's mode `release_point` (N, 2)."""
+
+
+def names_of(config: GraspConfig) -> tuple[str, ...]:
+    """Meaning of the numbers of an action."""
+    return tuple(name for k, name in enumerate(NUMBERS) if config.grasp.stages > 1 or k != _CHOICE)
+
+
+def read_actions(actions: Floats, config: GraspConfig) -> Wishes:
+    """What actions (N, A) within [-1, 1] ask for."""
+    if config.grasp.stages == 1:
+        actions = np.insert(actions, _CHOICE, 0.0, axis=1)
+    slow, fast = config.grasp.pace
+    choice, share = actions[:, _CHOICE], (actions[:, 3] + 1.0) / 2.0
+    return Wishes(
+        config.grasp.reach * actions[:, :2],
+        choice > THRESHOLD,
+        choice < -THRESHOLD,
+        slow + (fast - slow) * share,
+        actions[:, 4:],
+    )
+
+
+def place_of_pixel(row: int, column: int, config: GraspConfig) -> Floats:
+    """The first two numbers of an action (2,) whose cup is at a pixel of the picture."""
+    from pnt_gym.cells.grasp.images import PIXEL, SIZE  # noqa: PLC0415 - of a module that numba takes a while to load
+
+    middle = (SIZE - 1) / 2.0
+    return PIXEL * (np.array([column, row]) - middle) / config.grasp.reach

@@ -1,0 +1,185 @@
+"""Tries to grasp N objects: where the cups are, whether they hold, and what the picks become by them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Self, final
+
+import numpy as np
+
+from scipy.special import ndtr
+
+from pnt_gym.arrays import Bools, Floats, Ints, join_columns, replace_rows, take
+from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.cup.hold import picked
+from pnt_gym.cells.conveyor.objects.drawing import release_delay, spin_at_grasp
+from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.grasp.config import GraspConfig
+from pnt_gym.cells.grasp.surfaces import (
+    TRY,
+    Seals,
+    Surfaces,
+    draw_surfaces,
+    later_keys,
+    normal_draw,
+    object_keys,
+    seal_at,
+    seal_holds,
+    surface_table,
+)
+from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
+from pnt_gym.planning.motion.roots import bisect
+from pnt_gym.records import Record
+
+_HALVINGS: Final = 12
+"""Bisection steps of a place or a pace without a feasible throw: resolution 1/4096."""
+
+
+@final
+@dataclass(frozen=True)
+class Attempts(Record):
+    """Where N cells stand between the first try to grasp an object and its throw."""
+
+    holds: Bools
+    """Whether the object hangs under the cup (N,)."""
+    tries: Ints
+    """Number of tries that are over (N,)."""
+    last: Floats
+    """Place of the cup in the last try, from the picture's middle (N, 2) [m]; 0 before the first."""
+    failed: Floats
+    """Place of the last try that failed, from the picture's middle (N, 2) [m]; 0 where none did."""
+    vacuum: Floats
+    """Force of the vacuum in the last try by the gauge (N,) [N]; NaN before the first."""
+    leak: Floats
+    """True leak under the lip in the last try, over that of the item's own surface (N,); NaN before the first."""
+
+    @classmethod
+    def none(cls, count: int) -> Self:
+        """No try yet in `count` cells."""
+        nowhere, unknown = np.zeros((count, 2)), np.full(count, np.nan)
+        numbers = np.zeros(count, dtype=np.int64)
+        return cls(numbers > 0, numbers, nowhere, nowhere.copy(), unknown, unknown.copy())
+
+    def then(self, place: Floats, holds: Bools, vacuum: Floats, leak: Floats) -> Attempts:
+        """The tries after one more in every cell; arguments as the fields."""
+        failed = np.where(holds[:, None], self.failed, place)
+        return Attempts(holds, self.tries + 1, place, failed, vacuum, leak)
+
+
+@final
+class Grasper:
+    """Grasps objects at places of the cup.
+
+    Args:
+        config: the cell.
+        planner: plans the throws.
+    """
+
+    def __init__(self, config: GraspConfig, planner: PickPlanner) -> None:
+        items = config.item_list()
+        self._config, self._planner = config, planner
+        self._clings = item_arrays(items).clings
+        self.surfaces = surface_table(items)
+
+    def grasp(self, context: Context, place: Floats, number: Ints) -> tuple[Context, Floats]:
+        """Grasp objects.
+
+        Args:
+            context: N picks, before any try.
+            place: places of the cups from the pictures' middles (N, 2) [m].
+            number: numbers of the objects' tries, from 0 (N,).
+
+        Returns:
+            The picks, in which the objects hang under the cups or the picks fail; and the places (N, 2) [m], of which
+            those without a throw are moved towards the pictures' middles.
+        """
+        grasped = self._grasped(context, place, number)
+        bad = np.flatnonzero(~grasped.plan.feasible)
+        if bad.size == 0:
+            return grasped, place
+        rows, asked, numbers = take(context, bad), place[bad], number[bad]
+
+        def at(share: Floats) -> Context:
+            return self._grasped(rows, share[:, None] * asked, numbers)
+
+        share, _ = bisect(lambda part: at(part).plan.feasible, np.zeros(len(bad)), np.ones(len(bad)), _HALVINGS)
+        return replace_rows(grasped, bad, at(share)), replace_rows(place, bad, share[:, None] * asked)
+
+    def with_pace(self, context: Context, pace: Floats) -> tuple[Context, Bools]:
+        """Grasped picks with throws at shares of the robot's acceleration (N,), and which throws are faster than asked.
+
+        A throw that is too slow to reach its target is as slow as reaches it.
+        """
+        asked = self._plan(context, pace)
+        fast = ~asked.plan.feasible
+        bad = np.flatnonzero(fast)
+        if bad.size == 0:
+            return asked, fast
+        rows = take(context, bad)
+        slowest, _ = bisect(
+            lambda share: self._plan(rows, share).plan.feasible, np.ones(len(bad)), pace[bad], _HALVINGS
+        )
+        return replace_rows(asked, bad, self._plan(rows, slowest)), fast
+
+    def seals(self, context: Context, places: Floats) -> tuple[Surfaces, Seals]:
+        """True surfaces of N objects, and seals of cups at places from the pictures' middles (N, P, 2) [m]."""
+        surfaces = draw_surfaces(self.surfaces, context.objects)
+        # The drawn grasp offset is the true middle against the cup of a grasp of zero.
+        return surfaces, seal_at(surfaces, context.objects, places - context.grasp[:, None])
+
+    def leak(self, context: Context, place: Floats) -> Floats:
+        """True leaks under the lips of cups at places (N, 2) [m] (N,); 1 where all of an object seals alike."""
+        if self._config.surface is None:
+            return np.ones(len(place))
+        return self.seals(context, place[:, None])[1].leak[:, 0]
+
+    def _plan(self, context: Context, pace: Floats) -> Context:
+        """The picks with throws at shares of the robot's acceleration (N,), feasible or not."""
+        return self._planner.plan_at(context, context.pick, pace * T3KR_ACCELERATION)
+
+    def _grasped(self, context: Context, place: Floats, number: Ints) -> Context:
+        """The picks with the cups at places, and their throws at the fastest pace, feasible or not."""
+        grasp = context.objects.grasp - place
+        moved = context.replace(objects=self._hang(context.objects, grasp))
+        pick = context.pick + join_columns(place[:, 0], place[:, 1], 0.0)
+        if self._config.surface is None:
+            moved = self._planner.plan_at(moved, pick, context.limits.acceleration)
+            return self._try_again(moved, number)
+        surfaces, seals = self.seals(context, place[:, None])
+        objects = self._seal(context.objects, grasp + surfaces.com, seals.force[:, 0], surfaces.com, number)
+        return self._planner.plan_at(context.replace(objects=objects), pick, context.limits.acceleration)
+
+    def _hang(self, objects: Objects, grasp: Floats) -> Objects:
+        """Objects that hang with a grasp offset (N, 2) [m]."""
+        return objects.replace(grasp=grasp, spin=spin_at_grasp(objects, grasp, self._config))
+
+    def _seal(self, objects: Objects, grasp: Floats, force: Floats, com: Floats, number: Ints) -> Objects:
+        """Objects that hang with a grasp offset (N, 2) [m], by seals of a force (N,) [N], or that are not held.
+
+        The sensors do not see where the centre of mass lies from the middle, `com` (N, 2) [m].
+        """
+        config, seen = self._config, objects.measured
+        draw = normal_draw(later_keys(object_keys(objects, TRY), number))
+        holds = seal_holds(force, objects, draw)
+        mean = release_delay(force, objects.mass, config.suction) + self._clings[objects.kind]
+        return objects.replace(
+            grasp=grasp,
+            spin=spin_at_grasp(objects, grasp, config, force),
+            seal=force,
+            delay=np.maximum(config.mismatch * mean + objects.jitter, 0.0),
+            pick_draw=np.where(holds, 1.0, -1.0),
+            measured=seen.replace(seal=seen.seal * (force / objects.seal), grasp_noise=seen.grasp_noise - com),
+        )
+
+    def _try_again(self, context: Context, number: Ints) -> Context:
+        """The picks with new draws whether the cups seal, in tries after the first."""
+        objects = context.objects
+        later = ndtr(normal_draw(later_keys(object_keys(objects, TRY), number)))
+        return context.replace(objects=objects.replace(pick_draw=np.where(number == 0, objects.pick_draw, later)))
+
+
+def holds(context: Context, config: GraspConfig) -> Bools:
+    """Which cups hold the objects of grasped picks (N,)."""
+    return picked(context, config)

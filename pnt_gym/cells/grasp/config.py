@@ -1,0 +1,116 @@
+"""Config of a cell that grasps: the conveyor's cell, surfaces of its objects, and the rules of grasp and throw."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Literal, final
+
+from pydantic import Field
+
+from pnt_gym.cells.base.config import Duration, LevelConfig, NonNegative, Positive, Section, Share
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+MOST_TRIES = 5
+"""Largest number of tries to grasp an object."""
+
+
+class Surface(Section):
+    """Seal of a cup by its place on an object, see `cells.grasp.surfaces`."""
+
+    spread: NonNegative = Field(
+        default=0.15, le=2, description="Standard deviation of ln F0 from try to try at one place, assumed."
+    )
+    pressure: Positive = Field(
+        default=3000.0,
+        le=100_000,
+        description="Least vacuum at which the gauge calls a grasp held, over the area of the cup; assumed [Pa].",
+    )
+    weights: Positive = Field(
+        default=2.0, le=100, description="Least force of a held object, as a multiple of its weight; assumed."
+    )
+
+
+class Camera(Section):
+    """The camera that looks down on the objects before the robot."""
+
+    outline: NonNegative = Field(
+        default=0.003,
+        le=0.1,
+        description="Standard deviation of the place of the outline's middle in the picture, along x and y; the "
+        "picture's middle is the place of a grasp of zero; assumed [m].",
+    )
+    depth: NonNegative = Field(
+        default=0.001, le=0.05, description="Standard deviation of a height on a matte surface; assumed [m]."
+    )
+    gloss_depth: NonNegative = Field(
+        default=0.003, le=0.05, description="Further standard deviation of a height on a glossy surface; assumed [m]."
+    )
+    missing: Annotated[float, Field(ge=0, le=1)] = Field(
+        default=0.02, description="Share of pixels without a height on a matte surface; assumed."
+    )
+    gloss_missing: Annotated[float, Field(ge=0, le=1)] = Field(
+        default=0.30, description="Further share of pixels without a height on a glossy surface; assumed."
+    )
+    colour: NonNegative = Field(
+        default=6.0, le=255, description="Standard deviation of each colour, of 255; assumed."
+    )
+
+
+class Grasping(Section):
+    """Rules of grasp and throw."""
+
+    stages: Literal[1, 2] = Field(
+        default=2,
+        description="2: a step grasps, the gauge tells how well, and the next step throws. 1: one step grasps and throws.",
+    )
+    tries: Annotated[int, Field(ge=1, le=MOST_TRIES)] = Field(
+        default=2, description="Tries to grasp an object, with `stages: 2`."
+    )
+    retry: Duration = Field(
+        default=0.20, description="Time of each further try, from lift to vacuum, in which the belt moves on; assumed [s]."
+    )
+    reach: Annotated[float, Field(gt=0, le=0.115)] = Field(
+        default=0.100, description="Distance of the cup from the picture's middle along x or y, for an action of 1 [m]."
+    )
+    pace: tuple[Share, Share] = Field(
+        default=(0.18, 0.60),
+        description="Largest acceleration of the throw for an action of -1 and of 1, as shares of the robot's 120 m/s2; "
+        "the speed setting stays an upper bound.",
+    )
+    picks: Literal["independent", "belt"] = Field(
+        default="independent",
+        description="Unrelated objects, one in each episode, or a shift of `picks_per_shift` objects on the moving belt.",
+    )
+    objects: Annotated[int, Field(ge=1, le=3)] = Field(
+        default=1,
+        description="Objects within reach, of which the cup's place chooses one; more than one with independent picks.",
+    )
+
+
+@final
+class GraspConfig(ConveyorConfig):
+    """A cell that grasps and throws. The defaults are the conveyor's level `nominal` without its bins."""
+
+    folder = "grasp"
+    parent: ClassVar[type[LevelConfig] | None] = ConveyorConfig
+
+    surface: Surface | None = Field(
+        default=None,
+        description="Whether cups seal by their place on an object, as the item's `zones` say. null: every place within "
+        "the outline seals with the item's `pick_chance`, as in the conveyor's cell.",
+    )
+    camera: Camera = Camera()
+    grasp: Grasping = Grasping()
+
+    def problems(self) -> Iterator[str]:
+        """What is wrong with the level, in sentences."""
+        yield from super().problems()
+        slow, fast = self.grasp.pace
+        if slow > fast:
+            yield f"grasp.pace runs from {slow:g} to {fast:g}; the first value must not be larger"
+        if self.grasp.objects > 1 and self.grasp.picks == "belt":
+            yield f"grasp.objects is {self.grasp.objects}; it must be 1 on the belt"
+        if self.grasp.objects > 1 and self.bins.random is None and not self.bins.fixed:
+            yield "grasp.objects needs bins"
+        if self.drift.moves:
+            yield "drift: PnTGrasp-v0 shows no landing from which a drift could be learned; set its parts to 0"

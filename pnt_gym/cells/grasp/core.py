@@ -1,0 +1,201 @@
+"""The batched simulation behind the environments that grasp: a step is a grasp, or a throw."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, final
+
+import numpy as np
+from gymnasium.spaces import Box
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
+from pnt_gym.cells.base.action import clip_actions
+from pnt_gym.cells.base.cell import Generators
+from pnt_gym.cells.base.core import Core, Step
+from pnt_gym.cells.base.request import NO_REQUEST, Request
+from pnt_gym.cells.base.view import ThrowView
+from pnt_gym.cells.conveyor.cell import ConveyorCell
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.grasp.action import MODE, Wishes, names_of, read_actions
+from pnt_gym.cells.grasp.attempts import Attempts, Grasper, holds
+from pnt_gym.cells.grasp.config import GraspConfig
+from pnt_gym.cells.grasp.observation import SPACE, Sight, encode
+from pnt_gym.cells.grasp.pictures import Camera
+from pnt_gym.cells.grasp.surfaces import Seals
+from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
+
+Observation = dict[str, NDArray[Any]]
+
+
+@final
+class GraspCore:
+    """N cells; row i is environment i.
+
+    The cells behind this core are those of the conveyor. A step in which a row's cup grasps and holds does not throw:
+    the conveyor's core restores the row. In all other steps the row's pick ends by a throw, or without an object.
+
+    Args:
+        config: the level.
+        count: number of cells N.
+        threads: threads of the physics; results do not depend on their number.
+    """
+
+    action_mode = MODE
+    correction = None
+    shift_modes: tuple[str, ...] = ()
+
+    def __init__(self, config: GraspConfig, count: int, threads: int = 1) -> None:
+        self.config, self.count = config, count
+        self.cell = ConveyorCell(config, count, config.grasp.picks, threads)
+        self.item_names, self.dwell, self.terminates = self.cell.item_names, self.cell.dwell, self.cell.terminates
+        self.observation_space = SPACE
+        self.action_space = Box(-1.0, 1.0, (len(names_of(config)),), np.float32)
+        self.action_sizes: Mapping[str, int] = {MODE: len(names_of(config))}
+        self.throws = Core(self.cell, "release_point")
+        """The core that throws, with the conveyor's actions."""
+        self._grasper = Grasper(config, self.cell.planner)
+        self._camera = Camera(config, self._grasper.surfaces)
+        self.picks: Context = self.cell.context
+        """The coming picks with cups in the pictures' middles (N,)."""
+        self.attempts = Attempts.none(count)
+        self._images = self._camera.pictures(self.picks)
+
+    @property
+    def context(self) -> Context:
+        """The coming picks (N,): with the cups in the pictures' middles, or that hold their objects."""
+        return self.cell.context
+
+    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> None:
+        """Begin new episodes in some rows, see `Core.reset`."""
+        self.throws.reset(rows, generators, seeded, request)
+        self._begin(rows)
+
+    def observe(self) -> Observation:
+        """Pictures and vectors of the coming steps (N, ...)."""
+        sight = Sight(self.cell.context, self.attempts, self._tries_left())
+        return {"image": self._images.copy(), "vector": encode(sight)}
+
+    def kinds(self) -> dict[str, NDArray[Any]]:
+        """`kind`, the item that the classifier sees, and `held`, whether the object hangs under the cup (N,)."""
+        return {**self.throws.kinds(), "held": self.attempts.holds.copy()}
+
+    def hidden(self) -> dict[str, Floats]:
+        """Values of the coming picks that no observation has, by name, (N,) each."""
+        return self.throws.hidden()
+
+    def seals(self, places: Floats) -> Seals:
+        """True seals of cups at places from the pictures' middles (N, P, 2) [m]; only oracles and figures may ask."""
+        return self._grasper.seals(self.picks, places)[1]
+
+    def step(self, actions: object, waiting: Bools | None = None) -> Step:
+        """Grasp in the cells whose cups are free, and throw in the others.
+
+        Args:
+            actions: (N, A) within [-1, 1]; values outside are clipped.
+            waiting: which cells only fill the batch (N,): the step leaves these cells unchanged, and their results mean
+                nothing; None: no cell.
+
+        Raises:
+            ActionError: wrong shape, NaN or infinite values.
+        """
+        wishes = read_actions(clip_actions(actions, self.count, self.action_space.shape[0], MODE), self.config)
+        active = np.ones(self.count, dtype=np.bool_) if waiting is None else ~waiting
+        ends, info = self._advance(wishes, active)
+        result = self._throw(wishes, ends) if ends.any() else self._no_throw()
+        self._begin(np.flatnonzero(ends))
+        partial = {name: ends & result.partial.get(name, True) for name in result.info}
+        info |= {**result.info, **self.throws.kinds()}
+        return Step(self.observe(), np.where(ends, result.reward, 0.0), result.ended & ends, info, partial)
+
+    def _advance(self, wishes: Wishes, active: Bools) -> tuple[Bools, dict[str, NDArray[Any]]]:
+        """Grasp where actions ask for it; returns which picks end in this step (N,), and the info of all tries."""
+        hangs = self.attempts.holds
+        grasps = active & (~hangs | (wishes.again & (self._tries_left() > 0)))
+        self._grasp(np.flatnonzero(grasps), wishes.place)
+        attempts = self.attempts
+        ends = active & ~grasps | grasps & (~attempts.holds & (self._tries_left() <= 0) | (self.config.grasp.stages == 1))
+        info: dict[str, NDArray[Any]] = {
+            "held": attempts.holds.copy(),
+            "tries": attempts.tries.copy(),
+            "place": attempts.last.copy(),
+            "vacuum": attempts.vacuum.copy(),
+            "leak": attempts.leak.copy(),
+        }
+        return ends, info
+
+    def _grasp(self, rows: Ints, place: Floats) -> None:
+        """Try to grasp the objects of some rows at places (N, 2) [m]."""
+        if rows.size == 0:
+            return
+        self._ride(rows)
+        picks, before = take(self.picks, rows), take(self.attempts, rows)
+        grasped, at = self._grasper.grasp(picks, place[rows], before.tries)
+        held = holds(grasped, self.config)
+        leak = self._grasper.leak(picks, at)
+        after = before.then(at, held, grasped.measured.seal, leak)
+        self.attempts = replace_rows(self.attempts, rows, after)
+        over = held | (self._tries_left()[rows] <= 0)
+        self.cell.context = replace_rows(self.cell.context, rows, picks)
+        self.cell.context = replace_rows(self.cell.context, rows[over], take(grasped, over))
+
+    def _ride(self, rows: Ints) -> None:
+        """Let the belts of rows that try again move on, with their hands."""
+        again = rows[self.attempts.tries[rows] > 0]
+        if again.size == 0:
+            return
+        picks, time = take(self.picks, again), self.config.grasp.retry
+        pick = picks.pick.copy()
+        pick[:, 0] += self.config.belt.speed * time
+        moved = self.cell.planner.plan_at(picks.replace(spent=picks.spent + time), pick, picks.limits.acceleration)
+        self.picks = replace_rows(self.picks, again, moved)
+        self.cell.ride(again, time)
+
+    def _tries_left(self) -> Ints:
+        """Numbers of tries that are left (N,): of the level, and until the object leaves the window."""
+        rules = self.config.grasp
+        left = rules.tries - self.attempts.tries
+        if rules.retry == 0.0:
+            return left
+        way = self.config.belt.pick_x[1] - self.picks.pick[:, 0]
+        later = np.floor(way / (self.config.belt.speed * rules.retry)).astype(np.int64)
+        return np.where(self.attempts.tries > 0, np.minimum(left, np.maximum(later, 0)), left)
+
+    def _throw(self, wishes: Wishes, ends: Bools) -> Step:
+        """End the picks of some rows (N,): objects that hang are thrown, or put down where they are to ride on."""
+        rows, kept = np.flatnonzero(ends), self.cell.context
+        throws, slowed = self._grasper.with_pace(take(kept, rows), wishes.pace[rows])
+        down = np.where(ends, self.attempts.holds & wishes.rides, True)
+        self.cell.context = _put_down(replace_rows(kept, rows, throws), down)
+        pace = self.cell.context.throw_limits.acceleration / T3KR_ACCELERATION
+        with self.cell.hold_back(~ends):
+            result = self.throws.step(wishes.residual, ~ends)
+        self.cell.context = replace_rows(self.cell.context, ~ends, take(kept, ~ends))
+        clipped = result.info["residual_clipped"].copy()
+        clipped[rows] |= slowed
+        return replace(result, info={**result.info, "residual_clipped": clipped, "pace": pace})
+
+    def _begin(self, rows: Ints) -> None:
+        """Begin the coming picks of some rows: no try yet, and a picture."""
+        if rows.size == 0:
+            return
+        picks = take(self.cell.context, rows)
+        self.picks = replace_rows(self.picks, rows, picks)
+        self.attempts = replace_rows(self.attempts, rows, Attempts.none(len(rows)))
+        self._images[rows] = self._camera.pictures(picks)
+
+    def _no_throw(self) -> Step:
+        """The result of a step in which no pick ends."""
+        zeros = np.zeros(self.count)
+        return Step(np.zeros(0, dtype=np.float32), zeros, zeros > 0.0, {})
+
+    def view(self) -> ThrowView:
+        """Pictures of the cells; row 0 is recorded from now on."""
+        return self.cell.view()
+
+
+def _put_down(context: Context, rows: Bools) -> Context:
+    """The picks, of which some rows (N,) carry nothing."""
+    objects = context.objects
+    return context.replace(objects=objects.replace(pick_draw=np.where(rows, -1.0, objects.pick_draw)))
