@@ -1,0 +1,1 @@
+"""Seeing, grasping, throwing: the conveyor's cell with surfaces that one sees and on which a cup seals or leaks."""
