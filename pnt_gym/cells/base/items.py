@@ -15,6 +15,7 @@ from pydantic_core import PydanticCustomError
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.config import LONGEST_NAME, Section
 from pnt_gym.cells.base.grip import CUP_RADIUS, SURFACES, Surface
+from pnt_gym.cells.base.zones import MOST_ZONES, PLAIN_LOOK, Look, Waves, Zone
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import ConfigError
 
@@ -81,6 +82,11 @@ class Item(Section):
         pick_chance: probability that a suction cup seals well inside the item's outline, in levels in which picks fail.
         clings: delay with which a wet or sticky face leaves the suction cup after the vacuum's release, at m = 1, in s.
         surface: surface under a suction cup; gives the friction and the safety factor of a grip, see `grip.SURFACES`.
+        zones: parts of the upper face that differ from the rest, at most 6; where they overlap, the later one counts.
+        relief: amplitude and wavelength in m of bumps all over the item; None: the surface is smooth.
+        look: brightness, warmth (-1 blue to 1 orange), gloss and texture of the surface in a picture.
+        com: distance of the centre of mass from the middle along the length, towards either end, as a share of the
+            length, in levels in which objects have surfaces.
         source: one line: the sources of the numbers, and which numbers are assumed, and why.
         assumed: keys that a level did not give, whose values are those of the shape or of a similar item.
     """
@@ -106,6 +112,10 @@ class Item(Section):
     pick_chance: float = Field(default=0.9, gt=0.0, le=1.0)
     clings: float = Field(default=0.0, ge=0.0, le=0.05)
     surface: Surface = "smooth"
+    zones: tuple[Zone, ...] = Field(default=(), max_length=MOST_ZONES)
+    relief: Waves | None = None
+    look: Look = PLAIN_LOOK
+    com: float = Field(default=0.0, ge=0.0, le=0.4)
     source: _Line
     assumed: tuple[str, ...] = ()
 
@@ -138,6 +148,11 @@ class Item(Section):
             cup, item = (f"{1e3 * wide:g} mm" for wide in (2.0 * self.fitted_radius, self.width))
             value_text = f"cup_radius of {self.name!r} is {self.cup_radius} m"
             raise ConfigError(f"{value_text}, but its cup, {cup} wide, must not be wider than the item, {item} across.")
+        if self.zones and (depth := max(zone.depth for zone in self.zones)) >= height:
+            raise ConfigError(
+                f"depth of a zone of {self.name!r} is {depth} m, but must be from 0 to less than the item's height of "
+                f"{height} m."
+            )
         return self
 
 

@@ -1,1 +1,1 @@
-"""The conveyor's cell with objects that one can see, and with two decisions for each: where to grasp, and how to throw."""
+"""The conveyor's cell with surfaces that one sees, and two decisions for each object: where to grasp, how to throw."""

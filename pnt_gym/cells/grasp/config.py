@@ -12,6 +12,10 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 MOST_TRIES = 5
 """Largest number of tries to grasp an object."""
+CHANNELS, PIXELS = 5, 48
+"""Channels of a picture, and pixels along each of its sides."""
+PIXEL = 0.005
+"""Side of a pixel on the belt [m]."""
 
 
 class Surface(Section):
@@ -38,21 +42,6 @@ class Camera(Section):
         le=0.1,
         description="Standard deviation of the place of the outline's middle in the picture, along x and y; the "
         "picture's middle is the place of a grasp of zero; assumed [m].",
-    )
-    depth: NonNegative = Field(
-        default=0.001, le=0.05, description="Standard deviation of a height on a matte surface; assumed [m]."
-    )
-    gloss_depth: NonNegative = Field(
-        default=0.003, le=0.05, description="Further standard deviation of a height on a glossy surface; assumed [m]."
-    )
-    missing: Annotated[float, Field(ge=0, le=1)] = Field(
-        default=0.02, description="Share of pixels without a height on a matte surface; assumed."
-    )
-    gloss_missing: Annotated[float, Field(ge=0, le=1)] = Field(
-        default=0.30, description="Further share of pixels without a height on a glossy surface; assumed."
-    )
-    colour: NonNegative = Field(
-        default=6.0, le=255, description="Standard deviation of each colour, of 255; assumed."
     )
 
 

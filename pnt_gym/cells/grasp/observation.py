@@ -13,8 +13,7 @@ from pnt_gym.cells.base.features import CLIP, Feature, FeatureTable
 from pnt_gym.cells.conveyor import observation as conveyor
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.grasp.attempts import Attempts
-from pnt_gym.cells.grasp.config import MOST_TRIES
-from pnt_gym.cells.grasp.images import CHANNELS, SIZE
+from pnt_gym.cells.grasp.config import CHANNELS, MOST_TRIES, PIXELS
 
 
 class Sight(NamedTuple):
@@ -62,7 +61,7 @@ TABLE: Final = FeatureTable(FEATURES)
 _GAUGED: Final = np.array([name in _GAUGE for name in TABLE.names])
 SPACE: Final = Dict(
     {
-        "image": Box(0, 255, (CHANNELS, SIZE, SIZE), np.uint8),
+        "image": Box(0, 255, (CHANNELS, PIXELS, PIXELS), np.uint8),
         "vector": Box(-CLIP, CLIP, (len(TABLE),), np.float32),
     }
 )

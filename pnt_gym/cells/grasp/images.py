@@ -1,0 +1,73 @@
+"""Pictures of objects on the belt: depth and colours from above, as a depth camera over the belt sees them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.grasp.config import CHANNELS, PIXEL, PIXELS
+from pnt_gym.cells.grasp.surfaces import Keys, SurfaceTable, draw_surfaces
+
+Bytes = NDArray[np.uint8]
+
+
+def draw_images(table: SurfaceTable, objects: Objects, middles: Floats, noise_keys: Keys) -> Bytes:
+    """Pictures of objects, with the noise of the camera.
+
+    Glossy surfaces have noisier depths and more pixels without a depth.
+
+    Args:
+        table: the surfaces of the items.
+        objects: M objects in each of N pictures (N, M).
+        middles: true middles of their outlines from the middle of the picture, along the world's axes (N, M, 2) [m];
+            NaN for an object that is absent.
+        noise_keys: keys of the noise (N,), see `object_keys`.
+
+    Returns:
+        (N, 5, 48, 48): height above the belt [mm], 255 where the depth is valid, else 0, red, green, blue. The columns
+        go along the belt, the rows from larger to smaller y.
+    """
+    return _paint(table, objects, middles, noise_keys, is_noisy=True)
+
+
+def clean_images(table: SurfaceTable, objects: Objects, middles: Floats) -> Bytes:
+    """Pictures as of `draw_images`, without noise."""
+    return _paint(table, objects, middles, np.zeros(len(middles), dtype=np.uint64), is_noisy=False)
+
+
+def height_maps(table: SurfaceTable, objects: Objects, middles: Floats) -> Floats:
+    """Heights above the belt in pictures as of `draw_images`, without noise and not rounded (N, 48, 48) [m]."""
+    from pnt_gym.cells.grasp.image_kernel import height_rows  # noqa: PLC0415 - numba takes a while
+
+    heights = np.empty((len(middles), PIXELS, PIXELS))
+    height_rows(*_scenes(table, objects), np.ascontiguousarray(middles), np.empty((PIXELS, PIXELS, 4)), heights)
+    return heights
+
+
+def pixel_places() -> Floats:
+    """Middles of the pixels from the middle of a picture, along the world's axes (48, 48, 2) [m]."""
+    line = PIXEL * (np.arange(PIXELS) - (PIXELS - 1) / 2.0)
+    return np.stack(np.broadcast_arrays(line[None, :], -line[:, None]), axis=-1)
+
+
+def _scenes(table: SurfaceTable, objects: Objects) -> tuple[Ints, Floats, Floats, Floats, Floats]:
+    """Shapes, extents, yaws, bodies and zones of objects (N, M)."""
+    surfaces = draw_surfaces(table, objects)
+    shape, size, yaw = map(np.ascontiguousarray, (objects.shape, objects.size, objects.yaw))
+    return shape, size, yaw, np.ascontiguousarray(surfaces.body), np.ascontiguousarray(surfaces.zones)
+
+
+def _paint(table: SurfaceTable, objects: Objects, middles: Floats, keys: Any, is_noisy: bool) -> Bytes:
+    """Pictures with or without noise."""
+    from pnt_gym.cells.grasp.image_kernel import paint_rows  # noqa: PLC0415 - as above
+
+    images = np.empty((len(middles), CHANNELS, PIXELS, PIXELS), dtype=np.uint8)
+    paint_rows(
+        *_scenes(table, objects), np.ascontiguousarray(middles), np.empty((PIXELS, PIXELS)),
+        np.empty((PIXELS, PIXELS, 4)), np.ascontiguousarray(keys), is_noisy, images,
+    )  # fmt: skip
+    return images

@@ -1,0 +1,142 @@
+"""Seals of suction cups at places on surfaces. Compiled; see `pnt_gym.compiled`."""
+
+from __future__ import annotations
+
+import math
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.grasp.surface_kernel import COUNT, surface_point
+from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.constants import GRAVITY
+
+POINTS = 16
+"""Points of the lip, and of a circle inside the lip."""
+INNER, MIDDLE = 0.6, 3.0
+"""Radius of that circle over the lip's radius, and weight of the middle against a point; assumed."""
+FOLLOWS = 0.2
+"""Gap that the lip bridges, over the lip's radius; assumed."""
+SLOPE = math.tan(math.radians(15.0))
+"""Steepest plane to which the bellows tilt; assumed."""
+OFF = 0.010
+"""Gap where the lip is beside the object [m]."""
+GAP_LEAK = 8.0e6
+"""Leak of a gap over the square of the gap [1/m2]; assumed."""
+LEAST_LEAK = 1e-3
+VACUUM = 0.6e5
+"""Vacuum of the ejector against a tight surface [Pa], that of the catalogue's forces."""
+LEAST_VACUUM = 3.0e3
+"""Vacuum that the gauge needs to report a seal [Pa]; assumed."""
+LEAST_WEIGHTS = 2.0
+"""Weights of the object that a seal must hold; assumed."""
+TRY = 0.15
+"""Spread of the logarithm of a force from try to try; assumed."""
+
+
+@kernel_part
+def lip_area(radius: float) -> float:
+    """Area under a lip [m2]."""
+    return math.pi * radius * radius
+
+
+@kernel_part
+def _mean_gap(heights: Floats, radius: float, cosine: Floats, sine: Floats) -> float:
+    """Mean squared gap [m2] under a lip over heights (POINTS,) [m], -1 beside the object."""
+    count, mean, along, across = 0, 0.0, 0.0, 0.0
+    for k in range(POINTS):
+        if heights[k] >= 0.0:
+            count, mean = count + 1, mean + heights[k]
+    if count == 0:
+        return OFF * OFF
+    mean /= count
+    # Least squares on a circle: the slope is the first Fourier coefficient.
+    for k in range(POINTS):
+        if heights[k] >= 0.0:
+            along += 2.0 * (heights[k] - mean) * cosine[k] / (POINTS * radius)
+            across += 2.0 * (heights[k] - mean) * sine[k] / (POINTS * radius)
+    steepness = math.sqrt(along * along + across * across)
+    share = SLOPE / steepness if steepness > SLOPE else 1.0
+    along, across = share * along * radius, share * across * radius
+    highest, total = -1.0, 0.0
+    for k in range(POINTS):
+        if heights[k] >= 0.0:
+            highest = max(highest, heights[k] - along * cosine[k] - across * sine[k])
+    for k in range(POINTS):
+        gap = OFF
+        if heights[k] >= 0.0:
+            gap = highest - (heights[k] - along * cosine[k] - across * sine[k]) - FOLLOWS * radius
+            gap = min(max(gap, 0.0), OFF)
+        total += gap * gap
+    return total / POINTS
+
+
+@compile_for(
+    "void(i8[::1], f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[::1], f8[::1],"
+    "f8[::1], f8[:, ::1])"
+)
+def find_leaks(
+    shape: Ints,
+    size: Floats,
+    yaw: Floats,
+    radius: Floats,
+    body: Floats,
+    zones: Floats,
+    places: Floats,
+    cosine: Floats,
+    sine: Floats,
+    heights: Floats,
+    leak: Floats,
+) -> None:
+    """Write the leak under cups at places on N objects.
+
+    Args:
+        shape: shapes of the objects (N,).
+        size: extents (N, 3) [m].
+        yaw: yaws (N,) [rad].
+        radius: radii of the cups (N,) [m].
+        body: surfaces (N, BODY_COLUMNS), see `surface_kernel`.
+        zones: zones of the surfaces (N, MOST_ZONES, ZONE_COLUMNS).
+        places: axes of the cups from the outlines' middles, world axes (N, P, 2) [m].
+        cosine: cosines of the angles of the lip's points (POINTS,).
+        sine: sines of these angles (POINTS,).
+        heights: room for the heights under one lip (POINTS,).
+        leak: written (N, P).
+    """
+    for row in range(len(shape)):
+        cos, sin, r = math.cos(yaw[row]), math.sin(yaw[row]), radius[row]
+        for k in range(places.shape[1]):
+            x, y = places[row, k, 0], places[row, k, 1]
+            along, across = cos * x + sin * y, cos * y - sin * x
+            _, inner, _ = surface_point(shape[row], size[row], body[row], zones[row], along, across)
+            total = MIDDLE * inner
+            for point in range(POINTS):
+                p, q = r * cosine[point], r * sine[point]
+                heights[point], outer, _ = surface_point(
+                    shape[row], size[row], body[row], zones[row], along + p, across + q
+                )
+                _, inner, _ = surface_point(
+                    shape[row], size[row], body[row], zones[row], along + INNER * p, across + INNER * q
+                )
+                total += outer + inner
+            if body[row, COUNT] < 0.0:  # the shape itself does not leak
+                for point in range(POINTS):
+                    heights[point] = min(heights[point], 0.0)
+            gap = _mean_gap(heights, r, cosine, sine)
+            leak[row, k] = max(total / (2.0 * POINTS + MIDDLE) + GAP_LEAK * gap, LEAST_LEAK)
+
+
+@compile_for("void(f8[::1], f8[::1], f8[:, ::1], f8[:, ::1])")
+def find_forces(seal: Floats, radius: Floats, leak: Floats, force: Floats) -> None:
+    """Write the forces (N, P) [N] of cups (N,) whose forces on a tight item are `seal`, at leaks (N, P)."""
+    for row in range(len(seal)):
+        most = VACUUM * lip_area(radius[row])
+        for k in range(leak.shape[1]):
+            force[row, k] = min(seal[row] / leak[row, k], most)
+
+
+@compile_for("void(f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], b1[:, ::1])")
+def find_held(force: Floats, mass: Floats, radius: Floats, draw: Floats, held: Bools) -> None:
+    """Write whether cups with forces (N, P) [N] hold objects of a mass (N,) [kg], for normal draws (N, P)."""
+    for row in range(len(force)):
+        least = max(LEAST_VACUUM * lip_area(radius[row]), LEAST_WEIGHTS * mass[row] * GRAVITY)
+        for k in range(force.shape[1]):
+            held[row, k] = force[row, k] * math.exp(TRY * draw[row, k]) >= least

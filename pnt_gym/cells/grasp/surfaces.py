@@ -1,0 +1,189 @@
+"""Surfaces of objects: height, leak and look at every point, and how a suction cup seals at a place.
+
+An object's surface is a pure function of the object: a hash of the object's own draws is the key of the surface's
+draws. So surfaces need no generator and are never stored, and one object has one surface, alone or in a batch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base.items import Item
+from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES, Look, Zone
+from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.records import Record
+
+Keys = NDArray[np.uint64]
+SURFACE, IMAGE, TRY = 1, 2, 3
+"""Purposes of an object's keys; the streams of different purposes are independent."""
+_SMOOTH: Final = (0.0, 0.05)
+"""Relief of an item without one: no amplitude, and any wavelength."""
+_AS_AROUND: Final[Look] = (-1.0, 0.0, 0.0, 0.0)
+
+
+@final
+class Seals(NamedTuple):
+    """Seals of cups at places."""
+
+    force: Floats
+    """Force of the vacuum F0 (N, P) [N]."""
+    leak: Floats
+    """Leak under the cup in multiples of that of the item's own surface (N, P)."""
+
+
+@final
+@dataclass(frozen=True)
+class SurfaceTable:
+    """Surfaces of K items as arrays; `surface_kernel` names the columns."""
+
+    items: Floats
+    """Relief, look and centre of mass (K, ITEM_COLUMNS)."""
+    zones: Floats
+    """Zones (K, MOST_ZONES, ITEM_ZONE_COLUMNS), of shape -1 where an item has fewer."""
+
+
+@final
+@dataclass(frozen=True)
+class Surfaces(Record):
+    """Surfaces of objects of any leading shape S, in the objects' axes; `surface_kernel` names the columns."""
+
+    count: Ints
+    """Number of zones that the object has, -1 where the item has no surface, S."""
+    com: Floats
+    """Centre of mass from the middle of the outline, along the world's axes, S + (2,) [m]."""
+    body: Floats
+    """Relief and look, S + (BODY_COLUMNS,)."""
+    zones: Floats
+    """Zones, S + (MOST_ZONES, ZONE_COLUMNS)."""
+
+
+def surface_table(items: Sequence[Item]) -> SurfaceTable:
+    """The surfaces of items as arrays."""
+    rows = [
+        (bool(item.zones) or item.relief is not None, *(item.relief or _SMOOTH), *item.look, item.com) for item in items
+    ]
+    no_zone = (-1.0, *[0.0] * 8, 0.0, 1.0, *_AS_AROUND, 0.0)
+    zones = [[*map(_zone_row, item.zones), *[no_zone] * (MOST_ZONES - len(item.zones))] for item in items]
+    return SurfaceTable(np.array(rows, dtype=np.float64), np.array(zones, dtype=np.float64))
+
+
+def _zone_row(zone: Zone) -> tuple[float, ...]:
+    """A zone as numbers; -1 where the zone is as the surface around it."""
+    leak, relief = (-1.0 if value is None else value for value in (zone.leak, zone.relief))
+    return (
+        ZONE_SHAPES.index(zone.shape), *zone.at, *zone.size, zone.chance, zone.depth, leak, relief,
+        *(zone.ribs or (-1.0, 1.0)), *(zone.look or _AS_AROUND), zone.spread,
+    )  # fmt: skip
+
+
+def object_keys(objects: Objects, purpose: int) -> Keys:
+    """Keys S of objects for a purpose: hashes of the objects' draws."""
+    from pnt_gym.cells.grasp.random_kernel import hash_rows  # noqa: PLC0415 - numba takes a while
+
+    place = objects.draws.place
+    bits = np.ascontiguousarray(place).reshape(-1, place.shape[-1]).view(np.uint64)
+    keys = np.empty(len(bits), dtype=np.uint64)
+    hash_rows(bits, np.uint64(purpose), keys)
+    return keys.reshape(place.shape[:-1])
+
+
+def later_keys(keys: Keys, number: Ints | int) -> Keys:
+    """Keys S of the draws that belong to a number, as that of a try: one number, or S."""
+    from pnt_gym.cells.grasp.random_kernel import hash_rows  # noqa: PLC0415 - numba takes a while
+
+    numbers = np.broadcast_to(np.asarray(number, dtype=np.uint64), keys.shape)
+    bits, later = np.stack([keys.reshape(-1), numbers.reshape(-1)], axis=-1), np.empty(keys.size, dtype=np.uint64)
+    hash_rows(bits, np.uint64(0), later)
+    return later.reshape(keys.shape)
+
+
+def normal_draw(keys: Keys) -> Floats:
+    """A standard normal draw of each key."""
+    from pnt_gym.cells.grasp.random_kernel import draw_normals  # noqa: PLC0415 - numba takes a while
+
+    normals = np.empty(keys.size)
+    draw_normals(np.ascontiguousarray(keys).reshape(-1), normals)
+    return normals.reshape(keys.shape)
+
+
+def draw_surfaces(table: SurfaceTable, objects: Objects) -> Surfaces:
+    """The surfaces of objects of any leading shape."""
+    from pnt_gym.cells.grasp.surface_kernel import BODY_COLUMNS, ZONE_COLUMNS, draw_rows  # noqa: PLC0415 - as above
+
+    shape, count = objects.kind.shape, objects.kind.size
+    body, com = np.empty((count, BODY_COLUMNS)), np.empty((count, 2))
+    zones = np.empty((count, MOST_ZONES, ZONE_COLUMNS))
+    kind, size, yaw = (
+        np.ascontiguousarray(objects.kind).reshape(-1),
+        np.ascontiguousarray(objects.size).reshape(-1, 3),
+        np.ascontiguousarray(objects.yaw).reshape(-1),
+    )
+    draw_rows(kind, size, yaw, object_keys(objects, SURFACE).reshape(-1), table.items, table.zones, body, zones, com)
+    surfaces = Surfaces(
+        body[:, 0].astype(np.int64).reshape(shape), com.reshape(*shape, 2), body.reshape(*shape, -1),
+        zones.reshape(*shape, *zones.shape[1:]),
+    )  # fmt: skip
+    return surfaces.pack()
+
+
+def _bodies(surfaces: Surfaces, objects: Objects) -> tuple[Ints, Floats, Floats, Floats, Floats]:
+    """Shapes, extents, yaws, bodies and zones of N objects for a kernel."""
+    shape, size, yaw = map(np.ascontiguousarray, (objects.shape, objects.size, objects.yaw))
+    return shape, size, yaw, np.ascontiguousarray(surfaces.body), np.ascontiguousarray(surfaces.zones)
+
+
+def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
+    """Seals of cups at places of N objects.
+
+    Args:
+        surfaces: surfaces of the objects.
+        objects: N objects; `seal` is the force on the item's own surface.
+        places: axes of the cups from the middles of the outlines, along the world's axes (N, P, 2) [m].
+    """
+    from pnt_gym.cells.grasp.seal_kernel import POINTS, find_forces, find_leaks  # noqa: PLC0415 - as above
+
+    angle = 2.0 * np.pi / POINTS * np.arange(POINTS)
+    leak, radius = np.empty(places.shape[:2]), np.ascontiguousarray(objects.cup_radius)
+    find_leaks(
+        *_bodies(surfaces, objects)[:3], radius, *_bodies(surfaces, objects)[3:], np.ascontiguousarray(places),
+        np.cos(angle), np.sin(angle), np.empty(POINTS), leak,
+    )  # fmt: skip
+    force = np.empty_like(leak)
+    find_forces(np.ascontiguousarray(objects.seal), radius, leak, force)
+    return Seals(force, leak)
+
+
+def seal_holds(force: Floats, objects: Objects, draw: Floats) -> Bools:
+    """Whether cups hold their objects.
+
+    A seal is one if the gauge reports it and if it carries twice the object's weight.
+
+    Args:
+        force: forces of the seals, (N,) or (N, P) [N].
+        objects: N objects.
+        draw: standard normal draws of the tries, like `force`.
+    """
+    from pnt_gym.cells.grasp.seal_kernel import find_held  # noqa: PLC0415 - as above
+
+    rows = force.reshape(len(force), -1)
+    held = np.empty(rows.shape, dtype=np.bool_)
+    find_held(
+        np.ascontiguousarray(rows), np.ascontiguousarray(objects.mass), np.ascontiguousarray(objects.cup_radius),
+        np.ascontiguousarray(draw.reshape(rows.shape)), held,
+    )  # fmt: skip
+    return held.reshape(force.shape)
+
+
+def surface_at(surfaces: Surfaces, objects: Objects, places: Floats) -> tuple[Floats, Floats]:
+    """Height above the belt [m], -1 beside the object, and leak (N, P) at places as in `seal_at`."""
+    from pnt_gym.cells.grasp.surface_kernel import find_points  # noqa: PLC0415 - as above
+
+    height, leak = np.empty(places.shape[:2]), np.empty(places.shape[:2])
+    find_points(*_bodies(surfaces, objects), np.ascontiguousarray(places), height, leak)
+    return height, leak
