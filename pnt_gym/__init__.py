@@ -25,12 +25,17 @@ _ENTRY_POINTS: Final = {
     "OneJointAssembly-v0": "pnt_gym.envs.one_joint:OneJointAssembly",
     "PnTLine-v0": "pnt_gym.envs.line:PnTLine",
     "GripperToss-v0": "pnt_gym.envs.gripper:GripperToss",
+    "PnTGrasp-v0": "pnt_gym.envs.grasp:PnTGrasp",
 }
 ENV_IDS: Final = tuple(_ENTRY_POINTS)
 """Ids of the environments, each with a single and a vector form."""
 
 
-_SETTINGS: Final = {"PnTAdapt-v0": {"level": "day"}, "PnTLine-v0": {"level": "single"}}
+_SETTINGS: Final = {
+    "PnTAdapt-v0": {"level": "day"},
+    "PnTLine-v0": {"level": "single"},
+    "PnTGrasp-v0": {"level": "grasp"},
+}
 """Default keyword arguments of `gymnasium.make` for some environments."""
 
 

@@ -26,9 +26,11 @@ class Observation:
     """N coming picks as a controller observes them."""
 
     features: NDArray[np.float32]
-    """Observations of the environment (N, D)."""
+    """Observations of the environment (N, D); of an environment with pictures, the vectors beside the pictures."""
     kind: Ints
     """Item of the object by the cell's classifier: index into the core's `item_names` (N,)."""
+    image: NDArray[np.uint8] | None = None
+    """Pictures (N, 5, H, W) as `PnTGrasp-v0` shows them; None in environments without pictures."""
 
 
 @final

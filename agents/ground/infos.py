@@ -8,10 +8,20 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.core import EPISODE_SUCCESS
 
 LANDING: Final = ("landing_error", "landing_along", "landing_across")
 """Info keys of landing errors; an object that was dropped before its release has none."""
+
+
+def rows_thrown(info: Mapping[str, Any], count: int) -> Bools:
+    """Which of N rows carried out a throw in a step (N,): those whose info has a `cycle_time`."""
+    thrown = np.zeros(count, dtype=np.bool_)
+    for part in (info, info.get("final_info", {})):
+        if "cycle_time" in part:
+            thrown |= np.asarray(part.get("_cycle_time", np.ones(count, dtype=np.bool_)))
+    return thrown
 
 
 def results(info: Mapping[str, Any], count: int) -> dict[str, NDArray[Any]]:

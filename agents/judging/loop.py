@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from typing import Any, TypeAlias
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, TypeAlias, final
 
 import numpy as np
 
-from pnt_gym.arrays import concatenate_records, take
+from pnt_gym.arrays import Bools, Ints, concatenate_records, take
 
-from ..controllers.protocol import Controller, Learner, Observation, Outcome, learns
+from ..controllers.protocol import Actions, Controller, Learner, Observation, Outcome, learns
 from ..ground.environments import Env, core_of, stream_seed
+from ..ground.infos import rows_thrown
 from .throws.data import Throws
 
 Progress: TypeAlias = Callable[[int], object]
@@ -50,28 +52,65 @@ def practise(
 def throw_batches(
     controller: Controller, env: Env, picks: int, env_seed: int, *, learn: bool = False
 ) -> Iterator[Throws]:
-    """Carry out throws and yield batch after batch; the last batch is cut so that `picks` throws are yielded in all."""
+    """Carry out throws and yield batch after batch; the last batch is cut so that `picks` throws are yielded in all.
+
+    A batch has one throw of every row. Where a throw takes several steps, rows that are ahead wait for the others to be
+    yielded, so the throws of two controllers are paired.
+    """
     correction = core_of(env).correction
     errors = () if correction is None else correction.error_keys
     features, info = env.reset(seed=env_seed)
-    throws_done = 0
+    throws_done, queue = 0, _Queue(env.num_envs)
     while throws_done < picks:
         observation = observed(features, info.get("kind", np.zeros(env.num_envs)))
         action = controller.act(observation)
         features, reward, _, _, info = env.step(action)
-        part = take(Throws.of(info, np.asarray(reward), errors), slice(picks - throws_done))
+        thrown = rows_thrown(info, env.num_envs)
+        if not thrown.any():
+            continue
+        throws = Throws.of(info, np.asarray(reward), errors)
         if learn:
-            count = len(part)  # the last batch may hold more rows than were asked for
-            observation = take(observation, slice(count))
-            outcome_fields = (part.error, part.is_success, part.cycle_time, part.clipped)
-            controller.learn(Outcome(observation, action[:count], *outcome_fields))
-        throws_done += len(part)
-        yield part
+            count = min(env.num_envs, picks - throws_done) if thrown.all() else env.num_envs
+            _teach(controller, observation, action, throws, np.flatnonzero(thrown[:count]))
+        for batch in queue.add(throws, thrown):
+            part = take(batch, slice(picks - throws_done))
+            throws_done += len(part)
+            if len(part):
+                yield part
+
+
+def _teach(controller: Controller, observation: Observation, action: Actions, throws: Throws, rows: Ints) -> None:
+    """Let a controller learn from the throws of some rows."""
+    throws = take(throws, rows)
+    outcome_fields = (throws.error, throws.is_success, throws.cycle_time, throws.clipped)
+    controller.learn(Outcome(take(observation, rows), action[rows], *outcome_fields))
 
 
 def observed(features: Any, kind: Any) -> Observation:
     """Coming picks as a controller's observation, from an environment's observations and the `kind` of its info."""
-    return Observation(np.array(features, dtype=np.float32), np.array(kind, dtype=np.int64))
+    kinds = np.array(kind, dtype=np.int64)
+    if isinstance(features, Mapping):
+        vector, image = features["vector"], np.array(features["image"], dtype=np.uint8)
+        return Observation(np.array(vector, dtype=np.float32), kinds, image)
+    return Observation(np.array(features, dtype=np.float32), kinds)
+
+
+@final
+class _Queue:
+    """Throws of N rows that wait until every row has one."""
+
+    def __init__(self, count: int) -> None:
+        self._waiting = [deque[Throws]() for _ in range(count)]
+
+    def add(self, throws: Throws, thrown: Bools) -> Iterator[Throws]:
+        """Add the throws of some rows (N,); yields batches with one throw of every row."""
+        if thrown.all() and not any(self._waiting):
+            yield throws
+            return
+        for row in np.flatnonzero(thrown):
+            self._waiting[row].append(take(throws, [row]))
+        while all(self._waiting):
+            yield concatenate_records([queue.popleft() for queue in self._waiting])
 
 
 def _collect(batches: Iterable[Throws], progress: Progress | None) -> Throws:

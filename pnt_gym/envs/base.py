@@ -10,7 +10,7 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from numbers import Integral
 from types import MappingProxyType
-from typing import Any, ClassVar, Final, Protocol, cast
+from typing import Any, ClassVar, Final, Protocol, TypeAlias, cast
 
 import gymnasium as gym
 import numpy as np
@@ -28,7 +28,8 @@ from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
 
-Observation = NDArray[np.float32]
+Observation: TypeAlias = Any
+"""Observations: an array (N, D), or several arrays (N, ...) by name; of one environment without N."""
 SECTIONS: Final = (
     "Description",
     "Action Space",
@@ -71,7 +72,7 @@ class BatchedCore(Protocol):
         """Begin new episodes in some rows."""
 
     def observe(self) -> Observation:
-        """Observations (N, D)."""
+        """Observations (N, D), or several arrays (N, ...) by name."""
         ...
 
     def kinds(self) -> dict[str, NDArray[Any]]:
@@ -261,7 +262,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
         if number is not None:
             self._np_random, self._np_random_seed = generator, number
         self._show()
-        return self.core.observe()[0], scalars(self.core.kinds(), 0)
+        return row_of(self.core.observe(), 0), scalars(self.core.kinds(), 0)
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Throw the object under the cup and move above the next one.
@@ -279,7 +280,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
         self._show()
         over, terminates = bool(result.ended[0]), self.core.terminates
         return (
-            result.observation[0],
+            row_of(result.observation, 0),
             float(result.reward[0]),
             over and terminates,
             over and not terminates,
@@ -329,6 +330,14 @@ def warn_of_threads(threads: int) -> None:
             "longer",
             stacklevel=3,
         )
+
+
+def row_of(observation: Observation, row: int) -> Observation:
+    """A copy of one row of observations."""
+    if isinstance(observation, Mapping):
+        arrays = cast("Mapping[str, NDArray[Any]]", observation)
+        return {name: values[row].copy() for name, values in arrays.items()}
+    return observation[row].copy()
 
 
 def scalars(info: Mapping[str, NDArray[Any]], row: int, partial: Mapping[str, Bools] = NOTHING) -> dict[str, Any]:

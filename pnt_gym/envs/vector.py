@@ -18,7 +18,7 @@ from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.canvas import DRAWING_LOCK, FPS, SIZE, Picture
 from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.base.core import Step
-from pnt_gym.envs.base import NOTHING, CoreEnv, Facade, Observation, request_of, seed_of, warn_of_threads
+from pnt_gym.envs.base import NOTHING, CoreEnv, Facade, Observation, request_of, row_of, seed_of, warn_of_threads
 from pnt_gym.errors import ActionError, ConfigError, OrderError, one_sentence
 
 
@@ -283,7 +283,7 @@ def _final(result: Step, over: Bools) -> dict[str, Any]:
     """What Gymnasium's form of a vector info has of the episodes that are over (N,)."""
     last = np.full(len(over), None, dtype=object)
     for row in np.flatnonzero(over):
-        last[row] = result.observation[row].copy()
+        last[row] = row_of(result.observation, int(row))
     final = masked(result.info, over, result.partial)
     return {"final_obs": last, "_final_obs": over.copy(), "final_info": final, "_final_info": over.copy()}
 

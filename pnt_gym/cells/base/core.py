@@ -34,8 +34,8 @@ COMMON_INFO: Final = ("is_success", "landing_error", "cycle_time", "residual_cli
 class Step:
     """Results of one throw in every cell."""
 
-    observation: NDArray[np.float32]
-    """Observations of the next throws (N, D)."""
+    observation: Any
+    """Observations of the next throws (N, D), or several arrays (N, ...) by name."""
     reward: Floats
     """Sum of the reward terms (N,)."""
     ended: Bools

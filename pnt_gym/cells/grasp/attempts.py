@@ -6,9 +6,6 @@ from dataclasses import dataclass
 from typing import Final, Self, final
 
 import numpy as np
-
-from scipy.special import ndtr
-
 from pnt_gym.arrays import Bools, Floats, Ints, join_columns, replace_rows, take
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.context import Context
@@ -175,6 +172,8 @@ class Grasper:
 
     def _try_again(self, context: Context, number: Ints) -> Context:
         """The picks with new draws whether the cups seal, in tries after the first."""
+        from scipy.special import ndtr  # noqa: PLC0415 - a heavy import
+
         objects = context.objects
         later = ndtr(normal_draw(later_keys(object_keys(objects, TRY), number)))
         return context.replace(objects=objects.replace(pick_draw=np.where(number == 0, objects.pick_draw, later)))

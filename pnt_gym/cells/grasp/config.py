@@ -50,25 +50,26 @@ class Grasping(Section):
 
     stages: Literal[1, 2] = Field(
         default=2,
-        description="2: a step grasps, the gauge tells how well, and the next step throws. 1: one step grasps and throws.",
+        description="2: a step grasps, the gauge tells how well, and the next step throws. 1: one step does both.",
     )
     tries: Annotated[int, Field(ge=1, le=MOST_TRIES)] = Field(
         default=2, description="Tries to grasp an object, with `stages: 2`."
     )
     retry: Duration = Field(
-        default=0.20, description="Time of each further try, from lift to vacuum, in which the belt moves on; assumed [s]."
+        default=0.20,
+        description="Time of each further try, in which the belt moves on; assumed [s].",
     )
     reach: Annotated[float, Field(gt=0, le=0.115)] = Field(
         default=0.100, description="Distance of the cup from the picture's middle along x or y, for an action of 1 [m]."
     )
     pace: tuple[Share, Share] = Field(
         default=(0.18, 0.60),
-        description="Largest acceleration of the throw for an action of -1 and of 1, as shares of the robot's 120 m/s2; "
+        description="Largest acceleration of a throw for an action of -1 and of 1, as shares of the robot's 120 m/s2; "
         "the speed setting stays an upper bound.",
     )
     picks: Literal["independent", "belt"] = Field(
         default="independent",
-        description="Unrelated objects, one in each episode, or a shift of `picks_per_shift` objects on the moving belt.",
+        description="Unrelated objects, one in each episode, or a shift of `picks_per_shift` objects on the belt.",
     )
     objects: Annotated[int, Field(ge=1, le=3)] = Field(
         default=1,
@@ -85,8 +86,8 @@ class GraspConfig(ConveyorConfig):
 
     surface: Surface | None = Field(
         default=None,
-        description="Whether cups seal by their place on an object, as the item's `zones` say. null: every place within "
-        "the outline seals with the item's `pick_chance`, as in the conveyor's cell.",
+        description="Whether cups seal by their place on an object, as the item's `zones` say. null: every place "
+        "within the outline seals with the item's `pick_chance`, as in the conveyor's cell.",
     )
     camera: Camera = Camera()
     grasp: Grasping = Grasping()
@@ -99,7 +100,7 @@ class GraspConfig(ConveyorConfig):
             yield f"grasp.pace runs from {slow:g} to {fast:g}; the first value must not be larger"
         if self.grasp.objects > 1 and self.grasp.picks == "belt":
             yield f"grasp.objects is {self.grasp.objects}; it must be 1 on the belt"
-        if self.grasp.objects > 1 and self.bins.random is None and not self.bins.fixed:
-            yield "grasp.objects needs bins"
+        if self.grasp.tries > 1 and not self.belt.tracking:
+            yield f"grasp.tries is {self.grasp.tries}; without belt.tracking it must be 1"
         if self.drift.moves:
             yield "drift: PnTGrasp-v0 shows no landing from which a drift could be learned; set its parts to 0"

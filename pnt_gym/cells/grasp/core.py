@@ -115,7 +115,9 @@ class GraspCore:
         grasps = active & (~hangs | (wishes.again & (self._tries_left() > 0)))
         self._grasp(np.flatnonzero(grasps), wishes.place)
         attempts = self.attempts
-        ends = active & ~grasps | grasps & (~attempts.holds & (self._tries_left() <= 0) | (self.config.grasp.stages == 1))
+        ends = active & ~grasps | grasps & (
+            ~attempts.holds & (self._tries_left() <= 0) | (self.config.grasp.stages == 1)
+        )
         info: dict[str, NDArray[Any]] = {
             "held": attempts.holds.copy(),
             "tries": attempts.tries.copy(),
@@ -188,7 +190,7 @@ class GraspCore:
     def _no_throw(self) -> Step:
         """The result of a step in which no pick ends."""
         zeros = np.zeros(self.count)
-        return Step(np.zeros(0, dtype=np.float32), zeros, zeros > 0.0, {})
+        return Step(None, zeros, zeros > 0.0, {})
 
     def view(self) -> ThrowView:
         """Pictures of the cells; row 0 is recorded from now on."""

@@ -35,7 +35,9 @@ def _of_pick(name: str) -> Feature:
     """A feature of the conveyor's observation."""
     feature = next(feature for feature in conveyor.FEATURES if feature.name == name)
     value = feature.value
-    return Feature(feature.name, feature.unit, feature.centre, feature.scale, feature.meaning, lambda s: value(s.context))
+    return Feature(
+        feature.name, feature.unit, feature.centre, feature.scale, feature.meaning, lambda s: value(s.context)
+    )
 
 
 _PLAN: Final = (

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, take
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.config import GraspConfig
@@ -30,17 +30,12 @@ class Camera:
     def pictures(self, picks: Context) -> NDArray[np.uint8]:
         """Pictures (N, 5, 48, 48) of the objects of N picks."""
         objects = picks.objects
-        return draw_images(self._table, _alone(objects), self.middles(objects)[:, None], object_keys(objects, IMAGE))
+        return draw_images(
+            self._table, take(objects, np.s_[:, None]), self.middles(objects)[:, None], object_keys(objects, IMAGE)
+        )
 
     def middles(self, objects: Objects) -> Floats:
         """True middles of objects' outlines from the pictures' middles, which the camera takes for them (N, 2) [m]."""
         keys = object_keys(objects, IMAGE)
         draws = np.stack([normal_draw(later_keys(keys, axis + 1)) for axis in range(2)], axis=-1)
         return self._error * draws
-
-
-def _alone(objects: Objects) -> Objects:
-    """Objects (N,) as rows of one object each (N, 1)."""
-    from pnt_gym.arrays import take
-
-    return take(objects, np.s_[:, None])

@@ -126,7 +126,8 @@ class PickSource(ABC):
         self.passed = np.where(rows, passed, self.passed)
 
     def ride(self, rows: Ints, time: float) -> None:
-        """Move the belts of some rows on for a time [s], with the objects that are picked there."""
+        """Move the belts of some rows on for a time [s], in which their hands ride with them."""
+        assert time >= 0.0  # without a belt nothing else moves
 
     def _impossible(self) -> ConfigError:
         config = self._planner.config
