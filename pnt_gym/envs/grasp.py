@@ -31,8 +31,9 @@ class PnTGraspEnv(CoreEnv, observes=TABLE):
     flat and may leak.
 
     A pick has two phases. A step of the first phase grasps: the cup goes to a place in the picture, and the gauge reads
-    the vacuum. A step of the second phase throws the object, tries another place, or puts the object down. What the
-    first phase chose limits how the second can throw. A try that fails costs time only.
+    the vacuum. A step of the second phase throws the object, grasps at another place, or puts the object down to ride
+    on. What the first phase chose limits how the second can throw. A try that fails costs time only; the next step
+    tries again, or lets the object ride.
 
     With `grasp.stages: 1` a level makes one step of both phases, a contextual bandit: grasp and throw are chosen from
     the picture alone. With `grasp.picks: belt` an episode is a shift at the moving belt, as in PnTConveyor-v0.
@@ -47,7 +48,7 @@ class PnTGraspEnv(CoreEnv, observes=TABLE):
     |---|---|---|---|---|
     | 0 | place of the cup along the belt, from the picture's middle | grasp | -0.10 m | 0.10 m |
     | 1 | place of the cup across the belt, towards the bins | grasp | -0.10 m | 0.10 m |
-    | 2 | above 1/2: try the place in 0 and 1; below -1/2: put the object down | throw | | |
+    | 2 | above 1/2: grasp again, at 0 and 1; below -1/2: let the object ride | after a try | | |
     | 3 | pace: largest acceleration, as a share of the robot's 120 m/s2 | throw | 0.18 | 0.60 |
     | 4 | release point along the throw line, as in PnTConveyor-v0 | throw | -0.20 m | 0.20 m |
     | 5 | release point sideways, as in PnTConveyor-v0 | throw | -0.06 m | 0.06 m |

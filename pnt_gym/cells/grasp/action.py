@@ -21,7 +21,7 @@ NUMBERS: Final = (
 _CHOICE: Final = 2
 """The number that a cell of one stage leaves out."""
 THRESHOLD: Final = 0.5
-"""Size of the third number from which an object that hangs is not thrown."""
+"""Size of the third number from which an object is grasped again, or rides on."""
 
 
 @final
@@ -34,7 +34,7 @@ class Wishes:
     again: Bools
     """Whether an object that hangs is to be grasped again (N,)."""
     rides: Bools
-    """Whether an object that hangs is to be put down, to ride on (N,)."""
+    """Whether an object is to ride on, after a try: put down, or given up (N,)."""
     pace: Floats
     """Largest acceleration of the throw, as a share of the robot's (N,)."""
     residual: Floats

@@ -111,8 +111,9 @@ class GraspCore:
 
     def _advance(self, wishes: Wishes, active: Bools) -> tuple[Bools, dict[str, NDArray[Any]]]:
         """Grasp where actions ask for it; returns which picks end in this step (N,), and the info of all tries."""
-        hangs = self.attempts.holds
-        grasps = active & (~hangs | (wishes.again & (self._tries_left() > 0)))
+        before = self.attempts
+        gives_up = wishes.rides & (before.tries > 0)
+        grasps = active & ~gives_up & (~before.holds | (wishes.again & (self._tries_left() > 0)))
         self._grasp(np.flatnonzero(grasps), wishes.place)
         attempts = self.attempts
         ends = active & ~grasps | grasps & (
@@ -165,11 +166,11 @@ class GraspCore:
         return np.where(self.attempts.tries > 0, np.minimum(left, np.maximum(later, 0)), left)
 
     def _throw(self, wishes: Wishes, ends: Bools) -> Step:
-        """End the picks of some rows (N,): objects that hang are thrown, or put down where they are to ride on."""
+        """End the picks of some rows (N,): objects that hang are thrown, but those that are to ride on."""
         rows, kept = np.flatnonzero(ends), self.cell.context
         throws, slowed = self._grasper.with_pace(take(kept, rows), wishes.pace[rows])
-        down = np.where(ends, self.attempts.holds & wishes.rides, True)
-        self.cell.context = _put_down(replace_rows(kept, rows, throws), down)
+        carries = ends & self.attempts.holds & ~wishes.rides
+        self.cell.context = _put_down(replace_rows(kept, rows, throws), ~carries)
         pace = self.cell.context.throw_limits.acceleration / T3KR_ACCELERATION
         with self.cell.hold_back(~ends):
             result = self.throws.step(wishes.residual, ~ends)
