@@ -150,7 +150,7 @@ class Item(Section):
             raise ConfigError(f"{value_text}, but its cup, {cup} wide, must not be wider than the item, {item} across.")
         if self.zones and (depth := max(zone.depth for zone in self.zones)) >= height:
             raise ConfigError(
-                f"depth of a zone of {self.name!r} is {depth} m, but must be from 0 to less than the item's height of "
+                f"depth of a zone of {self.name!r} is {depth} m, but must be from -0.02 m to less than the item's height of "
                 f"{height} m."
             )
         return self

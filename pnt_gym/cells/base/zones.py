@@ -36,7 +36,7 @@ class Zone(Section):
         at: middle in shares of the item's half length and half width, each -1 to 1.
         size: extents in shares of the item's length and width.
         chance: probability that an object has the zone.
-        depth: depth below the surface around it, in m.
+        depth: depth below the surface around it, in m; negative where the zone stands out.
         leak: how well air flows through the surface, in multiples of what the item's own surface lets through.
         relief: amplitude of bumps that replace those of the item, in m; they have the item's wavelength.
         ribs: amplitude and wavelength of ribs across the item's length, in m.
@@ -50,7 +50,7 @@ class Zone(Section):
     at: tuple[_Place, _Place] = (0.0, 0.0)
     size: tuple[Share, Share] = (1.0, 1.0)
     chance: Share = 1.0
-    depth: float = Field(default=0.0, ge=0.0, le=0.2, json_schema_extra={"unit": "m"})
+    depth: float = Field(default=0.0, ge=-0.02, le=0.2, json_schema_extra={"unit": "m"})
     leak: float | None = Field(default=None, ge=0.0, le=1000.0)
     relief: _Amplitude | None = None
     ribs: Waves | None = None

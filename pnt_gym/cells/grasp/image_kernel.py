@@ -108,12 +108,10 @@ def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats
     image[BLUE, row, column] = _byte((gray * (1.0 - WARMTH * warm) + blue) * diffuse + mirror)
 
 
-_SCENES = (
-    "i8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, :, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1]"
-)
+_SCENES = "i8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, :, ::1], f8[:, :, ::1]"
 
 
-@compile_for(f"void({_SCENES}, u8[::1], b1, u1[:, :, :, ::1])")
+@compile_for(f"void({_SCENES}, f8[:, ::1], f8[:, :, ::1], u8[::1], b1, u1[:, :, :, ::1])")
 def paint_rows(
     shape: Ints,
     size: Floats,
@@ -149,9 +147,7 @@ def paint_rows(
                 _paint_pixel(images[n], row, column, height, look[row, column], is_noisy, keys[n])
 
 
-@compile_for(
-    "void(i8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, :, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])"
-)
+@compile_for(f"void({_SCENES}, f8[:, :, ::1], f8[:, :, ::1])")
 def height_rows(
     shape: Ints,
     size: Floats,

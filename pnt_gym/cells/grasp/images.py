@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.config import CHANNELS, PIXEL, PIXELS
-from pnt_gym.cells.grasp.surfaces import Keys, SurfaceTable, draw_surfaces
+from pnt_gym.cells.grasp.surfaces import Keys, SurfaceTable, draw_surfaces, kernel_columns
 
 Bytes = NDArray[np.uint8]
 
@@ -56,9 +56,7 @@ def pixel_places() -> Floats:
 
 def _scenes(table: SurfaceTable, objects: Objects) -> tuple[Ints, Floats, Floats, Floats, Floats]:
     """Shapes, extents, yaws, bodies and zones of objects (N, M)."""
-    surfaces = draw_surfaces(table, objects)
-    shape, size, yaw = map(np.ascontiguousarray, (objects.shape, objects.size, objects.yaw))
-    return shape, size, yaw, np.ascontiguousarray(surfaces.body), np.ascontiguousarray(surfaces.zones)
+    return kernel_columns(draw_surfaces(table, objects), objects)
 
 
 def _paint(table: SurfaceTable, objects: Objects, middles: Floats, keys: Any, is_noisy: bool) -> Bytes:

@@ -70,16 +70,16 @@ def _mean_gap(heights: Floats, radius: float, cosine: Floats, sine: Floats) -> f
 
 
 @compile_for(
-    "void(i8[::1], f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[::1], f8[::1],"
+    "void(i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, :, ::1], f8[::1], f8[:, :, ::1], f8[::1], f8[::1],"
     "f8[::1], f8[:, ::1])"
 )
 def find_leaks(
     shape: Ints,
     size: Floats,
     yaw: Floats,
-    radius: Floats,
     body: Floats,
     zones: Floats,
+    radius: Floats,
     places: Floats,
     cosine: Floats,
     sine: Floats,
@@ -92,9 +92,9 @@ def find_leaks(
         shape: shapes of the objects (N,).
         size: extents (N, 3) [m].
         yaw: yaws (N,) [rad].
-        radius: radii of the cups (N,) [m].
         body: surfaces (N, BODY_COLUMNS), see `surface_kernel`.
         zones: zones of the surfaces (N, MOST_ZONES, ZONE_COLUMNS).
+        radius: radii of the cups (N,) [m].
         places: axes of the cups from the outlines' middles, world axes (N, P, 2) [m].
         cosine: cosines of the angles of the lip's points (POINTS,).
         sine: sines of these angles (POINTS,).

@@ -59,7 +59,7 @@ def _place(at: float, extent: float, spread: float, draw: float) -> float:
 
 @kernel_part
 def _write_zone(item: Floats, length: float, width: float, x: float, y: float, lighter: float, zone: Floats) -> None:
-    """Write a zone of an object whose half extents are `length` and `width`, with its middle at shares x, y of these."""
+    """Write a zone of an object with half extents `length` and `width`, with its middle at shares x, y of these."""
     zone[SHAPE], zone[X], zone[Y] = item[Z_SHAPE], x * length, y * width
     zone[A], zone[B] = item[Z_LENGTH] * length, item[Z_WIDTH] * width
     zone[DEPTH], zone[LEAK], zone[ZONE_RELIEF] = item[Z_DEPTH], item[Z_LEAK], item[Z_RELIEF]

@@ -132,10 +132,11 @@ def draw_surfaces(table: SurfaceTable, objects: Objects) -> Surfaces:
     return surfaces.pack()
 
 
-def _bodies(surfaces: Surfaces, objects: Objects) -> tuple[Ints, Floats, Floats, Floats, Floats]:
-    """Shapes, extents, yaws, bodies and zones of N objects for a kernel."""
-    shape, size, yaw = map(np.ascontiguousarray, (objects.shape, objects.size, objects.yaw))
-    return shape, size, yaw, np.ascontiguousarray(surfaces.body), np.ascontiguousarray(surfaces.zones)
+def kernel_columns(surfaces: Surfaces, objects: Objects) -> tuple[Ints, Floats, Floats, Floats, Floats]:
+    """Shapes, extents, yaws, bodies and zones of objects, as kernels take them."""
+    size, yaw = np.ascontiguousarray(objects.size), np.ascontiguousarray(objects.yaw)
+    body, zones = np.ascontiguousarray(surfaces.body), np.ascontiguousarray(surfaces.zones)
+    return np.ascontiguousarray(objects.shape), size, yaw, body, zones
 
 
 def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
@@ -151,7 +152,7 @@ def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
     angle = 2.0 * np.pi / POINTS * np.arange(POINTS)
     leak, radius = np.empty(places.shape[:2]), np.ascontiguousarray(objects.cup_radius)
     find_leaks(
-        *_bodies(surfaces, objects)[:3], radius, *_bodies(surfaces, objects)[3:], np.ascontiguousarray(places),
+        *kernel_columns(surfaces, objects), radius, np.ascontiguousarray(places),
         np.cos(angle), np.sin(angle), np.empty(POINTS), leak,
     )  # fmt: skip
     force = np.empty_like(leak)
@@ -185,5 +186,5 @@ def surface_at(surfaces: Surfaces, objects: Objects, places: Floats) -> tuple[Fl
     from pnt_gym.cells.grasp.surface_kernel import find_points  # noqa: PLC0415 - as above
 
     height, leak = np.empty(places.shape[:2]), np.empty(places.shape[:2])
-    find_points(*_bodies(surfaces, objects), np.ascontiguousarray(places), height, leak)
+    find_points(*kernel_columns(surfaces, objects), np.ascontiguousarray(places), height, leak)
     return height, leak
