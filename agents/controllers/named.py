@@ -11,15 +11,17 @@ from gymnasium import Space
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.grasp.core import GraspCore
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of
-from ..ground.places import ADAPTIVE
+from ..ground.places import ADAPTIVE, GRASPING
 from .adaptive import IN_CONTEXT, STATIC, Adaptive, has_feedback
 from .analytic import Analytic
 from .ballistic import AnalyticHeight, MeanLead
 from .bucket_table import mean_shift
 from .goals import virtual_goal
+from .grasps import Centre, GraspController, Place, residual_width
 from .in_context import InContext
 from .mlp import Mlp
 from .newton import NewtonGoal
@@ -56,7 +58,11 @@ _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
     "oracle_drift": OracleTracker,
 }
 """Trackers by controller; the tracker's effect is subtracted from the static policy's offset."""
-NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS)
+_PLACES: Mapping[str, Callable[..., Place]] = {
+    "centre": lambda core: Centre(),
+}
+"""Rules where to grasp by controller; each throws with the same paces and the same residual."""
+NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS, *_PLACES)
 
 
 def make_named(name: str, env: Env, **options: Any) -> Controller:
@@ -69,6 +75,8 @@ def make_named(name: str, env: Env, **options: Any) -> Controller:
         return _ANY_ACTIONS[name](env, **options)
     if name in _SHIFTS:
         return _SHIFTS[name](env, _required_correction(name, env), **options)
+    if name in _PLACES:
+        return _grasping(name, env, options)
     return _adaptive(name, env, options)
 
 
@@ -84,6 +92,19 @@ def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
     tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
     shipped = read_state(ADAPTIVE / f"{file}.npz")[1]
     return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)
+
+
+def _grasping(name: str, env: Env, options: Mapping[str, Any]) -> GraspController:
+    """Controller that grasps by a rule, with the residual that ships."""
+    core = core_of(env)
+    if not isinstance(core, GraspCore):
+        raise UsageError(f"controller {name!r} chooses where to grasp; use --env PnTGrasp-v0")
+    correction = core.throws.correction
+    assert correction is not None  # of the mode `release_point`
+    residual = OnPolicyRegression(name, correction, residual_width(), Mlp())
+    if GRASPING.is_file():
+        residual.restore(read_state(GRASPING)[1])
+    return GraspController(name, core.config, correction, _PLACES[name](core), residual, **options)
 
 
 def _required_correction(name: str, env: Env) -> Correction:

@@ -67,6 +67,11 @@ class GraspCore:
         """The coming picks (N,): with the cups in the pictures' middles, or that hold their objects."""
         return self.cell.context
 
+    @property
+    def error_keys(self) -> tuple[str, ...]:
+        """Keys of a step's info with the errors that the residual moves."""
+        return self.throws.error_keys
+
     def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> None:
         """Begin new episodes in some rows, see `Core.reset`."""
         self.throws.reset(rows, generators, seeded, request)
