@@ -10,6 +10,7 @@ from typing import Annotated, Final
 
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
@@ -26,6 +27,7 @@ FAMILIES: Final[dict[str, type[LevelConfig]]] = {
     "PnTLine": LineConfig,
     "OneJoint": OneJointConfig,
     "GripperToss": GripperConfig,
+    "PnTGrasp": GraspConfig,
 }
 """Class of the levels by the first letters of the environments' ids."""
 

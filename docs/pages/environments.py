@@ -30,6 +30,7 @@ CAPTIONS: Final = {
     "OneJointAssembly-v0": "two parts that join",
     "PnTLine-v0": "several robots along one belt",
     "GripperToss-v0": "a gripper inside the platform",
+    "PnTGrasp-v0": "see, grasp, throw",
 }
 """Words under the pictures of the gallery."""
 COLUMNS: Final = 4

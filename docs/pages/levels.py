@@ -18,7 +18,13 @@ from pnt_gym.reading import yaml_text
 
 from .marks import attributes, fence, table
 
-TITLES: Final = {"PnT": "conveyor", "PnTLine": "line", "OneJoint": "one-joint arm", "GripperToss": "gripper robot"}
+TITLES: Final = {
+    "PnT": "conveyor",
+    "PnTLine": "line",
+    "OneJoint": "one-joint arm",
+    "GripperToss": "gripper robot",
+    "PnTGrasp": "cell that grasps",
+}
 """Names of the families of `agents.levels` on these pages."""
 
 

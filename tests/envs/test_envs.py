@@ -12,7 +12,7 @@ import pnt_gym
 from pnt_gym.cells.base.core import COMMON_INFO
 from pnt_gym.cells.conveyor.observation import decode
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import CONVEYOR, FEATURES, LINE, MODES, THROWS, vary, zeros
+from tests.tools.throws import CONVEYOR, FEATURES, GRASP, LINE, MODES, THROWS, vary, zeros
 
 SHORT = vary("nominal", picks_per_shift=4)
 SHIFTS = ("PnTConveyor-v0", "PnTAdapt-v0")
@@ -45,7 +45,9 @@ def test_stable_baselines_checker_has_nothing_to_say(env_id, mode):
 @pytest.mark.parametrize(("env_id", "mode"), CASES)
 def test_spaces(env_id, mode):
     env = gym.make(env_id, action_mode=mode)
-    assert env.observation_space == gym.spaces.Box(-5.0, 5.0, (FEATURES[env_id],), np.float32)
+    vector = gym.spaces.Box(-5.0, 5.0, (FEATURES[env_id],), np.float32)
+    image = gym.spaces.Box(0, 255, (5, 48, 48), np.uint8)
+    assert env.observation_space == (gym.spaces.Dict(image=image, vector=vector) if env_id in GRASP else vector)
     choices, numbers = gym.spaces.Discrete(16), gym.spaces.Box(-1.0, 1.0, (MODES[env_id][mode],), np.float32)
     assert env.action_space == (choices if env_id in LINE else numbers)
     env.close()

@@ -1,5 +1,6 @@
 """What several tests need: cells made from a level and a few changes, and many throws at once."""
 
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 from unittest import mock
@@ -29,13 +30,14 @@ CONVEYOR = ("PnTConveyor-v0", "PnTAdapt-v0", "PnTRelease-v0")
 ONE_JOINT = ("OneJointThrow-v0", "OneJointSort-v0", "OneJointAssembly-v0")
 GRIPPER = ("GripperToss-v0",)
 LINE = ("PnTLine-v0",)
-THROWS = tuple(env_id for env_id in pnt_gym.ENV_IDS if env_id not in LINE)
-"""Environments of which a step is a throw that the action corrects; on a line it is a decision."""
+GRASP = ("PnTGrasp-v0",)
+THROWS = tuple(env_id for env_id in pnt_gym.ENV_IDS if env_id not in (*LINE, *GRASP))
+"""Environments of which a step is a throw that the action corrects; on a line it is a decision, or it is a grasp."""
 MODES = {
     env_id: {name: len(mode.numbers) for name, mode in modes.items()}
     for ids, modes in ((CONVEYOR, PICK_MODES), (ONE_JOINT, GOAL_MODES), (GRIPPER, TOSS_MODES))
     for env_id in ids
-} | {env_id: {"choice": 1} for env_id in LINE}
+} | {"PnTLine-v0": {"choice": 1}, "PnTGrasp-v0": {"grasp": 6}}
 """Action modes of every environment, with the numbers in one action; the first is the default."""
 FEATURES = {
     **dict.fromkeys(CONVEYOR, 26),
@@ -43,8 +45,9 @@ FEATURES = {
     **dict.fromkeys(ONE_JOINT, 14),
     **dict.fromkeys(GRIPPER, 15),
     **dict.fromkeys(LINE, 13 + 16 * 18),
+    **dict.fromkeys(GRASP, 32),
 }
-"""Numbers in one observation."""
+"""Numbers in one observation, beside a picture."""
 SHORT_LINE: dict[str, Any] = {
     "base": "skills3_burst",
     "throws": "flight",
@@ -58,6 +61,7 @@ HARD: dict[str, Any] = {
     "PnTAdapt-v0": "drift_mix",
     **dict.fromkeys((*ONE_JOINT, *GRIPPER), "late"),
     **dict.fromkeys(LINE, SHORT_LINE),
+    **dict.fromkeys(GRASP, "grasp"),
 }
 """A level of every environment in which much is drawn or unknown."""
 
@@ -206,7 +210,9 @@ def planned(config: ConveyorConfig, objects: Objects, x: np.ndarray) -> tuple[Co
 
 
 def same_bits(a: Any, b: Any) -> bool:
-    """Whether two arrays agree in shape, type and every bit."""
+    """Whether two arrays, or mappings of arrays, agree in shape, type and every bit."""
+    if isinstance(a, Mapping):
+        return a.keys() == b.keys() and all(same_bits(a[name], b[name]) for name in a)
     a, b = np.asarray(a), np.asarray(b)
     return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
 

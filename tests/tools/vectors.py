@@ -6,14 +6,26 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from tests.tools.throws import CONVEYOR, GRIPPER, LINE, ONE_JOINT, SHORT_LINE, THROWS, same_bits, some_actions, vary
+from tests.tools.throws import (
+    CONVEYOR,
+    GRASP,
+    GRIPPER,
+    LINE,
+    ONE_JOINT,
+    SHORT_LINE,
+    THROWS,
+    same_bits,
+    some_actions,
+    vary,
+)
 
 N = 3
 STEPS = dict.fromkeys(THROWS, 6) | dict.fromkeys(("OneJointThrow-v0", "OneJointSort-v0", *GRIPPER), 4)
-STEPS |= dict.fromkeys(LINE, 30)
+STEPS |= dict.fromkeys(LINE, 30) | dict.fromkeys(GRASP, 12)
 SHIFT = vary("waste", picks_per_shift=2)
 LEVELS: dict[str, Any] = dict.fromkeys(CONVEYOR, SHIFT) | dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")
 LEVELS["PnTLine-v0"] = SHORT_LINE
+LEVELS["PnTGrasp-v0"] = {"base": "grasp", "picks_per_shift": 2, "grasp": {"picks": "belt"}}
 LEVELS["PnTAdapt-v0"] = vary("drift_mix", picks_per_shift=2)
 LEVELS["OneJointAssembly-v0"] = "ideal"
 """An assembly goes on to its second throw only if the first succeeds."""

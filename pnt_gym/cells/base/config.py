@@ -208,7 +208,7 @@ class LevelConfig(Section):
 
     def ships(self) -> bool:
         """Whether the config is a shipped level, unchanged."""
-        return self.name in self.level_names() and self == self.load(self.name)
+        return self.name in self.shipped_files() and self == self.load(self.name)
 
     def assumed(self) -> dict[str, dict[str, Any]]:
         """Values of items that the level does not give and that are assumed therefore, by item and key."""
@@ -220,8 +220,8 @@ class LevelConfig(Section):
 
     @classmethod
     def level_names(cls) -> tuple[str, ...]:
-        """Names of the shipped levels."""
-        return tuple(sorted(cls.shipped_files()))
+        """Names of the shipped levels, without those of the parent family."""
+        return tuple(sorted(path.stem for path in _levels_folder(cls.folder).glob("*.yaml")))
 
     @classmethod
     def _from_file(cls, level: str | Path, above: tuple[str, ...]) -> dict[str, Any]:

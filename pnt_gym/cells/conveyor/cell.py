@@ -54,6 +54,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         picks: "belt" for a stream of objects on the moving belt, "independent" for unrelated picks.
         threads: worker threads of the physics; results do not depend on it.
         feedback: whether a camera over the bins measures each landing for the next observation, on the belt.
+        source: kind of source of the picks; None for that of `picks`.
 
     Raises:
         ConfigError: a level that drifts without the camera, or a shift of one pick with the camera.
@@ -63,10 +64,17 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     reward_terms: ClassVar[tuple[str, ...]] = REWARD_TERMS
 
     def __init__(
-        self, config: ConveyorConfig, count: int, picks: Picks, threads: int = 1, feedback: bool = False
+        self,
+        config: ConveyorConfig,
+        count: int,
+        picks: Picks,
+        threads: int = 1,
+        feedback: bool = False,
+        source: type[PickSource] | None = None,
     ) -> None:
         super().__init__(config, count, threads)
         self._feedback = feedback
+        self._source_kind = source or (IndependentPicks if picks == "independent" else BeltPicks)
         self.terminates = picks == "independent"
         self.episode = 1 if self.terminates else config.picks_per_shift
         self.modes = modes_of(config)
@@ -86,12 +94,12 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         """Set up belts, bins and drift of rows that draw from generators, as before the first episode."""
         self._drift = make_drift(self.config, generators, self._feedback)
         self.table, self.hidden = self._drift.table, self._drift.hidden
-        self._source: PickSource = (IndependentPicks if self.terminates else BeltPicks)(self.planner, generators)
+        self.source: PickSource = self._source_kind(self.planner, generators)
         self._bins = bins_of_cells(self.config, len(generators), carried=not self.terminates)
 
     def first(self, rows: Ints) -> Context:
         """First picks of an episode for some rows; bins whose contents carry over are empty."""
-        picks = self._drift.begin(rows, [self.generators[row] for row in rows], self._source.first(rows))
+        picks = self._drift.begin(rows, [self.generators[row] for row in rows], self.source.first(rows))
         return picks.replace(depth=self._bins.begin(rows, picks.depth))
 
     def target_of(self, throws: Context) -> Ints:
@@ -109,11 +117,11 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         context = self.context
         motion, grip_results = self._motion(context, plans)
         if self.plant.record_row is not None:
-            self.upstream = self._source.waiting(self.plant.record_row)
-        passed, collisions = self._source.passed.copy(), self._source.find_collisions(context, motion, grip_results)
-        self._source.knock(collisions)
+            self.upstream = self.source.waiting(self.plant.record_row)
+        passed, collisions = self.source.passed.copy(), self.source.find_collisions(context, motion, grip_results)
+        self.source.knock(collisions)
         # Without a belt, the present pick's draws say where the next object waits.
-        following = self._source.following(motion, context.limits, context.objects.draws.place[:, 1:3])
+        following = self.source.following(motion, context.limits, context.objects.draws.place[:, 1:3])
         planned_results = PlannedResults(following.wait, passed, motion.placed, np.asarray(collisions.any(axis=1)))
         outcome = self._simulate(context, plans, motion, following.back, grip_results, planned_results)
         picks = self._drift.after(context, plans, outcome, following.context)
@@ -123,12 +131,12 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     @contextmanager
     def hold_back(self, rows: Bools) -> Generator[None]:
         """Context at whose end belts and bins of some rows (N,) are as at its beginning, whatever was thrown."""
-        with self._source.hold_back(rows), self._bins.hold_back(rows):
+        with self.source.hold_back(rows), self._bins.hold_back(rows):
             yield
 
     def ride(self, rows: Ints, time: float) -> None:
         """Move the belts of some rows on for a time [s], in which the hands try to grasp again."""
-        self._source.ride(rows, time)
+        self.source.ride(rows, time)
 
     def preview(self, plans: ReleaseBatch, jitter: bool = False) -> Outcome:
         """Simulated outcome of the coming throws, with a return to the same pick; `jitter` is of the release time."""
@@ -137,9 +145,9 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         back = self.planner.mover.back(motion, context.pick, context.limits)
         wait, disturbed = (
             np.zeros(self.count),
-            np.asarray(self._source.find_collisions(context, motion, grip_results).any(axis=1)),
+            np.asarray(self.source.find_collisions(context, motion, grip_results).any(axis=1)),
         )
-        planned_results = PlannedResults(wait, self._source.passed.copy(), motion.placed, disturbed)
+        planned_results = PlannedResults(wait, self.source.passed.copy(), motion.placed, disturbed)
         return self._simulate(context, plans, motion, back, grip_results, planned_results)
 
     def reward(self, outcome: Outcome) -> dict[str, Floats]:
@@ -178,7 +186,7 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
 
     def markers(self, row: int) -> list[Marker]:
         """Markers of the objects on the belt, which the physics does not simulate before they are picked."""
-        return objects_on_belt(self._source.waiting(row), self.config.belt, 0.0)
+        return objects_on_belt(self.source.waiting(row), self.config.belt, 0.0)
 
     def markers_at(self, time: float) -> list[Marker]:
         """Markers of the objects on the belt, a time [s] after the recorded throw began."""

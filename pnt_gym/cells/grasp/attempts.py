@@ -44,6 +44,8 @@ class Attempts(Record):
     tries: Ints
     """Number of tries that are over (N,)."""
     last: Floats
+    """Place of the cup in the last try, from the middle of the object's outline (N, 2) [m]; 0 before the first."""
+    place: Floats
     """Place of the cup in the last try, from the picture's middle (N, 2) [m]; 0 before the first."""
     failed: Floats
     """Place of the last try that failed, from the picture's middle (N, 2) [m]; 0 where none did."""
@@ -57,12 +59,12 @@ class Attempts(Record):
         """No try yet in `count` cells."""
         nowhere, unknown = np.zeros((count, 2)), np.full(count, np.nan)
         numbers = np.zeros(count, dtype=np.int64)
-        return cls(numbers > 0, numbers, nowhere, nowhere.copy(), unknown, unknown.copy())
+        return cls(numbers > 0, numbers, nowhere, nowhere.copy(), nowhere.copy(), unknown, unknown.copy())
 
-    def then(self, place: Floats, holds: Bools, vacuum: Floats, leak: Floats) -> Attempts:
+    def then(self, holds: Bools, last: Floats, place: Floats, vacuum: Floats, leak: Floats) -> Attempts:
         """The tries after one more in every cell; arguments as the fields."""
         failed = np.where(holds[:, None], self.failed, place)
-        return Attempts(holds, self.tries + 1, place, failed, vacuum, leak)
+        return Attempts(holds, self.tries + 1, last, place, failed, vacuum, leak)
 
 
 @final

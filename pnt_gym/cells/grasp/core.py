@@ -18,9 +18,11 @@ from pnt_gym.cells.base.request import NO_REQUEST, Request
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.action import MODE, Wishes, names_of, read_actions
 from pnt_gym.cells.grasp.attempts import Attempts, Grasper, holds
 from pnt_gym.cells.grasp.config import GraspConfig
+from pnt_gym.cells.grasp.groups import GroupPicks, chosen_members
 from pnt_gym.cells.grasp.observation import SPACE, Sight, encode
 from pnt_gym.cells.grasp.pictures import Camera
 from pnt_gym.cells.grasp.surfaces import Seals
@@ -48,7 +50,8 @@ class GraspCore:
 
     def __init__(self, config: GraspConfig, count: int, threads: int = 1) -> None:
         self.config, self.count = config, count
-        self.cell = ConveyorCell(config, count, config.grasp.picks, threads)
+        source = GroupPicks if config.grasp.objects > 1 else None
+        self.cell = ConveyorCell(config, count, config.grasp.picks, threads, source=source)
         self.item_names, self.dwell, self.terminates = self.cell.item_names, self.cell.dwell, self.cell.terminates
         self.observation_space = SPACE
         self.action_space = Box(-1.0, 1.0, (len(names_of(config)),), np.float32)
@@ -58,9 +61,9 @@ class GraspCore:
         self._grasper = Grasper(config, self.cell.planner)
         self._camera = Camera(config, self._grasper.surfaces)
         self.picks: Context = self.cell.context
-        """The coming picks with cups in the pictures' middles (N,)."""
+        """The coming picks with cups in the middles of the objects' outlines (N,), of groups the objects tried last."""
         self.attempts = Attempts.none(count)
-        self._images = self._camera.pictures(self.picks)
+        self._images = self._camera.pictures(*self._in_sight(np.arange(count)))
 
     @property
     def context(self) -> Context:
@@ -127,7 +130,7 @@ class GraspCore:
         info: dict[str, NDArray[Any]] = {
             "held": attempts.holds.copy(),
             "tries": attempts.tries.copy(),
-            "place": attempts.last.copy(),
+            "place": attempts.place.copy(),
             "vacuum": attempts.vacuum.copy(),
             "leak": attempts.leak.copy(),
         }
@@ -138,15 +141,37 @@ class GraspCore:
         if rows.size == 0:
             return
         self._ride(rows)
-        picks, before = take(self.picks, rows), take(self.attempts, rows)
-        grasped, at = self._grasper.grasp(picks, place[rows], before.tries)
+        before, (picks, asked) = take(self.attempts, rows), self._chosen(rows, place[rows])
+        self.picks = replace_rows(self.picks, rows, picks)
+        grasped, at = self._grasper.grasp(picks, asked, before.tries)
         held = holds(grasped, self.config)
         leak = self._grasper.leak(picks, at)
-        after = before.then(at, held, grasped.measured.seal, leak)
+        after = before.then(held, at, place[rows] + (at - asked), grasped.measured.seal, leak)
         self.attempts = replace_rows(self.attempts, rows, after)
         over = held | (self._tries_left()[rows] <= 0)
         self.cell.context = replace_rows(self.cell.context, rows, picks)
         self.cell.context = replace_rows(self.cell.context, rows[over], take(grasped, over))
+
+    def _chosen(self, rows: Ints, place: Floats) -> tuple[Context, Floats]:
+        """The picks of the objects that cups at places (K, 2) [m] grasp in some rows, and the places on the objects."""
+        source, picks = self.cell.source, take(self.picks, rows)
+        if not isinstance(source, GroupPicks):
+            return picks, place
+        chosen, on_object = chosen_members(take(source.groups, rows), place)
+        members = take(source.groups, (rows, chosen))
+        ridden = picks.spent * self.config.belt.speed
+        pick = members.pick.copy()
+        pick[:, 0] += ridden
+        moved = self.cell.planner.plan_at(members.replace(spent=picks.spent), pick, members.limits.acceleration)
+        return moved, on_object
+
+    def _in_sight(self, rows: Ints) -> tuple[Objects, Floats]:
+        """The objects in the pictures of some rows (K, M), and their middles from the first's (K, M, 2) [m]."""
+        source = self.cell.source
+        if isinstance(source, GroupPicks):
+            groups = take(source.groups, rows)
+            return groups.objects, groups.pick[..., :2] - groups.pick[:, :1, :2]
+        return take(self.picks.objects, rows[:, None]), np.zeros((len(rows), 1, 2))
 
     def _ride(self, rows: Ints) -> None:
         """Let the belts of rows that try again move on, with their hands."""
@@ -191,7 +216,7 @@ class GraspCore:
         picks = take(self.cell.context, rows)
         self.picks = replace_rows(self.picks, rows, picks)
         self.attempts = replace_rows(self.attempts, rows, Attempts.none(len(rows)))
-        self._images[rows] = self._camera.pictures(picks)
+        self._images[rows] = self._camera.pictures(*self._in_sight(rows))
 
     def _no_throw(self) -> Step:
         """The result of a step in which no pick ends."""

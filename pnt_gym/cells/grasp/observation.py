@@ -27,7 +27,7 @@ class Sight(NamedTuple):
 
     @property
     def place(self) -> Floats:
-        """Places of the cups that hold their objects, from the pictures' middles (N, 2) [m]; 0 for others."""
+        """Places of the cups that hold their objects, from the outlines' middles (N, 2) [m]; 0 for others."""
         return np.where(self.attempts.holds[:, None], self.attempts.last, 0.0)
 
 
@@ -53,8 +53,8 @@ FEATURES: Final = (
     Feature("percent", "%", 40.0, 20.0, "speed setting of the hand", lambda s: s.context.objects.percent),
     Feature("holds", "-", 0.0, 1.0, "1 where the object hangs under the cup, else 0", lambda s: s.attempts.holds),
     Feature("tries_left", "-", 0.0, float(MOST_TRIES), "tries to grasp that are left", lambda s: s.left),
-    Feature("place_x", "m", 0.0, _PLACE, "cup from the picture's middle; 0 before", lambda s: s.place[:, 0]),
-    Feature("place_y", "m", 0.0, _PLACE, "cup from the picture's middle; 0 before", lambda s: s.place[:, 1]),
+    Feature("place_x", "m", 0.0, _PLACE, "cup from the outline's middle; 0 before", lambda s: s.place[:, 0]),
+    Feature("place_y", "m", 0.0, _PLACE, "cup from the outline's middle; 0 before", lambda s: s.place[:, 1]),
     Feature("failed_x", "m", 0.0, _PLACE, "last place that failed; 0 for none", lambda s: s.attempts.failed[:, 0]),
     Feature("failed_y", "m", 0.0, _PLACE, "last place that failed; 0 for none", lambda s: s.attempts.failed[:, 1]),
     *map(_of_pick, (*_GAUGE, "cos_2yaw", "sin_2yaw")),

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, take
-from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.images import draw_images
@@ -27,15 +26,17 @@ class Camera:
     def __init__(self, config: GraspConfig, table: SurfaceTable) -> None:
         self._error, self._table = config.camera.outline, table
 
-    def pictures(self, picks: Context) -> NDArray[np.uint8]:
-        """Pictures (N, 5, 48, 48) of the objects of N picks."""
-        objects = picks.objects
-        return draw_images(
-            self._table, take(objects, np.s_[:, None]), self.middles(objects)[:, None], object_keys(objects, IMAGE)
-        )
+    def pictures(self, objects: Objects, middles: Floats) -> NDArray[np.uint8]:
+        """Pictures (N, 5, 48, 48) of objects (N, M) whose outlines lie at middles (N, M, 2) [m] from the first's.
 
-    def middles(self, objects: Objects) -> Floats:
-        """True middles of objects' outlines from the pictures' middles, which the camera takes for them (N, 2) [m]."""
+        The camera takes the picture's middle for that of the first outline, with an error.
+        """
+        first = take(objects, np.s_[:, 0])
+        places = middles + self.errors(first)[:, None]
+        return draw_images(self._table, objects, places, object_keys(first, IMAGE))
+
+    def errors(self, objects: Objects) -> Floats:
+        """True middles of objects' outlines from the places at which the camera sees them (N, 2) [m]."""
         keys = object_keys(objects, IMAGE)
         draws = np.stack([normal_draw(later_keys(keys, axis + 1)) for axis in range(2)], axis=-1)
         return self._error * draws
