@@ -99,7 +99,7 @@ def _grasping(name: str, env: Env, options: Mapping[str, Any]) -> GraspControlle
     core = core_of(env)
     if not isinstance(core, GraspCore):
         raise UsageError(f"controller {name!r} chooses where to grasp; use --env PnTGrasp-v0")
-    correction = core.throws.correction
+    correction = core.correction
     assert correction is not None  # of the mode `release_point`
     residual = OnPolicyRegression(name, correction, residual_width(), Mlp())
     if GRASPING.is_file():
@@ -110,7 +110,7 @@ def _grasping(name: str, env: Env, options: Mapping[str, Any]) -> GraspControlle
 def _required_correction(name: str, env: Env) -> Correction:
     """Correction of an environment; some action modes have none."""
     core = core_of(env)
-    if core.correction is not None:
+    if core.correction is not None and core.action_mode in core.shift_modes:
         return core.correction
     if not core.shift_modes:
         raise UsageError(f"controller {name!r} shifts the landing, which no action mode of this environment does")

@@ -57,7 +57,8 @@ def throw_batches(
     A batch has one throw of every row. Where a throw takes several steps, rows that are ahead wait for the others to be
     yielded, so the throws of two controllers are paired.
     """
-    errors = core_of(env).error_keys
+    correction = core_of(env).correction
+    errors = () if correction is None else correction.error_keys
     features, info = env.reset(seed=env_seed)
     throws_done, queue = 0, _Queue(env.num_envs)
     while throws_done < picks:

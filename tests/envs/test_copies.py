@@ -53,15 +53,20 @@ def single(env_id: str) -> Any:
     return env
 
 
+def _bits(observation: Any) -> list[bytes]:
+    """The bits of an observation: an array, or a mapping of arrays."""
+    return [array.tobytes() for array in (observation.values() if isinstance(observation, dict) else [observation])]
+
+
 def go_on(env: Any, env_id: str) -> list[Any]:
     """What an environment gives from here on, across the ends of episodes."""
     given: list[Any] = []
     for action in actions(env_id):
         observation, *rest = env.step(action)
-        given.append((observation.tobytes(), repr(rest)))  # NaN is not equal to itself
+        given.append((_bits(observation), repr(rest)))  # NaN is not equal to itself
         if rest[1] or rest[2]:
-            given.append(env.reset()[0].tobytes())
-    return [*given, env.reset()[0].tobytes(), env.np_random.random()]
+            given.append(_bits(env.reset()[0]))
+    return [*given, _bits(env.reset()[0]), env.np_random.random()]
 
 
 @pytest.mark.parametrize(("env_id", "copied"), with_nightly(CASES, DAILY))

@@ -11,7 +11,7 @@ import pytest
 import pnt_gym
 from pnt_gym.errors import ConfigError
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import CONVEYOR, LINE, same_bits, vary, zeros
+from tests.tools.throws import CONVEYOR, GRASP, LINE, same_bits, vary, zeros
 from tests.tools.vectors import LEVELS, N, actions, assert_same_steps, both
 
 SEED = 21
@@ -53,7 +53,7 @@ def test_among_these_steps_are_picks_that_failed(compared):
     env_id, _, steps = compared
     told = [info.get("final_info", info) for *_, info in steps]
     unpicked = [~info["picked"][info["_picked"]] for info in told if "picked" in info]
-    assert any(of.any() for of in unpicked) == (env_id in (*CONVEYOR, *LINE))
+    assert any(of.any() for of in unpicked) == (env_id in (*CONVEYOR, *LINE, *GRASP))
 
 
 def test_results_stand_in_the_info_for_cells_that_begin_anew_in_the_same_step(compared):

@@ -217,6 +217,13 @@ def same_bits(a: Any, b: Any) -> bool:
     return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
 
 
+def rows_of(observations: Any, index: Any) -> Any:
+    """Some rows of observations: of an array, or of each array of a mapping."""
+    if isinstance(observations, Mapping):
+        return {name: values[index] for name, values in observations.items()}
+    return observations[index]
+
+
 def same_step(a: Any, b: Any) -> bool:
     """Whether two steps of single environments gave the same to the last bit; unlike `==` where a landing is NaN."""
     return same_bits(a[0], b[0]) and repr(a[1:]) == repr(b[1:])

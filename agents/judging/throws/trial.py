@@ -57,7 +57,7 @@ class ThrowTrial(Trial):
 
     def peers(self, run_args: Mapping[str, Any]) -> dict[str, int]:
         """The planner, the base controller of the policy, and a virtual goal where actions correct a measured error."""
-        learning = {} if self.core.correction is None else {"virtual_goal": PRACTICE}
+        learning = {"virtual_goal": PRACTICE} if self.core.action_mode in self.core.shift_modes else {}
         return {"analytic": 0, **learning, run_args["over"]: 0}
 
     def steps(self, controller: Controller, seed: int) -> Iterator[Throws]:

@@ -177,11 +177,6 @@ class Core:
         """The coming throws."""
         return self.cell.context
 
-    @property
-    def error_keys(self) -> tuple[str, ...]:
-        """Keys of a step's info with the errors that actions move; empty where actions move none one to one."""
-        return () if self.correction is None else self.correction.error_keys
-
     def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> None:
         """Begin new episodes in some rows.
 

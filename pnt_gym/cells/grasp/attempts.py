@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final, Self, final
 
 import numpy as np
+
 from pnt_gym.arrays import Bools, Floats, Ints, join_columns, replace_rows, take
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.context import Context
@@ -161,7 +162,8 @@ class Grasper:
         """
         config, seen = self._config, objects.measured
         draw = normal_draw(later_keys(object_keys(objects, TRY), number))
-        holds = seal_holds(force, objects, draw)
+        # What a seal must hold scales with the mismatch, like every effect that the planner does not model.
+        holds = seal_holds(force / max(config.mismatch, 1e-9), objects, draw)
         mean = release_delay(force, objects.mass, config.suction) + self._clings[objects.kind]
         return objects.replace(
             grasp=grasp,

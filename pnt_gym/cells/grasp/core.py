@@ -24,7 +24,7 @@ from pnt_gym.cells.grasp.attempts import Attempts, Grasper, holds
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.groups import GroupPicks, chosen_members
 from pnt_gym.cells.grasp.observation import SPACE, Sight, encode
-from pnt_gym.cells.grasp.pictures import Camera
+from pnt_gym.cells.grasp.pictures import PictureMaker
 from pnt_gym.cells.grasp.surfaces import Seals
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
 
@@ -45,7 +45,6 @@ class GraspCore:
     """
 
     action_mode = MODE
-    correction = None
     shift_modes: tuple[str, ...] = ()
 
     def __init__(self, config: GraspConfig, count: int, threads: int = 1) -> None:
@@ -58,22 +57,19 @@ class GraspCore:
         self.action_sizes: Mapping[str, int] = {MODE: len(names_of(config))}
         self.throws = Core(self.cell, "release_point")
         """The core that throws, with the conveyor's actions."""
+        self.correction = self.throws.correction
+        """How the last two numbers of an action move the landing."""
         self._grasper = Grasper(config, self.cell.planner)
-        self._camera = Camera(config, self._grasper.surfaces)
+        self._pictures = PictureMaker(config, self._grasper.surfaces)
         self.picks: Context = self.cell.context
         """The coming picks with cups in the middles of the objects' outlines (N,), of groups the objects tried last."""
         self.attempts = Attempts.none(count)
-        self._images = self._camera.pictures(*self._in_sight(np.arange(count)))
+        self._images = self._pictures.pictures(*self._in_sight(np.arange(count)))
 
     @property
     def context(self) -> Context:
         """The coming picks (N,): with the cups in the pictures' middles, or that hold their objects."""
         return self.cell.context
-
-    @property
-    def error_keys(self) -> tuple[str, ...]:
-        """Keys of a step's info with the errors that the residual moves."""
-        return self.throws.error_keys
 
     def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> None:
         """Begin new episodes in some rows, see `Core.reset`."""
@@ -86,8 +82,8 @@ class GraspCore:
         return {"image": self._images.copy(), "vector": encode(sight)}
 
     def kinds(self) -> dict[str, NDArray[Any]]:
-        """`kind`, the item that the classifier sees, and `held`, whether the object hangs under the cup (N,)."""
-        return {**self.throws.kinds(), "held": self.attempts.holds.copy()}
+        """`kind`: item that the classifier sees in each object, index into `item_names` (N,)."""
+        return self.throws.kinds()
 
     def hidden(self) -> dict[str, Floats]:
         """Values of the coming picks that no observation has, by name, (N,) each."""
@@ -113,8 +109,8 @@ class GraspCore:
         ends, info = self._advance(wishes, active)
         result = self._throw(wishes, ends) if ends.any() else self._no_throw()
         self._begin(np.flatnonzero(ends))
-        partial = {name: ends & result.partial.get(name, True) for name in result.info}
-        info |= {**result.info, **self.throws.kinds()}
+        partial = {name: ends & result.partial.get(name, True) for name in result.info if name != "kind"}
+        info |= {**result.info, **self.kinds()}
         return Step(self.observe(), np.where(ends, result.reward, 0.0), result.ended & ends, info, partial)
 
     def _advance(self, wishes: Wishes, active: Bools) -> tuple[Bools, dict[str, NDArray[Any]]]:
@@ -216,7 +212,7 @@ class GraspCore:
         picks = take(self.cell.context, rows)
         self.picks = replace_rows(self.picks, rows, picks)
         self.attempts = replace_rows(self.attempts, rows, Attempts.none(len(rows)))
-        self._images[rows] = self._camera.pictures(*self._in_sight(rows))
+        self._images[rows] = self._pictures.pictures(*self._in_sight(rows))
 
     def _no_throw(self) -> Step:
         """The result of a step in which no pick ends."""

@@ -45,7 +45,7 @@ class GroupPicks(IndependentPicks):
             pending = np.flatnonzero(~good)
             if pending.size == 0:
                 self.groups = replace_rows(self.groups, rows, groups)
-                return take(groups, np.s_[:, 0])
+                return take(groups, (np.arange(len(rows)), np.zeros(len(rows), dtype=np.int64)))
             group, fits = self._drawn(rows[pending], self._generators)
             groups = replace_rows(groups, pending, group)
             good[pending] = fits

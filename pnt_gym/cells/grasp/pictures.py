@@ -15,7 +15,7 @@ from pnt_gym.cells.grasp.surfaces import IMAGE, SurfaceTable, later_keys, normal
 
 
 @final
-class Camera:
+class PictureMaker:
     """Draws pictures of objects; a picture is a function of its objects alone.
 
     Args:

@@ -28,7 +28,7 @@ SHIFTS = {
 def shift(request):
     """A shift of 8 cells: the belt as it was at every lift, each throw's outcome, and the pick after it."""
     core = make_core(SHIFTS[request.param], COUNT, picks="belt", seed=1)
-    source = core.cell._source
+    source = core.cell.source
     rng, history = np.random.default_rng(0), []
     for _ in range(PICKS):
         before = core.context
@@ -78,7 +78,7 @@ def test_objects_keep_their_order_and_their_gaps(shift):
         assert (gaps >= low - 1e-9).all()
         assert (gaps <= high + 1e-9).all() or core.config.dispatch != "first"
     if core.config.dispatch == "first":
-        stream = core.cell._source.stream
+        stream = core.cell.source.stream
         np.testing.assert_allclose(-np.diff(stream.queue_x, axis=1), stream.queue.draws.gap[:, 1:], atol=1e-9)
 
 

@@ -159,11 +159,11 @@ def test_what_was_knocked_rides_on_and_is_never_picked(tracking, dispatch):
     core = core_of(tracking=tracking, dispatch=dispatch)
     knocked, told = set(), 0
     for _ in range(10):
-        stream = core.cell._source.stream
+        stream = core.cell.source.stream
         before = copy.deepcopy(stream)
         context = core.context
         motion, held = core.cell._motion(context, core.plan(np.zeros((COUNT, 2)))[0])
-        met = core.cell._source.find_collisions(context, motion, held)
+        met = core.cell.source.find_collisions(context, motion, held)
         info = core.step(np.zeros((COUNT, 2))).info
         np.testing.assert_array_equal(info["disturbed"], met.any(axis=1))
         told += info["disturbed"].sum()

@@ -118,7 +118,7 @@ def test_what_is_seen_reaches_to_the_camera_where_the_best_is_taken():
 def test_the_info_tells_who_passed():
     """What is let go before the first throw counts with that throw; without a belt nothing passes."""
     core = make_core(vary("dense", dispatch="first", picks_per_shift=1000), ROWS, picks="belt")
-    source, total = core.cell._source, np.zeros(ROWS, dtype=int)
+    source, total = core.cell.source, np.zeros(ROWS, dtype=int)
     for _ in range(4):
         expected = source.passed.copy()
         info = core.step(np.zeros((ROWS, 2))).info

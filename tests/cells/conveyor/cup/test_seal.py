@@ -188,7 +188,7 @@ def test_a_failed_pick_is_drawn_as_a_hand_that_leaves_its_object():
 def test_objects_of_one_belt_fail_one_by_one(gap):
     """Each has a draw of its own, whether objects are drawn together or one after the other."""
     core = make_core(vary("waste_plain", belt={"gap": gap}, **FAILING), 3, picks="belt")
-    draws = core.cell._source.stream.queue.pick_draw
+    draws = core.cell.source.stream.queue.pick_draw
     assert len(np.unique(draws)) == draws.size
 
 
@@ -204,7 +204,7 @@ def test_all_that_the_belt_brought_is_thrown_failed_passed_or_still_there(dispat
         **FAILING,
     )
     core = make_core(config, 4, picks="belt", seed=1)
-    stream, planner = core.cell._source.stream, core.cell.planner
+    stream, planner = core.cell.source.stream, core.cell.planner
     brought, draw = np.full(4, stream.length), planner.draw
 
     def counted(generators, rows, count):
@@ -212,12 +212,12 @@ def test_all_that_the_belt_brought_is_thrown_failed_passed_or_still_there(dispat
         return draw(generators, rows, count)
 
     # What was let go before the first throw was replaced already, and so was the first object itself.
-    first = core.cell._source.passed + 1
+    first = core.cell.source.passed + 1
     planner.draw = counted
     steps = [core.step(np.zeros((4, 2))).info for _ in range(10)]
     thrown = np.sum([info["picked"].astype(int) for info in steps], axis=0)
     failed = np.sum([~info["picked"] for info in steps], axis=0)
-    passed = np.sum([info["passed"] for info in steps], axis=0) + core.cell._source.passed
+    passed = np.sum([info["passed"] for info in steps], axis=0) + core.cell.source.passed
     under_the_cup = 1
     assert same_bits(brought + first, thrown + failed + passed + under_the_cup + stream.length)
     assert passed.sum() > 0

@@ -165,7 +165,7 @@ def test_the_hand_arrives_where_and_when_the_object_does(planner):
     core = core_of(planner, picks="belt")
     calls = spy_on_plant(core)
     for _ in range(2):
-        before = core.cell._source.stream.queue_x.copy()
+        before = core.cell.source.stream.queue_x.copy()
         wait = core.step(np.zeros((COUNT, 2))).info["wait_time"]
         path, pick = calls[-1][1].path, core.context.pick
         np.testing.assert_allclose(path.end, pick, atol=1e-9)

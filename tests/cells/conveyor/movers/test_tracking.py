@@ -71,7 +71,7 @@ def test_the_hand_touches_and_lifts_the_object_inside_the_window(planner, speed)
     calls, waits = spy_on_plant(core), []
     low, high = core.config.belt.pick_x
     for _ in range(5):
-        source = core.cell._source
+        source = core.cell.source
         before = source.stream.queue_x.copy()
         info = core.step(np.zeros((COUNT, 2))).info
         waits.append(info["wait_time"])
