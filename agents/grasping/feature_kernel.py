@@ -12,11 +12,15 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.grasp.image_kernel import BLUE, GREEN, HEIGHT, PIXEL, PIXELS, RED, VALID
 from pnt_gym.compiled import compile_for, kernel_part
 
-ON = 3.0
-"""Smoothed height above which a pixel shows an object and not the belt [mm]."""
+ON = 4.0
+"""Height above which a pixel shows an object and not the belt; lids lie only 9 mm above the belt [mm]."""
 AROUND = 0.009
 """Width of the ring around a lip that features look at [m]."""
+LIP_SHARE = 0.8
+"""Share of the lip's radius to which the object must reach around a place."""
 INNER, OUTER = 0, 1
+P_VALID, P_HEIGHT, P_ON, P_GRAY, P_WARM = range(5)
+"""Planes of a picture: whether the depth is valid, height [mm], whether not the belt, brightness, warmth."""
 # Sums over the pixels of a disc: valid ones and their x, y, height and products; all ones, those on the belt, colours.
 (N, X, Y, Z, XX, XY, YY, XZ, YZ, ZZ, ALL, BELT, G, GG, W, WW) = range(16)
 SUMS = 16
@@ -33,24 +37,23 @@ LEAST_VARIANCE = 0.25
 
 @kernel_part
 def _smooth(image: Any, smooth: Floats, valid: Floats) -> None:
-    """Write the mean valid height of each pixel's neighbourhood of 3 by 3 [mm], and the share of valid pixels there."""
+    """Write heights of the pixels that show an object, 0 for the belt [mm], and shares of valid pixels around.
+
+    A pixel shows an object where most of the valid pixels around it are high; the height is the mean of these. A
+    pixel without any valid one around shows an object, because only glossy objects lose so many.
+    """
     for row in range(PIXELS):
         for column in range(PIXELS):
-            total, count, size = 0.0, 0, 0
+            total, high, count, size = 0.0, 0, 0, 0
             for i in range(max(row - 1, 0), min(row + 2, PIXELS)):
                 for j in range(max(column - 1, 0), min(column + 2, PIXELS)):
                     size += 1
                     if image[VALID, i, j] > 0:
-                        total, count = total + image[HEIGHT, i, j], count + 1
-            smooth[row, column] = total / count if count > 0 else -1.0
+                        count += 1
+                        if image[HEIGHT, i, j] > ON:
+                            total, high = total + image[HEIGHT, i, j], high + 1
             valid[row, column] = count / size
-    # A neighbourhood without a depth takes the largest one beside it: only glossy objects lose so many.
-    for row in range(1, PIXELS - 1):
-        for column in range(1, PIXELS - 1):
-            if smooth[row, column] < 0.0:
-                smooth[row, column] = max(
-                    smooth[row - 1, column], smooth[row + 1, column], smooth[row, column - 1], smooth[row, column + 1]
-                )
+            smooth[row, column] = total / high if 2 * high > count else (0.0 if count > 0 else ON + 1.0)
 
 
 @kernel_part
@@ -92,17 +95,39 @@ def _find_object(smooth: Floats, part: Ints, stack: Ints) -> int:
 
 
 @kernel_part
-def _gray(image: Any, row: int, column: int) -> float:
-    return (float(image[RED, row, column]) + float(image[GREEN, row, column]) + float(image[BLUE, row, column])) / 765.0
+def _write_planes(image: Any, smooth: Floats, planes: Floats) -> None:
+    """Write the planes of a picture: what loops over discs read many times."""
+    for row in range(PIXELS):
+        for column in range(PIXELS):
+            red, green, blue = (
+                float(image[RED, row, column]),
+                float(image[GREEN, row, column]),
+                float(image[BLUE, row, column]),
+            )
+            planes[row, column, P_VALID] = 1.0 if image[VALID, row, column] > 0 else 0.0
+            planes[row, column, P_HEIGHT] = image[HEIGHT, row, column]
+            planes[row, column, P_ON] = 1.0 if smooth[row, column] > ON else 0.0
+            planes[row, column, P_GRAY] = (red + green + blue) / 765.0
+            planes[row, column, P_WARM] = (red - blue) / 255.0
 
 
 @kernel_part
-def _warmth(image: Any, row: int, column: int) -> float:
-    return (float(image[RED, row, column]) - float(image[BLUE, row, column])) / 255.0
+def _is_inside(part: Ints, label: int, row: int, column: int, reach: int) -> bool:
+    """Whether an object reaches as far as a lip in four directions; the rest of the lip is then seldom beside it."""
+    return (
+        row >= reach
+        and column >= reach
+        and row + reach < PIXELS
+        and column + reach < PIXELS
+        and part[row - reach, column] == label
+        and part[row + reach, column] == label
+        and part[row, column - reach] == label
+        and part[row, column + reach] == label
+    )
 
 
 @kernel_part
-def _describe(image: Any, smooth: Floats, valid: Floats, part: Ints, label: int, whole: Floats) -> int:
+def _describe(planes: Floats, smooth: Floats, valid: Floats, part: Ints, label: int, whole: Floats) -> int:
     """Write an object's pixels, middle, axis, length, colours, valid share and top; return the number of pixels."""
     whole[:] = 0.0
     count, x, y, xx, xy, yy, top = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -113,8 +138,8 @@ def _describe(image: Any, smooth: Floats, valid: Floats, part: Ints, label: int,
                 p, q = (column - half) * PIXEL, (half - row) * PIXEL
                 count, x, y = count + 1, x + p, y + q
                 xx, xy, yy = xx + p * p, xy + p * q, yy + q * q
-                whole[5] += _gray(image, row, column)
-                whole[6] += _warmth(image, row, column)
+                whole[5] += planes[row, column, P_GRAY]
+                whole[6] += planes[row, column, P_WARM]
                 whole[7] += valid[row, column]
                 top += smooth[row, column]
     if count == 0:
@@ -129,30 +154,40 @@ def _describe(image: Any, smooth: Floats, valid: Floats, part: Ints, label: int,
 
 
 @kernel_part
-def _sum_discs(image: Any, smooth: Floats, row: int, column: int, radius: float, sums: Floats) -> None:
-    """Write sums over the discs of a radius, and with the ring around, at a pixel."""
+def _sum_ring(planes: Floats, row: int, column: int, least: float, most: float, s: Floats) -> None:
+    """Add to the sums (SUMS,) the pixels whose squared distance [m2] is above `least` and at most `most`."""
+    # Numbers of their own stay in registers, which makes the loop three times as fast as sums in an array.
+    every, shown, gray, gray_2, warm, warm_2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    n, x, y, z, xx, xy, yy, xz, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    reach = int(math.sqrt(most) / PIXEL)
+    for i in range(max(row - reach, 0), min(row + reach + 1, PIXELS)):
+        q = (row - i) * PIXEL
+        for j in range(max(column - reach, 0), min(column + reach + 1, PIXELS)):
+            p = (j - column) * PIXEL
+            square = p * p + q * q
+            if least < square <= most:
+                on, valid, g, w = planes[i, j, P_ON], planes[i, j, P_VALID], planes[i, j, P_GRAY], planes[i, j, P_WARM]
+                every, shown = every + 1.0, shown + on
+                gray, gray_2, warm, warm_2 = gray + on * g, gray_2 + on * g * g, warm + on * w, warm_2 + on * w * w
+                a, b, h = 100.0 * valid * p, 100.0 * valid * q, valid * planes[i, j, P_HEIGHT]
+                n, x, y, z = n + valid, x + a, y + b, z + h
+                xx, xy, yy = xx + a * a, xy + a * b, yy + b * b
+                xz, yz, zz = xz + a * h, yz + b * h, zz + h * h
+    s[ALL], s[BELT] = s[ALL] + every, s[BELT] + every - shown
+    s[G], s[GG], s[W], s[WW] = s[G] + gray, s[GG] + gray_2, s[W] + warm, s[WW] + warm_2
+    s[N], s[X], s[Y], s[Z] = s[N] + n, s[X] + x, s[Y] + y, s[Z] + z
+    s[XX], s[XY], s[YY] = s[XX] + xx, s[XY] + xy, s[YY] + yy
+    s[XZ], s[YZ], s[ZZ] = s[XZ] + xz, s[YZ] + yz, s[ZZ] + zz
+
+
+@kernel_part
+def _sum_discs(planes: Floats, row: int, column: int, radius: float, sums: Floats) -> None:
+    """Write sums over the disc of a radius at a pixel, and over the disc with the ring around."""
     sums[:] = 0.0
     wide = radius + AROUND
-    reach = int(wide / PIXEL) + 1
-    for i in range(max(row - reach, 0), min(row + reach + 1, PIXELS)):
-        for j in range(max(column - reach, 0), min(column + reach + 1, PIXELS)):
-            x, y = (j - column) * PIXEL, (row - i) * PIXEL
-            square = x * x + y * y
-            if square > wide * wide:
-                continue
-            gray, warm = _gray(image, i, j), _warmth(image, i, j)
-            for disc in range(INNER if square <= radius * radius else OUTER, 2):
-                s = sums[disc]
-                s[ALL] += 1.0
-                if smooth[i, j] <= ON:
-                    s[BELT] += 1.0
-                else:
-                    s[G], s[GG], s[W], s[WW] = s[G] + gray, s[GG] + gray * gray, s[W] + warm, s[WW] + warm * warm
-                if image[VALID, i, j] > 0:
-                    p, q, z = 100.0 * x, 100.0 * y, float(image[HEIGHT, i, j])
-                    s[N], s[X], s[Y], s[Z] = s[N] + 1.0, s[X] + p, s[Y] + q, s[Z] + z
-                    s[XX], s[XY], s[YY] = s[XX] + p * p, s[XY] + p * q, s[YY] + q * q
-                    s[XZ], s[YZ], s[ZZ] = s[XZ] + p * z, s[YZ] + q * z, s[ZZ] + z * z
+    _sum_ring(planes, row, column, -1.0, radius * radius, sums[INNER])
+    sums[OUTER] = sums[INNER]
+    _sum_ring(planes, row, column, radius * radius, wide * wide, sums[OUTER])
 
 
 @kernel_part
@@ -204,12 +239,14 @@ def _write_object(whole: Floats, count: int, radius: float, x: float, y: float, 
 
 
 @compile_for(
-    "i8(u1[:, :, :, ::1], f8[::1], b1, f8[:, :, ::1], i8[:, ::1], i8[::1], f8[::1], f8[:, ::1], i8[:, ::1],f8[:, ::1])"
+    "i8(u1[:, :, :, ::1], f8[::1], b1, f8[:, :, ::1], f8[:, :, ::1], i8[:, ::1], i8[::1], f8[::1], f8[:, ::1],"
+    "i8[:, ::1], f8[:, ::1])"
 )
 def write_features(
     images: Any,
     radius: Floats,
     of_all: bool,
+    planes: Floats,
     smooth: Floats,
     part: Ints,
     stack: Ints,
@@ -224,6 +261,7 @@ def write_features(
         images: pictures (N, 5, PIXELS, PIXELS).
         radius: radii of the cups (N,) [m].
         of_all: whether all objects of a picture count, or the one nearest to the picture's middle.
+        planes: room for the planes of a picture (PIXELS, PIXELS, 5).
         smooth: room for smoothed heights and valid shares (2, PIXELS, PIXELS).
         part: room for the objects of a picture (PIXELS, PIXELS).
         stack: room for pixels (PIXELS * PIXELS,).
@@ -238,17 +276,21 @@ def write_features(
     total, half = 0, (PIXELS - 1) / 2.0
     for n in range(len(images)):
         _smooth(images[n], smooth[0], smooth[1])
+        _write_planes(images[n], smooth[0], planes)
         nearest = _find_object(smooth[0], part, stack)
         labels = part.max() if of_all else nearest
-        for label in range(1 if of_all else nearest, labels + 1):
-            count = _describe(images[n], smooth[0], smooth[1], part, label, whole) if label > 0 else 0
-            for row in range(PIXELS if count > 0 else 0):
-                for column in range(PIXELS):
-                    if part[row, column] == label:
-                        _sum_discs(images[n], smooth[0], row, column, radius[n], sums)
-                        _write_local(sums, whole, features[total])
-                        x, y = (column - half) * PIXEL, (half - row) * PIXEL
-                        _write_object(whole, count, radius[n], x, y, features[total])
-                        pixels[total, 0], pixels[total, 1], pixels[total, 2] = n, row, column
-                        total += 1
+        for label in range(1 if of_all else max(nearest, 1), labels + 1):
+            count = _describe(planes, smooth[0], smooth[1], part, label, whole)
+            first, reach = total, int(LIP_SHARE * radius[n] / PIXEL)
+            while total == first and reach >= 0:  # a narrow object has places where the lip overhangs
+                for row in range(PIXELS):
+                    for column in range(PIXELS):
+                        if part[row, column] == label and _is_inside(part, label, row, column, reach):
+                            _sum_discs(planes, row, column, radius[n], sums)
+                            _write_local(sums, whole, features[total])
+                            x, y = (column - half) * PIXEL, (half - row) * PIXEL
+                            _write_object(whole, count, radius[n], x, y, features[total])
+                            pixels[total, 0], pixels[total, 1], pixels[total, 2] = n, row, column
+                            total += 1
+                reach -= 1
     return total

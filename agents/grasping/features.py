@@ -20,6 +20,8 @@ COLOURS: Final = ("gray_in", "warm_in", "gray_texture", "warm_texture", "gray_st
                   "object_warm")  # fmt: skip
 """Features that a camera of depths alone does not see."""
 MOST_PIXELS: Final = 48 * 48
+CHUNK: Final = 256
+"""Pictures whose features are computed at once, to bound the memory."""
 
 
 @final
@@ -32,7 +34,7 @@ class PlaceFeatures(NamedTuple):
     """Row and column (T, 2)."""
     values: Floats
     """(T, 26), in the order of `NAMES`."""
-    count: int
+    pictures: int
     """Number of pictures N."""
 
     def column(self, name: str) -> Floats:
@@ -45,17 +47,17 @@ class PlaceFeatures(NamedTuple):
 
     def best(self, score: Floats) -> Floats:
         """The place with the highest score (T,) in each picture (N, 2) [m]; the middle without an object."""
-        chosen = np.zeros((self.count, 2))
-        pictures, begins = np.unique(self.picture, return_index=True)
+        chosen = np.zeros((self.pictures, 2))
+        shown, begins = np.unique(self.picture, return_index=True)
         highest = np.maximum.reduceat(score, begins) if len(begins) else np.empty(0)
         rows = np.flatnonzero(score == np.repeat(highest, np.diff([*begins, len(score)])))
         first = rows[np.unique(self.picture[rows], return_index=True)[1]]
-        chosen[pictures] = self.places()[first]
+        chosen[shown] = self.places()[first]
         return chosen
 
     def maps(self, score: Floats, empty: float = np.nan) -> Floats:
         """Scores (T,) as maps (N, 48, 48)."""
-        maps = np.full((self.count, 48, 48), empty)
+        maps = np.full((self.pictures, 48, 48), empty)
         maps[self.picture, self.pixel[:, 0], self.pixel[:, 1]] = score
         return maps
 
@@ -68,20 +70,25 @@ def place_features(images: NDArray[np.uint8], radius: Floats, *, of_all: bool = 
         radius: radii of the cups (N,) [m].
         of_all: whether to give the places on all objects, or on the object nearest to the picture's middle.
     """
+    chunks = [
+        _features_of(images[begin : begin + CHUNK], radius[begin : begin + CHUNK], of_all)
+        for begin in range(0, len(images), CHUNK)
+    ]
+    picture = np.concatenate([pixels[:, 0] + CHUNK * k for k, (pixels, _) in enumerate(chunks)])
+    pixel = np.concatenate([pixels[:, 1:] for pixels, _ in chunks])
+    return PlaceFeatures(picture, pixel, np.concatenate([values for _, values in chunks]), len(images))
+
+
+def _features_of(images: NDArray[np.uint8], radius: Floats, of_all: bool) -> tuple[Ints, Floats]:
+    """Picture, row and column (T, 3) and features (T, 26) of the places in a few pictures."""
     from .feature_kernel import FEATURES, SUMS, write_features  # noqa: PLC0415 - numba takes a while
 
-    chunks: list[tuple[Ints, Floats]] = []
-    for begin in range(0, len(images), 256):
-        part = np.ascontiguousarray(images[begin : begin + 256])
-        pixels, values = (
-            np.empty((len(part) * MOST_PIXELS, 3), dtype=np.int64),
-            np.empty((len(part) * MOST_PIXELS, FEATURES)),
-        )
-        rooms = (
-            np.empty((2, 48, 48)), np.empty((48, 48), dtype=np.int64), np.empty(MOST_PIXELS, dtype=np.int64),
-            np.empty(9), np.empty((2, SUMS)),
-        )  # fmt: skip
-        total = write_features(part, np.ascontiguousarray(radius[begin : begin + 256]), of_all, *rooms, pixels, values)
-        chunks.append((pixels[:total] + [begin, 0, 0], values[:total].copy()))
-    pixels, values = (np.concatenate([chunk[k] for chunk in chunks]) for k in range(2))
-    return PlaceFeatures(pixels[:, 0], pixels[:, 1:], values, len(images))
+    most = len(images) * MOST_PIXELS
+    pixels, values = np.empty((most, 3), dtype=np.int64), np.empty((most, FEATURES))
+    planes, smooth, part = np.empty((48, 48, 5)), np.empty((2, 48, 48)), np.empty((48, 48), dtype=np.int64)
+    stack, whole, sums = np.empty(MOST_PIXELS, dtype=np.int64), np.empty(9), np.empty((2, SUMS))
+    total = write_features(
+        np.ascontiguousarray(images), np.ascontiguousarray(radius), of_all, planes, smooth, part, stack, whole, sums,
+        pixels, values,
+    )  # fmt: skip
+    return pixels[:total].copy(), values[:total].copy()

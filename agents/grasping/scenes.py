@@ -7,12 +7,12 @@ throw. So tens of thousands of tries take seconds.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple, Self, final
+from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, take
+from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.cells.base.grip import Hold
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
@@ -93,7 +93,7 @@ class Scenes:
         return Tries(held, held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0), force)
 
     def margins(self, force: Floats, places: Floats) -> Floats:
-        """Holding force over load at `PERCENT`, for forces (N, P) [N] at places (N, P, 2) from outlines' middles [m]."""
+        """Holding force over load at `PERCENT`, for forces (N, P) [N] at places (N, P, 2) [m] as of `seal_at`."""
         objects, count = self.objects, force.shape[1]
         offset = np.hypot(*np.moveaxis(places - self.surfaces.com[:, None], -1, 0))
         columns = (objects.mass, objects.cup_friction, objects.com_depth, objects.cup_radius)
