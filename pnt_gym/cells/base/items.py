@@ -149,10 +149,8 @@ class Item(Section):
             value_text = f"cup_radius of {self.name!r} is {self.cup_radius} m"
             raise ConfigError(f"{value_text}, but its cup, {cup} wide, must not be wider than the item, {item} across.")
         if self.zones and (depth := max(zone.depth for zone in self.zones)) >= height:
-            raise ConfigError(
-                f"depth of a zone of {self.name!r} is {depth} m, but must be from -0.02 m to less than the item's height of "
-                f"{height} m."
-            )
+            value_text = f"depth of a zone of {self.name!r} is {depth} m"
+            raise ConfigError(f"{value_text}, but must be from -0.02 m to less than the item's height of {height} m.")
         return self
 
 

@@ -94,13 +94,13 @@ def object_keys(objects: Objects, purpose: int) -> Keys:
 
 
 def later_keys(keys: Keys, number: Ints | int) -> Keys:
-    """Keys S of the draws that belong to a number, as that of a try: one number, or S."""
+    """Keys of the draws that belong to numbers, as those of tries; keys and numbers are broadcast."""
     from pnt_gym.cells.grasp.random_kernel import hash_rows  # noqa: PLC0415 - numba takes a while
 
-    numbers = np.broadcast_to(np.asarray(number, dtype=np.uint64), keys.shape)
-    bits, later = np.stack([keys.reshape(-1), numbers.reshape(-1)], axis=-1), np.empty(keys.size, dtype=np.uint64)
-    hash_rows(bits, np.uint64(0), later)
-    return later.reshape(keys.shape)
+    pairs = np.stack(np.broadcast_arrays(keys, np.asarray(number, dtype=np.uint64)), axis=-1)
+    later = np.empty(pairs.size // 2, dtype=np.uint64)
+    hash_rows(pairs.reshape(-1, 2), np.uint64(0), later)
+    return later.reshape(pairs.shape[:-1])
 
 
 def normal_draw(keys: Keys) -> Floats:

@@ -1,0 +1,94 @@
+"""Features of depth and colour at the places of pictures where a cup could stand: the pixels that show an object."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.grasp.images import pixel_places
+
+NAMES: Final = (
+    "valid_in", "valid_out", "rough_in", "rough_out", "slope_in", "slope_out", "belt_in", "belt_out", "bulge",
+    "below_top", "level", "gray_in", "warm_in", "gray_texture", "warm_texture", "gray_step", "warm_step", "distance",
+    "axis_distance", "object_gray", "object_warm", "object_valid", "object_area", "object_top", "object_length", "cup",
+)  # fmt: skip
+"""Names of the features: `in` under the lip, `out` with a ring of 9 mm around the lip."""
+COLOURS: Final = ("gray_in", "warm_in", "gray_texture", "warm_texture", "gray_step", "warm_step", "object_gray",
+                  "object_warm")  # fmt: skip
+"""Features that a camera of depths alone does not see."""
+MOST_PIXELS: Final = 48 * 48
+CHUNK: Final = 256
+"""Pictures whose features are computed at once, to bound the memory."""
+
+
+@final
+class PlaceFeatures(NamedTuple):
+    """Features of T places in N pictures; the places of a picture are neighbours in the arrays."""
+
+    picture: Ints
+    """Index of the picture, ascending (T,)."""
+    pixel: Ints
+    """Row and column (T, 2)."""
+    values: Floats
+    """(T, 26), in the order of `NAMES`."""
+    pictures: int
+    """Number of pictures N."""
+
+    def column(self, name: str) -> Floats:
+        """A feature by its name (T,)."""
+        return self.values[:, NAMES.index(name)]
+
+    def places(self) -> Floats:
+        """The places from the middles of their pictures, along the world's axes (T, 2) [m]."""
+        return pixel_places()[self.pixel[:, 0], self.pixel[:, 1]]
+
+    def best(self, score: Floats) -> Floats:
+        """The place with the highest score (T,) in each picture (N, 2) [m]; the middle without an object."""
+        chosen = np.zeros((self.pictures, 2))
+        shown, begins = np.unique(self.picture, return_index=True)
+        highest = np.maximum.reduceat(score, begins) if len(begins) else np.empty(0)
+        rows = np.flatnonzero(score == np.repeat(highest, np.diff([*begins, len(score)])))
+        first = rows[np.unique(self.picture[rows], return_index=True)[1]]
+        chosen[shown] = self.places()[first]
+        return chosen
+
+    def maps(self, score: Floats, empty: float = np.nan) -> Floats:
+        """Scores (T,) as maps (N, 48, 48)."""
+        maps = np.full((self.pictures, 48, 48), empty)
+        maps[self.picture, self.pixel[:, 0], self.pixel[:, 1]] = score
+        return maps
+
+
+def place_features(images: NDArray[np.uint8], radius: Floats, *, of_all: bool = False) -> PlaceFeatures:
+    """Features of the places in pictures.
+
+    Args:
+        images: pictures (N, 5, 48, 48), see `pnt_gym.cells.grasp.images`.
+        radius: radii of the cups (N,) [m].
+        of_all: whether to give the places on all objects, or on the object nearest to the picture's middle.
+    """
+    chunks = [
+        _features_of(images[begin : begin + CHUNK], radius[begin : begin + CHUNK], of_all)
+        for begin in range(0, len(images), CHUNK)
+    ]
+    picture = np.concatenate([pixels[:, 0] + CHUNK * k for k, (pixels, _) in enumerate(chunks)])
+    pixel = np.concatenate([pixels[:, 1:] for pixels, _ in chunks])
+    return PlaceFeatures(picture, pixel, np.concatenate([values for _, values in chunks]), len(images))
+
+
+def _features_of(images: NDArray[np.uint8], radius: Floats, of_all: bool) -> tuple[Ints, Floats]:
+    """Picture, row and column (T, 3) and features (T, 26) of the places in a few pictures."""
+    from .feature_kernel import FEATURES, SUMS, write_features  # noqa: PLC0415 - numba takes a while
+
+    most = len(images) * MOST_PIXELS
+    pixels, values = np.empty((most, 3), dtype=np.int64), np.empty((most, FEATURES))
+    planes, smooth, part = np.empty((48, 48, 5)), np.empty((2, 48, 48)), np.empty((48, 48), dtype=np.int64)
+    stack, whole, sums = np.empty(MOST_PIXELS, dtype=np.int64), np.empty(9), np.empty((2, SUMS))
+    total = write_features(
+        np.ascontiguousarray(images), np.ascontiguousarray(radius), of_all, planes, smooth, part, stack, whole, sums,
+        pixels, values,
+    )  # fmt: skip
+    return pixels[:total].copy(), values[:total].copy()
