@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
-from .controllers import NAMES, Controller, Learner, ballistic, bucket_table, goals, make_controller, mlp, ridge
+from .controllers import (
+    GRASPING_NAMES,
+    NAMES,
+    Controller,
+    Learner,
+    ballistic,
+    bucket_table,
+    goals,
+    make_controller,
+    mlp,
+    ridge,
+)
 from .dispatchers.registry import NAMES as LINE_NAMES
 from .ground.cli import option, run
 from .ground.environments import make_vector
@@ -17,6 +28,8 @@ from .ground.tables import Grid, console
 
 EVERYWHERE: Final = "PnTAdapt-v0"
 """The environment in which every controller of throws acts."""
+GRASPING: Final = "PnTGrasp-v0"
+"""The environment in which controllers choose where to grasp."""
 LINE: Final[Mapping[str, str]] = {
     "random": "a random choice, all equally likely",
     "fifo": "the object that leaves the window first (first in, first out)",
@@ -49,9 +62,10 @@ WORDS: Final[Mapping[str, str]] = {
     "kalman": "An MLP, minus the effect of valve delay, camera and encoder on each throw, as two filters estimate it",
     "recursive_ridge": "An MLP, minus a recursive ridge regression of its errors on features of the plan",
     "in_context": "An MLP, minus the prediction of a recurrent network that was trained on simulated shifts",
+    "centre": "Grasps the middle of the outline",
     "oracle_drift": "Cheats: an MLP, minus the effect of the true drift; draught is not corrected",
 }
-"""Descriptions of the adaptive controllers, whose docstrings describe the estimate of the drift alone."""
+"""Descriptions of controllers that share a class: each names its estimate of the drift, or its place to grasp."""
 
 
 @dataclass(frozen=True)
@@ -67,19 +81,29 @@ def main(arguments: Arguments) -> None:
     if arguments.where is not None:
         print(policy_place(f"{PREFIX}{arguments.where.removeprefix(PREFIX)}"))
         return
-    for grid in (throw_grid(), line_grid(), shipped_grid()):
+    for grid in (throw_grid(), grasp_grid(), line_grid(), shipped_grid()):
         console().print(grid.terminal())
 
 
 def throw_grid() -> Grid:
     """The controllers of throws."""
-    with closing(make_vector(EVERYWHERE, num_envs=1, threads=1)) as env:
-        controllers = {name: make_controller(name, env) for name in NAMES}
+    return _grid("controllers of throws", EVERYWHERE, [name for name in NAMES if name not in GRASPING_NAMES])
+
+
+def grasp_grid() -> Grid:
+    """The controllers that choose where to grasp; all of them throw alike."""
+    return _grid("controllers that grasp and throw", GRASPING, GRASPING_NAMES)
+
+
+def _grid(title: str, env_id: str, names: Sequence[str]) -> Grid:
+    """Controllers that act in an environment."""
+    with closing(make_vector(env_id, num_envs=1, threads=1)) as env:
+        controllers = {name: make_controller(name, env) for name in names}
     rows = [
         (name, "yes" if isinstance(controller, Learner) else "no", describe_controller(name, controller))
         for name, controller in controllers.items()
     ]
-    return Grid("controllers of throws", ("controller", "learns", "what it does"), rows)
+    return Grid(title, ("controller", "learns", "what it does"), rows)
 
 
 def line_grid() -> Grid:

@@ -65,6 +65,7 @@ FILMS: Final = {
     "OneJointSort-v0": Film("virtual_goal", "nominal", throws=3, slow=2),
     "OneJointAssembly-v0": Film("virtual_goal", "nominal", throws=2, slow=2),
     "GripperToss-v0": Film("virtual_goal", "nominal", throws=3, slow=3, seed=3),
+    "PnTGrasp-v0": Film("centre", "grasp", throws=4, slow=1),
 }
 
 

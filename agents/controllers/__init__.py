@@ -12,12 +12,13 @@ from pnt_gym.errors import one_sentence
 from ..ground.cli import UsageError
 from ..ground.environments import Env
 from ..ground.shipped import is_shipped, module_of, policy_place, shipped_names
-from .named import NAMES, make_named
+from .named import GRASPING_NAMES, NAMES, make_named
 from .own import controller_of, import_controller, load_trained
 from .protocol import Controller, Learner, Observation, Outcome
 from .state import load_state, save_state
 
 __all__ = [
+    "GRASPING_NAMES",
     "NAMES",
     "Controller",
     "Learner",

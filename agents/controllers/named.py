@@ -62,7 +62,9 @@ _PLACES: Mapping[str, Callable[..., Place]] = {
     "centre": lambda core: Centre(),
 }
 """Rules where to grasp by controller; each throws with the same paces and the same residual."""
-NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS, *_PLACES)
+GRASPING_NAMES = tuple(_PLACES)
+"""Names of the controllers that choose where to grasp."""
+NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS, *GRASPING_NAMES)
 
 
 def make_named(name: str, env: Env, **options: Any) -> Controller:

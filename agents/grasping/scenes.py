@@ -17,6 +17,7 @@ from pnt_gym.cells.base.grip import Hold
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.grasp.config import Surface
 from pnt_gym.cells.grasp.images import draw_images
 from pnt_gym.cells.grasp.surfaces import (
     IMAGE,
@@ -89,7 +90,7 @@ class Scenes:
         """Try one place on each object, (N, 2) from the middle of the picture [m]."""
         true = places - self.middle + self.error
         force = seal_at(self.surfaces, self.objects, true[:, None]).force[:, 0]
-        held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)))
+        held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)), Surface())
         return Tries(held, held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0), force)
 
     def margins(self, force: Floats, places: Floats) -> Floats:

@@ -14,6 +14,7 @@ from agents.ground.environments import config_of, make_vector
 from agents.ground.shipped import POLICIES, PREFIX
 from agents.roster import LINE, describe_controller
 
+from .environments import STAGED
 from .marks import table
 
 
@@ -31,8 +32,9 @@ def _controller(name: str, env_id: str) -> Controller | None:
 
 def _environment_names(ids: list[str]) -> str:
     """Names of the environments in which a controller acts, shortened where it acts in all that throw."""
-    throwing = [i for i in pnt_gym.ENV_IDS if config_of(i).trial == "throws"]
-    return "all that throw" if ids == throwing else ", ".join(f"`{i}`" for i in ids)
+    throwing = [i for i in pnt_gym.ENV_IDS if config_of(i).trial == "throws" and i not in STAGED]
+    others = [f"`{i}`" for i in ids if i not in throwing]
+    return ", ".join(["all that throw", *others] if set(throwing) <= set(ids) else [f"`{i}`" for i in ids])
 
 
 def controller_table(_: str) -> str:

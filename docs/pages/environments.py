@@ -20,6 +20,8 @@ BANDIT: Final = "contextual bandit"
 SEQUENTIAL: Final = "sequential"
 TIMED: Final = ("PnTLine-v0",)
 """Environments whose episodes last a time, and not a number of throws."""
+STAGED: Final = ("PnTGrasp-v0",)
+"""Environments in which a throw takes several steps."""
 
 CAPTIONS: Final = {
     "PnTConveyor-v0": "waste off a moving belt",
@@ -45,7 +47,8 @@ def default_env(env_id: str) -> Any:
 
 def kind(env_id: str) -> str:
     """Whether an episode is one decision, or decisions that follow from one another."""
-    return BANDIT if env_id not in TIMED and default_env(env_id).core.cell.episode == 1 else SEQUENTIAL
+    is_long = env_id in (*TIMED, *STAGED) or default_env(env_id).core.cell.episode > 1
+    return SEQUENTIAL if is_long else BANDIT
 
 
 def episode(env_id: str) -> str:
@@ -53,6 +56,8 @@ def episode(env_id: str) -> str:
     core = default_env(env_id).core
     if env_id in TIMED:
         return f"{core.config.duration:g} s, then truncation"
+    if env_id in STAGED:
+        return f"1 object in up to {core.config.grasp.tries + 1} steps, then termination"
     throws = core.cell.episode
     ending = "termination" if core.terminates else "truncation"
     return f"{throws} throw{'s' * (throws > 1)}, then {ending}"

@@ -61,8 +61,10 @@ def level_files(family: str) -> str:
 
 
 def setting_table(family: str) -> str:
-    """Every setting of a family with its default, unit and reason."""
-    rows = [(f"`{key}`", default, meaning) for key, default, meaning in _settings(FAMILIES[family], "")]
+    """Every setting of a family with its default, unit and reason, without those of its parent family."""
+    kind = FAMILIES[family]
+    known = set() if kind.parent is None else {key for key, *_ in _settings(kind.parent, "")}
+    rows = [(f"`{key}`", *facts) for key, *facts in _settings(kind, "") if key not in known]
     return table(("key", "default or *required*", "meaning"), rows)
 
 

@@ -77,9 +77,10 @@ class PnTGraspEnv(CoreEnv, observes=TABLE):
     At the end of a pick the sum of the three terms of PnTConveyor-v0, `reward_landing`, `reward_success` and
     `reward_time`; 0 in a step after which the object hangs, or is grasped again. Tries count in the cycle's time.
 
-    Every step has in `info` whether the object hangs under the cup (`held`), the number of `tries` at this object, the `place` of the last try from the picture's middle [m], its `vacuum` by the gauge [N] and its
-    true `leak` (1: as the item's own surface). A step that ends a pick has the `info` of PnTConveyor-v0 too, and the
-    `pace` of the throw; its `held` and `tries` are those of the pick that ends.
+    Every step has in `info` whether the object hangs under the cup (`held`), the number of `tries` at this object, the
+    `place` of the last try from the picture's middle [m], its `vacuum` by the gauge [N] and its true `leak` (1: as the
+    item's own surface). A step that ends a pick has the `info` of PnTConveyor-v0 too, and the `pace` of the throw; its
+    `held` and `tries` are those of the pick that ends.
 
     ## Starting State
 

@@ -31,6 +31,7 @@ from docs.pages import (
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from tests.tools.throws import same_bits
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 README = (DOCS.parent / "README.md").read_text(encoding="utf-8")
@@ -135,7 +136,7 @@ def test_a_bandit_is_what_no_action_changes(env_id):
             action[:, 0] = first
         following.append(env.step(action)[0])
         env.close()
-    assert np.array_equal(*following) == (kind == environments.BANDIT)
+    assert same_bits(*following) == (kind == environments.BANDIT)
 
 
 def test_pages_of_results_become_pages_of_the_site():

@@ -14,7 +14,7 @@ from pnt_gym.cells.conveyor.cup.hold import picked
 from pnt_gym.cells.conveyor.objects.drawing import release_delay, spin_at_grasp
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.grasp.config import GraspConfig
+from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.cells.grasp.surfaces import (
     TRY,
     Seals,
@@ -148,22 +148,26 @@ class Grasper:
             moved = self._planner.plan_at(moved, pick, context.limits.acceleration)
             return self._try_again(moved, number)
         surfaces, seals = self.seals(context, place[:, None])
-        objects = self._seal(context.objects, grasp + surfaces.com, seals.force[:, 0], surfaces.com, number)
+        holds = self._holds(context.objects, seals.force[:, 0], number, self._config.surface)
+        objects = self._seal(context.objects, grasp + surfaces.com, seals.force[:, 0], surfaces.com, holds)
         return self._planner.plan_at(context.replace(objects=objects), pick, context.limits.acceleration)
 
     def _hang(self, objects: Objects, grasp: Floats) -> Objects:
         """Objects that hang with a grasp offset (N, 2) [m]."""
         return objects.replace(grasp=grasp, spin=spin_at_grasp(objects, grasp, self._config))
 
-    def _seal(self, objects: Objects, grasp: Floats, force: Floats, com: Floats, number: Ints) -> Objects:
-        """Objects that hang with a grasp offset (N, 2) [m], by seals of a force (N,) [N], or that are not held.
+    def _holds(self, objects: Objects, force: Floats, number: Ints, surface: Surface) -> Bools:
+        """Whether seals of a force (N,) [N] hold their objects in the tries of some numbers (N,)."""
+        draw = normal_draw(later_keys(object_keys(objects, TRY), number))
+        # What a seal must hold scales with the mismatch, like every effect that the planner does not model.
+        return seal_holds(force / max(self._config.mismatch, 1e-9), objects, draw, surface)
+
+    def _seal(self, objects: Objects, grasp: Floats, force: Floats, com: Floats, holds: Bools) -> Objects:
+        """Objects that hang with a grasp offset (N, 2) [m], by seals of a force (N,) [N] that hold or not (N,).
 
         The sensors do not see where the centre of mass lies from the middle, `com` (N, 2) [m].
         """
         config, seen = self._config, objects.measured
-        draw = normal_draw(later_keys(object_keys(objects, TRY), number))
-        # What a seal must hold scales with the mismatch, like every effect that the planner does not model.
-        holds = seal_holds(force / max(config.mismatch, 1e-9), objects, draw)
         mean = release_delay(force, objects.mass, config.suction) + self._clings[objects.kind]
         return objects.replace(
             grasp=grasp,
@@ -176,7 +180,7 @@ class Grasper:
 
     def _try_again(self, context: Context, number: Ints) -> Context:
         """The picks with new draws whether the cups seal, in tries after the first."""
-        from scipy.special import ndtr  # noqa: PLC0415 - a heavy import
+        from scipy.special import ndtr  # noqa: PLC0415  # pyright: ignore[reportMissingTypeStubs] - a heavy import
 
         objects = context.objects
         later = ndtr(normal_draw(later_keys(object_keys(objects, TRY), number)))

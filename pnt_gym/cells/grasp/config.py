@@ -34,7 +34,7 @@ class Surface(Section):
     )
 
 
-class Camera(Section):
+class PictureCamera(Section):
     """The camera that looks down on the objects before the robot."""
 
     outline: NonNegative = Field(
@@ -89,7 +89,7 @@ class GraspConfig(ConveyorConfig):
         description="Whether cups seal by their place on an object, as the item's `zones` say. null: every place "
         "within the outline seals with the item's `pick_chance`, as in the conveyor's cell.",
     )
-    camera: Camera = Camera()
+    camera: PictureCamera = PictureCamera()
     grasp: Grasping = Grasping()
 
     def problems(self) -> Iterator[str]:

@@ -23,7 +23,7 @@ from pnt_gym.cells.grasp.action import MODE, Wishes, names_of, read_actions
 from pnt_gym.cells.grasp.attempts import Attempts, Grasper, holds
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.groups import GroupPicks, chosen_members
-from pnt_gym.cells.grasp.observation import SPACE, Sight, encode
+from pnt_gym.cells.grasp.observation import SPACE, GraspSight, encode
 from pnt_gym.cells.grasp.pictures import PictureMaker
 from pnt_gym.cells.grasp.surfaces import Seals
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
@@ -78,7 +78,7 @@ class GraspCore:
 
     def observe(self) -> Observation:
         """Pictures and vectors of the coming steps (N, ...)."""
-        sight = Sight(self.cell.context, self.attempts, self._tries_left())
+        sight = GraspSight(self.cell.context, self.attempts, self._tries_left())
         return {"image": self._images.copy(), "vector": encode(sight)}
 
     def kinds(self) -> dict[str, NDArray[Any]]:

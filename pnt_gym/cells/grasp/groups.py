@@ -68,7 +68,7 @@ class GroupPicks(IndependentPicks):
         flat = take(objects.replace(draws=objects.draws.replace(lane_y=place[..., 1])), _flat(len(rows), self._size))
         context, good = self._planner.plan(flat, self._planner.pick_point(flat, place[..., 0].reshape(-1)))
         together = np.arange(place[..., 0].size, dtype=np.int64).reshape(len(rows), -1)
-        return take(context, together), good.reshape(len(rows), -1).all(axis=1)
+        return take(context, together), np.asarray(good.reshape(len(rows), -1).all(axis=1))
 
 
 def offsets(objects: Objects) -> Floats:

@@ -16,7 +16,7 @@ from pnt_gym.cells.grasp.attempts import Attempts
 from pnt_gym.cells.grasp.config import CHANNELS, MOST_TRIES, PIXELS
 
 
-class Sight(NamedTuple):
+class GraspSight(NamedTuple):
     """N objects, and the tries to grasp them."""
 
     context: Context
@@ -69,7 +69,7 @@ SPACE: Final = Dict(
 )
 
 
-def encode(sight: Sight) -> NDArray[np.float32]:
+def encode(sight: GraspSight) -> NDArray[np.float32]:
     """Vectors (N, D) of objects; what the gauge and the scales measure is 0 before the object hangs."""
     vector = TABLE.encode(sight)
     vector[np.ix_(~sight.attempts.holds, _GAUGED)] = 0.0

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.grasp.surface_kernel import COUNT, surface_point
 from pnt_gym.compiled import compile_for, kernel_part
-from pnt_gym.constants import GRAVITY
 
 POINTS = 16
 """Points of the lip, and of a circle inside the lip."""
@@ -24,12 +23,6 @@ GAP_LEAK = 8.0e6
 LEAST_LEAK = 1e-3
 VACUUM = 0.6e5
 """Vacuum of the ejector against a tight surface [Pa], that of the catalogue's forces."""
-LEAST_VACUUM = 3.0e3
-"""Vacuum that the gauge needs to report a seal [Pa]; assumed."""
-LEAST_WEIGHTS = 2.0
-"""Weights of the object that a seal must hold; assumed."""
-TRY = 0.15
-"""Spread of the logarithm of a force from try to try; assumed."""
 
 
 @kernel_part
@@ -131,12 +124,3 @@ def find_forces(seal: Floats, radius: Floats, leak: Floats, force: Floats) -> No
         most = VACUUM * lip_area(radius[row])
         for k in range(leak.shape[1]):
             force[row, k] = min(seal[row] / leak[row, k], most)
-
-
-@compile_for("void(f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], b1[:, ::1])")
-def find_held(force: Floats, mass: Floats, radius: Floats, draw: Floats, held: Bools) -> None:
-    """Write whether cups with forces (N, P) [N] hold objects of a mass (N,) [kg], for normal draws (N, P)."""
-    for row in range(len(force)):
-        least = max(LEAST_VACUUM * lip_area(radius[row]), LEAST_WEIGHTS * mass[row] * GRAVITY)
-        for k in range(force.shape[1]):
-            held[row, k] = force[row, k] * math.exp(TRY * draw[row, k]) >= least

@@ -17,6 +17,8 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.items import Item
 from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES, Look, Zone
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.grasp.config import Surface
+from pnt_gym.constants import GRAVITY
 from pnt_gym.records import Record
 
 Keys = NDArray[np.uint64]
@@ -160,25 +162,23 @@ def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
     return Seals(force, leak)
 
 
-def seal_holds(force: Floats, objects: Objects, draw: Floats) -> Bools:
-    """Whether cups hold their objects.
+def least_force(objects: Objects, surface: Surface) -> Floats:
+    """Least force of a seal that holds its object (N,) [N]: the gauge must report a vacuum, and the seal carry more."""
+    area = np.pi * objects.cup_radius**2
+    return np.maximum(surface.pressure * area, surface.weights * objects.mass * GRAVITY)
 
-    A seal is one if the gauge reports it and if it carries twice the object's weight.
+
+def seal_holds(force: Floats, objects: Objects, draw: Floats, surface: Surface) -> Bools:
+    """Whether cups hold their objects.
 
     Args:
         force: forces of the seals, (N,) or (N, P) [N].
         objects: N objects.
         draw: standard normal draws of the tries, like `force`.
+        surface: the level's rules.
     """
-    from pnt_gym.cells.grasp.seal_kernel import find_held  # noqa: PLC0415 - as above
-
-    rows = force.reshape(len(force), -1)
-    held = np.empty(rows.shape, dtype=np.bool_)
-    find_held(
-        np.ascontiguousarray(rows), np.ascontiguousarray(objects.mass), np.ascontiguousarray(objects.cup_radius),
-        np.ascontiguousarray(draw.reshape(rows.shape)), held,
-    )  # fmt: skip
-    return held.reshape(force.shape)
+    least = least_force(objects, surface)
+    return force * np.exp(surface.spread * draw) >= (least if force.ndim == 1 else least[:, None])
 
 
 def surface_at(surfaces: Surfaces, objects: Objects, places: Floats) -> tuple[Floats, Floats]:

@@ -8,6 +8,7 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID, Item
+from pnt_gym.cells.grasp.config import Surface
 from pnt_gym.cells.grasp.surfaces import (
     IMAGE,
     SURFACE,
@@ -213,9 +214,9 @@ def test_a_seal_holds_twice_the_weight_and_moves_the_gauge(waste):
     draw = np.random.default_rng(0).normal(size=(400, 3))
     force = np.exp(np.random.default_rng(1).uniform(-2.0, 2.0, (400, 3)))
     least = np.maximum(3000.0 * np.pi * objects.cup_radius**2, 2.0 * 9.81 * objects.mass)[:, None]
-    held = seal_holds(force, objects, draw)
+    held = seal_holds(force, objects, draw, Surface())
     assert same_bits(held, force * np.exp(0.15 * draw) >= least)
-    assert same_bits(seal_holds(force[:, 0], objects, draw[:, 0]), held[:, 0])
+    assert same_bits(seal_holds(force[:, 0], objects, draw[:, 0], Surface()), held[:, 0])
     assert 0.2 < held.mean() < 0.8
 
 
@@ -224,7 +225,7 @@ def held_share(name, count=2500, seed=7):
     objects, table = draw_objects([name], count, seed)
     places = np.random.default_rng(seed).normal(0.0, CAMERA, (count, 1, 2))
     force = seal_at(draw_surfaces(table, objects), objects, places).force[:, 0]
-    return seal_holds(force, objects, normal_draw(object_keys(objects, TRY))).mean()
+    return seal_holds(force, objects, normal_draw(object_keys(objects, TRY)), Surface()).mean()
 
 
 @pytest.mark.parametrize("name", [*SEEN, *UNSEEN])

@@ -138,7 +138,6 @@ class PickSource(ABC):
         )
 
 
-@final
 class IndependentPicks(PickSource):
     """Picks that are drawn anew and do not depend on the previous throw: the contextual-bandit form."""
 
