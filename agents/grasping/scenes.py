@@ -6,6 +6,8 @@ throw. So tens of thousands of tries take seconds.
 
 from __future__ import annotations
 
+import importlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple, Self, final
 
@@ -24,6 +26,7 @@ from pnt_gym.cells.grasp.surfaces import (
     Surfaces,
     SurfaceTable,
     draw_surfaces,
+    least_force,
     normal_draw,
     object_keys,
     seal_at,
@@ -41,6 +44,9 @@ PLACING: Final = 0.004
 """Error of the cup's place, an axis, and again along the belt [m]."""
 PERCENT: Final = 45.0
 """Speed setting at which an object that is held should stay under its cup [%]."""
+HELD: Final = 0.7
+"""Worth of an object that is held, but has to be thrown more slowly than at `PERCENT`, over that of a fast one; assumed
+from cycles of 1.0 s and 0.7 s."""
 T3KR_ACCELERATION: Final = 120.0
 """Acceleration of the hand at 100 % [m/s2]."""
 
@@ -53,6 +59,11 @@ class Tries(NamedTuple):
     """Whether the object is held, and would stay under the cup at `PERCENT`, accelerated in the worst direction."""
     force: Floats
     """Force of the vacuum (N,) [N]."""
+
+    @property
+    def worth(self) -> Floats:
+        """Worth of the tries for a learner (N,): 1 if kept, `HELD` if held, else 0."""
+        return self.held * (HELD + (1.0 - HELD) * self.kept)
 
 
 @final
@@ -80,6 +91,11 @@ class Scenes:
         images = draw_images(table, take(objects, np.s_[:, None]), middle[:, None], object_keys(objects, IMAGE))
         return cls(objects, draw_surfaces(table, objects), images, middle, error)
 
+    def parts(self, size: int) -> Iterator[Scenes]:
+        """The scenes in parts of a size, to bound the memory."""
+        for begin in range(0, len(self.images), size):
+            yield take(self, slice(begin, begin + size))
+
     @property
     def radius(self) -> Floats:
         """Radii of the cups (N,) [m]."""
@@ -91,6 +107,15 @@ class Scenes:
         force = seal_at(self.surfaces, self.objects, true[:, None]).force[:, 0]
         held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)))
         return Tries(held, held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0), force)
+
+    def expected_worth(self, places: Floats) -> Floats:
+        """Expected worths (N, P) of tries with the cup at true places (N, P, 2) from the outlines' middles [m]."""
+        from pnt_gym.cells.grasp.seal_kernel import TRY as SPREAD  # noqa: PLC0415 - numba takes a while
+
+        force = seal_at(self.surfaces, self.objects, places).force
+        least = least_force(self.objects)[:, None]
+        held = importlib.import_module("scipy.special").ndtr(np.log(force / least) / SPREAD)
+        return held * (HELD + (1.0 - HELD) * (self.margins(force, places) >= 1.0))
 
     def margins(self, force: Floats, places: Floats) -> Floats:
         """Holding force over load at `PERCENT`, for forces (N, P) [N] at places (N, P, 2) [m] as of `seal_at`."""

@@ -7,7 +7,6 @@ import math
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.grasp.surface_kernel import COUNT, surface_point
 from pnt_gym.compiled import compile_for, kernel_part
-from pnt_gym.constants import GRAVITY
 
 POINTS = 16
 """Points of the lip, and of a circle inside the lip."""
@@ -133,10 +132,9 @@ def find_forces(seal: Floats, radius: Floats, leak: Floats, force: Floats) -> No
             force[row, k] = min(seal[row] / leak[row, k], most)
 
 
-@compile_for("void(f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], b1[:, ::1])")
-def find_held(force: Floats, mass: Floats, radius: Floats, draw: Floats, held: Bools) -> None:
-    """Write whether cups with forces (N, P) [N] hold objects of a mass (N,) [kg], for normal draws (N, P)."""
+@compile_for("void(f8[:, ::1], f8[::1], f8[:, ::1], b1[:, ::1])")
+def find_held(force: Floats, least: Floats, draw: Floats, held: Bools) -> None:
+    """Write whether cups with forces (N, P) [N] reach the least forces (N,) [N], for normal draws (N, P)."""
     for row in range(len(force)):
-        least = max(LEAST_VACUUM * lip_area(radius[row]), LEAST_WEIGHTS * mass[row] * GRAVITY)
         for k in range(force.shape[1]):
-            held[row, k] = force[row, k] * math.exp(TRY * draw[row, k]) >= least
+            held[row, k] = force[row, k] * math.exp(TRY * draw[row, k]) >= least[row]

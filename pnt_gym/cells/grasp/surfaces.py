@@ -17,6 +17,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.items import Item
 from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES, Look, Zone
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.constants import GRAVITY
 from pnt_gym.records import Record
 
 Keys = NDArray[np.uint64]
@@ -160,10 +161,16 @@ def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
     return Seals(force, leak)
 
 
-def seal_holds(force: Floats, objects: Objects, draw: Floats) -> Bools:
-    """Whether cups hold their objects.
+def least_force(objects: Objects) -> Floats:
+    """Smallest force of a seal that counts (N,) [N]: the gauge reports it, and it carries twice the object's weight."""
+    from pnt_gym.cells.grasp.seal_kernel import LEAST_VACUUM, LEAST_WEIGHTS  # noqa: PLC0415 - as above
 
-    A seal is one if the gauge reports it and if it carries twice the object's weight.
+    area = np.pi * objects.cup_radius * objects.cup_radius
+    return np.maximum(LEAST_VACUUM * area, LEAST_WEIGHTS * objects.mass * GRAVITY)
+
+
+def seal_holds(force: Floats, objects: Objects, draw: Floats) -> Bools:
+    """Whether cups hold their objects: the force, spread from try to try, is at least the `least_force`.
 
     Args:
         force: forces of the seals, (N,) or (N, P) [N].
@@ -172,12 +179,9 @@ def seal_holds(force: Floats, objects: Objects, draw: Floats) -> Bools:
     """
     from pnt_gym.cells.grasp.seal_kernel import find_held  # noqa: PLC0415 - as above
 
-    rows = force.reshape(len(force), -1)
+    rows = np.ascontiguousarray(force.reshape(len(force), -1))
     held = np.empty(rows.shape, dtype=np.bool_)
-    find_held(
-        np.ascontiguousarray(rows), np.ascontiguousarray(objects.mass), np.ascontiguousarray(objects.cup_radius),
-        np.ascontiguousarray(draw.reshape(rows.shape)), held,
-    )  # fmt: skip
+    find_held(rows, least_force(objects), np.ascontiguousarray(draw.reshape(rows.shape)), held)
     return held.reshape(force.shape)
 
 
