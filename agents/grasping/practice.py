@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, Ints
 
-from .features import PlaceFeatures, place_features
+from .features import NAMES, PlaceFeatures, place_features
 from .maps import best_places, blur_maps
 from .network import PlaceNetwork
 from .scenes import Scenes
@@ -33,9 +33,13 @@ class Practice:
 
     network: PlaceNetwork
     values: Floats
-    """Features of the places (N, D)."""
+    """Features of the tried places (N, D)."""
     worth: Floats
     held: Bools
+    pixel: Ints
+    """Row and column of each try (N, 2)."""
+    rounds: tuple[tuple[int, int], ...]
+    """Number of tries and seed of the objects of each round."""
 
 
 def practise(level: str, tries: int, seed: int, columns: tuple[int, ...] | None = None) -> Practice:
@@ -48,21 +52,25 @@ def practise(level: str, tries: int, seed: int, columns: tuple[int, ...] | None 
         columns: features that the network sees; None for all.
     """
     network, rng = PlaceNetwork(), np.random.default_rng([seed, 2])
-    values: list[Floats] = []
-    worths: list[Floats] = []
-    held: list[Bools] = []
-    sizes = _rounds(tries)
-    for k, size in enumerate(sizes):
-        scenes = Scenes.draw(level, size, 1000 * (seed + 1) + k)
+    rounds = tuple((size, 1000 * (seed + 1) + k) for k, size in enumerate(_rounds(tries)))
+    practice = Practice(
+        network, np.empty((0, len(NAMES))), np.empty(0), np.empty(0, bool), np.empty((0, 2), int), rounds
+    )
+    for k, (size, own) in enumerate(rounds, 1):
+        scenes = Scenes.draw(level, size, own)
         features = place_features(scenes.images, scenes.radius)
         rows = _choose(features, network, rng, columns)
-        results = scenes.try_places(features.places()[rows])
-        values.append(features.values[rows])
-        worths.append(results.worth)
-        held.append(results.held)
-        steps = STEPS if k == len(sizes) - 1 else QUICK_STEPS
-        network.fit(_select(np.concatenate(values), columns), np.concatenate(worths), seed, steps)
-    return Practice(network, np.concatenate(values), np.concatenate(worths), np.concatenate(held))
+        tried = scenes.try_places(features.places()[rows])
+        practice = replace(
+            practice,
+            values=np.concatenate([practice.values, features.values[rows]]),
+            worth=np.concatenate([practice.worth, tried.worth]),
+            held=np.concatenate([practice.held, tried.held]),
+            pixel=np.concatenate([practice.pixel, features.pixel[rows]]),
+        )
+        steps = STEPS if k == len(rounds) else QUICK_STEPS
+        network.fit(_select(practice.values, columns), practice.worth, seed, steps)
+    return practice
 
 
 def worth_maps(features: PlaceFeatures, network: PlaceNetwork, columns: tuple[int, ...] | None = None) -> Floats:
@@ -88,7 +96,7 @@ def _rounds(tries: int) -> list[int]:
 
 def _choose(
     features: PlaceFeatures, network: PlaceNetwork, rng: np.random.Generator, columns: tuple[int, ...] | None
-) -> np.ndarray:
+) -> Ints:
     """Rows of one place in each picture (N,): random without a fit, else mostly by the softmax of the worths."""
     # The largest of scores with Gumbel noise is a draw from their softmax.
     score = rng.gumbel(size=len(features.picture))

@@ -22,9 +22,9 @@ class Weights(NamedTuple):
     """Of the logarithm of the heights' deviation from a plane under the lip."""
     rough_out: float = 1.0
     """The same under the lip and 9 mm around."""
-    distance: float = 0.2
+    distance: float = 2.0
     """Of the distance from the middle of what the picture shows, in 30 mm."""
-    slope: float = 2.0
+    slope: float = 8.0
     """Of the slope of the plane under the lip."""
     belt: float = 0.0
     """Of the share of the belt under the lip and around."""
@@ -34,11 +34,9 @@ class Weights(NamedTuple):
     """Of the difference of brightness and warmth from the rest of the object."""
 
 
-NAIVE: Final = Weights(rough_in=1.0, rough_out=0.0, distance=0.0, slope=0.0)
-"""The flattest place under the lip."""
-TUNED: Final = Weights()
-"""The best of the settings without colour by tries on seen kinds (`agents.grasping.tuning`)."""
-COLOURED: Final = Weights()
+TUNED: Final = Weights(rough_in=0.5, rough_out=0.5, distance=4.0, slope=16.0)
+"""The best of the settings without colour by tries on seen kinds (`agents.grasping.tuning`, seed 0)."""
+COLOURED: Final = Weights(rough_in=0.5, rough_out=0.5, distance=2.0, slope=16.0, matte=2.0)
 """The best of the settings with colour by the same number of tries."""
 
 
@@ -59,8 +57,17 @@ def rule_scores(features: PlaceFeatures, weights: Weights) -> Floats:
 
 
 def rule_places(features: PlaceFeatures, weights: Weights = TUNED) -> Floats:
-    """The places with the highest scores (N, 2) [m]."""
-    return features.best(rule_scores(features, weights))
+    """The places with the highest scores (N, 2) [m], of scores averaged over the error of the cup's place."""
+    row, column = features.pixel.T
+    scores = blur_maps(features.maps(rule_scores(features, weights), 0.0))
+    # Places beside the object have no score, so a mean is one over the places that have.
+    weight = blur_maps(features.maps(np.ones(len(row)), 0.0))
+    return features.best(scores[features.picture, row, column] / weight[features.picture, row, column])
+
+
+def flattest_places(features: PlaceFeatures) -> Floats:
+    """The flattest places under the lip (N, 2) [m], naively: no more than the least roughness."""
+    return features.best(-features.column("rough_in"))
 
 
 def oracle_maps(scenes: Scenes) -> Floats:

@@ -33,6 +33,7 @@ from pnt_gym.cells.grasp.surfaces import (
     seal_holds,
     surface_table,
 )
+from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
 
 SEEN: Final = tuple(name for name in ConveyorConfig.load("waste").items if name != "cork")
 """Kinds on which learners try places; a 20 mm cup does not seal on a round cork of 24 mm."""
@@ -47,10 +48,9 @@ PERCENT: Final = 45.0
 HELD: Final = 0.7
 """Worth of an object that is held, but has to be thrown more slowly than at `PERCENT`, over that of a fast one; assumed
 from cycles of 1.0 s and 0.7 s."""
-T3KR_ACCELERATION: Final = 120.0
-"""Acceleration of the hand at 100 % [m/s2]."""
 
 
+@final
 class Tries(NamedTuple):
     """Results of N tries, one an object."""
 
@@ -63,7 +63,7 @@ class Tries(NamedTuple):
     @property
     def worth(self) -> Floats:
         """Worth of the tries for a learner (N,): 1 if kept, `HELD` if held, else 0."""
-        return self.held * (HELD + (1.0 - HELD) * self.kept)
+        return np.where(self.held, np.where(self.kept, 1.0, HELD), 0.0)
 
 
 @final

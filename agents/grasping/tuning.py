@@ -14,7 +14,7 @@ from .scenes import Scenes
 
 DEPTH_SETTINGS: Final = tuple(
     Weights(rough_in=share, rough_out=1.0 - share, distance=distance, slope=slope)
-    for share, distance, slope in product((0.0, 0.3, 0.7), (0.2, 0.5, 1.0, 2.0, 4.0, 8.0), (0.0, 1.0, 2.0, 4.0))
+    for share, distance, slope in product((0.0, 0.5, 1.0), (0.2, 0.5, 1.0, 2.0, 4.0, 8.0), (0.0, 4.0, 8.0, 16.0))
 )
 """72 settings without colour."""
 STAGES: Final = 3

@@ -10,7 +10,7 @@ import numpy as np
 
 from agents.grasping.features import COLOURS, NAMES, PlaceFeatures, place_features
 from agents.grasping.practice import Practice, network_places, practise
-from agents.grasping.rules import COLOURED, NAIVE, TUNED, centroid_places, oracle_places, rule_places
+from agents.grasping.rules import COLOURED, TUNED, centroid_places, flattest_places, oracle_places, rule_places
 from agents.grasping.scenes import LEVELS, Scenes, Tries
 from agents.grasping.tuning import DEPTH_SETTINGS, colour_settings, tune
 from agents.ground.metrics import wilson
@@ -20,7 +20,7 @@ from pnt_gym.arrays import Floats
 PLACES: Final[dict[str, Callable[[Scenes, PlaceFeatures], Floats]]] = {
     "centre": lambda scenes, features: np.zeros_like(scenes.middle),
     "centroid": lambda scenes, features: centroid_places(features),
-    "flattest, naive": lambda scenes, features: rule_places(features, NAIVE),
+    "flattest, naive": lambda scenes, features: flattest_places(features),
     "flattest, tuned": lambda scenes, features: rule_places(features, TUNED),
     "flattest, tuned with colour": lambda scenes, features: rule_places(features, COLOURED),
     "oracle": lambda scenes, features: oracle_places(scenes),

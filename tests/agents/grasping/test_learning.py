@@ -6,9 +6,10 @@ import pytest
 from agents.grasping.features import NAMES, place_features
 from agents.grasping.network import PlaceNetwork
 from agents.grasping.practice import ROUND, network_places, practise, worth_maps
-from agents.grasping.rules import NAIVE, TUNED, Weights, centroid_places, rule_places, rule_scores
+from agents.grasping.rules import TUNED, Weights, centroid_places, flattest_places, rule_places, rule_scores
 from agents.grasping.scenes import Scenes
 from agents.grasping.tuning import DEPTH_SETTINGS, colour_settings, tune
+from pnt_gym.cells.grasp.images import pixel_places
 from tests.tools.throws import same_bits
 
 
@@ -28,7 +29,22 @@ def test_a_rules_score_is_the_sum_of_its_terms(features):
     expected = -sum(weight * features.column(name) for weight, name in zip(weights, names, strict=False))
     odd = sum(np.abs(features.column(f"{c}_in") - features.column(f"object_{c}")) for c in ("gray", "warm"))
     np.testing.assert_allclose(rule_scores(features, weights), expected - 0.7 * odd)
-    assert same_bits(rule_places(features, NAIVE), features.best(-features.column("rough_in")))
+
+
+def test_a_rule_chooses_the_highest_mean_score_around(features):
+    weights = Weights()
+    maps = features.maps(rule_scores(features, weights))
+    places, near = rule_places(features, weights), np.arange(-3, 4)
+    kernel = np.exp(-0.5 * (np.hypot(*np.meshgrid(near, near)) * 0.005 / 0.0045) ** 2)
+    padded = np.pad(maps, [(0, 0), (3, 3), (3, 3)], constant_values=np.nan)
+    for n in range(0, 500, 50):
+        means = np.full((48, 48), -np.inf)
+        for row, column in zip(*np.nonzero(np.isfinite(maps[n])), strict=True):
+            window = padded[n, row : row + 7, column : column + 7]
+            weight = np.where(np.isfinite(window), kernel, 0.0)
+            means[row, column] = np.nansum(weight * np.nan_to_num(window)) / weight.sum()
+        expected = np.unravel_index(means.argmax(), (48, 48))
+        np.testing.assert_allclose(places[n], pixel_places()[expected])
 
 
 def test_the_flattest_place_alone_is_worse_than_the_middle(scenes, features):
@@ -38,7 +54,7 @@ def test_the_flattest_place_alone_is_worse_than_the_middle(scenes, features):
         for name, places in {
             "middle": np.zeros((500, 2)),
             "centroid": centroid_places(features),
-            "naive": rule_places(features, NAIVE),
+            "naive": flattest_places(features),
             "tuned": rule_places(features, TUNED),
         }.items()
     }
@@ -50,7 +66,8 @@ def test_the_flattest_place_alone_is_worse_than_the_middle(scenes, features):
 def test_settings_differ_and_the_better_setting_is_chosen():
     assert len(set(DEPTH_SETTINGS)) == len(DEPTH_SETTINGS) == 72
     assert len(set(colour_settings(TUNED))) == len(colour_settings(TUNED))
-    assert tune("grasp", [NAIVE, TUNED, NAIVE._replace(slope=0.1)], 900, seed=0) == TUNED
+    edges = Weights(distance=-2.0)
+    assert tune("grasp", [edges, TUNED, edges._replace(slope=0.0)], 900, seed=0) == TUNED
 
 
 def steps_of(torch, count=2000):
@@ -84,7 +101,7 @@ def test_practice_finds_better_places_than_chance(scenes, features):
     first = int(0.3 * 2 * ROUND)
     assert practice.held[-ROUND // 2 :].mean() > practice.held[:first].mean() + 0.15
     worth = scenes.try_places(network_places(features, practice.network)).worth.mean()
-    assert worth > scenes.try_places(rule_places(features, NAIVE)).worth.mean() + 0.1
+    assert worth > scenes.try_places(flattest_places(features)).worth.mean() + 0.1
     maps = worth_maps(features, practice.network)
     assert maps.shape == (500, 48, 48)
     assert (maps >= 0.0).all()
