@@ -45,14 +45,18 @@ class PlaceFeatures(NamedTuple):
         """The places from the middles of their pictures, along the world's axes (T, 2) [m]."""
         return pixel_places()[self.pixel[:, 0], self.pixel[:, 1]]
 
+    def best_rows(self, score: Floats) -> Ints:
+        """Rows of the highest score (T,) in each picture that has places, in the order of the pictures."""
+        order = np.lexsort((-score, self.picture))
+        first = np.flatnonzero(
+            np.diff(self.picture, prepend=-1)
+        )  # the pictures ascend, so their rows keep their places
+        return order[first]
+
     def best(self, score: Floats) -> Floats:
         """The place with the highest score (T,) in each picture (N, 2) [m]; the middle without an object."""
-        chosen = np.zeros((self.pictures, 2))
-        shown, begins = np.unique(self.picture, return_index=True)
-        highest = np.maximum.reduceat(score, begins) if len(begins) else np.empty(0)
-        rows = np.flatnonzero(score == np.repeat(highest, np.diff([*begins, len(score)])))
-        first = rows[np.unique(self.picture[rows], return_index=True)[1]]
-        chosen[shown] = self.places()[first]
+        chosen, rows = np.zeros((self.pictures, 2)), self.best_rows(score)
+        chosen[self.picture[rows]] = self.places()[rows]
         return chosen
 
     def maps(self, score: Floats, empty: float = np.nan) -> Floats:

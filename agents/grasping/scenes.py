@@ -6,6 +6,8 @@ throw. So tens of thousands of tries take seconds.
 
 from __future__ import annotations
 
+import importlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple, Self, final
 
@@ -14,38 +16,33 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.cells.base.grip import Hold
-from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context, belt_shift
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.grasp.config import Surface
-from pnt_gym.cells.grasp.images import draw_images
+from pnt_gym.cells.grasp.config import GraspConfig, Surface
+from pnt_gym.cells.grasp.pictures import PictureMaker
 from pnt_gym.cells.grasp.surfaces import (
-    IMAGE,
     TRY,
     Surfaces,
-    SurfaceTable,
     draw_surfaces,
+    least_force,
     normal_draw,
     object_keys,
+    outline_errors,
     seal_at,
     seal_holds,
     surface_table,
 )
+from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
 
-SEEN: Final = tuple(name for name in ConveyorConfig.load("waste").items if name != "cork")
-"""Kinds on which learners try places; a 20 mm cup does not seal on a round cork of 24 mm."""
-UNSEEN: Final = ConveyorConfig.load("unseen").items
-LEVELS: Final = {"grasp": SEEN, "grasp_unseen": UNSEEN}
-CAMERA: Final = 0.003
-"""Error of the outline's middle in a picture, an axis [m]."""
-PLACING: Final = 0.004
-"""Error of the cup's place, an axis, and again along the belt [m]."""
 PERCENT: Final = 45.0
 """Speed setting at which an object that is held should stay under its cup [%]."""
-T3KR_ACCELERATION: Final = 120.0
-"""Acceleration of the hand at 100 % [m/s2]."""
+HELD: Final = 0.7
+"""Worth of an object that is held, but has to be thrown more slowly than at `PERCENT`, over that of a fast one; assumed
+from cycles of 1.0 s and 0.7 s."""
 
 
+@final
 class Tries(NamedTuple):
     """Results of N tries, one an object."""
 
@@ -55,12 +52,18 @@ class Tries(NamedTuple):
     force: Floats
     """Force of the vacuum (N,) [N]."""
 
+    @property
+    def worth(self) -> Floats:
+        """Worth of the tries for a learner (N,): 1 if kept, `HELD` if held, else 0."""
+        return np.where(self.held, np.where(self.kept, 1.0, HELD), 0.0)
+
 
 @final
 @dataclass(frozen=True)
 class Scenes:
     """N objects, each in the middle of a picture, as the belt's camera sees the middle."""
 
+    config: GraspConfig
     objects: Objects
     surfaces: Surfaces
     images: NDArray[np.uint8]
@@ -72,14 +75,43 @@ class Scenes:
 
     @classmethod
     def draw(cls, level: str, count: int, seed: int) -> Self:
-        """Draw objects of the kinds of a level, one of `LEVELS`."""
-        planner, table = _planner(level)
-        objects = take(planner.draw([np.random.default_rng(seed)], np.arange(1), count), 0)
-        rng = np.random.default_rng([seed, 1])
-        middle = rng.normal(0.0, CAMERA, (count, 2))
-        error = rng.normal(0.0, PLACING, (count, 2)) + rng.normal(0.0, PLACING, (count, 1)) * [1.0, 0.0]
-        images = draw_images(table, take(objects, np.s_[:, None]), middle[:, None], object_keys(objects, IMAGE))
-        return cls(objects, draw_surfaces(table, objects), images, middle, error)
+        """Draw objects of a level with surfaces."""
+        config = GraspConfig.load(level)
+        random = np.random.default_rng(seed)
+        objects, pick = PickPlanner(config).draw_picks([random], np.zeros(count, dtype=np.int64))
+        error = -objects.grasp
+        error[:, 0] -= belt_shift(objects, pick, config.belt)
+        return cls.of(config, objects, error)
+
+    @classmethod
+    def of_picks(cls, config: GraspConfig, picks: Context) -> Self:
+        """The objects of picks."""
+        return cls.of(config, picks.objects, -picks.grasp)
+
+    @classmethod
+    def of(cls, config: GraspConfig, objects: Objects, error: Floats) -> Self:
+        """Objects whose cups miss their places by errors (N, 2) [m]."""
+        table = surface_table(config.item_list())
+        maker = PictureMaker(config, table)
+        images = maker.pictures(take(objects, np.arange(len(error))[:, None]), np.zeros((len(error), 1, 2)))
+        return cls(config, objects, draw_surfaces(table, objects), images, outline_errors(objects, config), error)
+
+    @property
+    def surface(self) -> Surface:
+        """Rules by which a cup holds."""
+        return self.config.surface or Surface()
+
+    @property
+    def placing(self) -> tuple[float, float]:
+        """Standard deviation of the cup's place across and along the belt [m]."""
+        spread, belt = self.config.spread, self.config.belt
+        ridden = sum(belt.pick_x) / 2.0 - belt.camera_x
+        return spread.grasp, float(np.hypot(spread.grasp, spread.belt_speed * ridden))
+
+    def parts(self, size: int) -> Iterator[Scenes]:
+        """The scenes in parts of a size, to bound the memory."""
+        for begin in range(0, len(self.images), size):
+            yield take(self, slice(begin, begin + size))
 
     @property
     def radius(self) -> Floats:
@@ -90,8 +122,15 @@ class Scenes:
         """Try one place on each object, (N, 2) from the middle of the picture [m]."""
         true = places - self.middle + self.error
         force = seal_at(self.surfaces, self.objects, true[:, None]).force[:, 0]
-        held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)), Surface())
+        held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)), self.surface)
         return Tries(held, held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0), force)
+
+    def expected_worth(self, places: Floats) -> Floats:
+        """Expected worths (N, P) of tries with the cup at true places (N, P, 2) from the outlines' middles [m]."""
+        force = seal_at(self.surfaces, self.objects, places).force
+        least = least_force(self.objects, self.surface)[:, None]
+        held = importlib.import_module("scipy.special").ndtr(np.log(force / least) / self.surface.spread)
+        return held * (HELD + (1.0 - HELD) * (self.margins(force, places) >= 1.0))
 
     def margins(self, force: Floats, places: Floats) -> Floats:
         """Holding force over load at `PERCENT`, for forces (N, P) [N] at places (N, P, 2) [m] as of `seal_at`."""
@@ -102,9 +141,3 @@ class Scenes:
         hold = Hold(force.reshape(-1), mass, friction, depth, offset.reshape(-1), radius)
         acceleration = np.full(force.size, T3KR_ACCELERATION * PERCENT / 100.0)
         return hold.least_margin(acceleration).reshape(force.shape)
-
-
-def _planner(level: str) -> tuple[PickPlanner, SurfaceTable]:
-    """What draws the objects of a level, and the surfaces of the level's items."""
-    config = ConveyorConfig.load({"base": "waste", "items": list(LEVELS[level])})
-    return PickPlanner(config), surface_table(config.item_list())

@@ -8,10 +8,9 @@ from functools import partial
 import numpy as np
 
 from agents.grasping.features import place_features
-from agents.grasping.scenes import SEEN, Scenes
+from agents.grasping.scenes import Scenes
 from benchmarks.timing import Count, Options, Row, Timing
 from pnt_gym.arrays import take
-from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.grasp.images import clean_images, draw_images
 from pnt_gym.cells.grasp.surfaces import IMAGE, draw_surfaces, object_keys, seal_at, surface_table
 
@@ -22,7 +21,7 @@ def grasp(options: Options) -> Iterator[Row]:
     """Surfaces of objects, lips of cups on them, pictures with and without noise, features of places in pictures."""
     count = options.size(OBJECTS)
     scenes = Scenes.draw("grasp", count, SEED)
-    table, objects, middles = surface_table([CATALOGUE[name] for name in SEEN]), scenes.objects, scenes.middle[:, None]
+    table, objects, middles = surface_table(scenes.config.item_list()), scenes.objects, scenes.middle[:, None]
     pairs, keys = take(objects, np.s_[:, None]), object_keys(objects, IMAGE)
     places = np.random.default_rng(SEED).normal(0.0, 0.02, (count, PLACES, 2))
     yield Count(("objects",), count)

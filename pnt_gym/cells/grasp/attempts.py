@@ -23,6 +23,7 @@ from pnt_gym.cells.grasp.surfaces import (
     later_keys,
     normal_draw,
     object_keys,
+    outline_errors,
     seal_at,
     seal_holds,
     surface_table,
@@ -126,8 +127,9 @@ class Grasper:
     def seals(self, context: Context, places: Floats) -> tuple[Surfaces, Seals]:
         """True surfaces of N objects, and seals of cups at places from the pictures' middles (N, P, 2) [m]."""
         surfaces = draw_surfaces(self.surfaces, context.objects)
-        # The drawn grasp offset is the true middle against the cup of a grasp of zero.
-        return surfaces, seal_at(surfaces, context.objects, places - context.grasp[:, None])
+        # Without surfaces the drawn grasp offset is the true middle from the cup of a grasp of zero.
+        middle = context.grasp + outline_errors(context.objects, self._config)
+        return surfaces, seal_at(surfaces, context.objects, places - middle[:, None])
 
     def leak(self, context: Context, place: Floats) -> Floats:
         """True leaks under the lips of cups at places (N, 2) [m] (N,); 1 where all of an object seals alike."""
@@ -149,7 +151,8 @@ class Grasper:
             return self._try_again(moved, number)
         surfaces, seals = self.seals(context, place[:, None])
         holds = self._holds(context.objects, seals.force[:, 0], number, self._config.surface)
-        objects = self._seal(context.objects, grasp + surfaces.com, seals.force[:, 0], surfaces.com, holds)
+        unseen = surfaces.com + outline_errors(context.objects, self._config)
+        objects = self._seal(context.objects, grasp + unseen, seals.force[:, 0], unseen, holds)
         return self._planner.plan_at(context.replace(objects=objects), pick, context.limits.acceleration)
 
     def _hang(self, objects: Objects, grasp: Floats) -> Objects:
@@ -162,10 +165,10 @@ class Grasper:
         # What a seal must hold scales with the mismatch, like every effect that the planner does not model.
         return seal_holds(force / max(self._config.mismatch, 1e-9), objects, draw, surface)
 
-    def _seal(self, objects: Objects, grasp: Floats, force: Floats, com: Floats, holds: Bools) -> Objects:
+    def _seal(self, objects: Objects, grasp: Floats, force: Floats, unseen: Floats, holds: Bools) -> Objects:
         """Objects that hang with a grasp offset (N, 2) [m], by seals of a force (N,) [N] that hold or not (N,).
 
-        The sensors do not see where the centre of mass lies from the middle, `com` (N, 2) [m].
+        Of the grasp offset the sensors do not see a part, `unseen` (N, 2) [m].
         """
         config, seen = self._config, objects.measured
         mean = release_delay(force, objects.mass, config.suction) + self._clings[objects.kind]
@@ -175,7 +178,7 @@ class Grasper:
             seal=force,
             delay=np.maximum(config.mismatch * mean + objects.jitter, 0.0),
             pick_draw=np.where(holds, 1.0, -1.0),
-            measured=seen.replace(seal=seen.seal * (force / objects.seal), grasp_noise=seen.grasp_noise - com),
+            measured=seen.replace(seal=seen.seal * (force / objects.seal), grasp_noise=seen.grasp_noise - unseen),
         )
 
     def _try_again(self, context: Context, number: Ints) -> Context:

@@ -14,7 +14,7 @@ INNER, MIDDLE = 0.6, 3.0
 """Radius of that circle over the lip's radius, and weight of the middle against a point; assumed."""
 FOLLOWS = 0.2
 """Gap that the lip bridges, over the lip's radius; assumed."""
-SLOPE = math.tan(math.radians(15.0))
+SLOPE = math.tan(math.radians(20.0))
 """Steepest plane to which the bellows tilt; assumed."""
 OFF = 0.010
 """Gap where the lip is beside the object [m]."""

@@ -17,7 +17,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.items import Item
 from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES, Look, Zone
 from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.cells.grasp.config import Surface
+from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.constants import GRAVITY
 from pnt_gym.records import Record
 
@@ -112,6 +112,15 @@ def normal_draw(keys: Keys) -> Floats:
     normals = np.empty(keys.size)
     draw_normals(np.ascontiguousarray(keys).reshape(-1), normals)
     return normals.reshape(keys.shape)
+
+
+def outline_errors(objects: Objects, config: GraspConfig) -> Floats:
+    """True middles of N outlines from the places at which the camera sees them (N, 2) [m]; 0 without surfaces."""
+    if config.surface is None:
+        return np.zeros((len(objects.kind), 2))
+    keys = object_keys(objects, IMAGE)
+    draws = np.stack([normal_draw(later_keys(keys, axis + 1)) for axis in range(2)], axis=-1)
+    return config.camera.outline * draws
 
 
 def draw_surfaces(table: SurfaceTable, objects: Objects) -> Surfaces:

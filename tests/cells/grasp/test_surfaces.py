@@ -8,7 +8,9 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID, Item
-from pnt_gym.cells.grasp.config import Surface
+from pnt_gym.cells.conveyor.context import belt_shift
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.cells.grasp.surfaces import (
     IMAGE,
     SURFACE,
@@ -17,15 +19,15 @@ from pnt_gym.cells.grasp.surfaces import (
     later_keys,
     normal_draw,
     object_keys,
+    outline_errors,
     seal_at,
     seal_holds,
     surface_at,
+    surface_table,
 )
 from tests.tools.surfaces import SEEN, UNSEEN, draw_objects, to_world
 from tests.tools.throws import same_bits
 
-CAMERA = 0.004
-"""Error of the place of a cup, an axis [m]."""
 ANGLES = 2.0 * np.pi / 16 * np.arange(16)
 RING = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=-1)
 
@@ -221,11 +223,14 @@ def test_a_seal_holds_twice_the_weight_and_moves_the_gauge(waste):
 
 
 def held_share(name, count=2500, seed=7):
-    """How often a cup at the middle of an object holds, with the camera's error."""
-    objects, table = draw_objects([name], count, seed)
-    places = np.random.default_rng(seed).normal(0.0, CAMERA, (count, 1, 2))
-    force = seal_at(draw_surfaces(table, objects), objects, places).force[:, 0]
-    return seal_holds(force, objects, normal_draw(object_keys(objects, TRY)), Surface()).mean()
+    """How often a cup sent to the middle of a picture holds, with the errors of camera and belt."""
+    config = GraspConfig.load({"base": "grasp", "items": [name]})
+    objects, pick = PickPlanner(config).draw_picks([np.random.default_rng(seed)], np.zeros(count, dtype=np.int64))
+    middle = objects.grasp + outline_errors(objects, config)
+    middle[:, 0] += belt_shift(objects, pick, config.belt)
+    surfaces = draw_surfaces(surface_table(config.item_list()), objects)
+    force = seal_at(surfaces, objects, -middle[:, None]).force[:, 0]
+    return seal_holds(force, objects, normal_draw(object_keys(objects, TRY)), config.surface).mean()
 
 
 @pytest.mark.parametrize("name", [*SEEN, *UNSEEN])

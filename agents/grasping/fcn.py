@@ -1,0 +1,118 @@
+"""A fully convolutional network: the expected worth of a try at every pixel of a picture, from the pixels themselves.
+
+The network is fitted to patches around the places of tries, with turned and mirrored copies, and computes whole
+pictures in one pass. Torch fits and computes it.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, Ints
+
+from .features import NAMES, PlaceFeatures
+from .maps import best_places, blur_maps
+
+CHANNELS: Final = 24
+PATCH: Final = 20
+"""Side of a patch in pixels; the network sees 8 pixels to each side."""
+BATCH: Final = 128
+_SCALE: Final = np.array([50.0, 255.0, 255.0, 255.0, 255.0])
+"""Units of the picture's channels: 50 mm, 1, full colours."""
+
+
+def input_maps(images: NDArray[np.uint8], radius: Floats, features: PlaceFeatures | None = None) -> NDArray[np.float32]:
+    """Inputs (N, C, 48, 48) of the network: pictures, the cup's radius, and features of places if they are given."""
+    maps = np.empty((len(images), 6 + (0 if features is None else len(NAMES)), 48, 48), dtype=np.float32)
+    maps[:, :5] = images / _SCALE[:, None, None]
+    maps[:, 5] = radius[:, None, None] / 0.018
+    if features is not None:
+        maps[:, 6:] = 0.0
+        row, column = features.pixel.T
+        maps[features.picture, 6:, row, column] = features.values
+    return maps
+
+
+def cut_patches(maps: NDArray[np.float32], pixel: Ints) -> tuple[NDArray[np.float32], Ints]:
+    """Patches (N, C, PATCH, PATCH) around pixels (N, 2), and the pixels in the patches (N, 2).
+
+    Patches begin at even pixels, because the network joins pixels in squares of 2 by 2; beside the picture is nothing.
+    """
+    begin = (pixel - PATCH // 2) // 2 * 2 + PATCH
+    padded = np.pad(maps, [(0, 0), (0, 0), (PATCH, PATCH), (PATCH, PATCH)])
+    offsets = np.arange(PATCH)
+    rows, columns = begin[:, :1] + offsets, begin[:, 1:] + offsets
+    picture = np.arange(len(maps))[:, None, None]
+    patches = padded[picture, :, rows[:, :, None], columns[:, None, :]]
+    return np.moveaxis(patches, -1, 1), pixel + PATCH - begin
+
+
+@final
+class PlaceMaps:
+    """The network; what it was fitted to lies in its parameters."""
+
+    libraries: tuple[str, ...] = ("torch",)
+    """Optional libraries by which it fits and computes."""
+
+    def __init__(self) -> None:
+        self._network: Any = None
+
+    def fit(self, patches: NDArray[np.float32], pixel: Ints, worth: Floats, seed: int, epochs: int) -> None:
+        """Fit to patches and pixels as of `cut_patches` and worths of the tries (N,), each 0 to 1."""
+        import torch  # noqa: PLC0415 - a second to import, needed where the network is used only
+
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            self._network = _network(torch, patches.shape[1])
+            _train(
+                torch, self._network, torch.as_tensor(patches), torch.as_tensor(pixel), torch.as_tensor(worth), epochs
+            )
+
+    def predict(self, maps: NDArray[np.float32]) -> Floats:
+        """Expected worths (N, 48, 48) of inputs (N, C, 48, 48)."""
+        import torch  # noqa: PLC0415 - as above
+
+        with torch.no_grad():
+            parts = [torch.sigmoid(self._network(torch.as_tensor(maps[k : k + 100]))) for k in range(0, len(maps), 100)]
+        return np.concatenate([part[:, 0].numpy().astype(np.float64) for part in parts])
+
+    def places(self, maps: NDArray[np.float32], features: PlaceFeatures) -> Floats:
+        """The places on objects with the highest expected worths (N, 2) [m], averaged over the cup's error."""
+        worth = self.predict(maps)
+        row, column = features.pixel.T
+        return best_places(blur_maps(features.maps(worth[features.picture, row, column], 0.0)))
+
+
+def _network(torch: Any, inputs: int) -> Any:
+    """Convolutions of 3 by 3 on squares of 2 by 2 pixels."""
+    nn = torch.nn
+    layers: list[Any] = [nn.PixelUnshuffle(2), nn.Conv2d(4 * inputs, CHANNELS, 3, padding=1), nn.SiLU()]
+    for _ in range(2):
+        layers += [nn.Conv2d(CHANNELS, CHANNELS, 3, padding=1), nn.SiLU()]
+    return nn.Sequential(
+        *layers, nn.Conv2d(CHANNELS, CHANNELS, 1), nn.SiLU(), nn.Conv2d(CHANNELS, 4, 1), nn.PixelShuffle(2)
+    )
+
+
+def _train(torch: Any, network: Any, patches: Any, pixel: Any, worth: Any, epochs: int) -> None:
+    """Minimise the cross entropy of the worths at the tried pixels, each batch turned and mirrored at random."""
+    steps = epochs * len(patches) // BATCH
+    optimiser = torch.optim.AdamW(network.parameters(), lr=4e-3, weight_decay=0.02)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 4e-3, total_steps=max(steps, 2))
+    loss_of, batch = torch.nn.BCEWithLogitsLoss(), torch.arange(min(BATCH, len(patches)))
+    for _ in range(steps):
+        rows = torch.randint(len(patches), (len(batch),))
+        x, place = patches[rows], pixel[rows]
+        turns, mirror = int(torch.randint(4, ())), int(torch.randint(2, ()))
+        if mirror:
+            x, place = x.flip(3), torch.stack([place[:, 0], PATCH - 1 - place[:, 1]], 1)
+        for _ in range(turns):
+            x, place = x.rot90(1, (2, 3)), torch.stack([PATCH - 1 - place[:, 1], place[:, 0]], 1)
+        value = network(x.contiguous())[batch, 0, place[:, 0], place[:, 1]]
+        optimiser.zero_grad()
+        loss_of(value, worth[rows].float()).backward()
+        optimiser.step()
+        schedule.step()

@@ -1,0 +1,109 @@
+"""A committee of small networks: the expected worth of a try from the features of its place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats
+
+from ..policies.networks import Dense, Layers, arrays_by_name, layers_of, numbers_of, run_layers, sigmoid
+
+MEMBERS: Final = 4
+WIDTH: Final = 32
+BATCH: Final = 256
+
+
+@final
+class PlaceNetwork:
+    """Networks with two hidden layers, fitted together by the same tries in different orders.
+
+    Torch fits the networks; NumPy computes them.
+    """
+
+    libraries: tuple[str, ...] = ("torch",)
+    """Optional libraries by which it fits."""
+
+    def __init__(self) -> None:
+        self._members: tuple[Layers, ...] = ()
+        self._centre, self._scale = np.zeros(0), np.ones(0)
+
+    @property
+    def is_fitted(self) -> bool:
+        """Whether there is anything to predict with."""
+        return len(self._members) > 0
+
+    def fit(self, features: Floats, worth: Floats, seed: int, steps: int) -> None:
+        """Fit the networks to features (N, D) and worths of tries (N,), each 0 to 1."""
+        import torch  # noqa: PLC0415 - a second to import, needed for fitting only
+
+        self._centre, self._scale = features.mean(axis=0), features.std(axis=0) + 1e-3
+        x = torch.as_tensor((features - self._centre) / self._scale, dtype=torch.float32)
+        y = torch.as_tensor(worth, dtype=torch.float32)
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            parameters = _train(torch, _parameters(torch, features.shape[1]), x, y, steps)
+        arrays = [parameter.detach().numpy().astype(np.float64) for parameter in parameters]
+        self._members = tuple(
+            tuple(Dense(arrays[k][member].T, arrays[k + 1][member, 0]) for k in (0, 2, 4)) for member in range(MEMBERS)
+        )
+
+    def predict(self, features: Floats) -> Floats:
+        """Expected worths (T,) of tries at places with features (T, D)."""
+        values = (features - self._centre) / self._scale
+        total = np.zeros(len(features))
+        for layers in self._members:
+            total += sigmoid(run_layers(layers, "SiLU", values)[:, 0])
+        return total / len(self._members)
+
+    def state(self) -> dict[str, NDArray[Any]]:
+        """Arrays by name, for a file."""
+        arrays = {f"{name}_of_{k}": a for k, one in enumerate(self._members) for name, a in arrays_by_name(one).items()}
+        return {**arrays, "centre": self._centre, "scale": self._scale}
+
+    def restore(self, state: Mapping[str, NDArray[Any]]) -> None:
+        """Load a fit.
+
+        Raises:
+            ValueError: arrays that do not fit together.
+            KeyError: an array is missing.
+        """
+        members: list[Layers] = []
+        for k in range(MEMBERS):
+            ending = f"_of_{k}"
+            members.append(
+                layers_of({n.removesuffix(ending): a for n, a in state.items() if n.endswith(ending)}, np.float64)
+            )
+        self._members = tuple(members)
+        self._centre, self._scale = (numbers_of(state[name], 1, np.float64) for name in ("centre", "scale"))
+
+
+def _parameters(torch: Any, inputs: int) -> list[Any]:
+    """Weights (members, in, out) and biases (members, 1, out) of three layers, drawn as torch.nn.Linear draws them."""
+    parameters: list[Any] = []
+    for before, after in ((inputs, WIDTH), (WIDTH, WIDTH), (WIDTH, 1)):
+        bound = before**-0.5
+        for shape in ((MEMBERS, before, after), (MEMBERS, 1, after)):
+            parameters.append(torch.empty(shape).uniform_(-bound, bound).requires_grad_())
+    return parameters
+
+
+def _train(torch: Any, parameters: list[Any], x: Any, y: Any, steps: int) -> list[Any]:
+    """Minimise the cross entropy of the worths, with AdamW and a cosine schedule; every member has its own batches."""
+    optimiser = torch.optim.AdamW(parameters, lr=5e-3, weight_decay=0.05)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
+    loss_of, silu = torch.nn.BCEWithLogitsLoss(), torch.nn.SiLU()
+    for _ in range(steps):
+        rows = torch.randint(len(x), (MEMBERS, BATCH))
+        value = x[rows]
+        for k in (0, 2, 4):
+            value = torch.baddbmm(parameters[k + 1], value, parameters[k])
+            value = silu(value) if k < 4 else value
+        optimiser.zero_grad()
+        loss_of(value[:, :, 0], y[rows]).backward()
+        optimiser.step()
+        schedule.step()
+    return parameters

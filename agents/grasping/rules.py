@@ -1,0 +1,85 @@
+"""Rules for the place of a cup, and what an oracle knows of it."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.grasp.images import pixel_places
+
+from .features import PlaceFeatures
+from .maps import best_places, blur_maps
+from .scenes import Scenes
+
+
+@final
+class Weights(NamedTuple):
+    """Weights of a rule; the score of a place is the sum of the negative terms."""
+
+    rough_in: float = 0.0
+    """Of the logarithm of the heights' deviation from a plane under the lip."""
+    rough_out: float = 1.0
+    """The same under the lip and 9 mm around."""
+    distance: float = 2.0
+    """Of the distance from the middle of what the picture shows, in 30 mm."""
+    slope: float = 8.0
+    """Of the slope of the plane under the lip."""
+    belt: float = 0.0
+    """Of the share of the belt under the lip and around."""
+    matte: float = 0.0
+    """Of the share of valid depths, which is higher on matte, porous surfaces."""
+    odd: float = 0.0
+    """Of the difference of brightness and warmth from the rest of the object."""
+
+
+TUNED: Final = Weights(rough_in=0.5, rough_out=0.5, distance=4.0, slope=16.0)
+"""The best of the settings without colour by tries on seen kinds (`agents.grasping.tuning`, seed 0)."""
+COLOURED: Final = Weights(rough_in=0.5, rough_out=0.5, distance=2.0, slope=16.0, matte=2.0)
+"""The best of the settings with colour by the same number of tries."""
+
+
+def centroid_places(features: PlaceFeatures) -> Floats:
+    """The place nearest to the middle of what each picture shows (N, 2) [m]."""
+    return features.best(-features.column("distance"))
+
+
+def rule_scores(features: PlaceFeatures, weights: Weights) -> Floats:
+    """Scores (T,) of places."""
+    column = features.column
+    odd = np.abs(column("gray_in") - column("object_gray")) + np.abs(column("warm_in") - column("object_warm"))
+    terms = (
+        column("rough_in"), column("rough_out"), column("distance"), column("slope_in"), column("belt_out"),
+        column("valid_in"), odd,
+    )  # fmt: skip
+    return -np.asarray(sum(weight * term for weight, term in zip(weights, terms, strict=True) if weight != 0.0))
+
+
+def rule_places(features: PlaceFeatures, weights: Weights = TUNED) -> Floats:
+    """The places with the highest scores (N, 2) [m], of scores averaged over the error of the cup's place."""
+    row, column = features.pixel.T
+    scores = blur_maps(features.maps(rule_scores(features, weights), 0.0))
+    # Places beside the object have no score, so a mean is one over the places that have.
+    weight = blur_maps(features.maps(np.ones(len(row)), 0.0))
+    return features.best(scores[features.picture, row, column] / weight[features.picture, row, column])
+
+
+def flattest_places(features: PlaceFeatures) -> Floats:
+    """The flattest places under the lip (N, 2) [m], naively: no more than the least roughness."""
+    return features.best(-features.column("rough_in"))
+
+
+def oracle_maps(scenes: Scenes) -> Floats:
+    """Exact expected worths (N, 48, 48) of tries with the cup sent to each pixel.
+
+    Everything hidden is known, but not the error of the cup's place and the luck of a try.
+    """
+    places = pixel_places().reshape(1, -1, 2) - scenes.middle[:, None]
+    worth = scenes.expected_worth(places).reshape(-1, 48, 48)
+    return blur_maps(worth, scenes.placing)
+
+
+def oracle_places(scenes: Scenes) -> Floats:
+    """The places with the highest exact expected worths (N, 2) [m]."""
+    return np.concatenate([best_places(oracle_maps(part)) for part in scenes.parts(100)])

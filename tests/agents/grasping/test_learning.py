@@ -1,0 +1,108 @@
+"""Rules and networks: what they score, what they learn from tries alone, and what they keep in files."""
+
+import numpy as np
+import pytest
+
+from agents.grasping.features import NAMES, place_features
+from agents.grasping.network import PlaceNetwork
+from agents.grasping.practice import ROUND, network_places, practise, worth_maps
+from agents.grasping.rules import TUNED, Weights, centroid_places, flattest_places, rule_places, rule_scores
+from agents.grasping.scenes import Scenes
+from agents.grasping.tuning import DEPTH_SETTINGS, colour_settings, tune
+from pnt_gym.cells.grasp.images import pixel_places
+from tests.tools.throws import same_bits
+
+
+@pytest.fixture(scope="module")
+def scenes():
+    return Scenes.draw("grasp", 500, seed=8)
+
+
+@pytest.fixture(scope="module")
+def features(scenes):
+    return place_features(scenes.images, scenes.radius)
+
+
+def test_a_rules_score_is_the_sum_of_its_terms(features):
+    weights = Weights(0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
+    names = ("rough_in", "rough_out", "distance", "slope_in", "belt_out", "valid_in")
+    expected = -sum(weight * features.column(name) for weight, name in zip(weights, names, strict=False))
+    odd = sum(np.abs(features.column(f"{c}_in") - features.column(f"object_{c}")) for c in ("gray", "warm"))
+    np.testing.assert_allclose(rule_scores(features, weights), expected - 0.7 * odd)
+
+
+def test_a_rule_chooses_the_highest_mean_score_around(features):
+    weights = Weights()
+    maps = features.maps(rule_scores(features, weights))
+    places, near = rule_places(features, weights), np.arange(-3, 4)
+    kernel = np.exp(-0.5 * (np.hypot(*np.meshgrid(near, near)) * 0.005 / 0.0045) ** 2)
+    padded = np.pad(maps, [(0, 0), (3, 3), (3, 3)], constant_values=np.nan)
+    for n in range(0, 500, 50):
+        means = np.full((48, 48), -np.inf)
+        for row, column in zip(*np.nonzero(np.isfinite(maps[n])), strict=True):
+            window = padded[n, row : row + 7, column : column + 7]
+            weight = np.where(np.isfinite(window), kernel, 0.0)
+            means[row, column] = np.nansum(weight * np.nan_to_num(window)) / weight.sum()
+        expected = np.unravel_index(means.argmax(), (48, 48))
+        np.testing.assert_allclose(places[n], pixel_places()[expected])
+
+
+def test_the_flattest_place_alone_is_worse_than_the_middle(scenes, features):
+    """The highest of hundreds of noisy scores is mostly noise, and edges of lips look flat."""
+    worth = {
+        name: scenes.try_places(places).worth.mean()
+        for name, places in {
+            "middle": np.zeros((500, 2)),
+            "centroid": centroid_places(features),
+            "naive": flattest_places(features),
+            "tuned": rule_places(features, TUNED),
+        }.items()
+    }
+    assert worth["naive"] < worth["middle"] - 0.1
+    assert worth["tuned"] > worth["naive"] + 0.1
+    assert abs(worth["centroid"] - worth["middle"]) < 0.08
+
+
+def test_settings_differ_and_the_better_setting_is_chosen():
+    assert len(set(DEPTH_SETTINGS)) == len(DEPTH_SETTINGS) == 72
+    assert len(set(colour_settings(TUNED))) == len(colour_settings(TUNED))
+    edges = Weights(distance=-2.0)
+    assert tune("grasp", [edges, TUNED, edges._replace(slope=0.0)], 900, seed=0) == TUNED
+
+
+def steps_of(torch, count=2000):
+    rng = np.random.default_rng(0)
+    values = rng.normal(size=(count, len(NAMES)))
+    chance = 1.0 / (1.0 + np.exp(-2.0 * values[:, 0] * values[:, 1]))
+    return values, chance, (rng.random(count) < chance).astype(np.float64)
+
+
+def test_a_network_learns_a_chance_and_keeps_it_in_a_file():
+    torch = pytest.importorskip("torch")
+    values, chance, worth = steps_of(torch)
+    network = PlaceNetwork()
+    assert not network.is_fitted
+    network.fit(values, worth, seed=0, steps=400)
+    assert np.corrcoef(network.predict(values), chance)[0, 1] > 0.8
+    other = PlaceNetwork()
+    other.restore(network.state())
+    assert same_bits(other.predict(values), network.predict(values))
+    again = PlaceNetwork()
+    again.fit(values, worth, seed=0, steps=400)
+    assert same_bits(again.predict(values), network.predict(values))
+    with pytest.raises(KeyError):
+        other.restore({name: array for name, array in network.state().items() if name != "bias_1_of_2"})
+
+
+def test_practice_finds_better_places_than_chance(scenes, features):
+    pytest.importorskip("torch")
+    practice = practise("grasp", 2 * ROUND, seed=0)
+    assert len(practice.held) == len(practice.values) == 2 * ROUND
+    first = int(0.3 * 2 * ROUND)
+    assert practice.held[-ROUND // 2 :].mean() > practice.held[:first].mean() + 0.15
+    worth = scenes.try_places(network_places(features, practice.network)).worth.mean()
+    assert worth > scenes.try_places(flattest_places(features)).worth.mean() + 0.1
+    maps = worth_maps(features, practice.network)
+    assert maps.shape == (500, 48, 48)
+    assert (maps >= 0.0).all()
+    assert (maps <= 1.0).all()
