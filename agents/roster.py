@@ -63,6 +63,10 @@ WORDS: Final[Mapping[str, str]] = {
     "recursive_ridge": "An MLP, minus a recursive ridge regression of its errors on features of the plan",
     "in_context": "An MLP, minus the prediction of a recurrent network that was trained on simulated shifts",
     "centre": "Grasps the middle of the outline",
+    "centroid": "Grasps the middle of what the picture shows of the object",
+    "flattest": "Grasps where the picture is flat under the cup and around; `rule` is depth, colour or naive",
+    "local_mlp": "Grasps where a network on features of the picture expects the most; it learned from tries on `grasp`",
+    "oracle_grasp": "Cheats: grasps where the true surface holds best",
     "oracle_drift": "Cheats: an MLP, minus the effect of the true drift; draught is not corrected",
 }
 """Descriptions of controllers that share a class: each names its estimate of the drift, or its place to grasp."""

@@ -7,7 +7,7 @@ from typing import Any, Final, Literal, Protocol, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.grip import Hold
 from pnt_gym.cells.base.items import item_arrays
@@ -36,12 +36,8 @@ GIVE_UP: Final = -1.0
 class Place(Protocol):
     """Chooses where the cups grasp."""
 
-    def reset(self, seed: int) -> None:
-        """Reseed random numbers."""
-        ...
-
-    def places(self, observation: Observation) -> Floats:
-        """Places of the cups for N objects, from the pictures' middles (N, 2) [m]."""
+    def places(self, observation: Observation, rows: Ints) -> Floats:
+        """Places of the cups for some rows of an observation, from the pictures' middles (K, 2) [m]."""
         ...
 
 
@@ -49,12 +45,9 @@ class Place(Protocol):
 class Centre:
     """The middle of the outline, as the camera sees it."""
 
-    def reset(self, seed: int) -> None:
-        """There is nothing to reseed."""
-
-    def places(self, observation: Observation) -> Floats:
-        """Zeros (N, 2) [m]."""
-        return np.zeros((len(observation.kind), 2))
+    def places(self, observation: Observation, rows: Ints) -> Floats:
+        """Zeros (K, 2) [m]."""
+        return np.zeros((len(rows), 2))
 
 
 class Pace:
@@ -132,7 +125,6 @@ class GraspController(Learner):
 
     def reset(self, seed: int) -> None:
         """Reseed the random numbers; what was learned stays."""
-        self._place.reset(seed)
         self._random = np.random.default_rng([seed, 1])
 
     def begin_practice(self, throws: int) -> None:
@@ -150,7 +142,9 @@ class GraspController(Learner):
         count, rules = len(observation.kind), self._config.grasp
         action = np.zeros((count, 6), dtype=np.float32)
         held, tried = _phases(observation, rules.tries)
-        place, pace = self._place.places(observation), self._pace.shares(observation)
+        place, pace, free = np.zeros((count, 2)), self._pace.shares(observation), np.flatnonzero(~held)
+        if free.size > 0:
+            place[free] = self._place.places(observation, free)
         if self._practises:
             place = place + SCATTER * self._random.standard_normal((count, 2))
             pace = self._random.uniform(*self._pace.range, count)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -26,6 +27,7 @@ from .in_context import InContext
 from .mlp import Mlp
 from .newton import NewtonGoal
 from .oracle import Oracle
+from .places import RULES, OraclePlaces, PicturePlaces, flattest, local_mlp
 from .protocol import Controller
 from .random import Random
 from .regression import OnPolicyRegression
@@ -60,6 +62,10 @@ _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
 """Trackers by controller; the tracker's effect is subtracted from the static policy's offset."""
 _PLACES: Mapping[str, Callable[..., Place]] = {
     "centre": lambda core: Centre(),
+    "centroid": lambda core: PicturePlaces(core, RULES["centroid"]),
+    "flattest": flattest,
+    "local_mlp": local_mlp,
+    "oracle_grasp": OraclePlaces,
 }
 """Rules where to grasp by controller; each throws with the same paces and the same residual."""
 GRASPING_NAMES = tuple(_PLACES)
@@ -104,9 +110,10 @@ def _grasping(name: str, env: Env, options: Mapping[str, Any]) -> GraspControlle
     correction = core.correction
     assert correction is not None  # of the mode `release_point`
     residual = OnPolicyRegression(name, correction, residual_width(), Mlp())
-    if GRASPING.is_file():
-        residual.restore(read_state(GRASPING)[1])
-    return GraspController(name, core.config, correction, _PLACES[name](core), residual, **options)
+    residual.restore(read_state(GRASPING / "residual.npz")[1])
+    of_place = {key: options[key] for key in options if key in inspect.signature(_PLACES[name]).parameters}
+    others = {key: value for key, value in options.items() if key not in of_place}
+    return GraspController(name, core.config, correction, _PLACES[name](core, **of_place), residual, **others)
 
 
 def _required_correction(name: str, env: Env) -> Correction:

@@ -35,5 +35,5 @@ def code_pattern(pattern: str) -> str:
 
 ADAPTIVE: Final = SHIPPED / "results" / "policies" / "PnTAdapt-v0-day"
 """Folder of the pre-trained states of adaptive controllers, for the cell that drifts."""
-GRASPING: Final = SHIPPED / "results" / "policies" / "PnTGrasp-v0-grasp" / "residual.npz"
-"""File of the pre-trained residual with which objects are thrown after a grasp."""
+GRASPING: Final = SHIPPED / "results" / "policies" / "PnTGrasp-v0-grasp"
+"""Folder of the pre-trained residual with which objects are thrown after a grasp, and of the network of places."""
