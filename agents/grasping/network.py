@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from typing import Any, Final, final
+from pathlib import Path
+from typing import Any, Final, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
+from pnt_gym.reading import arrays_of
 
+from ..ground.cli import UsageError
 from ..policies.networks import Dense, Layers, arrays_by_name, layers_of, numbers_of, run_layers, sigmoid
 
 MEMBERS: Final = 4
 WIDTH: Final = 32
 BATCH: Final = 256
+ARRAY: Final = re.compile(r"(?:weight|bias)_\d_of_\d|centre|scale")
+"""Pattern of the names of the arrays in a file."""
 
 
 @final
@@ -59,7 +65,7 @@ class PlaceNetwork:
             total += sigmoid(run_layers(layers, "SiLU", values)[:, 0])
         return total / len(self._members)
 
-    def state(self) -> dict[str, NDArray[Any]]:
+    def state(self) -> dict[str, Any]:
         """Arrays by name, for a file."""
         arrays = {f"{name}_of_{k}": a for k, one in enumerate(self._members) for name, a in arrays_by_name(one).items()}
         return {**arrays, "centre": self._centre, "scale": self._scale}
@@ -79,6 +85,25 @@ class PlaceNetwork:
             )
         self._members = tuple(members)
         self._centre, self._scale = (numbers_of(state[name], 1, np.float64) for name in ("centre", "scale"))
+
+    def save(self, path: Path) -> None:
+        """Write the arrays to a file."""
+        with path.open("wb") as file:  # given a name, numpy would append a suffix
+            np.savez(file, **self.state())
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """The networks in a file.
+
+        Raises:
+            UsageError: the file is missing, damaged, or of something else.
+        """
+        network = cls()
+        try:
+            network.restore(arrays_of(path, ARRAY))
+        except Exception:  # a damaged or foreign file may raise anything
+            raise UsageError(f"{str(path)!r} holds no networks that choose places") from None
+        return network
 
 
 def _parameters(torch: Any, inputs: int) -> list[Any]:

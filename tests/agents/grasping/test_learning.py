@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from agents.grasping.__main__ import Arguments, main
+from agents.grasping.fcn import PATCH, PlaceMaps, cut_patches, input_maps
 from agents.grasping.features import NAMES, place_features
 from agents.grasping.network import PlaceNetwork
 from agents.grasping.practice import ROUND, network_places, practise, worth_maps
 from agents.grasping.rules import TUNED, Weights, centroid_places, flattest_places, rule_places, rule_scores
 from agents.grasping.scenes import Scenes
 from agents.grasping.tuning import DEPTH_SETTINGS, colour_settings, tune
+from agents.ground.cli import UsageError
 from pnt_gym.cells.grasp.images import pixel_places
 from tests.tools.throws import same_bits
 
@@ -70,28 +73,30 @@ def test_settings_differ_and_the_better_setting_is_chosen():
     assert tune("grasp", [edges, TUNED, edges._replace(slope=0.0)], 900, seed=0) == TUNED
 
 
-def steps_of(torch, count=2000):
+def chances(count=2000):
     rng = np.random.default_rng(0)
     values = rng.normal(size=(count, len(NAMES)))
     chance = 1.0 / (1.0 + np.exp(-2.0 * values[:, 0] * values[:, 1]))
     return values, chance, (rng.random(count) < chance).astype(np.float64)
 
 
-def test_a_network_learns_a_chance_and_keeps_it_in_a_file():
-    torch = pytest.importorskip("torch")
-    values, chance, worth = steps_of(torch)
+def test_a_network_learns_a_chance_and_keeps_it_in_a_file(tmp_path):
+    pytest.importorskip("torch")
+    values, chance, worth = chances()
     network = PlaceNetwork()
     assert not network.is_fitted
     network.fit(values, worth, seed=0, steps=400)
     assert np.corrcoef(network.predict(values), chance)[0, 1] > 0.8
-    other = PlaceNetwork()
-    other.restore(network.state())
+    network.save(tmp_path / "places.npz")
+    other = PlaceNetwork.load(tmp_path / "places.npz")
     assert same_bits(other.predict(values), network.predict(values))
     again = PlaceNetwork()
     again.fit(values, worth, seed=0, steps=400)
     assert same_bits(again.predict(values), network.predict(values))
-    with pytest.raises(KeyError):
-        other.restore({name: array for name, array in network.state().items() if name != "bias_1_of_2"})
+    np.savez(tmp_path / "less.npz", **{n: a for n, a in network.state().items() if n != "bias_1_of_2"})
+    for name in ("less.npz", "none.npz"):
+        with pytest.raises(UsageError, match=r"holds no networks that choose places\Z"):
+            PlaceNetwork.load(tmp_path / name)
 
 
 def test_practice_finds_better_places_than_chance(scenes, features):
@@ -106,3 +111,43 @@ def test_practice_finds_better_places_than_chance(scenes, features):
     assert maps.shape == (500, 48, 48)
     assert (maps >= 0.0).all()
     assert (maps <= 1.0).all()
+
+
+def test_patches_are_cut_around_their_pixels(scenes):
+    maps = input_maps(scenes.images[:40], scenes.radius[:40])
+    pixel = np.random.default_rng(0).integers(0, 48, (40, 2))
+    patches, inside = cut_patches(maps, pixel)
+    assert patches.shape == (40, 6, PATCH, PATCH)
+    for k, (row, column) in enumerate(inside):
+        assert same_bits(patches[k, :, row, column], maps[k, :, pixel[k, 0], pixel[k, 1]])
+        assert (pixel[k] - [row, column]).tolist() == ((pixel[k] - [row, column]) // 2 * 2).tolist()
+        assert min(row, column) >= 8
+        assert max(row, column) < PATCH - 8
+
+
+def test_maps_of_pixels_learn_what_a_pixel_shows(scenes, features):
+    """Tries succeed where the picture is bright: a map of whole pictures says so after a fit to patches."""
+    pytest.importorskip("torch")
+    rng = np.random.default_rng(0)
+    maps = input_maps(scenes.images, scenes.radius)
+    pixel = features.pixel[features.best_rows(rng.random(len(features.picture)))]
+    bright = maps[:, 2:5].mean(axis=1)
+    worth = (bright[np.arange(500), pixel[:, 0], pixel[:, 1]] > 0.5).astype(np.float64)
+    patches, inside = cut_patches(maps, pixel)
+    network = PlaceMaps()
+    network.fit(patches, inside, worth, seed=0, epochs=25)
+    expected = network.predict(maps)
+    assert expected.shape == (500, 48, 48)
+    row, column = features.pixel.T
+    seen = expected[features.picture, row, column]
+    is_bright = bright[features.picture, row, column] > 0.5
+    assert seen[is_bright].mean() > seen[~is_bright].mean() + 0.5
+    assert network.places(maps, features).shape == (500, 2)
+
+
+def test_the_command_learns_saves_and_compares(tmp_path, capsys):
+    pytest.importorskip("torch")
+    main(Arguments(tries=300, judge=50, out=tmp_path / "places.npz"))
+    text = capsys.readouterr().out
+    assert PlaceNetwork.load(tmp_path / "places.npz").is_fitted
+    assert all(name in text for name in ("centroid", "networks", "oracle", "grasp_unseen", "of the last"))

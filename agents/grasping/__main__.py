@@ -1,0 +1,92 @@
+"""Learn from tries where a cup holds, and compare with rules: `python -m agents.grasping --out FILE.npz`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from ..ground.cli import at_least, check_libraries, option, run
+from ..ground.outputs import check_ending, check_writable, deliver
+from ..ground.tables import Grid, console
+
+if TYPE_CHECKING:
+    from pnt_gym.arrays import Floats
+
+    from .features import PlaceFeatures
+    from .network import PlaceNetwork
+    from .scenes import Scenes
+
+
+HELD_OUT = 10_000_000
+"""Offset of the seeds of the judged objects from those of tries."""
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Try places on drawn objects, one try an object and without a robot, fit networks, and compare them with rules."""
+
+    kinds: Literal["grasp", "grasp_unseen"] = "grasp"
+    """Kinds of objects to try places on."""
+    tries: int = 20_000
+    """Tries, of which the first 30 % are at random places."""
+    seed: int = 0
+    """Seed of objects, places and networks."""
+    out: Annotated[Path | None, option("none", "FILE.npz")] = None
+    """File of the networks' arrays, which NumPy alone computes."""
+    judge: int = 2000
+    """Held-out objects, of seen and of unseen kinds, on which the places are compared; 0 for no table."""
+
+
+def main(arguments: Arguments) -> None:
+    """Practise, save, and compare."""
+    at_least(vars(arguments), tries=1, seed=0, judge=0)
+    check_ending("--out", arguments.out, (".npz",))
+    check_writable(arguments.out)
+    check_libraries("torch")
+    from .practice import practise  # noqa: PLC0415 - help comes first
+
+    practice = practise(arguments.kinds, arguments.tries, arguments.seed)
+    count = max(arguments.tries // 5, 1)
+    first, last = practice.held[:count].mean(), practice.held[-count:].mean()
+    print(f"held: {first:.1%} of the first {count} tries, {last:.1%} of the last")
+    if arguments.out is not None:
+        deliver(arguments.out, practice.network.save)
+    if arguments.judge > 0:
+        compare(practice.network, arguments)
+
+
+def compare(network: PlaceNetwork, arguments: Arguments) -> None:
+    """Print how often cups hold at the places of the rules, of the network and of the oracle."""
+    from .features import place_features  # noqa: PLC0415 - help comes first
+    from .scenes import LEVELS, Scenes  # noqa: PLC0415 - as above
+
+    rows: list[tuple[str, ...]] = []
+    for kinds in LEVELS:
+        scenes = Scenes.draw(kinds, arguments.judge, HELD_OUT + arguments.seed)
+        features = place_features(scenes.images, scenes.radius)
+        for name, places in places_by_name(scenes, features, network).items():
+            tries = scenes.try_places(places)
+            rows.append((kinds, name, f"{tries.held.mean():.1%}", f"{tries.kept.mean():.1%}"))
+    title = f"{arguments.judge} held-out objects of each"
+    console().print(Grid(title, ("kinds", "places", "held", "kept at 45 %"), rows).terminal())
+
+
+def places_by_name(scenes: Scenes, features: PlaceFeatures, network: PlaceNetwork) -> dict[str, Floats]:
+    """Places (N, 2) of the rules, of the network and of the oracle [m]."""
+    from .practice import network_places  # noqa: PLC0415 - help comes first
+    from .rules import COLOURED, centroid_places, flattest_places, oracle_places, rule_places  # noqa: PLC0415 - as above
+
+    return {
+        "centre": 0.0 * scenes.middle,
+        "centroid": centroid_places(features),
+        "flattest, naive": flattest_places(features),
+        "flattest, tuned": rule_places(features),
+        "flattest, tuned with colour": rule_places(features, COLOURED),
+        "networks": network_places(features, network),
+        "oracle": oracle_places(scenes),
+    }
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.grasping")
