@@ -9,8 +9,6 @@ from typing import Final, TypeAlias, final
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.observation import TABLE
-from pnt_gym.errors import one_sentence
-from pnt_gym.reading import AccessError, arrays_of
 
 from ..grasping.features import PlaceFeatures, place_features
 from ..grasping.network import PlaceNetwork
@@ -20,10 +18,9 @@ from ..grasping.scenes import Scenes
 from ..ground.cli import UsageError
 from ..ground.places import GRASPING
 from .protocol import Observation
-from .state import STATE
 
 Choice: TypeAlias = Callable[[PlaceFeatures], Floats]
-"""Function from the features of places in N pictures to the place of each cup, from the pictures' middles (N, 2) [m]."""
+"""Function from the features of places in N pictures to places of cups, from the pictures' middles (N, 2) [m]."""
 RULES: Final[dict[str, Choice]] = {
     "centroid": centroid_places,
     "naive": flattest_places,
@@ -78,7 +75,7 @@ def flattest(core: GraspCore, rule: str = "depth") -> PicturePlaces:
 
     Args:
         core: the cells.
-        rule: "depth" for the rule tuned from tries, "colour" for the same with colours, "naive" for the least roughness.
+        rule: "depth" for the rule tuned from tries, "colour" for that with colours, "naive" for the least roughness.
 
     Raises:
         UsageError: there is no such rule.
@@ -98,9 +95,5 @@ def local_mlp(core: GraspCore, file: str | Path = GRASPING / "local_mlp.npz") ->
     Raises:
         UsageError: there is no such file, or the file holds no network.
     """
-    network = PlaceNetwork()
-    try:
-        network.restore(arrays_of(Path(file), STATE))
-    except (AccessError, ValueError, KeyError) as error:
-        raise UsageError(f"{str(file)!r} holds no network of places: {one_sentence(error)}") from None
+    network = PlaceNetwork.load(Path(file))
     return PicturePlaces(core, lambda features: network_places(features, network))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Final
 
 from ..ground.cli import at_least, check_libraries, option, run
 from ..ground.outputs import check_ending, check_writable, deliver
@@ -18,16 +18,20 @@ if TYPE_CHECKING:
     from .scenes import Scenes
 
 
-HELD_OUT = 10_000_000
+HELD_OUT: Final = 10_000_000
 """Offset of the seeds of the judged objects from those of tries."""
+
+
+JUDGED: Final = ("grasp", "grasp_unseen")
+"""Levels on whose objects places are compared: with seen and with unseen kinds."""
 
 
 @dataclass(frozen=True)
 class Arguments:
     """Try places on drawn objects, one try an object and without a robot, fit networks, and compare them with rules."""
 
-    kinds: Literal["grasp", "grasp_unseen"] = "grasp"
-    """Kinds of objects to try places on."""
+    level: str = "grasp"
+    """Level of PnTGrasp-v0 with surfaces, on whose objects places are tried."""
     tries: int = 20_000
     """Tries, of which the first 30 % are at random places."""
     seed: int = 0
@@ -46,7 +50,7 @@ def main(arguments: Arguments) -> None:
     check_libraries("torch")
     from .practice import practise  # noqa: PLC0415 - help comes first
 
-    practice = practise(arguments.kinds, arguments.tries, arguments.seed)
+    practice = practise(arguments.level, arguments.tries, arguments.seed)
     count = max(arguments.tries // 5, 1)
     first, last = practice.held[:count].mean(), practice.held[-count:].mean()
     print(f"held: {first:.1%} of the first {count} tries, {last:.1%} of the last")
@@ -59,17 +63,17 @@ def main(arguments: Arguments) -> None:
 def compare(network: PlaceNetwork, arguments: Arguments) -> None:
     """Print how often cups hold at the places of the rules, of the network and of the oracle."""
     from .features import place_features  # noqa: PLC0415 - help comes first
-    from .scenes import LEVELS, Scenes  # noqa: PLC0415 - as above
+    from .scenes import Scenes  # noqa: PLC0415 - as above
 
     rows: list[tuple[str, ...]] = []
-    for kinds in LEVELS:
-        scenes = Scenes.draw(kinds, arguments.judge, HELD_OUT + arguments.seed)
+    for level in JUDGED:
+        scenes = Scenes.draw(level, arguments.judge, HELD_OUT + arguments.seed)
         features = place_features(scenes.images, scenes.radius)
         for name, places in places_by_name(scenes, features, network).items():
             tries = scenes.try_places(places)
-            rows.append((kinds, name, f"{tries.held.mean():.1%}", f"{tries.kept.mean():.1%}"))
+            rows.append((level, name, f"{tries.held.mean():.1%}", f"{tries.kept.mean():.1%}"))
     title = f"{arguments.judge} held-out objects of each"
-    console().print(Grid(title, ("kinds", "places", "held", "kept at 45 %"), rows).terminal())
+    console().print(Grid(title, ("level", "places", "held", "kept at 45 %"), rows).terminal())
 
 
 def places_by_name(scenes: Scenes, features: PlaceFeatures, network: PlaceNetwork) -> dict[str, Floats]:

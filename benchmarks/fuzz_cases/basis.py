@@ -53,7 +53,8 @@ def refusable(subject: str, *kinds: type[Exception]) -> Iterator[None]:
 
 def finite(subject: str, *values: Any) -> None:
     """Make sure that observations and rewards are numbers."""
-    for value in values:
+    parts = [part for value in values for part in (value.values() if isinstance(value, dict) else [value])]
+    for value in parts:
         if not np.isfinite(np.asarray(value, dtype=np.float64)).all():
             raise Find(f"{subject}: {value} is no number")
 

@@ -25,7 +25,7 @@ from benchmarks.fuzz_cases.files import file_case, output_case
 from benchmarks.fuzz_cases.infos import infos_case
 from benchmarks.fuzz_cases.levels import hours_case, level_case
 from benchmarks.fuzz_cases.lines import try_line
-from pnt_gym.envs import conveyor, gripper, line, one_joint
+from pnt_gym.envs import conveyor, grasp, gripper, line, one_joint
 from pnt_gym.errors import ActionError
 
 MODES: Final = {
@@ -37,6 +37,7 @@ MODES: Final = {
     "OneJointAssembly-v0": ("virtual_goal", "release_state"),
     "GripperToss-v0": ("release", "release_point"),
     "PnTLine-v0": ("choice",),
+    "PnTGrasp-v0": ("grasp",),
 }
 
 
@@ -140,6 +141,7 @@ FORMS: Final = {
     "OneJointAssembly-v0": (one_joint.OneJointAssemblyEnv, one_joint.OneJointAssemblyVectorEnv),
     "GripperToss-v0": (gripper.GripperTossEnv, gripper.GripperTossVectorEnv),
     "PnTLine-v0": (line.PnTLineEnv, line.PnTLineVectorEnv),
+    "PnTGrasp-v0": (grasp.PnTGraspEnv, grasp.PnTGraspVectorEnv),
 }
 
 

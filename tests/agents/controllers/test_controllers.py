@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agents.controllers import NAMES, Learner, load_state, make_controller, save_state
+from agents.controllers import GRASPING_NAMES, NAMES, Learner, load_state, make_controller, save_state
 from agents.controllers.ballistic import AnalyticHeight, MeanLead, landing_change, mean_delay
 from agents.controllers.bucket_table import mean_shift
 from agents.controllers.goals import virtual_goal
@@ -350,7 +350,7 @@ def test_reset_forgets_everything(name: str) -> None:
     assert not controller.act(seen).any()
 
 
-@pytest.mark.parametrize("name", [n for n in NAMES if n not in ("analytic", "random")])
+@pytest.mark.parametrize("name", [n for n in NAMES if n not in ("analytic", "random", *GRASPING_NAMES)])
 def test_controllers_of_shifts_say_that_xyz_is_not_theirs(name: str) -> None:
     with pytest.raises(UsageError, match="action of 2 numbers, not 3"):
         make_controller(name, ToyVectorEnv(2, action_mode="release_xyz"))

@@ -166,13 +166,13 @@ def turned(yaw, points):
 
 
 def mean_gap(height, radius):
-    """Mean squared gap [m2] under a lip's heights (16,), after a plane of at most 15 degrees."""
+    """Mean squared gap [m2] under a lip's heights (16,), after a plane of at most 20 degrees."""
     inside = height >= 0.0
     if not inside.any():
         return 0.01**2
     level = np.where(inside, height - height[inside].mean(), 0.0)
     slope = 2.0 / (16 * radius) * RING.T @ level
-    slope *= min(1.0, np.tan(np.radians(15.0)) / max(np.hypot(*slope), 1e-12))
+    slope *= min(1.0, np.tan(np.radians(20.0)) / max(np.hypot(*slope), 1e-12))
     rest = height - radius * RING @ slope
     gap = np.clip(rest[inside].max() - rest - 0.2 * radius, 0.0, 0.01)
     return np.where(inside, gap**2, 0.01**2).mean()
