@@ -103,16 +103,20 @@ def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
 
 
 def _grasping(name: str, env: Env, options: Mapping[str, Any]) -> GraspController:
-    """Controller that grasps by a rule, with the residual that ships."""
+    """Controller that grasps by a rule, with the residual that ships, or with none for the option `residual=none`."""
     core = core_of(env)
     if not isinstance(core, GraspCore):
         raise UsageError(f"controller {name!r} chooses where to grasp; use --env PnTGrasp-v0")
     correction = core.correction
     assert correction is not None  # of the mode `release_point`
     residual = OnPolicyRegression(name, correction, residual_width(), Mlp())
-    residual.restore(read_state(GRASPING / "residual.npz")[1])
     of_place = {key: options[key] for key in options if key in inspect.signature(_PLACES[name]).parameters}
     others = {key: value for key, value in options.items() if key not in of_place}
+    begin = others.pop("residual", "shipped")
+    if begin not in ("shipped", "none"):
+        raise UsageError(f"residual is {begin!r}; it must be 'shipped' or 'none'")
+    if begin == "shipped":
+        residual.restore(read_state(GRASPING / "residual.npz")[1])
     return GraspController(name, core.config, correction, _PLACES[name](core, **of_place), residual, **others)
 
 

@@ -34,9 +34,9 @@ class Weights(NamedTuple):
     """Of the difference of brightness and warmth from the rest of the object."""
 
 
-TUNED: Final = Weights(rough_in=0.5, rough_out=0.5, distance=4.0, slope=16.0)
+TUNED: Final = Weights(rough_in=0.0, rough_out=1.0, distance=2.0, slope=8.0)
 """The best of the settings without colour by tries on seen kinds (`agents.grasping.tuning`, seed 0)."""
-COLOURED: Final = Weights(rough_in=0.5, rough_out=0.5, distance=2.0, slope=16.0, matte=2.0)
+COLOURED: Final = Weights(rough_in=0.0, rough_out=1.0, distance=1.0, slope=8.0, matte=4.0)
 """The best of the settings with colour by the same number of tries."""
 
 
