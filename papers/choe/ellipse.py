@@ -155,6 +155,7 @@ def _approximation_rows() -> Iterator[Row]:
     error = np.abs(approximate_half_circumference(a, b) - exact)
     # A semi-minor axis near 0 stands for the limit of a flat ellipse, whose exact half circumference is 2 a.
     thin = 1.0 - float(approximate_half_circumference(1.0, 1e-9)) / half_circumference(1.0, 1e-9)
+    yield _bounds_row(a, b, exact)
     note = (
         "a from 5 to 20 and b from 2 to 20, all pairs; the paper's step is not given, here it is 1. Equal within a "
         "whole unit of the last digit, as the printed figures may be cut instead of rounded"
@@ -164,6 +165,26 @@ def _approximation_rows() -> Iterator[Row]:
     yield Row.compared("choe/eq-27/mean-relative-error", 0.231, float(relative), "%", within=1e-3, note=note)
     note = f"at b / a = 0.1; {100.0 * thin:.1f} % as b goes to 0, which is where the paper's rule leads"
     yield Row.ours("choe/eq-27/largest-relative-error", float(largest), "%", note=note)
+
+
+def _bounds_row(a: Floats, b: Floats, exact: Floats) -> Row:
+    """Row on Eq. 26, by which the half circumference lies between two bounds; all semi-axes in the paper's range."""
+    lower, upper = np.pi * (a + b) / 2.0, np.pi / np.sqrt(2.0) * np.hypot(a, b)
+    between, alike = (lower < exact) & (exact < upper), a == b
+    # All three are the half circle's length there, so that rounding alone decides which one is greater.
+    equal = np.maximum(np.abs(lower - exact), np.abs(upper - exact))[alike].max()
+    short = approximate_half_circumference(a, b)[~alike] < exact[~alike]
+    return Row.compared(
+        "choe/eq-26/bounds",
+        "L_l < L < L_u",
+        f"in {int(between[~alike].sum())} of {int((~alike).sum())} pairs with a and b different",
+        "-",
+        holds=bool(between[~alike].all()),
+        note=f"a from 5 to 20 and b from 2 to 20, {a.size} pairs; in the {int(alike.sum())} with a = b the two bounds "
+        f"and the length are equal to {equal:.0e}, so there the inequality is not strict. Eq. 27, the middle of the "
+        f"bounds, is too short in {int(short.sum())} of the {short.size} others",
+        largest_difference_of_circles=float(equal),
+    )
 
 
 def _optimum_rows() -> Iterator[Row]:
