@@ -180,9 +180,9 @@ def _bounds_row(a: Floats, b: Floats, exact: Floats) -> Row:
         f"in {int(between[~alike].sum())} of {int((~alike).sum())} pairs with a and b different",
         "-",
         holds=bool(between[~alike].all()),
-        note=f"a from 5 to 20 and b from 2 to 20, {a.size} pairs; in the {int(alike.sum())} with a = b the two bounds "
-        f"and the length are equal to {equal:.0e}, so there the inequality is not strict. Eq. 27, the middle of the "
-        f"bounds, is too short in {int(short.sum())} of the {short.size} others",
+        note=f"a from 5 to 20 and b from 2 to 20, {a.size} pairs; in the {int(alike.sum())} with a = b both bounds are "
+        f"the length but for rounding, {equal:.0e} at most, so there the inequality is not strict. Eq. 27, the middle "
+        f"of the bounds, is too short in {int(short.sum())} of the {short.size} others",
         largest_difference_of_circles=float(equal),
     )
 

@@ -136,10 +136,10 @@ def figure_rows(plan: ThrowPlan, samples: Sequence[Sequence[ArmMotion]], starts:
             holds=near >= MOST,
             note=f"median largest M_A at the knots of {largest.size} motions that Gauss-Newton steps find for Eqs. 29 "
             f"to 32 from {len(samples)} samples of {starts} random control points and Delta t; three quarters lie "
-            f"above {np.quantile(largest, 0.25):.2g} mN m, and {near:.1f} % within {NEAR:g} mN m of zero: broken limits "
-            f"are solved as equations, so the motions end on them. By sample {min(shares):.1f} to {max(shares):.1f} % "
-            f"lie within {NEAR:g} mN m, and {min(map(len, by_sample))} to {max(map(len, by_sample))} guesses lead to a "
-            "motion",
+            f"above {np.quantile(largest, 0.25):.2g} mN m, and {near:.1f} % within {NEAR:g} mN m of zero: broken "
+            "limits are solved as equations, so the motions end on them. By sample "
+            f"{min(shares):.1f} to {max(shares):.1f} % lie within {NEAR:g} mN m, and "
+            f"{min(map(len, by_sample))} to {max(map(len, by_sample))} guesses lead to a motion",
             starts=starts,
             largest=float(largest.max()),
             shares_by_sample=shares,
