@@ -82,12 +82,12 @@ class Case:
 
 
 @cache
-def motion(case: Case, intervals: int = INTERVALS) -> TimedPath:
+def motion(case: Case, intervals: int | None = None) -> TimedPath:
     """The quickest motion of a case: along y, the workspace's long axis, across the middle, from the belt's height."""
     span: Floats = case.path.end - case.path.start
     pick = np.array([0.0, -0.5 * span[0], BELT])
     placed = SpacePath.between(case.path, pick, pick + np.array([0.0, span[0], span[1]]))
-    return time_path(placed, LIMITS, joints=case.joints, intervals=intervals)
+    return time_path(placed, LIMITS, joints=case.joints, intervals=intervals or INTERVALS)
 
 
 @cache
