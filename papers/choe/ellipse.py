@@ -195,17 +195,14 @@ def _optimum_rows() -> Iterator[Row]:
     flatter = {angle: example_at(angle).length for angle in (9.5, 9.6)}
     note = "from the critical angle to 90 deg; a^2 = l^2 + l h tan(phi) and b^2 = l^2 - l h cot(phi) both rise"
     yield Row.compared("choe/claim/length-rises-with-the-angle", "yes", rising, "-", note=note)
-    note = (
-        "ellipses of 9.5 and 9.6 deg are shorter than that of 10 deg, which is the step of the plot; the shortest "
-        f"length is the limit, the chord of {CHORD:.5f} m with b = 0"
-    )
     yield Row.compared(
         "choe/claim/optimal-angle",
         10.0,
         CRITICAL,
         "deg",
         holds=example().length <= min(flatter.values()),
-        note=note,
+        note="ellipses of 9.5 and 9.6 deg are shorter than that of 10 deg, which is the step of the plot; the shortest "
+        f"length is the limit, the chord of {CHORD:.5f} m with b = 0",
         lengths_m={f"{angle:g} deg": length for angle, length in flatter.items()},
     )
     note = "below this angle Eq. 27 gives the ellipse a length below the straight line between its ends"
