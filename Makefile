@@ -88,7 +88,7 @@ STUDIES ?= training oracle grip cup dispatch judged methods throwable neighbours
 studies: dev ## what plans in configs/studies find out, into results/ (hours; stop and resume): make studies STUDIES="grip cup"
 	for study in $(STUDIES); do $(BIN)/python benchmarks/study.py $$study --json results/$$study.json || exit 1; done
 
-reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (an hour of processor time, which it says; stop and resume)
+reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (half an hour of processor time, which it says; stop and resume)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures
 	$(BIN)/python -m agents.report
 

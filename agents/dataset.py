@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -12,17 +11,15 @@ from typing import Annotated
 
 import tyro
 
-from .data.crew import Crew, EpisodeStore
+from .data.crew import Crew, EpisodeStore, collection_task
 from .data.tally import Tally, packing_progress
 from .ground.amounts import NUM_ENVS
 from .ground.cli import at_least, option, run
 from .ground.environments import make_single
 from .ground.places import MADE
-from .ground.shipped import policy_place
 from .ground.tables import console, throws_bar
 from .jobs.cluster import pool
 from .judging.trials import open_trial
-from .learning.trained import resolve_task
 
 CONTROLLERS = (
     "The controller that throws: a name, the word expert, the folder of a training run, a class of your own, on a line "
@@ -90,7 +87,8 @@ def main(arguments: Arguments) -> None:
 
     if arguments.name is not None:
         offline.check_name(arguments.name)
-    home, (env_id, level, mode) = offline.Home.of(arguments.root), task(arguments)
+    home, names = offline.Home.of(arguments.root), (arguments.controller, arguments.env, arguments.level)
+    env_id, level, mode = collection_task(*names, arguments.action_mode)
     with closing(open_trial(env_id, level, arguments.num_envs, action_mode=mode)) as trial:
         chosen = {name: getattr(arguments, name) for name in ("controller", "expert", "seed", "trust", "practice")}
         crew, config = Crew(trial, env_id, **chosen), trial.core.config
@@ -112,14 +110,6 @@ def main(arguments: Arguments) -> None:
     store.remove()
     console().print(tally.table(name, scores).terminal())
     console().print(f"it lies in {home.folder / name}", markup=False)
-
-
-def task(arguments: Arguments) -> tuple[str, str | None, str | None]:
-    """Environment id, level and action mode of the collection; level and mode are None for the defaults."""
-    env, level = arguments.env, arguments.level
-    if env is None and not os.path.isdir(policy_place(arguments.controller)):
-        env, level = "PnTRelease-v0", "waste" if level is None else level
-    return resolve_task(arguments.controller, env, level, arguments.action_mode)
 
 
 if __name__ == "__main__":

@@ -77,8 +77,6 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
-    from .controllers import Learner, save_state
-    from .controllers.state import check_learns, practice_steps
     from .ground.starters import assumed_values, show_assumed
     from .judging.evaluation import judge
     from .judging.trials import check_options, controller_with, open_trial
@@ -90,27 +88,19 @@ def main(arguments: Arguments) -> None:
     check_ending("video", arguments.video, VIDEOS)
     check_drawing(picture=arguments.picture, film=arguments.video)
     env_id, level, mode = resolve_task(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
-    opened = open_trial(env_id, level, arguments.num_envs, arguments.threads, mode, arguments.throws)
-    with closing(opened) as trial:
+    with closing(open_trial(env_id, level, arguments.num_envs, arguments.threads, mode, arguments.throws)) as trial:
         check_options(trial, vars(arguments), env_id)
         trial.correct_throws(arguments.release)
-        controller = controller_with(
-            trial, arguments.controller, read_settings(arguments.settings), trust=arguments.trust
-        )
+        settings = read_settings(arguments.settings)
+        controller = controller_with(trial, arguments.controller, settings, trust=arguments.trust)
         controller.reset(arguments.seed)
-        usual, files = trial.practice(controller), (arguments.load, arguments.save)
-        practice = practice_steps(controller, usual, arguments.practice, *files)
-        check_learns(controller, online=arguments.online)
         count = getattr(arguments, trial.option, None) or trial.count()
-        record = judge(trial, controller, count, arguments.seed, practice=practice, online=arguments.online)
-        name, config = trial.core.config.name, trial.core.config
-    if arguments.save is not None and isinstance(controller, Learner):
-        save_state(controller, arguments.save)
-    report = {"level": name, "seed": arguments.seed, "practice": practice, **record.report()}
+        chosen = {name: getattr(arguments, name) for name in ("practice", "online", "load", "save")}
+        record, practice, conditions = judge(trial, controller, count, arguments.seed, **chosen)
+        config = trial.core.config
+    report = {"level": config.name, "seed": arguments.seed, "practice": practice, **record.report()}
     report |= assumed_values(config)
-    title = f"{controller.name} on {env_id}, level {name}, {count} {trial.unit}, seed {arguments.seed}"
-    title += f", after {practice} practice {trial.step}s" if practice else ""
-    console().print(record.table(title, report))
+    console().print(record.table(f"{controller.name} on {env_id}, {conditions}", report))
     show_assumed(config)
     if note := getattr(controller, "note", ""):
         console().print(note)

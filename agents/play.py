@@ -5,24 +5,17 @@ from __future__ import annotations
 from contextlib import closing
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import tyro
 
-from pnt_gym.cells.base.view import View
-from pnt_gym.engine import has_display
-
 from .ground.cli import UsageError, at_least, check_libraries, option, run
 from .ground.environments import find_environment
-from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable, deliver
+from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable
 from .ground.tables import console
 from .learning.trained import resolve_task
-from .pictures.stage import Stage
-
-RATE: Final = 60
-"""Frames per second from which the picture's frame is chosen."""
-
+from .pictures.stage import Stage, load_viewer
 
 VIEWER = (
     "Show the throws live, with their figures, until the viewer is closed. Level and controller can be changed in the "
@@ -86,8 +79,7 @@ def main(arguments: Arguments) -> None:
             stage.film(arguments.video, arguments.picks, arguments.slow)
             console().print(f"video in {arguments.video}")
         elif arguments.picture is not None:
-            stage.advance(arguments.at)
-            deliver(arguments.picture, lambda path: save_picture(stage.view, path, arguments.at))
+            stage.draw(arguments.picture, arguments.at)
             console().print(f"picture of a throw in {arguments.picture}")
 
 
@@ -110,26 +102,12 @@ def open_stage(arguments: Arguments, controller: str, level: str | None) -> Stag
 
 def show(arguments: Arguments, viewer: str) -> None:
     """Show throws in a viewer until the viewer is closed."""
-    if viewer == "native" and not has_display():
-        raise UsageError("--viewer native needs a display; --viewer web does without one")
-    try:
-        from .pictures.viewer import Choice, watch  # noqa: PLC0415 - takes a second, and is not on every platform
-    except ImportError as error:
-        raise UsageError(f"--viewer needs MuJoCo's Studio, which this platform has not ({error})") from None
-
+    screen = load_viewer(viewer)
     env_id, level, _ = resolve_task(arguments.controller, arguments.env, arguments.level, None)
     default_level = find_environment(env_id).kwargs.get("level", "nominal")
-    first = Choice(arguments.controller, level or default_level)
-    watch(
-        lambda choice: open_stage(arguments, choice.controller, choice.level), first, "web" if viewer == "web" else ""
-    )
-
-
-def save_picture(view: View, path: Path, moment: float) -> None:
-    """Save the view of the last throw, or of the line, at a moment [s], or at its end if the moment is later."""
-    from PIL import Image  # noqa: PLC0415 - only pictures need it
-
-    Image.fromarray(view.at(moment, RATE)).save(path)
+    first = screen.Choice(arguments.controller, level or default_level)
+    page = "web" if viewer == "web" else ""
+    screen.watch(lambda choice: open_stage(arguments, choice.controller, choice.level), first, page)
 
 
 if __name__ == "__main__":

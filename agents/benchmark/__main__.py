@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import tyro
+
 from ..ground.cli import at_least, option, run
 from ..ground.outputs import check_writable, deliver_json
 from ..ground.places import MADE, SHIPPED
@@ -14,7 +16,8 @@ from ..ground.versions import versions
 from ..jobs.cluster import Needs, pool
 from ..jobs.work import do_missing
 from .compare import assemble
-from .plan import Plan, needs, read_plan, trial_of_plan
+from .kept import KeptRows, choose_pieces, keep_rows
+from .plan import Plan, needs, pieces, read_plan, trial_of_plan
 from .run import jobs
 
 
@@ -36,6 +39,8 @@ class Arguments:
     """File of all figures and throws."""
     work: Annotated[Path | None, option("runs/benchmark/NAME", "DIR")] = None
     """Folder of the finished pieces."""
+    only: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, option("all entries", "LABEL")] = ()
+    """Compute only the entry of this label, and keep the other rows of --out; may be given more than once."""
 
 
 def main(arguments: Arguments) -> None:
@@ -45,13 +50,14 @@ def main(arguments: Arguments) -> None:
     out = arguments.out or MADE / "results" / f"{plan.name}.json"
     check_writable(out)
     work = arguments.work or MADE / "runs" / "benchmark" / plan.name
-    planned = jobs(plan)
+    planned = jobs(choose_pieces(pieces(plan), arguments.only))
+    kept = keep_rows(out, plan, arguments.only) if arguments.only else KeptRows((), 0.0)
     workers = pool(arguments.jobs, arguments.cluster, needs(plan) if arguments.cluster else Needs())
     parts = do_missing(planned, work, workers, unit=f"{trial_of_plan(plan).step}s")
-    results = [result for part in parts for result in part["results"]]
+    results = [*kept.rows, *(result for part in parts for result in part["results"])]
     comparison = assemble(plan, results)
     head = {"plan": plan.model_dump(mode="json"), "versions": versions()}
-    seconds = sum(part["seconds"] for part in parts)
+    seconds = kept.seconds + sum(part["seconds"] for part in parts)
     deliver_json(out, {**head, "seconds": seconds, **comparison, "results": results}, indent=None)
     show(plan, comparison["table"])
     console().print(f"all figures and throws are in {out}")

@@ -55,6 +55,9 @@ class Entry(Section):
     )
     options: Mapping[str, Any] = Field({}, description="Settings of the controller.")
     action_mode: str | None = Field(None, description="Meaning of its actions; default: the environment's.")
+    practice_envs: Several | None = Field(
+        None, description="Cells that practise side by side, of a controller that is no algorithm; default: the plan's."
+    )
     also: tuple[str, ...] = Field((), description="Controllers that take over what it learned, evaluated beside it.")
     online: bool = Field(False, description="It goes on learning in the evaluation, every cell for itself.")
     stack: int = Field(1, description="Of an algorithm: observations that its policy sees at once.")
@@ -66,8 +69,10 @@ class Entry(Section):
     @model_validator(mode="after")
     def _check(self) -> Self:
         names = ", ".join(NAMES)
-        if self.controller in TRAINED and (self.also or self.online):
-            raise ValueError(f"entry {self.label!r}: `also` and `online` cannot be used with {', '.join(TRAINED)}")
+        if self.controller in TRAINED and (self.also or self.online or self.practice_envs):
+            raise ValueError(
+                f"entry {self.label!r}: `also`, `online` and `practice_envs` cannot be used with {', '.join(TRAINED)}"
+            )
         for name in self.also:
             if name not in NAMES:
                 raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {names}")

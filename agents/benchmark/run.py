@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from functools import partial
 from itertools import product
@@ -18,15 +18,15 @@ from ..judging.trial import Trial
 from ..judging.trials import open_trial
 from ..learning.runs import RunFolder
 from .entries import TRAINED, labels_of, settings_of
-from .plan import Piece, Plan, entry_controller, pieces
+from .plan import Piece, entry_controller
 
 ControllerFactory: TypeAlias = Callable[[str, Trial], Controller]
 """Returns the trained controller of a name for the trial that evaluates it."""
 
 
-def jobs(plan: Plan) -> list[Job]:
-    """The plan's pieces as jobs that processes do side by side."""
-    return [Job(piece.name, piece.key, partial(run_piece, piece), piece.cost) for piece in pieces(plan)]
+def jobs(planned: Iterable[Piece]) -> list[Job]:
+    """Pieces of a plan as jobs that processes do side by side."""
+    return [Job(piece.name, piece.key, partial(run_piece, piece), piece.cost) for piece in planned]
 
 
 def run_piece(piece: Piece, folder: Path) -> dict[str, Any]:
@@ -55,7 +55,7 @@ def _learn(piece: Piece, folder: Path) -> Iterator[tuple[int, float, ControllerF
     if piece.entry.controller in TRAINED:
         yield from _train(piece, folder)
         return
-    with closing(_trial(piece, piece.train_level)) as trial:
+    with closing(_trial(piece, piece.train_level, piece.entry.practice_envs)) as trial:
         controller = entry_controller(trial, piece.entry, piece.entry.controller)
         controller.reset(piece.seed)
         began = time.perf_counter()

@@ -11,9 +11,6 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 import tyro
-from pydantic import ValidationError
-
-from pnt_gym.cells.base.problems import describe_problems
 
 from ..ground.cli import UsageError, at_least, option, run
 from ..ground.files import check_form, jsonable, read_json
@@ -22,6 +19,7 @@ from ..ground.shipped import module_of
 from ..ground.tables import Grid, console, throws_bar
 from ..ground.versions import versions
 from .entries import TRAINED, labels_of
+from .kept import plan_of_file
 from .plan import Piece, Plan, pieces
 from .run import run_piece
 
@@ -55,7 +53,8 @@ def main(arguments: Arguments) -> None:
     check_writable(arguments.json)
     data = read_json(arguments.file)
     with check_form(arguments.file):
-        plan, made_by, results = _plan(arguments.file, data["plan"]), dict(data["versions"]), list(data["results"])
+        plan = plan_of_file(arguments.file, data["plan"])
+        made_by, results = dict(data["versions"]), list(data["results"])
         names = [dict(zip(ROW, (row[name] for name in ROW), strict=True)) for row in results]
     _check_trust(plan, trust=arguments.trust)
     planned = pieces(plan)
@@ -169,14 +168,6 @@ def _where(row: Mapping[str, Any]) -> str:
         return "-"
     place = "" if difference["at"] is None else f", {difference['count']} throws, first {difference['at']}"
     return f"{difference['column']}{place}: {str(difference['file'])[:20]}, here {str(difference['here'])[:20]}"
-
-
-def _plan(file: Path, plan: Any) -> Plan:
-    try:
-        # A file holds every key of its plan; keys of other kinds of trials, at their defaults, must not count as given.
-        return Plan.model_validate(Plan.model_validate(plan).model_dump(exclude_defaults=True))
-    except ValidationError as error:
-        raise UsageError(f"plan in {str(file)!r}: {describe_problems(error, Plan)}") from None
 
 
 def _check_trust(plan: Plan, *, trust: bool) -> None:

@@ -20,7 +20,7 @@ from ..ground.tables import throws_bar
 from ..jobs.cluster import Needs
 from ..jobs.work import Pool, keep_missing
 from ..judging.trial import Trial
-from ..learning.trained import files_of
+from ..learning.trained import files_of, resolve_task
 from .collection import Collection, ControllerRecipe, unpack_episodes
 from .episodes import Episode
 from .tally import Scores
@@ -29,6 +29,15 @@ EXPERT: Final = "expert"
 """As `--controller`: the controller that `--expert` names."""
 CORE_ATTRIBUTES: Final = ("config", "cell", "item_names")
 """Attributes that the core of an environment must have for a dataset's metadata."""
+
+
+def collection_task(
+    controller: str, env: str | None, level: str | None, mode: str | None
+) -> tuple[str, str | None, str | None]:
+    """Environment id, level and action mode of a collection; level and mode are None for the defaults."""
+    if env is None and not os.path.isdir(policy_place(controller)):
+        env, level = "PnTRelease-v0", "waste" if level is None else level
+    return resolve_task(controller, env, level, mode)
 
 
 @final

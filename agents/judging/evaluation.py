@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import gymnasium as gym
 
-from ..controllers.protocol import Controller, learns
-from ..controllers.state import check_learns
+from ..controllers.protocol import Controller, Learner, learns
+from ..controllers.state import check_learns, practice_steps, save_state
 from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError, at_least
 from ..ground.environments import Env, as_vector, make_vector
@@ -103,9 +104,25 @@ def open_cells(env: str | gym.Env[Any, Any] | Env, options: Mapping[str, Any]) -
             cells.close()
 
 
+class Judgement(NamedTuple):
+    """Record of an evaluation, the number of practice steps before the evaluation, and the conditions in words."""
+
+    record: Record
+    practice: int
+    conditions: str
+
+
 def judge(
-    trial: Trial, controller: Controller, count: int, seed: int, *, practice: int = 0, online: bool = False
-) -> Record:
+    trial: Trial,
+    controller: Controller,
+    count: int,
+    seed: int,
+    *,
+    practice: int | None = None,
+    online: bool = False,
+    load: Path | None = None,
+    save: Path | None = None,
+) -> Judgement:
     """Let a controller practise, then evaluate it, with a progress bar for each.
 
     Args:
@@ -113,15 +130,30 @@ def judge(
         controller: already reset.
         count: number of held-out units.
         seed: seed of the units.
-        practice: number of practice steps.
+        practice: number of practice steps; None for the usual number.
         online: let the controller go on learning during the evaluation.
+        load: file of a state that the controller begins with.
+        save: file to which the learned state is saved.
+
+    Raises:
+        UsageError: practice, `online` or a file is given for a controller that does not learn, or the file does not fit
+            this controller.
     """
+    steps = practice_steps(controller, trial.practice(controller), practice, load, save)
+    check_learns(controller, online=online)
+    name = trial.core.config.name
+    conditions = f"level {name}, {count} {trial.unit}, seed {seed}"
+    conditions += f", after {steps} practice {trial.step}s" if steps else ""
     with throws_bar() as bar:
-        if practice:
-            advance = partial(bar.advance, bar.add_task("practice", total=practice))
-            controller = trial.practise(controller, practice, seed, progress=advance)
+        judged = controller
+        if steps:
+            advance = partial(bar.advance, bar.add_task("practice", total=steps))
+            judged = trial.practise(controller, steps, seed, progress=advance)
         advance = partial(bar.advance, bar.add_task("evaluation", total=count))
-        return trial.run(controller, count, seed, online=online, progress=advance)
+        record = trial.run(judged, count, seed, online=online, progress=advance)
+    if save is not None and isinstance(controller, Learner):
+        save_state(controller, save)
+    return Judgement(record, steps, conditions)
 
 
 def evaluate_all(

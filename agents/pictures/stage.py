@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, final
+from typing import Any, Final, final
 
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.view import record_video
+from pnt_gym.engine import has_display
 
+from ..ground.cli import UsageError
 from ..ground.outputs import deliver
 from ..judging.trials import open_trial
 from ..learning.trained import resolve_task
+
+RATE: Final = 60
+"""Frames per second from which a picture's frame is chosen."""
 
 
 @final
@@ -71,7 +76,32 @@ class Stage:
         """Carry out steps until a picture at a moment [s] can be drawn."""
         self._trial.advance(self.steps, moment)
 
+    def draw(self, file: Path, moment: float) -> None:
+        """Draw the last throw, or the line, at a moment [s], or at its end if the moment is later."""
+        self.advance(moment)
+        deliver(file, lambda path: self._save_picture(path, moment))
+
+    def _save_picture(self, path: Path, moment: float) -> None:
+        from PIL import Image  # noqa: PLC0415 - only pictures need it
+
+        Image.fromarray(self.view.at(moment, RATE)).save(path)
+
     def close(self) -> None:
         """Close the view and the environment; safe to call twice."""
         self.view.close()
         self._trial.close()
+
+
+def load_viewer(kind: str) -> Any:
+    """The module of the live viewer; kind is "native" or "web".
+
+    Raises:
+        UsageError: there is no display for a window, or the platform lacks MuJoCo's Studio.
+    """
+    if kind == "native" and not has_display():
+        raise UsageError("--viewer native needs a display; --viewer web does without one")
+    try:
+        from . import viewer  # noqa: PLC0415 - takes a second, and is not on every platform
+    except ImportError as error:
+        raise UsageError(f"--viewer needs MuJoCo's Studio, which this platform has not ({error})") from None
+    return viewer

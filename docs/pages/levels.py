@@ -10,7 +10,7 @@ import yaml
 from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
-from agents.levels import FAMILIES
+from agents.ground.levels import FAMILIES
 from pnt_gym.cells.base.catalogue import BY_SHAPE
 from pnt_gym.cells.base.config import ROOT, LevelConfig, Section
 from pnt_gym.cells.base.items import Item

@@ -15,7 +15,7 @@ from pnt_gym.planning import MotionLimits
 from pnt_gym.planning.paths import EllipsePath
 
 from .planning.plane import PlanePath, SpacePath, lame_path, line_ellipse_line, rectangle
-from .planning.timing import JointRule, TimedPath, time_path
+from .planning.timing import INTERVALS, JointRule, TimedPath, time_path
 
 HALF_WIDTH: Final = 0.150
 """l of the example [m]: the path is 300 mm wide."""
@@ -82,12 +82,12 @@ class Case:
 
 
 @cache
-def motion(case: Case) -> TimedPath:
+def motion(case: Case, intervals: int | None = None) -> TimedPath:
     """The quickest motion of a case: along y, the workspace's long axis, across the middle, from the belt's height."""
     span: Floats = case.path.end - case.path.start
     pick = np.array([0.0, -0.5 * span[0], BELT])
     placed = SpacePath.between(case.path, pick, pick + np.array([0.0, span[0], span[1]]))
-    return time_path(placed, LIMITS, joints=case.joints)
+    return time_path(placed, LIMITS, joints=case.joints, intervals=intervals or INTERVALS)
 
 
 @cache

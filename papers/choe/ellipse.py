@@ -155,6 +155,7 @@ def _approximation_rows() -> Iterator[Row]:
     error = np.abs(approximate_half_circumference(a, b) - exact)
     # A semi-minor axis near 0 stands for the limit of a flat ellipse, whose exact half circumference is 2 a.
     thin = 1.0 - float(approximate_half_circumference(1.0, 1e-9)) / half_circumference(1.0, 1e-9)
+    yield _bounds_row(a, b, exact)
     note = (
         "a from 5 to 20 and b from 2 to 20, all pairs; the paper's step is not given, here it is 1. Equal within a "
         "whole unit of the last digit, as the printed figures may be cut instead of rounded"
@@ -166,6 +167,26 @@ def _approximation_rows() -> Iterator[Row]:
     yield Row.ours("choe/eq-27/largest-relative-error", float(largest), "%", note=note)
 
 
+def _bounds_row(a: Floats, b: Floats, exact: Floats) -> Row:
+    """Row on Eq. 26, by which the half circumference lies between two bounds; all semi-axes in the paper's range."""
+    lower, upper = np.pi * (a + b) / 2.0, np.pi / np.sqrt(2.0) * np.hypot(a, b)
+    between, alike = (lower < exact) & (exact < upper), a == b
+    # All three are the half circle's length there, so that rounding alone decides which one is greater.
+    equal = np.maximum(np.abs(lower - exact), np.abs(upper - exact))[alike].max()
+    short = approximate_half_circumference(a, b)[~alike] < exact[~alike]
+    return Row.compared(
+        "choe/eq-26/bounds",
+        "L_l < L < L_u",
+        f"in {int(between[~alike].sum())} of {int((~alike).sum())} pairs with a and b different",
+        "-",
+        holds=bool(between[~alike].all()),
+        note=f"a from 5 to 20 and b from 2 to 20, {a.size} pairs; in the {int(alike.sum())} with a = b both bounds are "
+        f"the length but for rounding, {equal:.0e} at most, so there the inequality is not strict. Eq. 27, the middle "
+        f"of the bounds, is too short in {int(short.sum())} of the {short.size} others",
+        largest_difference_of_circles=float(equal),
+    )
+
+
 def _optimum_rows() -> Iterator[Row]:
     """Rows on the optimal angle: the length falls down to the critical angle, and 10 deg is only a step of the grid."""
     angles = np.linspace(CRITICAL + 1e-3, 89.9, 2000)
@@ -174,17 +195,14 @@ def _optimum_rows() -> Iterator[Row]:
     flatter = {angle: example_at(angle).length for angle in (9.5, 9.6)}
     note = "from the critical angle to 90 deg; a^2 = l^2 + l h tan(phi) and b^2 = l^2 - l h cot(phi) both rise"
     yield Row.compared("choe/claim/length-rises-with-the-angle", "yes", rising, "-", note=note)
-    note = (
-        "ellipses of 9.5 and 9.6 deg are shorter than that of 10 deg, which is the step of the plot; the shortest "
-        f"length is the limit, the chord of {CHORD:.5f} m with b = 0"
-    )
     yield Row.compared(
         "choe/claim/optimal-angle",
         10.0,
         CRITICAL,
         "deg",
         holds=example().length <= min(flatter.values()),
-        note=note,
+        note="ellipses of 9.5 and 9.6 deg are shorter than that of 10 deg, which is the step of the plot; the shortest "
+        f"length is the limit, the chord of {CHORD:.5f} m with b = 0",
         lengths_m={f"{angle:g} deg": length for angle, length in flatter.items()},
     )
     note = "below this angle Eq. 27 gives the ellipse a length below the straight line between its ends"

@@ -52,16 +52,13 @@ def _curvature_rows() -> Iterator[Row]:
         f"end of the minor axis, {float(rho[e.point(theta)[:, 1].argmax()]):.4f} m at the top"
     )
     yield Row.compared("choe/claim/speed-peaks-at-the-top", 0.08617, peak, "m", within=0.1 * HALF_WIDTH, note=note)
-    note = (
-        f"the least radius is b^2 / a = {1000.0 * least:.3f} mm at the end of the major axis, at T1 "
-        f"{1000.0 * at_start:.3f} mm"
-    )
     yield Row.compared(
         "choe/claim/least-radius-at-the-start",
         "T1",
         "T1" if at_start <= least else f"{before:.1f} deg before T2",
         "-",
-        note=note,
+        note=f"the least radius is b^2 / a = {1000.0 * least:.3f} mm at the end of the major axis, at T1 "
+        f"{1000.0 * at_start:.3f} mm",
         least_m=least,
         at_t1_m=at_start,
     )
@@ -97,17 +94,14 @@ def _unit_row() -> Row:
     # rho in millimetres is 1000 times the number; steps in degrees are pi / 180 of those in radians.
     rates = {"m and rad": RATE, "mm and rad": 1000.0 * RATE, "mm and deg": 1000.0 * math.radians(RATE)}
     counts = {units: float(example().nodes(rate).theta.size) for units, rate in rates.items()}
-    note = (
-        "r carries 1/m and the control period, neither is given: with rho in millimetres the same r leaves "
-        f"{counts['mm and rad']:.0f} nodes, with degrees too {counts['mm and deg']:.0f}, in metres and radians "
-        f"{counts['m and rad']:.0f} as in the figures"
-    )
     return Row.ours(
         "choe/misprint/step-6-units",
         counts["mm and rad"],
         "nodes",
         beside=f"r = {RATE}",
-        note=note,
+        note="r carries 1/m and the control period, neither is given: with rho in millimetres the same r leaves "
+        f"{counts['mm and rad']:.0f} nodes, with degrees too {counts['mm and deg']:.0f}, in metres and radians "
+        f"{counts['m and rad']:.0f} as in the figures",
         nodes_by_units=counts,
     )
 
@@ -270,13 +264,12 @@ def _angle_rows() -> Iterator[Row]:
         # Twice as many samples halve the largest step of a continuous curve; a jump keeps its size.
         jumps = [float(np.abs(np.diff(values[::every])).max()) for every in (2, 1)]
         smooth = bool(np.isfinite(values).all() and jumps[1] < SMOOTH * jumps[0])
-        note = f"a = 0.3 m, b = 0.05 m, theta from 0 to 180 deg: from {values.min():.4g} to {values.max():.4g} m"
         yield Row.compared(
             f"choe/fig-3/{name}",
             "bounded, continuous",
             "bounded, continuous" if smooth else "jumps",
             "m",
-            note=note,
+            note=f"a = 0.3 m, b = 0.05 m, theta from 0 to 180 deg: from {values.min():.4g} to {values.max():.4g} m",
             least=float(values.min()),
             greatest=float(values.max()),
         )

@@ -84,12 +84,11 @@ def _case_row(group: str, case: Case) -> Row:
     timed_path = motion(case)
     seconds = float(timed_path.duration[0])
     rule = {"strict": "continuous acceleration", "relaxed": "normal acceleration may step"}[case.joints]
-    note = f"one way, {case.label}, {rule}: {30.0 / seconds:.1f} {CYCLES}"
     return Row.ours(
         f"choe/time/{group}/{case.name}",
         seconds,
         "s",
-        note=note,
+        note=f"one way, {case.label}, {rule}: {30.0 / seconds:.1f} {CYCLES}",
         length_m=case.path.length,
         top_m=case.path.top,
         **{f"peak_{peak}": float(ratio[0]) for peak, ratio in zip(PEAKS, timed_path.peak_ratios(LIMITS), strict=True)},

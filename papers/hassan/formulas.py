@@ -30,13 +30,6 @@ HIGH_BIN: Final = 0.2
 """Height of a bin above the ceiling that no slow throw reaches [m]."""
 RULES: Final = PROTOCOLS["paper-clock"].rules
 PICK, TARGET = np.array(PICKS[0]), np.array(TARGETS["inside"])
-THROWS: Final = 2000
-GRID: Final = 300
-STROKES: Final = np.geomspace(1e-3, 5.0, 200)
-"""Strokes P of the S-curve [m]."""
-ROUNDING: Final = 1e-12
-SMALL_GAIN: Final = 0.1
-"""Gain of the cycle time [%] up to which the quickest release counts as the quickest cycle."""
 
 
 def formula_rows() -> list[Row]:

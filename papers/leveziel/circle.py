@@ -103,15 +103,12 @@ def _share_rows(pixel: float) -> Iterator[Row]:
         share_240=100.0 * lower.area,
         inscribed_240_m=lower.inscribed,
     )
-    note = (
-        f"of the radius that fits at -45 deg and z = -220 mm, {1e3 * middle.inscribed:.0f} mm; "
-        f"{100.0 * CIRCLE_RADIUS / home.inscribed:.0f} % at z = -200 mm. The paper names no height"
-    )
     yield Row.ours(
         "leveziel/circle/radius",
         f"{100.0 * CIRCLE_RADIUS / middle.inscribed:.0f} %",
         "-",
-        note=note,
+        note=f"of the radius that fits at -45 deg and z = -220 mm, {1e3 * middle.inscribed:.0f} mm; "
+        f"{100.0 * CIRCLE_RADIUS / home.inscribed:.0f} % at z = -200 mm. The paper names no height",
         inscribed_m=middle.inscribed,
         inscribed_home_m=home.inscribed,
     )

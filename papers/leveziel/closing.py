@@ -84,19 +84,16 @@ def _speed_rows(step: float) -> Iterator[Row]:
     centre = float(closing_time(CENTRE))
     travel = float(np.rad2deg(np.abs(inverse_kinematics(SHUT) - inverse_kinematics(OPENED))).max())
     low, high, beyond = float(within.min()), float(within.max()), float(np.nanmax(seconds))
-    note = (
-        f"from -45 to -60 deg at x = y = 0, z = -200 mm, {travel:.2f} deg of motor at 70 rpm all the way; "
-        f"{1e3 * low:.1f} to {1e3 * high:.1f} ms over the reduced workspace, at the {within.size:,} of "
-        f"{len(positions):,} positions whose closed pose keeps the motors' strokes (up to {1e3 * beyond:.0f} ms at the "
-        "others), so the speed does not explain 60 ms"
-    )
     yield Row.compared(
         "leveziel/closing/speed-limited",
         BOUND,
         centre,
         "s",
         holds=centre < PUBLISHED,
-        note=note,
+        note=f"from -45 to -60 deg at x = y = 0, z = -200 mm, {travel:.2f} deg of motor at 70 rpm all the way; "
+        f"{1e3 * low:.1f} to {1e3 * high:.1f} ms over the reduced workspace, at the {within.size:,} of "
+        f"{len(positions):,} positions whose closed pose keeps the motors' strokes (up to {1e3 * beyond:.0f} ms at the "
+        "others), so the speed does not explain 60 ms",
         smallest=low,
         largest=high,
         largest_beyond_the_strokes=beyond,

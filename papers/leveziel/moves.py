@@ -131,18 +131,15 @@ def _joint_linear_rows(moves: Moves) -> Iterator[Row]:
             f"the path leaves the line by up to {distance:.1f} mm" if distance > 1e-6 else "the path stays on the line"
         )
         length = 1e3 * float(np.linalg.norm(np.subtract(last, first)))
-        note = (
-            f"largest change of theta in a point-to-point motion of the motors over {length:.0f} mm in {name}: "
-            f"{listed}; {path}, and each pad, {claw:.0f} mm below its axis, moves by "
-            f"{claw * np.deg2rad(abs(worst)):.1f} mm"
-        )
         yield Row.compared(
             f"leveziel/moves/joint-linear-{name}",
             0.0,
             worst,
             "deg",
             within=STILL,
-            note=note,
+            note=f"largest change of theta in a point-to-point motion of the motors over {length:.0f} mm in {name}: "
+            f"{listed}; {path}, and each pad, {claw:.0f} mm below its axis, moves by "
+            f"{claw * np.deg2rad(abs(worst)):.1f} mm",
             statement=JOINT_LINEAR,
             by_theta=turns,
             path_m={angle: float(deviation.path) for angle, deviation in deviations.items()},

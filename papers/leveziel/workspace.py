@@ -130,12 +130,11 @@ def _size_rows(step: float) -> Iterator[Row]:
         "base"
     )
     yield Row.ours("leveziel/workspace/volume", space.volume, "m3", note=note, full=full.volume)
-    note = f"of the reduced workspace at -45 deg on a grid of {1e3 * step:.2f} mm"
     yield Row.ours(
         "leveziel/workspace/extent",
         ", ".join(f"{axis} {low:.0f} to {high:.0f} mm" for axis, low, high in ends),
         "-",
-        note=note,
+        note=f"of the reduced workspace at -45 deg on a grid of {1e3 * step:.2f} mm",
         extent=space.extent.tolist(),
     )
 
@@ -174,14 +173,13 @@ def _share_rows(sections: Mapping[str, Section]) -> Iterator[Row]:
     for name, cut in sections.items():
         values = cut.kappa[cut.reduced]
         share = float(100.0 * (values > GOOD).mean())
-        note = f"of the reduced workspace's section at {WHERE[name]}; from {values.min():.3f} to {values.max():.3f}"
         yield Row.compared(
             f"leveziel/fig-5/over-0.5-in-{name}",
             "majority of the surface",
             share,
             "%",
             holds=share > MAJORITY,
-            note=note,
+            note=f"of the reduced workspace's section at {WHERE[name]}; from {values.min():.3f} to {values.max():.3f}",
             smallest=float(values.min()),
             area_m2=float(cut.reduced.sum()) * cut.pixel**2,
         )
@@ -218,18 +216,15 @@ def _singularity_rows(step: float) -> Iterator[Row]:
     anywhere = float(np.rad2deg(first))
     centre = float(singular_angle(CENTRE))
     before, after = (float(singularity([*CENTRE, centre + turn]).value) for turn in (-0.01, 0.01))
-    note = (
-        f"smallest theta with det J_x = 0 at one of the {len(angles):,} positions, strokes kept, to be within "
-        f"{AROUND:g} deg of what the paper calls around 45 deg; {anywhere:.2f} deg between them, at "
-        f"({millimetres(place)}) mm on the edge"
-    )
     yield Row.compared(
         "leveziel/video/first-singular-angle",
         45.0,
         float(np.rad2deg(poses[is_reachable(poses), 3].min())),
         "deg",
         within=AROUND,
-        note=note,
+        note=f"smallest theta with det J_x = 0 at one of the {len(angles):,} positions, strokes kept, to be within "
+        f"{AROUND:g} deg of what the paper calls around 45 deg; {anywhere:.2f} deg between them, at "
+        f"({millimetres(place)}) mm on the edge",
         anywhere=anywhere,
         position=place.tolist(),
     )

@@ -147,6 +147,7 @@ def figure_10_rows(curves: Mapping[float, Misses]) -> list[Row]:
                 unit,
                 holds=last[name] < bound,
                 note=where,
+                gains=list(GAINS[NO_OVERSHOOT]),
             )
             for name, bound, unit in bounds
         ),

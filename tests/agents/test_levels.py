@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from agents.levels import FAMILIES, shipped_levels
+from agents.ground.levels import FAMILIES, shipped_levels
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.reading import yaml_of
 from tests.tools.commands import output_of, refused

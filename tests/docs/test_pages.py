@@ -13,7 +13,7 @@ import pnt_gym
 from agents.controllers import NAMES
 from agents.dispatchers.registry import NAMES as LINE_NAMES
 from agents.ground.console import COMMANDS
-from agents.levels import FAMILIES
+from agents.ground.levels import FAMILIES
 from agents.reproduce.papers import PAPERS, package
 from docs.pages import (
     breaks,

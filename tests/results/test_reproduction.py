@@ -9,7 +9,7 @@ import pytest
 
 from agents.ground.files import read_json
 from agents.ground.places import SHIPPED as ROOT
-from agents.reproduce.finding import Verdict, agree
+from agents.reproduce.finding import Verdict, agree, printed
 from agents.reproduce.papers import PAPERS
 
 DATA: dict[str, Any] = read_json(ROOT / "results" / "reproduction.json")
@@ -50,6 +50,50 @@ def test_every_paper_is_in_it_with_its_drawings() -> None:
         assert names
         for name in names:
             assert (ROOT / "results" / "figures" / name).is_file()
+
+
+AUDITED = (
+    ("table1/constant-jerk-stops/mean-difference", "reproduced", 7.9, 1),
+    ("table1/constant-jerk-stops/worst-difference", "reproduced", 13.0, 1),
+    ("table1/constant-jerk-overlap/mean-difference", "reproduced", 4.76, 2),
+    ("table1/constant-jerk-overlap/worst-difference", "reproduced", 8.86, 2),
+    ("table1/constant-jerk-overlap/peak-acceleration", "reproduced", 1.00, 2),
+    ("table1/constant-jerk-overlap/peak-jerk", "reproduced", 1.61, 2),
+    ("hassan/free-return/min-time-throw/inside/40", "reproduced", 102.7, 1),
+    ("hassan/free-return/min-time-throw/inside/40", "with_stops", 89.0, 1),
+    ("hassan/free-return/pick-and-place-rises", "reproduced", 0.18, 2),
+    ("hassan/inconsistency/gain-proposed-over-pick-and-place", "reproduced", 57.5, 1),
+    ("hassan/inconsistency/gain-proposed-over-existing", "reproduced", 37.5, 1),
+    ("hassan/inconsistency/clock-figure-12", "reproduced", 2.95, 2),
+    ("choe/time/fig-8/proposed-strict", "with_half_the_intervals", 0.482, 3),
+    ("choe/time/fig-8/proposed-relaxed", "reproduced", 0.358, 3),
+    ("choe/time/fig-8/equal-tops/symmetric-ellipse-strict", "reproduced", 0.511, 3),
+    ("choe/time/fig-8/equal-tops/symmetric-ellipse-relaxed", "reproduced", 0.423, 3),
+    ("choe/time/fig-8/equal-tops/lame-d50mm-strict", "reproduced", 0.462, 3),
+    ("choe/time/fig-8/equal-tops/lame-d150mm-strict", "reproduced", 0.463, 3),
+    ("choe/time/fig-8/equal-crests/lame-d50mm-strict", "reproduced", 0.460, 3),
+    ("choe/time/fig-8/equal-crests/lame-d150mm-strict", "reproduced", 0.455, 3),
+    ("miyashita/fig-7/without-margin", "reproduced", 0.00, 2),
+    ("leveziel/closing/speed-limited", "smallest", 0.0111, 4),
+    ("leveziel/closing/speed-limited", "largest", 0.0208, 4),
+    ("leveziel/closing/speed-limited", "largest_beyond_the_strokes", 0.03848, 5),
+    ("leveziel/cycle/angle-change-in-closed-form", "reproduced", 4.0, 1),
+    ("leveziel/cycle/angle-change", "reproduced", 5.25, 2),
+)
+"""Figures that an audit with code of its own found: quantity, entry, value and printed decimals."""
+
+
+@pytest.mark.parametrize(("quantity", "entry", "value", "digits"), AUDITED)
+def test_figures_are_those_of_an_independent_audit(quantity: str, entry: str, value: float, digits: int) -> None:
+    assert agree(value, ROWS[quantity][entry], printed(digits))
+
+
+def test_an_audit_of_fig_7b_is_like_one_of_the_samples() -> None:
+    """352 of the audit's 400 guesses led to a motion, and 97.7 % of these lay within 1 mN m of zero."""
+    row = ROWS["miyashita/fig-7/without-margin"]
+    assert row["starts"] == 400
+    for entry, value in (("motions_by_sample", 352), ("shares_by_sample", 97.7)):
+        assert min(row[entry]) < value < max(row[entry])
 
 
 def test_dwells_are_counted() -> None:

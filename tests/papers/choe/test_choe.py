@@ -2,14 +2,13 @@
 
 import math
 import re
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 import pytest
 
 from agents.reproduce.finding import Row
 from papers.choe import PARTS, cases, ellipse, simulated, speed
-from papers.choe.planning.timing import time_path
 from pnt_gym.planning.paths import EllipsePath
 from tests.tools.nightly import with_nightly
 from tests.tools.reproduced import assert_plain
@@ -41,7 +40,7 @@ COARSE = 120
 def coarse():
     """Times paths on fewer intervals, and forgets them in the end."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cases, "time_path", partial(time_path, intervals=COARSE))
+        patch.setattr(cases, "INTERVALS", COARSE)
         cases.motion.cache_clear()
         yield
     cases.motion.cache_clear()
@@ -132,6 +131,14 @@ def test_what_is_wrong_in_the_example_is_corrected(quantity, published, value, t
     assert r.published == published
     assert r.reproduced == pytest.approx(value, abs=tolerance)
     assert r.verdict == ("differs" if quantity.startswith("claim") else "misprint")
+
+
+def test_half_the_circumference_lies_between_the_bounds_except_for_circles():
+    bounds = row("length", "eq-26/bounds")
+    assert bounds.verdict == "reproduced"
+    assert bounds.reproduced == "in 288 of 288 pairs with a and b different"
+    assert 0.0 < bounds.details["largest_difference_of_circles"] < 1e-13
+    assert bounds.note.endswith("too short in 288 of the 288 others")
 
 
 def test_the_approximation_and_the_rule_of_whole_degrees():
@@ -307,6 +314,9 @@ def test_the_proposed_curve_beats_the_lame_curves_only_if_the_acceleration_steps
             for rule in ("strict", "relaxed")
         }
         assert [pair for pair, verdict in claims.items() if verdict != "reproduced"] == [("lame", "strict")]
+    for rule, coarse in (("strict", 0.4818), ("relaxed", 0.3582)):
+        proposed = row("fig-8-times", f"time/fig-8/proposed-{rule}")
+        assert proposed.details["with_half_the_intervals"] == pytest.approx(coarse, abs=1e-4)
 
 
 def test_claims_on_height_acceleration_and_real_time():

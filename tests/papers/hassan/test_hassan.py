@@ -197,6 +197,13 @@ def test_the_table_cannot_tell_how_the_jerk_is_meant(inconsistencies):
         assert row.details["worst_difference_percent"] == pytest.approx(worst, abs=0.006)
 
 
+def test_a_free_way_back_is_quicker_than_stops_and_rises_above_the_papers_lift(inconsistencies):
+    throw = inconsistencies["hassan/free-return/min-time-throw/inside/40"]
+    assert throw.verdict == "ours"
+    assert (throw.reproduced, throw.details["with_stops"]) == pytest.approx((102.7, 89.0), abs=0.05)
+    assert inconsistencies["hassan/free-return/pick-and-place-rises"].reproduced == pytest.approx(0.18, abs=0.005)
+
+
 def test_figure_12_fits_the_constant_jerk_and_not_the_paper_clock(fig_12):
     by_name = {name.removeprefix("hassan/figure-12/"): row for name, row in fig_12.items()}
     assert by_name["constant-jerk-overlap/peak-acceleration"].reproduced == pytest.approx(36.0, abs=1e-6)
