@@ -63,7 +63,7 @@ def network(settings: Settings, amount: Amount) -> Figures:
     columns = None if settings["colour"] else DEPTH_ALONE
     practice = _practice(settings["tries"], settings["seed"], columns)
     scenes, features = _scenes(settings["kinds"], amount)
-    places = network_places(features, practice.network, columns)
+    places = network_places(features, practice.network)
     last = practice.held[-settings["tries"] // 5 :]
     return {**_figures(settings["kinds"], scenes, scenes.try_places(places)), "held_in_last_tries": float(last.mean())}
 
