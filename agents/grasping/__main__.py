@@ -30,6 +30,8 @@ class Arguments:
     """Kinds of objects to try places on."""
     tries: int = 20_000
     """Tries, of which the first 30 % are at random places."""
+    sees: Literal["all", "local", "depth"] = "local"
+    """What the networks see: all features, those without the colours of the whole object, or depths alone."""
     seed: int = 0
     """Seed of objects, places and networks."""
     out: Annotated[Path | None, option("none", "FILE.npz")] = None
@@ -44,9 +46,10 @@ def main(arguments: Arguments) -> None:
     check_ending("--out", arguments.out, (".npz",))
     check_writable(arguments.out)
     check_libraries("torch")
-    from .practice import practise  # noqa: PLC0415 - help comes first
+    from .features import SIGHTS  # noqa: PLC0415 - help comes first
+    from .practice import practise  # noqa: PLC0415 - as above
 
-    practice = practise(arguments.kinds, arguments.tries, arguments.seed)
+    practice = practise(arguments.kinds, arguments.tries, arguments.seed, SIGHTS[arguments.sees])
     count = max(arguments.tries // 5, 1)
     first, last = practice.held[:count].mean(), practice.held[-count:].mean()
     print(f"held: {first:.1%} of the first {count} tries, {last:.1%} of the last")
