@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from ..ground.cli import at_least, check_libraries, option, run
 from ..ground.outputs import check_ending, check_writable, deliver
@@ -34,6 +34,8 @@ class Arguments:
     """Level of PnTGrasp-v0 with surfaces, on whose objects places are tried."""
     tries: int = 20_000
     """Tries, of which the first 30 % are at random places."""
+    sees: Literal["all", "local", "depth"] = "local"
+    """What the networks see: all features, those without the colours of the whole object, or depths alone."""
     seed: int = 0
     """Seed of objects, places and networks."""
     out: Annotated[Path | None, option("none", "FILE.npz")] = None
@@ -48,9 +50,10 @@ def main(arguments: Arguments) -> None:
     check_ending("--out", arguments.out, (".npz",))
     check_writable(arguments.out)
     check_libraries("torch")
-    from .practice import practise  # noqa: PLC0415 - help comes first
+    from .features import SIGHTS  # noqa: PLC0415 - help comes first
+    from .practice import practise  # noqa: PLC0415 - as above
 
-    practice = practise(arguments.level, arguments.tries, arguments.seed)
+    practice = practise(arguments.level, arguments.tries, arguments.seed, SIGHTS[arguments.sees])
     count = max(arguments.tries // 5, 1)
     first, last = practice.held[:count].mean(), practice.held[-count:].mean()
     print(f"held: {first:.1%} of the first {count} tries, {last:.1%} of the last")

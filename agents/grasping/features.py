@@ -16,9 +16,16 @@ NAMES: Final = (
     "axis_distance", "object_gray", "object_warm", "object_valid", "object_area", "object_top", "object_length", "cup",
 )  # fmt: skip
 """Names of the features: `in` under the lip, `out` with a ring of 9 mm around the lip."""
-COLOURS: Final = ("gray_in", "warm_in", "gray_texture", "warm_texture", "gray_step", "warm_step", "object_gray",
-                  "object_warm")  # fmt: skip
+OF_KIND: Final = ("object_gray", "object_warm")
+"""Colours of the whole object, by which a network recognises kinds; on unseen kinds such knowledge misleads."""
+COLOURS: Final = (*OF_KIND, "gray_in", "warm_in", "gray_texture", "warm_texture", "gray_step", "warm_step")
 """Features that a camera of depths alone does not see."""
+SIGHTS: Final = {
+    "all": tuple(range(len(NAMES))),
+    "local": tuple(k for k, name in enumerate(NAMES) if name not in OF_KIND),
+    "depth": tuple(k for k, name in enumerate(NAMES) if name not in COLOURS),
+}
+"""Columns of the features that a network sees, by name."""
 MOST_PIXELS: Final = 48 * 48
 CHUNK: Final = 256
 """Pictures whose features are computed at once, to bound the memory."""

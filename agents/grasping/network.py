@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
 from ..policies.networks import Dense, Layers, arrays_by_name, layers_of, numbers_of, run_layers, sigmoid
+from .features import NAMES
 
 MEMBERS: Final = 4
 WIDTH: Final = 32
 BATCH: Final = 256
-ARRAY: Final = re.compile(r"(?:weight|bias)_\d_of_\d|centre|scale")
+ARRAY: Final = re.compile(r"(?:weight|bias)_\d_of_\d|columns|centre|scale")
 """Pattern of the names of the arrays in a file."""
 
 
@@ -28,12 +29,16 @@ class PlaceNetwork:
     """Networks with two hidden layers, fitted together by the same tries in different orders.
 
     Torch fits the networks; NumPy computes them.
+
+    Args:
+        columns: features that the networks see, as indices into `features.NAMES`; None for all.
     """
 
     libraries: tuple[str, ...] = ("torch",)
     """Optional libraries by which it fits."""
 
-    def __init__(self) -> None:
+    def __init__(self, columns: Sequence[int] | None = None) -> None:
+        self._columns: Ints = np.arange(len(NAMES)) if columns is None else np.array(columns, dtype=np.int64)
         self._members: tuple[Layers, ...] = ()
         self._centre, self._scale = np.zeros(0), np.ones(0)
 
@@ -46,6 +51,7 @@ class PlaceNetwork:
         """Fit the networks to features (N, D) and worths of tries (N,), each 0 to 1."""
         import torch  # noqa: PLC0415 - a second to import, needed for fitting only
 
+        features = features[:, self._columns]
         self._centre, self._scale = features.mean(axis=0), features.std(axis=0) + 1e-3
         x = torch.as_tensor((features - self._centre) / self._scale, dtype=torch.float32)
         y = torch.as_tensor(worth, dtype=torch.float32)
@@ -59,7 +65,7 @@ class PlaceNetwork:
 
     def predict(self, features: Floats) -> Floats:
         """Expected worths (T,) of tries at places with features (T, D)."""
-        values = (features - self._centre) / self._scale
+        values = (features[:, self._columns] - self._centre) / self._scale
         total = np.zeros(len(features))
         for layers in self._members:
             total += sigmoid(run_layers(layers, "SiLU", values)[:, 0])
@@ -68,10 +74,10 @@ class PlaceNetwork:
     def state(self) -> dict[str, Any]:
         """Arrays by name, for a file."""
         arrays = {f"{name}_of_{k}": a for k, one in enumerate(self._members) for name, a in arrays_by_name(one).items()}
-        return {**arrays, "centre": self._centre, "scale": self._scale}
+        return {**arrays, "columns": self._columns, "centre": self._centre, "scale": self._scale}
 
     def restore(self, state: Mapping[str, NDArray[Any]]) -> None:
-        """Load a fit.
+        """Load a fit; without the array `columns`, the networks see all features.
 
         Raises:
             ValueError: arrays that do not fit together.
@@ -83,7 +89,12 @@ class PlaceNetwork:
             members.append(
                 layers_of({n.removesuffix(ending): a for n, a in state.items() if n.endswith(ending)}, np.float64)
             )
-        self._members = tuple(members)
+        columns = numbers_of(state.get("columns", np.arange(len(NAMES))), 1, np.int64).astype(np.int64)
+        if any(layers[0].weight.shape[1] != len(columns) for layers in members) or not set(columns) <= set(
+            range(len(NAMES))
+        ):
+            raise ValueError("features that do not fit to the layers")
+        self._members, self._columns = tuple(members), columns
         self._centre, self._scale = (numbers_of(state[name], 1, np.float64) for name in ("centre", "scale"))
 
     def save(self, path: Path) -> None:

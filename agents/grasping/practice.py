@@ -51,7 +51,7 @@ def practise(level: str, tries: int, seed: int, columns: tuple[int, ...] | None 
         seed: seed of objects, places and networks.
         columns: features that the network sees; None for all.
     """
-    network, rng = PlaceNetwork(), np.random.default_rng([seed, 2])
+    network, rng = PlaceNetwork(columns), np.random.default_rng([seed, 2])
     rounds = tuple((size, 1000 * (seed + 1) + k) for k, size in enumerate(_rounds(tries)))
     practice = Practice(
         network, np.empty((0, len(NAMES))), np.empty(0), np.empty(0, bool), np.empty((0, 2), int), rounds
@@ -59,7 +59,7 @@ def practise(level: str, tries: int, seed: int, columns: tuple[int, ...] | None 
     for k, (size, own) in enumerate(rounds, 1):
         scenes = Scenes.draw(level, size, own)
         features = place_features(scenes.images, scenes.radius)
-        rows = _choose(features, network, rng, columns)
+        rows = _choose(features, network, rng)
         tried = scenes.try_places(features.places()[rows])
         practice = replace(
             practice,
@@ -69,22 +69,18 @@ def practise(level: str, tries: int, seed: int, columns: tuple[int, ...] | None 
             pixel=np.concatenate([practice.pixel, features.pixel[rows]]),
         )
         steps = STEPS if k == len(rounds) else QUICK_STEPS
-        network.fit(_select(practice.values, columns), practice.worth, seed, steps)
+        network.fit(practice.values, practice.worth, seed, steps)
     return practice
 
 
-def worth_maps(features: PlaceFeatures, network: PlaceNetwork, columns: tuple[int, ...] | None = None) -> Floats:
+def worth_maps(features: PlaceFeatures, network: PlaceNetwork) -> Floats:
     """Expected worths of tries in pictures (N, 48, 48), averaged over the error of the cup's place."""
-    return blur_maps(features.maps(network.predict(_select(features.values, columns)), 0.0))
+    return blur_maps(features.maps(network.predict(features.values), 0.0))
 
 
-def network_places(features: PlaceFeatures, network: PlaceNetwork, columns: tuple[int, ...] | None = None) -> Floats:
+def network_places(features: PlaceFeatures, network: PlaceNetwork) -> Floats:
     """The places with the highest expected worths (N, 2) [m]."""
-    return best_places(worth_maps(features, network, columns))
-
-
-def _select(values: Floats, columns: tuple[int, ...] | None) -> Floats:
-    return values if columns is None else values[:, list(columns)]
+    return best_places(worth_maps(features, network))
 
 
 def _rounds(tries: int) -> list[int]:
@@ -94,14 +90,12 @@ def _rounds(tries: int) -> list[int]:
     return [first, *[min(ROUND, remaining - k) for k in range(0, remaining, ROUND)]]
 
 
-def _choose(
-    features: PlaceFeatures, network: PlaceNetwork, rng: np.random.Generator, columns: tuple[int, ...] | None
-) -> Ints:
+def _choose(features: PlaceFeatures, network: PlaceNetwork, rng: np.random.Generator) -> Ints:
     """Rows of one place in each picture (N,): random without a fit, else mostly by the softmax of the worths."""
     # The largest of scores with Gumbel noise is a draw from their softmax.
     score = rng.gumbel(size=len(features.picture))
     if network.is_fitted:
-        maps = worth_maps(features, network, columns)
+        maps = worth_maps(features, network)
         worth = maps[features.picture, features.pixel[:, 0], features.pixel[:, 1]]
         learned = rng.random(features.pictures) >= EXPLORES
         score += learned[features.picture] * worth / TEMPERATURE

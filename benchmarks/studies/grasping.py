@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from agents.grasping.features import COLOURS, NAMES, PlaceFeatures, place_features
+from agents.grasping.features import SIGHTS, PlaceFeatures, place_features
 from agents.grasping.practice import Practice, network_places, practise
 from agents.grasping.rules import COLOURED, TUNED, centroid_places, flattest_places, oracle_places, rule_places
 from agents.grasping.scenes import Scenes, Tries
@@ -26,7 +26,6 @@ PLACES: Final[dict[str, Callable[[Scenes, PlaceFeatures], Floats]]] = {
     "oracle": lambda scenes, features: oracle_places(scenes),
 }
 """Rules, and the oracle, by their names in a plan."""
-DEPTH_ALONE: Final = tuple(k for k, name in enumerate(NAMES) if name not in COLOURS)
 
 
 @cache
@@ -37,9 +36,9 @@ def _scenes(level: str, amount: Amount) -> tuple[Scenes, PlaceFeatures]:
 
 
 @cache
-def _practice(tries: int, seed: int, columns: tuple[int, ...] | None) -> Practice:
+def _practice(tries: int, seed: int, sees: str) -> Practice:
     """A network that learned on seen kinds."""
-    return practise("grasp", tries, seed, columns)
+    return practise("grasp", tries, seed, SIGHTS[sees])
 
 
 def place(settings: Settings, amount: Amount) -> Figures:
@@ -57,13 +56,12 @@ def network(settings: Settings, amount: Amount) -> Figures:
     """Tries at the places of a network that learned from tries on seen kinds.
 
     Args:
-        settings: `kinds`; `tries`; `seed` of the tries; `colour`, whether the network sees colours.
+        settings: `kinds`; `tries`; `seed` of the tries; `sees`, one of `SIGHTS`.
         amount: objects.
     """
-    columns = None if settings["colour"] else DEPTH_ALONE
-    practice = _practice(settings["tries"], settings["seed"], columns)
+    practice = _practice(settings["tries"], settings["seed"], settings["sees"])
     scenes, features = _scenes(settings["kinds"], amount)
-    places = network_places(features, practice.network, columns)
+    places = network_places(features, practice.network)
     last = practice.held[-settings["tries"] // 5 :]
     return {**_figures(scenes, scenes.try_places(places)), "held_in_last_tries": float(last.mean())}
 

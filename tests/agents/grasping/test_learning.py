@@ -83,18 +83,21 @@ def chances(count=2000):
 def test_a_network_learns_a_chance_and_keeps_it_in_a_file(tmp_path):
     pytest.importorskip("torch")
     values, chance, worth = chances()
-    network = PlaceNetwork()
+    network = PlaceNetwork([0, 1, 5])
     assert not network.is_fitted
     network.fit(values, worth, seed=0, steps=400)
     assert np.corrcoef(network.predict(values), chance)[0, 1] > 0.8
     network.save(tmp_path / "places.npz")
     other = PlaceNetwork.load(tmp_path / "places.npz")
     assert same_bits(other.predict(values), network.predict(values))
-    again = PlaceNetwork()
+    again = PlaceNetwork([0, 1, 5])
     again.fit(values, worth, seed=0, steps=400)
     assert same_bits(again.predict(values), network.predict(values))
+    unseen = np.where(np.isin(np.arange(len(NAMES)), [0, 1, 5]), values, 100.0)
+    assert same_bits(other.predict(unseen), network.predict(values))
+    np.savez(tmp_path / "wide.npz", **{**network.state(), "columns": np.array([0, 1, 99])})
     np.savez(tmp_path / "less.npz", **{n: a for n, a in network.state().items() if n != "bias_1_of_2"})
-    for name in ("less.npz", "none.npz"):
+    for name in ("less.npz", "wide.npz", "none.npz"):
         with pytest.raises(UsageError, match=r"holds no networks that choose places\Z"):
             PlaceNetwork.load(tmp_path / name)
 
@@ -135,13 +138,13 @@ def test_maps_of_pixels_learn_what_a_pixel_shows(scenes, features):
     worth = (bright[np.arange(500), pixel[:, 0], pixel[:, 1]] > 0.5).astype(np.float64)
     patches, inside = cut_patches(maps, pixel)
     network = PlaceMaps()
-    network.fit(patches, inside, worth, seed=0, epochs=25)
+    network.fit(patches, inside, worth, seed=0, epochs=60)
     expected = network.predict(maps)
     assert expected.shape == (500, 48, 48)
     row, column = features.pixel.T
     seen = expected[features.picture, row, column]
     is_bright = bright[features.picture, row, column] > 0.5
-    assert seen[is_bright].mean() > seen[~is_bright].mean() + 0.5
+    assert seen[is_bright].mean() > seen[~is_bright].mean() + 0.35
     assert network.places(maps, features).shape == (500, 2)
 
 
