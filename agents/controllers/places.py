@@ -16,7 +16,7 @@ from ..grasping.practice import network_places
 from ..grasping.rules import COLOURED, TUNED, centroid_places, flattest_places, oracle_places, rule_places
 from ..grasping.scenes import Scenes
 from ..ground.cli import UsageError
-from ..ground.places import GRASPING
+from ..ground.places import GRASPING, at
 from .protocol import Observation
 
 Choice: TypeAlias = Callable[[PlaceFeatures], Floats]
@@ -95,5 +95,5 @@ def local_mlp(core: GraspCore, file: str | Path = GRASPING / "local_mlp.npz") ->
     Raises:
         UsageError: there is no such file, or the file holds no network.
     """
-    network = PlaceNetwork.load(Path(file))
+    network = PlaceNetwork.load(at(file))
     return PicturePlaces(core, lambda features: network_places(features, network))
