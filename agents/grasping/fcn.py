@@ -63,8 +63,8 @@ def learn_maps(practice: Practice, level: str, *, with_features: bool, seed: int
         parts.append(cut_patches(maps, practice.pixel[begin : begin + count]))
         begin += count
     network = PlaceMaps()
-    patches, pixel = (np.concatenate([part[k] for part in parts]) for k in range(2))
-    network.fit(patches, pixel, practice.worth, seed, epochs)
+    patches = np.concatenate([patches for patches, _ in parts])
+    network.fit(patches, np.concatenate([pixel for _, pixel in parts]), practice.worth, seed, epochs)
     return network
 
 
