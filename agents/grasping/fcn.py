@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
 
-from .features import NAMES, PlaceFeatures
+from .features import NAMES, PlaceFeatures, place_features
 from .maps import best_places, blur_maps
+from .practice import Practice
+from .scenes import Scenes
 
 CHANNELS: Final = 24
 PATCH: Final = 20
@@ -48,6 +50,22 @@ def cut_patches(maps: NDArray[np.float32], pixel: Ints) -> tuple[NDArray[np.floa
     picture = np.arange(len(maps))[:, None, None]
     patches = padded[picture, :, rows[:, :, None], columns[:, None, :]]
     return np.moveaxis(patches, -1, 1), pixel + PATCH - begin
+
+
+def learn_maps(practice: Practice, level: str, *, with_features: bool, seed: int, epochs: int) -> PlaceMaps:
+    """Fit the network to the tries of a practice on a level, from pixels alone or with the features of places."""
+    parts: list[tuple[NDArray[np.float32], Ints]] = []
+    begin = 0
+    for count, own in practice.rounds:
+        scenes = Scenes.draw(level, count, own)
+        features = place_features(scenes.images, scenes.radius) if with_features else None
+        maps = input_maps(scenes.images, scenes.radius, features)
+        parts.append(cut_patches(maps, practice.pixel[begin : begin + count]))
+        begin += count
+    network = PlaceMaps()
+    patches = np.concatenate([patches for patches, _ in parts])
+    network.fit(patches, np.concatenate([pixel for _, pixel in parts]), practice.worth, seed, epochs)
+    return network
 
 
 @final
