@@ -29,8 +29,11 @@ from .card import Card, usual_card
 from .loop import Progress, practise
 from .record import Record
 
-EXPERTS: Final[Mapping[str, str]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), str(POLICY))
-"""Folders of the shipped policies, by the environment in which each is the expert."""
+EXPERTS: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), str(POLICY)),
+    "PnTGrasp-v0": "oracle_grasp",
+}
+"""Folders of the shipped policies, or names of controllers, by the environment in which each is the expert."""
 
 
 class Trial(ABC):

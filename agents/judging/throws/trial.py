@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, final
 
+from gymnasium.spaces import Box
+
 from ...controllers.adaptive import PRETRAINED, has_feedback
 from ...controllers.protocol import Controller
 from ...ground.cli import UsageError
@@ -59,6 +61,19 @@ class ThrowTrial(Trial):
         """The planner, the base controller of the policy, and a virtual goal where actions correct a measured error."""
         learning = {"virtual_goal": PRACTICE} if self.core.action_mode in self.core.shift_modes else {}
         return {"analytic": 0, **learning, run_args["over"]: 0}
+
+    def check_training(self, run_args: Mapping[str, Any]) -> None:
+        """Make sure that a training learns from observations that are vectors.
+
+        Raises:
+            UsageError: the algorithm does not fit, or observations hold pictures.
+        """
+        super().check_training(run_args)
+        if not isinstance(self.core.observation_space, Box):
+            raise UsageError(
+                f"observations of {run_args['env']} hold pictures, and training here learns from vectors alone; "
+                "docs/grasp.md shows how to learn where to grasp, and stable-baselines3 on pictures"
+            )
 
     def steps(self, controller: Controller, seed: int) -> Iterator[Throws]:
         """Throws of one cell, endlessly, one after the other."""

@@ -8,7 +8,6 @@ from typing import Final, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, join_columns, replace_rows, take
-from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import picked
 from pnt_gym.cells.conveyor.objects.drawing import release_delay, spin_at_grasp
@@ -79,10 +78,8 @@ class Grasper:
     """
 
     def __init__(self, config: GraspConfig, planner: PickPlanner) -> None:
-        items = config.item_list()
         self._config, self._planner = config, planner
-        self._clings = item_arrays(items).clings
-        self.surfaces = surface_table(items)
+        self.surfaces = surface_table(config.item_list())
 
     def grasp(self, context: Context, place: Floats, number: Ints) -> tuple[Context, Floats]:
         """Grasp objects.
@@ -171,12 +168,12 @@ class Grasper:
         Of the grasp offset the sensors do not see a part, `unseen` (N, 2) [m].
         """
         config, seen = self._config, objects.measured
-        mean = release_delay(force, objects.mass, config.suction) + self._clings[objects.kind]
+        before, after = (release_delay(seal, objects.mass, config.suction) for seal in (objects.seal, force))
         return objects.replace(
             grasp=grasp,
             spin=spin_at_grasp(objects, grasp, config, force),
             seal=force,
-            delay=np.maximum(config.mismatch * mean + objects.jitter, 0.0),
+            delay=np.maximum(objects.delay + config.mismatch * (after - before), 0.0),
             pick_draw=np.where(holds, 1.0, -1.0),
             measured=seen.replace(seal=seen.seal * (force / objects.seal), grasp_noise=seen.grasp_noise - unseen),
         )
