@@ -22,6 +22,7 @@ from pnt_gym.cells.conveyor.movers.tracking import TrackingMover
 from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, ObjectMaker, SideDraws
 from pnt_gym.cells.conveyor.objects.fill import draw_fill, fixed_areas, mean_volumes
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.off import apply_off
 from pnt_gym.cells.conveyor.throwable import is_throwable
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
@@ -160,6 +161,7 @@ class PickPlanner:
             ceiling=ceiling,
             belt=self.config.belt,
         )
+        context = apply_off(context, self.config)
         return (context, choice.good) if choice else self._try_bins(context, bins, can_hold)
 
     def _try_bins(self, context: Context, bins: BinsInTurn, can_hold: Bools) -> tuple[Context, Bools]:

@@ -16,6 +16,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context, HiddenDrift, LastThrow
 from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
 from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, SHIFT_TABLE, TABLE
+from pnt_gym.cells.conveyor.off import constant_drift, unseen_grasp
 from pnt_gym.cells.conveyor.outcome import Outcome
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -171,12 +172,14 @@ def make_drift(config: ConveyorConfig, generators: Generators, feedback: bool) -
 
 
 def apply_drift(context: Context, now: HiddenDrift, config: ConveyorConfig) -> Context:
-    """Picks with hidden drift: release delay, spin and grasp offset change, measurements do not."""
-    objects, offset = context.objects, now.camera.copy()
-    offset[:, 0] += now.encoder * (context.pick[:, 0] - config.belt.camera_x)
+    """Picks with hidden drift beside the constants of `off`: delay, spin and grasp change, measurements do not."""
+    objects, constants = context.objects, constant_drift(config, len(context.pick))
+    total = HiddenDrift(*(part + drift for part, drift in zip(constants, now, strict=True)))
+    before, unseen = (unseen_grasp(hidden, context.pick, config.belt) for hidden in (constants, total))
+    planned = objects.replace(grasp=objects.grasp + before)
     delay = np.maximum(objects.delay + now.delay, 0.0)
-    spin = spin_at_grasp(objects, objects.grasp + offset, config)
-    return context.replace(objects=objects.replace(delay=delay, spin=spin), drift=now, unseen=offset)
+    spin = spin_at_grasp(planned, objects.grasp + unseen, config)
+    return context.replace(objects=objects.replace(delay=delay, spin=spin), drift=total, unseen=unseen)
 
 
 def remember_throws(context: Context, plans: ReleaseBatch, is_visible: Bools, error: Floats, gone: Floats) -> LastThrow:
