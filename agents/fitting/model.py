@@ -16,13 +16,14 @@ from pnt_gym.cells.base.items import ItemTable, item_arrays
 from pnt_gym.cells.base.settling import Airborne
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.hold import Grips, seal_chance, true_hold
+from pnt_gym.cells.conveyor.cup.hold import Grips, true_hold
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.free import cross_rims
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.objects.drawing import random_spin, release_delay, spin_at_grasp
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Draws, Measured, Objects
-from pnt_gym.cells.conveyor.off import apply_off
+from pnt_gym.cells.conveyor.objects.outline import inside_outline
+from pnt_gym.cells.conveyor.off import apply_off, constant_drift, unseen_grasp
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.straight.plan import ReleaseBatch
@@ -49,7 +50,9 @@ class Outcomes:
     """Predicted outcomes of M throws."""
 
     landing: Floats
-    """Where an object that is thrown crosses the plane of the rims (M, 2) [m]."""
+    """Where an object that is thrown, and not touched again, crosses the plane of the rims (M, 2) [m]."""
+    touched: Bools
+    """Whether the cup touches the object again after the release (M,)."""
     sealed: Floats
     """Chance that the cup seals (M,)."""
     held: Bools
@@ -112,22 +115,33 @@ class ThrowModel:
         if any(draught):
             wind = np.tile(np.array(draught), (len(context.pick), 1))
             context = context.replace(drift=context.drift._replace(draught=wind))
-        return self._fly(context, self._hidden["mean"].row, config)
+        return self._fly(context, self._hidden["mean"].row, config)[0]
 
     def outcomes(self, config: ConveyorConfig) -> Outcomes:
         """Outcomes (N x K,) of throws at the draws of their hidden values, K of each throw in a row."""
         context, row = self._context("draws", config), self._hidden["draws"].row
-        return Outcomes(self._fly(context, row, config), self._seals(context, config), self._holds(context, row, config))
+        landing, touched = self._fly(context, row, config, watch=True)
+        return Outcomes(landing, touched, self.seals(config), self._holds(context, row, config))
 
     def seals(self, config: ConveyorConfig) -> Floats:
         """Chances that the cups seal at the draws of hidden values (N x K,)."""
-        return self._seals(self._context("draws", config), config)
+        if not config.pick.fails:
+            return np.ones(len(self._hidden["draws"].row))
+        chance = self.chances[self._objects["draws"].kind] * self._overhangs(config)
+        return np.clip(1.0 - config.mismatch * (1.0 - chance), 0.0, 1.0)
 
     def overhang(self, config: ConveyorConfig) -> Floats:
         """Mean share of an item's seal chance that is left where the lip overhangs the outline (N,)."""
-        context = self._context("draws", config)
-        share = seal_chance(context) / np.maximum(context.objects.pick_chance, 1e-12)
-        return share.reshape(-1, self.draws).mean(axis=1)
+        return self._overhangs(config).reshape(-1, self.draws).mean(axis=1)
+
+    def _overhangs(self, config: ConveyorConfig) -> Floats:
+        """Shares of the items' seal chances at the draws of hidden values (N x K,); as of `cup.hold.seal_chance`."""
+        hidden, objects = self._hidden["draws"], self._objects["draws"]
+        pick = self._picks.pick[hidden.row]
+        grasp = hidden.grasp + unseen_grasp(constant_drift(config, len(pick)), pick, config.belt)
+        grasp[:, 0] += hidden.belt_error * (pick[:, 0] - config.belt.camera_x)
+        inside, radius = inside_outline(objects, -grasp), objects.cup_radius
+        return np.clip((inside + radius) / (2.0 * radius), 0.0, 1.0)
 
     def _context(self, name: str, config: ConveyorConfig) -> Context:
         """Picks of objects with hidden values, in a cell with given parameters."""
@@ -136,30 +150,29 @@ class ThrowModel:
         spin = spin_at_grasp(base.replace(grasp=np.zeros_like(hidden.grasp)), hidden.grasp, config)
         if not config.cup.peel:
             spin = spin + random_spin(hidden.spin, np.zeros_like(hidden.grasp))
-        objects = base.replace(
-            delay=np.maximum(delay + hidden.jitter, 0.0), spin=spin, pick_chance=self.chances[base.kind]
-        )
+        objects = base.replace(delay=np.maximum(delay + hidden.jitter, 0.0), spin=spin)
         picks = take(self._picks.replace(objects=self._objects["mean"], plan=self.releases), hidden.row)
         shift = hidden.belt_error * (picks.pick[:, 0] - config.belt.camera_x)
         return apply_off(picks.replace(objects=objects, belt_shift=shift), config)
 
-    def _fly(self, context: Context, row: Ints, config: ConveyorConfig) -> Floats:
-        """Landings of throws (M, 2) [m]."""
+    def _fly(self, context: Context, row: Ints, config: ConveyorConfig, watch: bool = False) -> tuple[Floats, Bools]:
+        """Landings of throws (M, 2) [m], and if watched, which objects the cup touches again (M,)."""
         parts = [slice(start, start + CHUNK) for start in range(0, len(row), CHUNK)]
-        return np.concatenate([self._fly_part(take(context, part), row[part], config) for part in parts])
+        flights = [self._fly_part(take(context, part), row[part], config, watch) for part in parts]
+        landings, touched = zip(*flights, strict=True)
+        return np.concatenate(landings), np.concatenate(touched)
 
-    def _fly_part(self, context: Context, row: Ints, config: ConveyorConfig) -> Floats:
+    def _fly_part(self, context: Context, row: Ints, config: ConveyorConfig, watch: bool) -> tuple[Floats, Bools]:
         count = len(row)
         held = Grips(np.full(count, np.inf), np.full(count, -1, dtype=np.int64), np.ones(count, dtype=np.bool_))
         path, release_time = take(self._path, row), self._release_time[row]
         clock = ThrowClock.of(context, HandCycle(take(self.releases, row), release_time, path, held), config)
         flying = Airborne(body_constants(context), context.drift.draught, config.mismatch)
-        return cross_rims(flying, clock, context.target[:, 2].copy())[0]
-
-    def _seals(self, context: Context, config: ConveyorConfig) -> Floats:
-        if not config.pick.fails:
-            return np.ones(len(context.pick))
-        return np.clip(1.0 - config.mismatch * (1.0 - seal_chance(context)), 0.0, 1.0)
+        landing, records, steps = cross_rims(flying, clock, context.target[:, 2].copy())
+        if not watch:
+            return landing, np.zeros(count, dtype=np.bool_)
+        motion = records[..., :3], records[..., 7:10], records[..., 3:7]
+        return landing, clock.meets(context, motion, steps) | clock.parting.unsure
 
     def _holds(self, context: Context, row: Ints, config: ConveyorConfig) -> Bools:
         if not config.grip.limit:
