@@ -172,7 +172,7 @@ class ThrowModel:
         if not watch:
             return landing, np.zeros(count, dtype=np.bool_)
         motion = records[..., :3], records[..., 7:10], records[..., 3:7]
-        return landing, clock.meets(context, motion, steps) | clock.parting.unsure
+        return landing, clock.meets(context, motion, steps)
 
     def _holds(self, context: Context, row: Ints, config: ConveyorConfig) -> Bools:
         if not config.grip.limit:
