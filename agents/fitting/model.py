@@ -21,8 +21,8 @@ from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.free import cross_rims
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.objects.drawing import random_spin, release_delay, spin_at_grasp
-from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Draws, Measured, Objects
 from pnt_gym.cells.conveyor.objects.outline import inside_outline
+from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Draws, Measured, Objects
 from pnt_gym.cells.conveyor.off import apply_off, constant_drift, unseen_grasp
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -78,6 +78,8 @@ class ThrowModel:
             raise UsageError(f"planner is {config.planner!r}; `fit` knows the throws of {' and '.join(PLANNERS)} alone")
         self.log, self.config, self.draws = log, config, draws
         self._table = item_arrays(config.item_list())
+        self.flown = ~((log.sealed == 0.0) | (log.lost == 1.0))
+        """Which throws have a flight; others have NaN landings (N,)."""
         self.chances = self._table.pick_chance.copy()
         """Chance of each item that a cup well inside its outline seals (K,)."""
         normals = standard_draws(len(log), draws, seed)
@@ -110,7 +112,7 @@ class ThrowModel:
         self._load_counts = (times <= motion.release_time[:, None]).sum(axis=1)
 
     def landings(self, config: ConveyorConfig, draught: tuple[float, float] = (0.0, 0.0)) -> Floats:
-        """Landings (N, 2) [m] of throws at the conditional means of their hidden values."""
+        """Landings (N, 2) [m] of throws at the conditional means of their hidden values; NaN without a flight."""
         context = self._context("mean", config)
         if any(draught):
             wind = np.tile(np.array(draught), (len(context.pick), 1))
@@ -157,10 +159,12 @@ class ThrowModel:
 
     def _fly(self, context: Context, row: Ints, config: ConveyorConfig, watch: bool = False) -> tuple[Floats, Bools]:
         """Landings of throws (M, 2) [m], and if watched, which objects the cup touches again (M,)."""
-        parts = [slice(start, start + CHUNK) for start in range(0, len(row), CHUNK)]
-        flights = [self._fly_part(take(context, part), row[part], config, watch) for part in parts]
-        landings, touched = zip(*flights, strict=True)
-        return np.concatenate(landings), np.concatenate(touched)
+        landing, touched = np.full((len(row), 2), np.nan), np.zeros(len(row), dtype=np.bool_)
+        flown = np.flatnonzero(self.flown[row])
+        for start in range(0, len(flown), CHUNK):
+            part = flown[start : start + CHUNK]
+            landing[part], touched[part] = self._fly_part(take(context, part), row[part], config, watch)
+        return landing, touched
 
     def _fly_part(self, context: Context, row: Ints, config: ConveyorConfig, watch: bool) -> tuple[Floats, Bools]:
         count = len(row)
