@@ -27,7 +27,10 @@ from benchmarks.studies.cells import Amount, Figures
 
 CODE: Final = (
     "pnt_gym/**/*.py",
-    *(f"agents/{room}/**/*.py" for room in ("judging", "controllers", "dispatchers", "learning", "training")),
+    *(
+        f"agents/{room}/**/*.py"
+        for room in ("judging", "controllers", "dispatchers", "learning", "training", "fitting")
+    ),
     "benchmarks/studies/*.py",
     "configs/cells/**/*.yaml",
     "results/policies/**/*.npz",

@@ -21,6 +21,7 @@ from .density import Density, Mode, Node
 from .log import ThrowLog
 from .model import DRAWS, ThrowModel
 from .parameters import Parameter, values_at
+from .seals import SealChance, seal_chances
 
 COARSE: Final = np.linspace(-2.5, 2.5, 12)
 """Scores of the stiffness at the first nodes."""
@@ -104,8 +105,10 @@ def profile(nodes: Sequence[Node]) -> Floats:
     return log_density - log_density.max()
 
 
-def posterior(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parameter], spread: float = 1.0) -> Posterior:
-    """The posterior of one log.
+def posterior(
+    log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parameter], spread: float = 1.0
+) -> tuple[Posterior, list[SealChance]]:
+    """The posterior of one log, and the chances of its items' seals.
 
     Args:
         log: the throws.
@@ -113,13 +116,17 @@ def posterior(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parame
         parameters: the free parameters.
         spread: factor of the covariance of the throws.
     """
-    density = Density(ThrowModel(log, config, DRAWS), parameters, spread)
+    model = ThrowModel(log, config, DRAWS)
+    seals = seal_chances(model, config)
+    density = Density(model, parameters, spread)
     fixed, start = stiffness_column(parameters), np.zeros(len(parameters))
     nodes: tuple[Node, ...] = ()
     if fixed.any():
-        nodes = _nodes(Density(ThrowModel(log, config, PROFILE_DRAWS), parameters, spread), fixed)
+        quick = ThrowModel(log, config, PROFILE_DRAWS)
+        quick.chances = model.chances
+        nodes = _nodes(Density(quick, parameters, spread), fixed)
         start = min(nodes, key=lambda node: node.cost).z
-    return Posterior(density, nodes, density.search(start), 1.0)
+    return Posterior(density, nodes, density.search(start), 1.0), seals
 
 
 def _nodes(density: Density, fixed: Bools) -> tuple[Node, ...]:
