@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import closing
 from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.environments import core_of, make_vector
 from ..ground.infos import results
 from .density import Density
+from .fitted import Fitted
 from .log import ThrowLog
 from .model import ThrowModel
 from .parameters import Parameter
@@ -63,11 +65,6 @@ class DesignPool:
         self._env.close()
 
 
-def design_pool(config: ConveyorConfig, seed: int) -> DesignPool:
-    """Picks of a cell with releases."""
-    return DesignPool(config, seed)
-
-
 def information(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parameter], z: Floats) -> Floats:
     """Whitened slopes of the landings of candidates by the scores (N, 2, P), times the root of their chance to land."""
     model = ThrowModel(log, config, DRAWS)
@@ -113,3 +110,23 @@ def optimal_throws(
         chosen.append(best)
         whole += slopes[best].T @ slopes[best]
     return np.array(chosen, dtype=np.int64)
+
+
+def plan_throws(
+    config: ConveyorConfig, parameters: Sequence[Parameter], count: int, seed: int, found: Fitted | None = None
+) -> ThrowLog:
+    """The next throws that tell most, without results.
+
+    Args:
+        config: the level.
+        parameters: the free parameters.
+        count: number of throws.
+        seed: of the picks and releases among which to choose.
+        found: fit of the throws that were logged before; None for none.
+    """
+    with closing(DesignPool(config, seed)) as pool:
+        if found is None:
+            return take(pool.log, optimal_throws(pool.log, config, parameters, count))
+        best = found.posterior.best
+        known = np.linalg.inv(best.covariance)
+        return take(pool.log, optimal_throws(pool.log, config, parameters, count, best.z, known))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, final
+from typing import Any, Self, final
 
 import numpy as np
 
@@ -22,29 +22,33 @@ from .log import ThrowLog, landing_in_world
 
 @final
 class Recorder(Controller):
-    """A controller that keeps, before each throw, what the cell knows of the throw.
+    """A controller that keeps, before each throw of another controller, what the cell knows of the throw.
 
     Args:
-        controller: the controller that acts.
         core: the cells behind the environment.
 
     Raises:
         UsageError: the environment is none of the conveyor's.
     """
 
-    def __init__(self, controller: Controller, core: Any) -> None:
+    name = "recorder"
+
+    def __init__(self, core: Any) -> None:
         if not (isinstance(core, Core) and isinstance(core.cell, ConveyorCell)):
             raise UsageError("--log goes with PnTConveyor-v0, PnTRelease-v0 and PnTAdapt-v0, whose throws have a log")
-        self.name, self._inner, self._core = controller.name, controller, core
+        self._inner: Controller | None = None
+        self._core: Any = core
         self._parts: list[ThrowLog] = []
 
-    def reset(self, seed: int) -> None:
-        """Reset the inner controller, and forget what was recorded."""
-        self._inner.reset(seed)
+    def watch(self, controller: Controller) -> Self:
+        """This recorder, around a controller that has practised."""
+        self.name, self._inner = controller.name, controller
         self._parts.clear()
+        return self
 
     def act(self, observation: Observation) -> Actions:
         """Actions of the inner controller (N, A)."""
+        assert self._inner is not None
         actions = self._inner.act(observation)
         plans, _ = self._core.plan(actions)
         self._parts.append(ThrowLog.of_throws(self._core.context, plans))
@@ -52,12 +56,17 @@ class Recorder(Controller):
 
     def learn(self, outcome: Outcome) -> None:
         """Let the inner controller learn."""
+        assert self._inner is not None
         self._inner.learn(outcome)
 
     def log(self, throws: Throws, seed: int) -> ThrowLog:
-        """The log of the throws that were carried out since the reset; `seed` is that of the camera's noise."""
+        """The log of the throws that were carried out since `watch`; `seed` is that of the camera's noise."""
         known = take(concatenate_records(self._parts), slice(len(throws)))
         return complete_log(known, throws.info, self._core.config, np.random.default_rng((seed, 7)))
+
+    def text(self, record: Any, seed: int) -> str:
+        """The log of a record of throws as CSV."""
+        return self.log(record.throws, seed).text(self._core.item_names)
 
 
 def complete_log(

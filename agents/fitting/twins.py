@@ -15,9 +15,10 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..controllers import make_controller
 from ..controllers.protocol import Actions, Controller, Observation
+from ..ground.cli import UsageError
 from ..judging.trials import open_trial
 from .combinations import combinations
-from .design import design_pool, optimal_throws
+from .design import DesignPool, optimal_throws
 from .fitted import Fitted, fit_log
 from .log import ThrowLog
 from .parameters import Parameter, level_at, priors, values_at
@@ -107,19 +108,18 @@ def thrown_log(truth: ConveyorConfig, seed: int, landings: int, draught: Floats)
         controller: Controller = make_controller("analytic", trial.env)
         if draught.any():
             controller = Draughty(controller, trial.core, draught)
-        recorder = Recorder(controller, trial.core)
+        recorder = Recorder(trial.core)
         for throws in range(2 * landings, MOST_THROWS * landings, landings):
-            recorder.reset(seed)
-            record: Any = trial.run(recorder, throws, seed)
+            record: Any = trial.run(recorder.watch(controller), throws, seed)
             log = recorder.log(record.throws, seed)
             if log.landed.sum() >= landings:
                 return log
-        raise RuntimeError(f"fewer than {landings} of {throws} throws land in twin {seed}")
+        raise UsageError(f"twin {seed} has fewer than {landings} landings in {MOST_THROWS * landings} throws")
 
 
 def planned_log(config: ConveyorConfig, truth: ConveyorConfig, seed: int, landings: int) -> ThrowLog:
     """Log of the throws that a plan chooses for a level, thrown in a cell; enough for a number of landings."""
-    with closing(design_pool(truth, seed)) as pool:
+    with closing(DesignPool(truth, seed)) as pool:
         order = optimal_throws(pool.log, config, priors(config), 2 * landings)
         return take(pool.throw(seed), order)
 

@@ -104,7 +104,14 @@ def open_cells(env: str | gym.Env[Any, Any] | Env, options: Mapping[str, Any]) -
 
 
 def judge(
-    trial: Trial, controller: Controller, count: int, seed: int, *, practice: int = 0, online: bool = False
+    trial: Trial,
+    controller: Controller,
+    count: int,
+    seed: int,
+    *,
+    practice: int = 0,
+    online: bool = False,
+    watch: Callable[[Controller], Controller] | None = None,
 ) -> Record:
     """Let a controller practise, then evaluate it, with a progress bar for each.
 
@@ -115,12 +122,14 @@ def judge(
         seed: seed of the units.
         practice: number of practice steps.
         online: let the controller go on learning during the evaluation.
+        watch: returns the controller that carries out the evaluation, after the practice; None for this one.
     """
     with throws_bar() as bar:
         if practice:
             advance = partial(bar.advance, bar.add_task("practice", total=practice))
             controller = trial.practise(controller, practice, seed, progress=advance)
         advance = partial(bar.advance, bar.add_task("evaluation", total=count))
+        controller = controller if watch is None else watch(controller)
         return trial.run(controller, count, seed, online=online, progress=advance)
 
 

@@ -1,0 +1,70 @@
+"""Figures of a fit as JSON values, and tables of plans and twins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+from ..ground.tables import Grid
+from .fitted import Fitted
+from .log import ThrowLog
+from .parameters import PARAMETERS
+from .words import sentences
+
+
+def report(fitted: Fitted, samples: Floats) -> dict[str, Any]:
+    """All figures of a fit, as JSON values."""
+    level = fitted.level
+    return {
+        "throws": len(fitted.log),
+        "landings": int(fitted.log.landed.sum()),
+        "parameters": {name: asdict(part) for name, part in fitted.estimates(samples).items()},
+        "combinations": {name: asdict(part) for name, part in fitted.combinations(samples).items()},
+        "seals": [asdict(seal) for seal in fitted.seals],
+        "tests": {finding.name: {"p": finding.chance, "alarm": finding.alarms} for finding in fitted.misfit},
+        "fits": fitted.fits,
+        "scatter": fitted.scatter,
+        "differences": {
+            "suction": {"valve": level.suction.valve, "tau": level.suction.tau},
+            **({"cup": {"stiffness": level.cup.stiffness}} if level.cup.stiffness is not None else {}),
+            "off": level.off.model_dump(mode="json"),
+        },
+        "sentences": sentences(fitted, samples),
+    }
+
+
+def plan_grid(log: ThrowLog, config: ConveyorConfig) -> Grid:
+    """Table of planned throws."""
+    rows = [
+        (
+            str(row + 1), config.items[log.kind[row]], f"{log.pick[row, 0]:.2f}, {log.pick[row, 1]:.2f}",
+            f"{log.percent[row]:g} %", f"{log.target[row, 0]:.2f}, {log.target[row, 1]:.2f}",
+            ", ".join(f"{value:.3f}" for value in log.release[row]),
+        )
+        for row in range(len(log))
+    ]  # fmt: skip
+    header = ("", "item", "pick x, y [m]", "speed", "bin x, y [m]", "release x, y, z [m]")
+    return Grid(f"The next {len(log)} throws", header, rows)
+
+
+def twins_grid(judged: Sequence[tuple[dict[str, Any], bool]]) -> Grid:
+    """Table of the coverage and the errors of fits of twins."""
+    labels = {**{p.name: p.label for p in PARAMETERS}, "camera_at_picks": "camera and encoder at the picks [mm]"}
+    groups = {label: [twin[name] for twin, _ in judged if name in twin] for name, label in labels.items()}
+    groups["delays of items [ms]"] = [
+        part for twin, _ in judged for name, part in twin.items() if name.startswith("delay_")
+    ]
+    rows = [
+        (label, f"{np.mean([p['holds'] for p in parts]):.0%}", f"{np.median([p['error'] for p in parts]):.2f}")
+        for label, parts in groups.items()
+        if parts
+    ]
+    alarms = np.mean([not fits for _, fits in judged])
+    title = f"{len(judged)} twins, {alarms:.0%} with an alarm; errors of parameters in deviations of the prior"
+    return Grid(title, ("parameter", "95 % intervals hold", "median error"), rows)
