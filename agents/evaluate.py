@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro
 
@@ -106,9 +106,10 @@ def main(arguments: Arguments) -> None:
         check_learns(controller, online=arguments.online)
         count = getattr(arguments, trial.option, None) or trial.count()
         recorder = None if arguments.log is None else Recorder(trial.core)
-        learning: dict[str, Any] = {"practice": practice, "online": arguments.online}
-        watch = None if recorder is None else recorder.watch
-        record = judge(trial, controller, count, arguments.seed, **learning, watch=watch)
+        record = judge(
+            trial, controller, count, arguments.seed, practice=practice, online=arguments.online,
+            watch=None if recorder is None else recorder.watch,
+        )  # fmt: skip
         name, config = trial.core.config.name, trial.core.config
     if arguments.save is not None and isinstance(controller, Learner):
         save_state(controller, arguments.save)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.base.items import ItemTable, item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.drawing import release_delay
 
@@ -45,15 +45,16 @@ def combinations(log: ThrowLog, config: ConveyorConfig) -> list[Combination]:
     delays = [
         Combination(
             f"delay_{config.items[kind]}", f"delay of {config.items[kind]}", "ms", ("valve", "tau"),
-            partial(_delay, table.seal_force[kind], table.mass[kind], table.clings[kind], config),
+            partial(_delay, table, int(kind), config),
         )
         for kind in np.unique(log.kind)
     ]  # fmt: skip
     return [place, *delays]
 
 
-def _delay(seal: float, mass: float, clings: float, config: ConveyorConfig, values: Mapping[str, Any]) -> Floats:
+def _delay(table: ItemTable, kind: int, config: ConveyorConfig, values: Mapping[str, Any]) -> Floats:
     """Mean delay [ms] of an item's release at a valve's delay and a time constant."""
     unit = config.suction.model_copy(update={"valve": 0.0, "tau": 1.0})
-    decay = float(release_delay(np.array(seal), np.array(mass), unit))
-    return 1e3 * config.mismatch * np.maximum(values["valve"] + values["tau"] * decay + clings, 0.0)
+    decay = release_delay(table.seal_force[kind : kind + 1], table.mass[kind : kind + 1], unit)[0]
+    delay = values["valve"] + values["tau"] * decay + table.clings[kind]
+    return 1e3 * config.mismatch * np.maximum(delay, 0.0)

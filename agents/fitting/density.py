@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final, final
+from typing import Any, Final, cast, final
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -219,7 +219,9 @@ class Density:
         def differences(part: Floats) -> Floats:
             return self.differences(_insert(z, free, part), scatter, free)
 
-        return least_squares(residuals, z[free], differences, xtol=5e-3, ftol=1e-3, gtol=1e-2, max_nfev=calls)
+        return least_squares(
+            residuals, z[free], cast("Any", differences), xtol=5e-3, ftol=1e-3, gtol=1e-2, max_nfev=calls
+        )
 
     def _laplace(self, z: Floats, scatter: Scatter) -> Mode:
         """The mode at scores (P,), with the curvature there."""
@@ -236,7 +238,7 @@ class Density:
         jacobian = (np.stack(slopes, axis=2) * np.sqrt(weight)[:, None, None]).reshape(-1, len(z))
         change = np.stack(changes, axis=1) / np.sqrt(chance * (1.0 - chance))[:, None]
         information = np.eye(len(z)) + jacobian.T @ jacobian + change.T @ change
-        return Mode(z, np.linalg.inv(information), scatter, jacobian, miss, weight)
+        return Mode(z, np.asarray(np.linalg.inv(information), dtype=np.float64), scatter, jacobian, miss, weight)
 
 
 def _insert(z: Floats, free: Bools, part: Floats) -> Floats:

@@ -128,5 +128,5 @@ def plan_throws(
         if found is None:
             return take(pool.log, optimal_throws(pool.log, config, parameters, count))
         best = found.posterior.best
-        known = np.linalg.inv(best.covariance)
+        known = np.asarray(np.linalg.inv(best.covariance), dtype=np.float64)
         return take(pool.log, optimal_throws(pool.log, config, parameters, count, best.z, known))

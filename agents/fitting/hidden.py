@@ -76,7 +76,7 @@ def hidden_values(log: ThrowLog, config: ConveyorConfig, normals: Floats) -> Hid
     """
     count, draws, _ = normals.shape
     row = np.repeat(np.arange(count), draws)
-    z = dict(zip(NORMALS, normals.reshape(count * draws, -1).T, strict=True))
+    z: Draws = dict[str, Floats](zip(NORMALS, normals.reshape(count * draws, -1).T, strict=True))
     given, spread, m = take(log, row), config.spread, config.mismatch
     table = item_arrays(config.item_list())
     size = _sizes(given, config, table, z)

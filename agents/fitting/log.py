@@ -110,7 +110,7 @@ class ThrowLog:
     @property
     def landed(self) -> Bools:
         """Which throws have a landing (N,)."""
-        return np.isfinite(self.landing).all(axis=1)
+        return np.asarray(np.isfinite(self.landing).all(axis=1))
 
     @classmethod
     def of_throws(cls, context: Context, plans: ReleaseBatch) -> ThrowLog:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.stats import chi2, norm
 
 from pnt_gym.arrays import Bools, Floats
@@ -64,9 +63,13 @@ def scatter_factor(mode: Mode) -> tuple[float, float]:
     def excess(factor: float) -> float:
         return float(np.minimum(square / factor, _CUT).mean()) - expected
 
-    low, high = 1e-2, 1e2
-    factor = brentq(excess, low, high) if excess(low) > 0.0 > excess(high) else (low if excess(low) <= 0.0 else high)
-    return float(factor), float(norm.sf(excess(1.0) / (DEVIATION / np.sqrt(len(square)))))
+    # The mean falls with the factor, so bisection on its logarithm finds the factor.
+    low, high = np.log(1e-2), np.log(1e2)
+    for _ in range(40):
+        middle = (low + high) / 2.0
+        low, high = (middle, high) if excess(np.exp(middle)) > 0.0 else (low, middle)
+    chance = norm.sf(excess(1.0) / (DEVIATION / np.sqrt(len(square))))
+    return float(np.exp(low)), float(chance)
 
 
 def find_misfit(density: Density, mode: Mode) -> list[Finding]:

@@ -162,10 +162,7 @@ def _check_units(log: ThrowLog) -> None:
     for field in ("pick", "release", "landing", "target", "size", "grasp"):
         largest = np.nanmax(np.abs(getattr(log, field)), initial=0.0)
         if largest > LARGEST:
-            raise UsageError(
-                f"{GROUPS[field][0][:-2] if field != 'size' else 'size'} reaches {largest:g}; lengths are in metres, "
-                "and these look like millimetres"
-            )
+            raise UsageError(f"{field} reaches {largest:g}; lengths are in metres, and these look like millimetres")
     if np.nanmax(np.abs(log.yaw), initial=0.0) > 2.0 * np.pi:
         raise UsageError("yaw goes beyond a full turn; angles are in radians, and these look like degrees")
     if np.nanmax(log.mass, initial=0.0) > LARGEST:
@@ -193,7 +190,7 @@ def _fill(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
     if not np.isfinite(percent).all():
         if len(config.limits.percent) > 1:
             raise UsageError(f"percent is empty, and the level has several speed settings, {config.limits.percent}")
-        percent[~np.isfinite(percent)] = config.limits.percent[0]
+        percent[~np.isfinite(percent)] = min(config.limits.percent)
     speed = log.belt_speed[np.isfinite(log.belt_speed)]
     if speed.size and np.abs(speed / config.belt.speed - 1.0).max() > SPEED_SHARE:
         raise UsageError(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,36 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.tables import Grid
-from .fitted import Fitted
+from .fitted import Fitted, fit_log
 from .log import ThrowLog
-from .parameters import PARAMETERS
+from .parameters import PARAMETERS, priors
+from .reading import read_log
 from .words import sentences
+
+
+def fit(
+    log: str | Path,
+    level: str | Path = "waste",
+    *,
+    free: Sequence[str] | None = None,
+    prior: Mapping[str, float] | None = None,
+) -> dict[str, Any]:
+    """Fit a conveyor level to a log of throws; return the figures that `agents.fit --json` writes.
+
+    Args:
+        log: CSV file with a row for each throw, see `agents.fitting.log.COLUMNS`.
+        level: name or file of the level about whose values the priors lie.
+        free: names of the parameters that are not known; None for all.
+        prior: standard deviations of priors by name, in SI units; of the logarithm for tau, drag and stiffness.
+
+    Raises:
+        UsageError: the log is none of this cell's throws, or there is no such parameter.
+        ConfigError: there is no such level.
+    """
+    config = ConveyorConfig.load(level).model_copy(update={"fidelity": "flight"})
+    parameters = priors(config, free, prior)
+    fitted = fit_log(read_log(Path(log), config), config, parameters)
+    return {"level": str(level), **report(fitted, fitted.posterior.samples())}
 
 
 def report(fitted: Fitted, samples: Floats) -> dict[str, Any]:
