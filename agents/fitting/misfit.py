@@ -78,10 +78,10 @@ def find_misfit(density: Density, mode: Mode) -> list[Finding]:
     config, model = density.level(mode.z), density.model
     here = model.landings(config)
     wind = [(model.landings(config, air) - here) / DRAUGHT for air in ((DRAUGHT, 0.0), (0.0, DRAUGHT))]
-    off, m = config.off, config.mismatch
-    thicker = off.model_copy(update={"drag": (1.0 + off.drag) * np.exp(DRAG) - 1.0})
-    later = off.model_copy(update={"delay": off.delay + DELAY / m})
-    drag, delay = (model.landings(config.model_copy(update={"off": part})) - here for part in (thicker, later))
+    bias, m = config.bias, config.mismatch
+    thicker = bias.model_copy(update={"drag": (1.0 + bias.drag) * np.exp(DRAG) - 1.0})
+    later = bias.model_copy(update={"delay": bias.delay + DELAY / m})
+    drag, delay = (model.landings(config.model_copy(update={"bias": part})) - here for part in (thicker, later))
     air = _whiten(np.stack(wind, axis=2), mode, density.landed)
     weight, push = _score(air, mode)
     draught = float(chi2.sf(push @ np.linalg.solve(weight, push), 2))

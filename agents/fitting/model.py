@@ -14,6 +14,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, join_columns, length, take
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import ItemTable, item_arrays
 from pnt_gym.cells.base.settling import Airborne
+from pnt_gym.cells.conveyor.bias import apply_bias, constant_bias, unseen_grasp
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips, true_hold
@@ -23,7 +24,6 @@ from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.objects.drawing import random_spin, release_delay, spin_at_grasp
 from pnt_gym.cells.conveyor.objects.outline import inside_outline
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Draws, Measured, Objects
-from pnt_gym.cells.conveyor.off import apply_off, constant_drift, unseen_grasp
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.straight.plan import ReleaseBatch
@@ -140,7 +140,7 @@ class ThrowModel:
         """Shares of the items' seal chances at the draws of hidden values (N x K,); as of `cup.hold.seal_chance`."""
         hidden, objects = self._hidden["draws"], self._objects["draws"]
         pick = self._picks.pick[hidden.row]
-        grasp = hidden.grasp + unseen_grasp(constant_drift(config, len(pick)), pick, config.belt)
+        grasp = hidden.grasp + unseen_grasp(constant_bias(config, len(pick)), pick, config.belt)
         grasp[:, 0] += hidden.belt_error * (pick[:, 0] - config.belt.camera_x)
         inside, radius = inside_outline(objects, -grasp), objects.cup_radius
         return np.clip((inside + radius) / (2.0 * radius), 0.0, 1.0)
@@ -155,7 +155,7 @@ class ThrowModel:
         objects = base.replace(delay=np.maximum(delay + hidden.jitter, 0.0), spin=spin)
         picks = take(self._picks.replace(objects=self._objects["mean"], plan=self.releases), hidden.row)
         shift = hidden.belt_error * (picks.pick[:, 0] - config.belt.camera_x)
-        return apply_off(picks.replace(objects=objects, belt_shift=shift), config)
+        return apply_bias(picks.replace(objects=objects, belt_shift=shift), config)
 
     def _fly(self, context: Context, row: Ints, config: ConveyorConfig, watch: bool = False) -> tuple[Floats, Bools]:
         """Landings of throws (M, 2) [m], and if watched, which objects the cup touches again (M,)."""

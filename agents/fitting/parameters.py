@@ -48,12 +48,12 @@ class Parameter:
 
 
 PARAMETERS: Final = (
-    Parameter("valve", "delay of the valve", "ms", 1e3, lambda c: c.suction.valve + c.off.delay, 0.003),
+    Parameter("valve", "delay of the valve", "ms", 1e3, lambda c: c.suction.valve + c.bias.delay, 0.003),
     Parameter("tau", "decay of the vacuum", "ms", 1e3, lambda c: c.suction.tau, 0.35, is_log=True),
-    Parameter("drag", "drag over the catalogue's", "x", 1.0, lambda c: 1.0 + c.off.drag, 0.20, is_log=True),
-    Parameter("camera_x", "belt camera along the belt", "mm", 1e3, lambda c: c.off.camera[0], 0.008),
-    Parameter("camera_y", "belt camera across the belt", "mm", 1e3, lambda c: c.off.camera[1], 0.008),
-    Parameter("encoder", "belt speed over the encoder's", "%", 1e2, lambda c: c.off.encoder, 0.008),
+    Parameter("drag", "drag over the catalogue's", "x", 1.0, lambda c: 1.0 + c.bias.drag, 0.20, is_log=True),
+    Parameter("camera_x", "belt camera along the belt", "mm", 1e3, lambda c: c.bias.camera[0], 0.008),
+    Parameter("camera_y", "belt camera across the belt", "mm", 1e3, lambda c: c.bias.camera[1], 0.008),
+    Parameter("encoder", "belt speed over the encoder's", "%", 1e2, lambda c: c.bias.encoder, 0.008),
     Parameter("stiffness", "stiffness of the lip", "N m/rad", 1.0, lambda c: c.cup.stiffness or 0.0, 0.7, is_log=True),
 )
 """All parameters; their priors are assumed, of the size of a data sheet's tolerance or of a tape measure's error."""
@@ -88,22 +88,22 @@ def priors(
 
 
 def level_at(config: ConveyorConfig, values: Mapping[str, float]) -> ConveyorConfig:
-    """The level with values of some parameters, by name, in SI units; what a valve lacks below zero is in `off.delay`.
+    """The level with values of some parameters, by name, in SI units; what a valve lacks below zero is in `bias.delay`.
 
     The values are not checked, so that a search may leave the ranges of a level for a while.
     """
-    off, suction, cup = config.off, config.suction, config.cup
+    bias, suction, cup = config.bias, config.suction, config.cup
     if "valve" in values:
         suction = suction.model_copy(update={"valve": max(values["valve"], 0.0)})
-        off = off.model_copy(update={"delay": min(values["valve"], 0.0)})
+        bias = bias.model_copy(update={"delay": min(values["valve"], 0.0)})
     if "tau" in values:
         suction = suction.model_copy(update={"tau": values["tau"]})
     if "stiffness" in values:
         cup = cup.model_copy(update={"stiffness": float(np.clip(values["stiffness"], SOFTEST, STIFFEST))})
-    camera = values.get("camera_x", off.camera[0]), values.get("camera_y", off.camera[1])
-    encoder, drag = values.get("encoder", off.encoder), values.get("drag", 1.0 + off.drag) - 1.0
-    off = off.model_copy(update={"camera": camera, "encoder": encoder, "drag": drag})
-    return config.model_copy(update={"off": off, "suction": suction, "cup": cup})
+    camera = values.get("camera_x", bias.camera[0]), values.get("camera_y", bias.camera[1])
+    encoder, drag = values.get("encoder", bias.encoder), values.get("drag", 1.0 + bias.drag) - 1.0
+    bias = bias.model_copy(update={"camera": camera, "encoder": encoder, "drag": drag})
+    return config.model_copy(update={"bias": bias, "suction": suction, "cup": cup})
 
 
 def values_at(parameters: Sequence[Parameter], z: Floats) -> dict[str, float]:

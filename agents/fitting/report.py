@@ -60,7 +60,7 @@ def report(fitted: Fitted, samples: Floats) -> dict[str, Any]:
         "differences": {
             "suction": {"valve": level.suction.valve, "tau": level.suction.tau},
             **({"cup": {"stiffness": level.cup.stiffness}} if level.cup.stiffness is not None else {}),
-            "off": level.off.model_dump(mode="json"),
+            "bias": level.bias.model_dump(mode="json"),
         },
         "sentences": sentences(fitted, samples),
     }

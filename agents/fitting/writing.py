@@ -38,7 +38,7 @@ def level_text(fitted: Fitted, samples: Floats, base: str, name: str, source: st
     """
     level, known = fitted.level, fitted.estimates(samples)
     notes = {key: f"  # {part.label}: {part.text}" for key, part in known.items()}
-    off = level.off
+    bias = level.bias
     camera = ", ".join(f"{known[key].label}: {known[key].text}" for key in ("camera_x", "camera_y") if key in known)
     lines = [
         f"# {source}: {int(fitted.log.landed.sum())} landings of {len(fitted.log)} throws; 95 % intervals in brackets.",
@@ -49,11 +49,11 @@ def level_text(fitted: Fitted, samples: Floats, base: str, name: str, source: st
         f"  valve: {level.suction.valve:.6g}{notes.get('valve', '')}",
         f"  tau: {level.suction.tau:.6g}{notes.get('tau', '')}",
         *([f"cup: {{stiffness: {level.cup.stiffness:.6g}}}{notes['stiffness']}"] if "stiffness" in known else []),
-        "off:",
-        f"  camera: [{_within(off.camera[0], 0.05):.6g}, {_within(off.camera[1], 0.05):.6g}]  # {camera}",
-        f"  encoder: {_within(off.encoder, 0.05):.6g}{notes.get('encoder', '')}",
-        f"  drag: {_within(off.drag, 0.9):.6g}{notes.get('drag', '')}",
-        *([f"  delay: {_within(off.delay, 0.03):.6g}  # of the valve, below zero"] if off.delay else []),
+        "bias:",
+        f"  camera: [{_within(bias.camera[0], 0.05):.6g}, {_within(bias.camera[1], 0.05):.6g}]  # {camera}",
+        f"  encoder: {_within(bias.encoder, 0.05):.6g}{notes.get('encoder', '')}",
+        f"  drag: {_within(bias.drag, 0.9):.6g}{notes.get('drag', '')}",
+        *([f"  delay: {_within(bias.delay, 0.03):.6g}  # of the valve, below zero"] if bias.delay else []),
         *(f"# {s.item} sealed in {s.sealed} of {s.tries} picks; pick_chance {s.mean:.2f} ({s.low:.2f}..{s.high:.2f})"
           for s in fitted.seals),
     ]  # fmt: skip

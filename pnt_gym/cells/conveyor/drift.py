@@ -146,7 +146,7 @@ _Offset = Annotated[float, Field(ge=-CameraOffset.bound, le=CameraOffset.bound)]
 
 
 @final
-class Off(Section):
+class Bias(Section):
     """Constants by which a cell is off its data sheet, such as `pnt-gym fit` finds; each scales with the mismatch."""
 
     camera: tuple[_Offset, _Offset] = Field(

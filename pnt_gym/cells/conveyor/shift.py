@@ -12,11 +12,11 @@ from pnt_gym.arrays import Bools, Floats, Ints, replace_rows
 from pnt_gym.cells.base.aside import Purpose, side_generator
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.base.features import FeatureTable, Quantity
+from pnt_gym.cells.conveyor.bias import constant_bias, unseen_grasp
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context, HiddenDrift, LastThrow
 from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
 from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, SHIFT_TABLE, TABLE
-from pnt_gym.cells.conveyor.off import constant_drift, unseen_grasp
 from pnt_gym.cells.conveyor.outcome import Outcome
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -172,8 +172,8 @@ def make_drift(config: ConveyorConfig, generators: Generators, feedback: bool) -
 
 
 def apply_drift(context: Context, now: HiddenDrift, config: ConveyorConfig) -> Context:
-    """Picks with hidden drift beside the constants of `off`: delay, spin and grasp change, measurements do not."""
-    objects, constants = context.objects, constant_drift(config, len(context.pick))
+    """Picks with hidden drift beside the constants of `bias`: delay, spin and grasp change, measurements do not."""
+    objects, constants = context.objects, constant_bias(config, len(context.pick))
     total = HiddenDrift(*(part + drift for part, drift in zip(constants, now, strict=True)))
     before, unseen = (unseen_grasp(hidden, context.pick, config.belt) for hidden in (constants, total))
     planned = objects.replace(grasp=objects.grasp + before)

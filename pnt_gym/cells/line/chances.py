@@ -110,8 +110,8 @@ def digest(config: LineConfig) -> str:
 
 
 def _throwing_keys(cell: ConveyorConfig) -> dict[str, Any]:
-    """Settings on which a cell's throws depend; `off` only where it applies, since shipped tables are older than it."""
-    return cell.model_dump(mode="json", exclude=_UNCONCERNED if cell.off.applies else {*_UNCONCERNED, "off"})
+    """Settings on which a cell's throws depend; `bias` only where it applies, as shipped tables are older."""
+    return cell.model_dump(mode="json", exclude=_UNCONCERNED if cell.bias.applies else {*_UNCONCERNED, "bias"})
 
 
 def shipped_table(config: LineConfig) -> Path:

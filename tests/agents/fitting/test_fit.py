@@ -93,9 +93,8 @@ def test_throws_that_failed_count() -> None:
     density = Density(ThrowModel(log, WASTE, 16), priors(WASTE, SOME))
     z = np.zeros(len(SOME))
     scatter = density.scatter(z)
-    near, far = (
-        density.chances(score, scatter, density.predicted(score, scatter)) for score in (z, z + [0, 0, 4, 0, 0])
-    )
+    off = np.array([0.0, 0.0, 4.0, 0.0, 0.0])
+    near, far = (density.chances(score, scatter, density.predicted(score, scatter)) for score in (z, off))
     sealed = log.landed
     assert near[: len(log)][sealed].mean() > far[: len(log)][sealed].mean()
 
@@ -191,7 +190,7 @@ def test_the_level_loads_and_says_what_was_fitted(tmp_path: Path) -> None:
     loaded = ConveyorConfig.load(path)
     level = fitted.level
     assert loaded.suction.tau == pytest.approx(level.suction.tau, rel=1e-5)
-    assert loaded.off.camera == pytest.approx(level.off.camera, rel=1e-4)
+    assert loaded.bias.camera == pytest.approx(level.bias.camera, rel=1e-4)
     assert loaded.cup.stiffness == pytest.approx(level.cup.stiffness, rel=1e-5)
     assert loaded.items == WASTE.items
     text = path.read_text()
@@ -199,7 +198,7 @@ def test_the_level_loads_and_says_what_was_fitted(tmp_path: Path) -> None:
     assert "pick_chance" in text
     figures = report(fitted, samples)
     same = ConveyorConfig.load({"base": "waste", **figures["differences"]})
-    assert same.off.camera == pytest.approx(loaded.off.camera, rel=1e-4)
+    assert same.bias.camera == pytest.approx(loaded.bias.camera, rel=1e-4)
     drawn = page(fitted, samples, "A fit")
     assert drawn.count("<circle") == 40
     assert "<table>" in drawn

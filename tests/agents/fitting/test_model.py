@@ -15,7 +15,7 @@ from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from tests.tools.fitting import QUIET, WASTE, level, throw, usual_log
 
-OFF = {"off": {"camera": [0.004, -0.006], "encoder": 0.006, "drag": 0.1, "delay": 0.001}}
+OFF = {"bias": {"camera": [0.004, -0.006], "encoder": 0.006, "drag": 0.1, "delay": 0.001}}
 
 
 @pytest.mark.parametrize("changes", [{}, OFF, {"mismatch": 0.6, **OFF}, {"cup": {"stiffness": None, "peel": False}}])
@@ -43,7 +43,7 @@ def test_a_level_takes_every_parameter_and_gives_it_back() -> None:
 def test_a_valve_below_zero_is_early_in_the_search_and_legal_in_the_level() -> None:
     """Trap: a search that clips the valve at zero stops there; a level cannot have it below."""
     config = level_at(WASTE, {"valve": -0.002})
-    assert (config.suction.valve, config.off.delay) == (0.0, -0.002)
+    assert (config.suction.valve, config.bias.delay) == (0.0, -0.002)
     assert ConveyorConfig.load(config) == config
     log = take(usual_log(), np.flatnonzero(usual_log().landed)[:12])
     model = ThrowModel(log, WASTE, 2)

@@ -11,13 +11,13 @@ from pnt_gym.cells.conveyor.context import Context, HiddenDrift
 from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
 
 
-def constant_drift(config: ConveyorConfig, count: int) -> HiddenDrift:
-    """The constants of the level's section `off` as hidden values of N cells, scaled by the mismatch."""
-    off, m = config.off, config.mismatch
+def constant_bias(config: ConveyorConfig, count: int) -> HiddenDrift:
+    """The constants of the level's section `bias` as hidden values of N cells, scaled by the mismatch."""
+    bias, m = config.bias, config.mismatch
     return HiddenDrift.zero(count)._replace(
-        delay=np.full(count, m * off.delay),
-        camera=np.tile(m * np.array(off.camera), (count, 1)),
-        encoder=np.full(count, m * off.encoder),
+        delay=np.full(count, m * bias.delay),
+        camera=np.tile(m * np.array(bias.camera), (count, 1)),
+        encoder=np.full(count, m * bias.encoder),
     )
 
 
@@ -28,14 +28,14 @@ def unseen_grasp(hidden: HiddenDrift, pick: Floats, belt: Belt) -> Floats:
     return offset
 
 
-def apply_off(context: Context, config: ConveyorConfig) -> Context:
-    """Picks whose objects have the constants of the section `off`; measurements and plans do not change."""
-    if not config.off.applies:
+def apply_bias(context: Context, config: ConveyorConfig) -> Context:
+    """Picks whose objects have the constants of the section `bias`; measurements and plans do not change."""
+    if not config.bias.applies:
         return context
-    objects, hidden = context.objects, constant_drift(config, len(context.pick))
+    objects, hidden = context.objects, constant_bias(config, len(context.pick))
     unseen = unseen_grasp(hidden, context.pick, config.belt)
     changed = objects.replace(
-        drag=objects.drag * (1.0 + config.mismatch * config.off.drag),
+        drag=objects.drag * (1.0 + config.mismatch * config.bias.drag),
         delay=np.maximum(objects.delay + hidden.delay, 0.0),
         spin=spin_at_grasp(objects, objects.grasp + unseen, config),
     )

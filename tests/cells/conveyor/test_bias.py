@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.drift import Off
+from pnt_gym.cells.conveyor.drift import Bias
 from pnt_gym.cells.conveyor.shift import apply_drift
 from pnt_gym.errors import ConfigError
 from tests.tools.drifting import QUICK, cells
@@ -17,7 +17,7 @@ IDS = ("PnTConveyor-v0", "PnTRelease-v0", "PnTAdapt-v0")
 
 @pytest.mark.parametrize("env_id", IDS)
 def test_every_conveyor_environment_has_the_constants(env_id: str) -> None:
-    still, off = (gym.make_vec(env_id, num_envs=6, level={"base": "waste", "off": section}) for section in ({}, OFF))
+    still, off = (gym.make_vec(env_id, num_envs=6, level={"base": "waste", "bias": section}) for section in ({}, OFF))
     seen = [env.reset(seed=4)[0] for env in (still, off)]
     assert same_bits(*seen)  # no sensor measures a constant
     before, after = (env.unwrapped.core.context for env in (still, off))
@@ -36,7 +36,7 @@ def test_every_conveyor_environment_has_the_constants(env_id: str) -> None:
 def test_constants_are_the_drift_that_stays() -> None:
     """A cell with constants throws as a cell that drifts by as much, which is not clipped by the valve's zero."""
     level = {"camera": [0.006, -0.004], "encoder": 0.01, "delay": 0.003}
-    still, off = cells(12, **QUICK), cells(12, off=level, **QUICK)
+    still, off = cells(12, **QUICK), cells(12, bias=level, **QUICK)
     context, now = still.context, off.context.drift
     drifted = apply_drift(context, now, still.config)
     for name in ("delay", "spin"):
@@ -49,14 +49,14 @@ def test_constants_are_the_drift_that_stays() -> None:
 
 def test_drift_adds_to_the_constants() -> None:
     drift = {"camera": {"normal": 0.008}, "delay": {"even": 0.005}}
-    alone, both = cells(12, drift=drift, **QUICK), cells(12, drift=drift, off=OFF, **QUICK)
+    alone, both = cells(12, drift=drift, **QUICK), cells(12, drift=drift, bias=OFF, **QUICK)
     np.testing.assert_allclose(both.context.drift.camera - alone.context.drift.camera, np.tile(OFF["camera"], (12, 1)))
     np.testing.assert_allclose(both.context.unseen[:, 1] - alone.context.unseen[:, 1], -0.004)
     assert (both.context.objects.delay >= alone.context.objects.delay).all()
 
 
 def test_constants_scale_with_the_mismatch_and_are_nothing_at_zero() -> None:
-    half, none = (cells(8, mismatch=share, off=OFF, **QUICK).context for share in (0.5, 0.0))
+    half, none = (cells(8, mismatch=share, bias=OFF, **QUICK).context for share in (0.5, 0.0))
     np.testing.assert_allclose(half.unseen[:, 1], -0.002)
     assert not none.unseen.any()
     plain = cells(8, mismatch=0.5, **QUICK).context
@@ -64,9 +64,9 @@ def test_constants_scale_with_the_mismatch_and_are_nothing_at_zero() -> None:
 
 
 def test_no_constants_are_nothing() -> None:
-    assert not Off().applies
-    plain, zero = cells(8, **QUICK), cells(8, off={"camera": [0.0, 0.0], "drag": 0.0}, **QUICK)
+    assert not Bias().applies
+    plain, zero = cells(8, **QUICK), cells(8, bias={"camera": [0.0, 0.0], "drag": 0.0}, **QUICK)
     assert same_bits(plain.context.objects.spin, zero.context.objects.spin)
     for section in ({"camera": [0.06, 0.0]}, {"drag": -1.0}, {"delay": 0.2}, {"air": 1.0}):
-        with pytest.raises(ConfigError, match="off"):
-            ConveyorConfig.load({"base": "waste", "off": section})
+        with pytest.raises(ConfigError, match="bias"):
+            ConveyorConfig.load({"base": "waste", "bias": section})
