@@ -121,7 +121,7 @@ def _sizes(log: ThrowLog, config: ConveyorConfig, table: ItemTable, z: Draws) ->
     noise = np.stack(
         [config.noise.size / middle[:, 0], config.noise.size / middle[:, 1], EXACT * np.ones(len(middle))], axis=1
     )
-    noise[~np.isfinite(log.size)] = BLIND
+    noise = np.where(np.isfinite(log.size), np.maximum(noise, EXACT), BLIND)
     read = np.log(log.size) - prior - noise * np.stack([z["length_noise"], z["width_noise"], 0.0 * z["mass"]], axis=1)
     total = covariance + np.eye(3) * (noise**2)[:, None, :]
     step = np.linalg.solve(total, np.where(np.isfinite(log.size), read, 0.0)[:, :, None])

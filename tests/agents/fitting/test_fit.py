@@ -158,9 +158,11 @@ def test_a_plan_tells_more_than_throws_that_come() -> None:
     chosen = optimal_throws(log, WASTE, parameters, 12)
     assert len({*chosen}) == 12
 
+    slopes = information(log, WASTE, parameters, np.zeros(len(SOME)))
+
     def gain(rows: np.ndarray) -> float:
-        slopes = information(log, WASTE, parameters, np.zeros(len(SOME)))[rows].reshape(-1, len(SOME))
-        return float(np.linalg.slogdet(np.eye(len(SOME)) + slopes.T @ slopes)[1])
+        whole = slopes[rows].reshape(-1, len(SOME))
+        return float(np.linalg.slogdet(np.eye(len(SOME)) + whole.T @ whole)[1])
 
     random = np.random.default_rng(0)
     assert gain(chosen) > max(gain(random.choice(len(log), 12, replace=False)) for _ in range(20))

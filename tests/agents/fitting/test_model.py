@@ -25,7 +25,7 @@ def test_where_nothing_is_hidden_predictions_are_the_simulated_landings(changes:
     rows = log.landed & ~record.throws.info["recontact"]
     predicted = ThrowModel(log, config, 2).landings(config)
     assert rows.sum() > 10
-    np.testing.assert_allclose(predicted[rows], log.landing[rows], atol=2e-4)
+    np.testing.assert_allclose(predicted[rows], log.landing[rows], atol=5e-4)
 
 
 def test_a_level_takes_every_parameter_and_gives_it_back() -> None:
