@@ -12,11 +12,12 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..ground.tables import Grid
+from ..ground.tables import Grid, throws_bar
 from .fitted import Fitted, fit_log
 from .log import ThrowLog
 from .parameters import PARAMETERS, priors
 from .reading import read_log
+from .twins import judge_fit, study_twin
 from .words import sentences
 
 
@@ -80,18 +81,23 @@ def plan_grid(log: ThrowLog, config: ConveyorConfig) -> Grid:
     return Grid(f"The next {len(log)} throws", header, rows)
 
 
-def twins_grid(judged: Sequence[tuple[dict[str, Any], bool]]) -> Grid:
-    """Table of the coverage and the errors of fits of twins."""
+def twins_grid(config: ConveyorConfig, count: int, seed: int, landings: int, *, planned: bool) -> Grid:
+    """Table of the coverage and the errors of fits of twins, with a progress bar; arguments as of `make_twin`."""
+    judged, alarms = list[dict[str, Any]](), 0
+    with throws_bar() as bar:
+        task = bar.add_task("twins", total=count)
+        for twin in range(count):
+            cell, found, _ = study_twin(config, seed + twin, landings, planned=planned)
+            judged.append(judge_fit(cell, found))
+            alarms += not found.fits
+            bar.advance(task)
     labels = {**{p.name: p.label for p in PARAMETERS}, "camera_at_picks": "camera and encoder at the picks [mm]"}
-    groups = {label: [twin[name] for twin, _ in judged if name in twin] for name, label in labels.items()}
-    groups["delays of items [ms]"] = [
-        part for twin, _ in judged for name, part in twin.items() if name.startswith("delay_")
-    ]
+    groups = {label: [twin[name] for twin in judged if name in twin] for name, label in labels.items()}
+    groups["delays of items [ms]"] = [part for twin in judged for name, part in twin.items() if name[:6] == "delay_"]
     rows = [
         (label, f"{np.mean([p['holds'] for p in parts]):.0%}", f"{np.median([p['error'] for p in parts]):.2f}")
         for label, parts in groups.items()
         if parts
     ]
-    alarms = np.mean([not fits for _, fits in judged])
-    title = f"{len(judged)} twins, {alarms:.0%} with an alarm; errors of parameters in deviations of the prior"
+    title = f"{count} twins, {alarms / count:.0%} with an alarm; errors of parameters in deviations of the prior"
     return Grid(title, ("parameter", "95 % intervals hold", "median error"), rows)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from html import escape
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -26,16 +28,18 @@ STYLE: Final = (
 )
 
 
-def level_text(fitted: Fitted, samples: Floats, base: str, name: str, source: str) -> str:
+def level_text(fitted: Fitted, samples: Floats, base: str, place: Path, source: str) -> str:
     """Text of a level with the fitted values, each with its interval in a comment.
 
     Args:
         fitted: the fit.
         samples: of its posterior (S, P).
         base: name or file of the level from which the fit began.
-        name: name of the new level.
+        place: file of the new level.
         source: command that made it.
     """
+    # A level's file names the file of its base relative to itself.
+    base = os.path.relpath(base, place.parent) if Path(base).suffix else base
     level, known = fitted.level, fitted.estimates(samples)
     notes = {key: f"  # {part.label}: {part.text}" for key, part in known.items()}
     bias = level.bias
@@ -43,7 +47,7 @@ def level_text(fitted: Fitted, samples: Floats, base: str, name: str, source: st
     lines = [
         f"# {source}: {int(fitted.log.landed.sum())} landings of {len(fitted.log)} throws; 95 % intervals in brackets.",
         *(f"# {sentence}" for sentence in sentences(fitted, samples)),
-        f"name: {name}",
+        f"name: {place.stem}",
         f"base: {base}",
         "suction:",
         f"  valve: {level.suction.valve:.6g}{notes.get('valve', '')}",

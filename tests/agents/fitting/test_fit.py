@@ -188,7 +188,7 @@ def test_the_level_loads_and_says_what_was_fitted(tmp_path: Path) -> None:
     _, fitted = twin_and_fit()
     samples = fitted.posterior.samples()
     path = tmp_path / "fitted.yaml"
-    path.write_text(level_text(fitted, samples, "waste", "fitted", "pnt-gym fit log.csv"))
+    path.write_text(level_text(fitted, samples, "waste", path, "pnt-gym fit log.csv"))
     loaded = ConveyorConfig.load(path)
     level = fitted.level
     assert loaded.suction.tau == pytest.approx(level.suction.tau, rel=1e-5)
