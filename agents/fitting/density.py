@@ -1,8 +1,9 @@
 """The density of the posterior of a cell's parameters, and its maxima.
 
 Parameters are standard scores z of their priors. Residuals of `least_squares` are the landings, whitened by a 2x2
-covariance for each throw and made robust together (pseudo-Huber of the Mahalanobis distance), the scores themselves,
-and for each throw the square root of -2 ln of the probability of what came of it: not sealed, lost, or seen to land.
+covariance for each throw and scaled together, so that their squares are -2 ln of a mixture of regular throws and throws
+gone astray; the scores themselves; and for each throw the square root of -2 ln of the probability of what came of it:
+not sealed, lost, seen to land or not seen.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ CALLS, NODE_CALLS = 8, 3
 """Largest number of steps of a search in one round, and at a node."""
 SETTLED: Final = 0.05
 """Change of the scores below which a search ends."""
+FINEST: Final = 5e-4
+"""Least noise of a landing: the precision of the model itself [m]."""
 LEAST_CHANCE: Final = 1e-4
 """Chances are kept from this value to 1 minus it, as no model is so sure."""
 
@@ -130,7 +133,8 @@ class Density:
         # Unbiased, and for the inverse of a covariance of few draws (Hartlap's factor for two dimensions).
         size = 1.0 / (weight**2).sum(axis=1)
         share *= (size / np.maximum(size - 4.0, 1.0))[:, None, None]
-        covariance = self.spread * (share + np.eye(2) * self.model.config.feedback.noise**2)
+        noise = max(self.model.config.feedback.noise, FINEST)
+        covariance = self.spread * (share + np.eye(2) * noise**2)
         root = np.linalg.inv(np.linalg.cholesky(covariance))
         return Scatter(mean - middle, covariance, root, held, np.clip(astray, LEAST_ASTRAY, MOST_ASTRAY))
 
