@@ -53,6 +53,8 @@ class Arguments:
     """Seed of the objects; training and practice never see these objects, whatever their seed."""
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write all figures and every throw to this file."""
+    log: Annotated[Path | None, option("none", "FILE.csv")] = None
+    """Write a log of the conveyor's throws, as a real cell would measure them, for `pnt-gym fit`."""
     num_envs: int = NUM_ENVS
     """Cells simulated side by side; the objects depend on the seed and on this number."""
     threads: int = 2
@@ -77,6 +79,7 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
+    from .fitting.recorder import Recorder
     from .ground.starters import assumed_values, show_assumed
     from .judging.evaluation import judge
     from .judging.trials import check_options, controller_with, open_trial
@@ -84,7 +87,7 @@ def main(arguments: Arguments) -> None:
     from .pictures.stage import Stage
 
     at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
-    check_writable(arguments.json, arguments.save, arguments.picture, arguments.video)
+    check_writable(arguments.json, arguments.save, arguments.picture, arguments.video, arguments.log)
     check_ending("video", arguments.video, VIDEOS)
     check_drawing(picture=arguments.picture, film=arguments.video)
     env_id, level, mode = resolve_task(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
@@ -96,7 +99,9 @@ def main(arguments: Arguments) -> None:
         controller.reset(arguments.seed)
         count = getattr(arguments, trial.option, None) or trial.count()
         chosen = {name: getattr(arguments, name) for name in ("practice", "online", "load", "save")}
-        record, practice, conditions = judge(trial, controller, count, arguments.seed, **chosen)
+        recorder = None if arguments.log is None else Recorder(trial.core)
+        watch = None if recorder is None else recorder.watch
+        record, practice, conditions = judge(trial, controller, count, arguments.seed, watch=watch, **chosen)
         config = trial.core.config
     report = {"level": config.name, "seed": arguments.seed, "practice": practice, **record.report()}
     report |= assumed_values(config)
@@ -111,6 +116,8 @@ def main(arguments: Arguments) -> None:
         with closing(Stage(*stage_args, trust=trust, release=arguments.release)) as stage:
             stage.film(arguments.video)
         console().print(f"a film of the first {trial.step}s is in {arguments.video}")
+    if arguments.log is not None and recorder is not None:
+        deliver_text(arguments.log, recorder.text(record, arguments.seed))
     if arguments.json is not None:
         deliver_json(arguments.json, {"env": env_id, "controller": arguments.controller, **report})
         console().print(f"every {trial.step} is in {arguments.json}")

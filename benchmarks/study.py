@@ -25,9 +25,14 @@ from agents.jobs.code import code_digest
 from agents.report.study_plan import Case, Part, StudyPlan, read_study, shipped_study
 from benchmarks.studies.cells import Amount, Figures
 
+ROOMS: Final = ("judging", "controllers", "dispatchers", "learning", "training", "fitting")
+"""Rooms of agents on which figures depend."""
 CODE: Final = (
     "pnt_gym/**/*.py",
-    *(f"agents/{room}/**/*.py" for room in ("judging", "controllers", "dispatchers", "learning", "training")),
+    *(
+        f"agents/{room}/**/*.py"
+        for room in ("judging", "controllers", "dispatchers", "learning", "training", "fitting")
+    ),
     "benchmarks/studies/*.py",
     "configs/cells/**/*.yaml",
     "results/policies/**/*.npz",

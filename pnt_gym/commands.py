@@ -57,6 +57,25 @@ def compare(a: Any, b: Any, env: Any, budget: int | None = None, seed: int = 0, 
     return command_module("judging.comparison").compare(a, b, env, budget, seed, **options)
 
 
+def fit(log: str | Path, level: str | Path = "waste", **options: Any) -> dict[str, Any]:
+    """Fit a conveyor level to a log of throws.
+
+    Every argument is as for `agents.fitting.report.fit`.
+
+    Args:
+        log: CSV file with a row for each throw.
+        level: name or file of the level about whose values the priors lie.
+        options: free, names of the unknown parameters; prior, standard deviations by name.
+
+    Returns:
+        Estimates with intervals, tests of the model, sentences, and `differences`, a level's sections that differ.
+
+    Raises:
+        PntGymError: the log or the level does not describe throws of one cell.
+    """
+    return command_module("fitting.report").fit(log, level, **options)
+
+
 def shipped_policy(name: str) -> Path:
     """The folder, or the file of a scorer, of a policy that ships.
 

@@ -122,6 +122,7 @@ def judge(
     online: bool = False,
     load: Path | None = None,
     save: Path | None = None,
+    watch: Callable[[Controller], Controller] | None = None,
 ) -> Judgement:
     """Let a controller practise, then evaluate it, with a progress bar for each.
 
@@ -134,6 +135,7 @@ def judge(
         online: let the controller go on learning during the evaluation.
         load: file of a state that the controller begins with.
         save: file to which the learned state is saved.
+        watch: returns the controller that carries out the evaluation, after the practice; None for this one.
 
     Raises:
         UsageError: practice, `online` or a file is given for a controller that does not learn, or the file does not fit
@@ -150,6 +152,7 @@ def judge(
             advance = partial(bar.advance, bar.add_task("practice", total=steps))
             judged = trial.practise(controller, steps, seed, progress=advance)
         advance = partial(bar.advance, bar.add_task("evaluation", total=count))
+        judged = judged if watch is None else watch(judged)
         record = trial.run(judged, count, seed, online=online, progress=advance)
     if save is not None and isinstance(controller, Learner):
         save_state(controller, save)

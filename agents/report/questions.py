@@ -94,6 +94,7 @@ QUESTIONS: Final = (
         chapters={
             "benchmark_adapt": "Every controller under every drift",
             "adaptation": "Cameras and new kinds of items",
+            "fit": "What 40 landings tell of a cell",
         },
     ),
     Question(

@@ -20,7 +20,7 @@ from agents.ground.outputs import deliver_text
 from agents.ground.places import SHIPPED as ROOT
 from agents.report.blocks import fill_blocks
 
-from . import cite, commands, controllers, environments, examples, items, levels, papers, results, throw
+from . import cite, commands, controllers, environments, examples, fit, items, levels, papers, results, throw
 
 DOCS: Final = ROOT / "docs"
 RESULTS: Final = ROOT / "results"
@@ -35,6 +35,8 @@ MAKERS: Final[Mapping[str, Callable[[str], str]]] = {
     "environments": environments.environment_table,
     "gallery": environments.gallery,
     "examples": examples.example_code,
+    "log-columns": fit.column_table,
+    "fit-priors": fit.prior_table,
     "hidden": environments.hidden_table,
     "levels": levels.level_table,
     "items": items.item_table,

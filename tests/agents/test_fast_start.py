@@ -8,7 +8,7 @@ HEAVY = {"mujoco", "torch", "stable_baselines3", "sb3_contrib", "numba", "scipy"
 
 
 @pytest.mark.parametrize(
-    "command", [("agents.evaluate",), ("agents.compare",), ("agents.doctor",), ("pnt_gym", "evaluate")]
+    "command", [("agents.evaluate",), ("agents.compare",), ("agents.fit",), ("agents.doctor",), ("pnt_gym", "evaluate")]
 )
 def test_help_imports_nothing_heavy(command: tuple[str, ...]) -> None:
     done = run_python("-X", "importtime", "-m", *command, "--help", check=True)

@@ -167,6 +167,20 @@ dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' has no single form
 dataset --env PnTLine-v0 --expert atc --controller oracle | 'oracle' is no controller of a line; controllers are
 dataset --env PnTLine-v0 --expert atc --controller LONG | 'x ... is no controller of a line; controllers are random
 dataset --env PnTLine-v0 --expert atc --controller none.npz | scorer 'none.npz' does not exist
+evaluate --env OneJointThrow-v0 --controller analytic --log x.csv | --log goes with PnTConveyor-v0, PnTRelease-v0 and
+evaluate --controller analytic --log folder | cannot write 'folder': it is a folder
+fit | give a log, or --design N, or --twins N
+fit none.csv | cannot read log 'none.csv': No such file or directory
+fit folder | cannot read log 'folder': Is a directory
+fit file | log 'file' lacks the columns 'item', 'pick_x'
+fit file --free speed | speed: no parameter; parameters are valve, tau,
+fit file --prior tau=-1 | the prior of tau is -1; it must be a standard deviation above 0
+fit file --prior tau | 'tau' is no NAME=VALUE
+fit file --out x.txt | --out is 'x.txt'; it must end in .yaml or .yml
+fit file --level nowhere | unknown level 'nowhere'; shipped levels are
+fit file --level ideal | level 'ideal' has mismatch 0: nothing hidden acts on its throws
+fit --design 0 | --design is 0; it must be at least 1
+fit --twins 1 --landings 9 | --landings is 9; it must be at least 10
 compare | a comparison needs at least 2 controllers, got 0
 compare mlp | a comparison needs at least 2 controllers, got 1
 compare mlp mlp | controller 'mlp' is given twice; the names of compared controllers must differ

@@ -17,7 +17,7 @@ from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, R
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.problems import list_names
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
-from pnt_gym.cells.conveyor.drift import Drift, Feedback
+from pnt_gym.cells.conveyor.drift import Bias, Drift, Feedback
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import fastest_belt
 
@@ -260,6 +260,7 @@ class ConveyorConfig(SortingLine):
     pick: Pick = Pick()
     classifier: Classifier = Classifier()
     drift: Drift = Drift()
+    bias: Bias = Bias()
     feedback: Feedback = Feedback()
     action: ActionScale = ActionScale()
     reward: SortingReward = SortingReward()

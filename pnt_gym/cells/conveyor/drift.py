@@ -1,7 +1,7 @@
-"""Config sections of hidden drift during a shift of picks: valve, camera, encoder and draught.
+"""Config sections of what no sensor measures: drift during a shift of picks, and constants that were fitted.
 
-Values are assumed, of the size in maintenance reports of such cells. Every drift is centred at zero, so that a
-controller without adaptation cannot gain from its mean.
+Values of drift are assumed, of the size in maintenance reports of such cells. Every drift is centred at zero, so that a
+controller without adaptation cannot gain from its mean. The constants are those of one cell, from its measured throws.
 """
 
 from __future__ import annotations
@@ -140,6 +140,32 @@ class Drift(Section):
     def moves(self) -> bool:
         """Whether any drift is ever different from zero."""
         return any(section.moves for section in (self.delay, self.camera, self.encoder, self.draught))
+
+
+_Offset = Annotated[float, Field(ge=-CameraOffset.bound, le=CameraOffset.bound)]
+
+
+@final
+class Bias(Section):
+    """Constants by which a cell is off its data sheet, such as `pnt-gym fit` finds; each scales with the mismatch."""
+
+    camera: tuple[_Offset, _Offset] = Field(
+        default=(0.0, 0.0), description="True position of an object minus that of the belt's camera, along x, y [m]."
+    )
+    encoder: Annotated[float, Field(ge=-Encoder.bound, le=Encoder.bound)] = Field(
+        default=0.0, description="True speed of the belt over the encoder's, minus 1."
+    )
+    drag: Annotated[float, Field(ge=-0.9, le=9.0)] = Field(
+        default=0.0, description="True drag of every item over the catalogue's, minus 1."
+    )
+    delay: Annotated[float, Field(ge=-Valve.bound, le=Valve.bound)] = Field(
+        default=0.0, description="Delay of every release beyond that of `suction` [s]."
+    )
+
+    @property
+    def applies(self) -> bool:
+        """Whether any constant is different from zero."""
+        return any((*self.camera, self.encoder, self.drag, self.delay))
 
 
 @final

@@ -105,17 +105,9 @@ class FreeObjects:
         Raises:
             PhysicsError: the engine warned, or stopped a simulation.
         """
-        from pnt_gym.cells.base.freefall import STATE, fly_down  # noqa: PLC0415 - compiles, where nothing is kept
-
-        count, stride, step, rim = len(context.pick), clock.stride, clock.step, context.target[:, 2].copy()
-        state, steps = _release_states(clock), np.zeros(count, dtype=np.int64)
+        rim = context.target[:, 2].copy()
         flying = Airborne(body_constants(context), context.drift.draught, self._config.mismatch)
-        records = np.empty((count, int((clock.end - clock.release).max()) // stride + 2, STATE))
-        fly_down(state, flying.body, flying.wind, rim, flying.air, step, stride, records, steps)
-        # The last step undone: semi-implicit Euler moves by the velocity at the step's end.
-        before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
-        landing = landing_point(*before, rim)[:, :2]
-        landing = np.where(np.isfinite(landing), landing, state[:, :2])
+        landing, records, steps = cross_rims(flying, clock, rim)
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)
         touched = clock.meets(context, (records[..., :3], records[..., 7:10], records[..., 3:7]), steps)
@@ -123,7 +115,7 @@ class FreeObjects:
         if rows.size > 0:
             level = context.target[:, 2] + farthest_points(context)
             first = _last_moment_above(level, records[..., 2])[rows]
-            remaining = (clock.end - clock.release)[rows] - first * stride
+            remaining = (clock.end - clock.release)[rows] - first * clock.stride
             end = self.settle(rows, take(context, rows), take(flying, rows), records[rows, first], remaining)
             position[rows], velocity[rows] = end.position, end.velocity
         return Touchdown(landing, position, velocity, np.zeros_like(touched)), touched
@@ -180,6 +172,25 @@ class FreeObjects:
         bins += [(np.array([b.x, b.y]), np.array(b.size)) for b in self._config.bins.fixed]
         near = [(np.abs(landing - centre) <= size / 2.0 + NEAR_DISTANCE).all(axis=1) for centre, size in bins]
         return np.any(near, axis=0)
+
+
+def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats) -> tuple[Floats, Floats, Ints]:
+    """Where N released objects cross the heights of rims (N,) [m], in the air alone.
+
+    Returns:
+        The crossings (N, 2) [m], the states every `clock.stride` steps until then (N, K, STATE), and the number of
+        steps (N,).
+    """
+    from pnt_gym.cells.base.freefall import STATE, fly_down  # noqa: PLC0415 - compiles, where nothing is kept
+
+    step, stride = clock.step, clock.stride
+    state, steps = _release_states(clock), np.zeros(len(rim), dtype=np.int64)
+    records = np.empty((len(rim), int((clock.end - clock.release).max()) // stride + 2, STATE))
+    fly_down(state, flying.body, flying.wind, rim, flying.air, step, stride, records, steps)
+    # The last step undone: semi-implicit Euler moves by the velocity at the step's end.
+    before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
+    landing = landing_point(*before, rim)[:, :2]
+    return np.where(np.isfinite(landing), landing, state[:, :2]), records, steps
 
 
 def farthest_points(context: Context) -> Floats:

@@ -11,6 +11,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, recompute_rows, take
 from pnt_gym.cells.base.aside import Purpose, draw_aside
 from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.conveyor.bias import apply_bias
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
 from pnt_gym.cells.conveyor.context import Context, belt_shift
 from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
@@ -160,6 +161,7 @@ class PickPlanner:
             ceiling=ceiling,
             belt=self.config.belt,
         )
+        context = apply_bias(context, self.config)
         return (context, choice.good) if choice else self._try_bins(context, bins, can_hold)
 
     def _try_bins(self, context: Context, bins: BinsInTurn, can_hold: Bools) -> tuple[Context, Bools]:

@@ -12,6 +12,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, replace_rows
 from pnt_gym.cells.base.aside import Purpose, side_generator
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.base.features import FeatureTable, Quantity
+from pnt_gym.cells.conveyor.bias import constant_bias, unseen_grasp
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context, HiddenDrift, LastThrow
 from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
@@ -171,12 +172,14 @@ def make_drift(config: ConveyorConfig, generators: Generators, feedback: bool) -
 
 
 def apply_drift(context: Context, now: HiddenDrift, config: ConveyorConfig) -> Context:
-    """Picks with hidden drift: release delay, spin and grasp offset change, measurements do not."""
-    objects, offset = context.objects, now.camera.copy()
-    offset[:, 0] += now.encoder * (context.pick[:, 0] - config.belt.camera_x)
+    """Picks with hidden drift beside the constants of `bias`: delay, spin and grasp change, measurements do not."""
+    objects, constants = context.objects, constant_bias(config, len(context.pick))
+    total = HiddenDrift(*(part + drift for part, drift in zip(constants, now, strict=True)))
+    before, unseen = (unseen_grasp(hidden, context.pick, config.belt) for hidden in (constants, total))
+    planned = objects.replace(grasp=objects.grasp + before)
     delay = np.maximum(objects.delay + now.delay, 0.0)
-    spin = spin_at_grasp(objects, objects.grasp + offset, config)
-    return context.replace(objects=objects.replace(delay=delay, spin=spin), drift=now, unseen=offset)
+    spin = spin_at_grasp(planned, objects.grasp + unseen, config)
+    return context.replace(objects=objects.replace(delay=delay, spin=spin), drift=total, unseen=unseen)
 
 
 def remember_throws(context: Context, plans: ReleaseBatch, is_visible: Bools, error: Floats, gone: Floats) -> LastThrow:

@@ -104,9 +104,14 @@ class Chances:
 
 def digest(config: LineConfig) -> str:
     """Name of a line's table: a digest of everything on which its throws depend."""
-    cells = [config.cell_of(index).model_dump(mode="json", exclude=_UNCONCERNED) for index in range(len(config.robots))]
-    different = sorted({json.dumps(cell, sort_keys=True) for cell in cells})
+    cells = [config.cell_of(index) for index in range(len(config.robots))]
+    different = sorted({json.dumps(_throwing_keys(cell), sort_keys=True) for cell in cells})
     return hashlib.sha256("\n".join(different).encode()).hexdigest()[:16]
+
+
+def _throwing_keys(cell: ConveyorConfig) -> dict[str, Any]:
+    """Settings on which a cell's throws depend; `bias` only where it applies, as shipped tables are older."""
+    return cell.model_dump(mode="json", exclude=_UNCONCERNED if cell.bias.applies else {*_UNCONCERNED, "bias"})
 
 
 def shipped_table(config: LineConfig) -> Path:

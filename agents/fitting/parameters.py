@@ -1,0 +1,111 @@
+"""Hidden parameters of a cell: their priors, and the level that has given values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+from ..ground.cli import UsageError
+
+SOFTEST, STIFFEST = 0.05, 100.0
+"""Bounds of the lip's stiffness in a level [N m/rad]."""
+
+
+@final
+@dataclass(frozen=True)
+class Parameter:
+    """One hidden parameter with its normal prior.
+
+    A value is mean + sd z, or mean exp(sd z) where the prior is of the logarithm, with z standard normal.
+    """
+
+    name: str
+    label: str
+    unit: str
+    """Unit of the figure that people read."""
+    scale: float
+    """Figure that people read, per SI value."""
+    read: Callable[[ConveyorConfig], float]
+    """The level's own value."""
+    sd: float
+    """Standard deviation of the prior: of the SI value, or of its logarithm."""
+    is_log: bool = False
+    mean: float = np.nan
+
+    def value(self, z: Floats) -> Floats:
+        """SI values at standard scores S."""
+        return self.mean * np.exp(self.sd * z) if self.is_log else self.mean + self.sd * z
+
+    def score(self, value: float) -> float:
+        """Standard score of an SI value."""
+        return float(np.log(value / self.mean) if self.is_log else value - self.mean) / self.sd
+
+
+PARAMETERS: Final = (
+    Parameter("valve", "delay of the valve", "ms", 1e3, lambda c: c.suction.valve + c.bias.delay, 0.003),
+    Parameter("tau", "decay of the vacuum", "ms", 1e3, lambda c: c.suction.tau, 0.35, is_log=True),
+    Parameter("drag", "drag over the catalogue's", "x", 1.0, lambda c: 1.0 + c.bias.drag, 0.20, is_log=True),
+    Parameter("camera_x", "belt camera along the belt", "mm", 1e3, lambda c: c.bias.camera[0], 0.008),
+    Parameter("camera_y", "belt camera across the belt", "mm", 1e3, lambda c: c.bias.camera[1], 0.008),
+    Parameter("encoder", "belt speed over the encoder's", "%", 1e2, lambda c: c.bias.encoder, 0.008),
+    Parameter("stiffness", "stiffness of the lip", "N m/rad", 1.0, lambda c: c.cup.stiffness or 0.0, 0.7, is_log=True),
+)
+"""All parameters; their priors are assumed, of the size of a data sheet's tolerance or of a tape measure's error."""
+
+
+def priors(
+    config: ConveyorConfig, free: Sequence[str] | None = None, spreads: Mapping[str, Any] | None = None
+) -> tuple[Parameter, ...]:
+    """Parameters of a level with priors about the level's own values.
+
+    Args:
+        config: the level.
+        free: names of the parameters that are not known; None for all that the level has.
+        spreads: standard deviations of priors by name, in SI units; of the logarithm for tau, drag and stiffness.
+
+    Raises:
+        UsageError: a parameter is unknown or absent, a spread is no positive number, or nothing is free.
+    """
+    spreads, names = spreads or {}, [parameter.name for parameter in PARAMETERS]
+    chosen = names if free is None else list(free)
+    if unknown := sorted({*chosen, *spreads} - {*names}):
+        raise UsageError(f"{', '.join(unknown)}: no parameter; parameters are {', '.join(names)}")
+    for name, sd in spreads.items():
+        if isinstance(sd, bool) or not isinstance(sd, int | float) or not 0.0 < sd < np.inf:
+            raise UsageError(f"the prior of {name} is {sd!r}; it must be a standard deviation above 0, in SI units")
+    if config.mismatch == 0.0:
+        raise UsageError(f"level {config.name!r} has mismatch 0: nothing hidden acts on its throws; set it to 1")
+    present = [p for p in PARAMETERS if p.name in chosen and (p.name != "stiffness" or config.swings)]
+    if not present:
+        raise UsageError("no parameter is free; give at least one that the level has")
+    return tuple(replace(p, mean=p.read(config), sd=float(spreads.get(p.name, p.sd))) for p in present)
+
+
+def level_at(config: ConveyorConfig, values: Mapping[str, float]) -> ConveyorConfig:
+    """The level with values of some parameters, by name, in SI units; what a valve lacks below zero is in `bias.delay`.
+
+    The values are not checked, so that a search may leave the ranges of a level for a while.
+    """
+    bias, suction, cup = config.bias, config.suction, config.cup
+    if "valve" in values:
+        suction = suction.model_copy(update={"valve": max(values["valve"], 0.0)})
+        bias = bias.model_copy(update={"delay": min(values["valve"], 0.0)})
+    if "tau" in values:
+        suction = suction.model_copy(update={"tau": values["tau"]})
+    if "stiffness" in values:
+        cup = cup.model_copy(update={"stiffness": float(np.clip(values["stiffness"], SOFTEST, STIFFEST))})
+    camera = values.get("camera_x", bias.camera[0]), values.get("camera_y", bias.camera[1])
+    encoder, drag = values.get("encoder", bias.encoder), values.get("drag", 1.0 + bias.drag) - 1.0
+    bias = bias.model_copy(update={"camera": camera, "encoder": encoder, "drag": drag})
+    return config.model_copy(update={"bias": bias, "suction": suction, "cup": cup})
+
+
+def values_at(parameters: Sequence[Parameter], z: Floats) -> dict[str, float]:
+    """SI values by name at one vector of standard scores (P,)."""
+    return {parameter.name: float(parameter.value(z[index])) for index, parameter in enumerate(parameters)}
