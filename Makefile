@@ -68,6 +68,7 @@ bench: setup ## the benchmarks of results/ (hours; stop and resume)
 	$(BIN)/python -m agents.benchmark
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_adapt.yaml
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_goal.yaml
+	$(BIN)/python -m agents.benchmark --config configs/benchmark_grasp.yaml
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_line.yaml
 	$(BIN)/python -m agents.report
 

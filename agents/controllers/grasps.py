@@ -95,7 +95,7 @@ class GraspController(Learner):
         residual: corrects releases.
         pace: "gauge" for the pace at which the grip holds the measured load, or one share of the robot's acceleration.
         safety: factor of the measured load, of paces by the gauge.
-        tries: tries to grasp an object before it rides on.
+        tries: tries to grasp an object before it rides on; None for the level's.
     """
 
     practice = 0
@@ -111,12 +111,14 @@ class GraspController(Learner):
         *,
         pace: float | Literal["gauge"] = "gauge",
         safety: float = SAFETY,
-        tries: int = 1,
+        tries: int | None = None,
     ) -> None:
         if isinstance(pace, str) and pace != "gauge":
             raise UsageError(f"pace is {pace!r}; it must be 'gauge' or a share of the robot's acceleration")
-        if not 1 <= tries <= config.grasp.tries:
-            raise UsageError(f"tries is {tries}; on this level it must be from 1 to {config.grasp.tries}")
+        most = config.grasp.tries
+        tries = most if tries is None else tries
+        if not 1 <= tries <= most:
+            raise UsageError(f"tries is {tries}; on this level it must be from 1 to {most}")
         self.name = name
         self._config, self._place, self._residual = config, place, residual
         self._pace = Pace(config, None if pace == "gauge" else float(pace), safety)
@@ -185,7 +187,7 @@ class GraspController(Learner):
 def _phases(observation: Observation, tries: int) -> tuple[Bools, Any]:
     """Which objects hang under their cups (N,), and the numbers of tries that are over (N,)."""
     values = TABLE.decode(observation.features)
-    return values["holds"] > 0.5, tries - values["tries_left"]
+    return values["holds"] > 0.5, tries - np.rint(values["tries_left"])
 
 
 def residual_width() -> int:

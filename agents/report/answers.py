@@ -71,6 +71,28 @@ def drift(results: Results) -> str:
     )
 
 
+def grasp(results: Results) -> str:
+    """What the cup's place is worth: the middle, a tuned rule, a network and an oracle, on seen and on unseen kinds."""
+    data = _benchmark(results, "benchmark_grasp")
+    level, rows = first_level(data)
+    middle, rule, network, oracle = (_row(rows, name) for name in ("centre", "flattest", "local_mlp", "oracle_grasp"))
+    share = (_pace(network) - _pace(rule)) / (_pace(oracle) - _pace(rule))
+    sentence = (
+        f"On `{level}`, cups sent to the outline's middle sort {_pace(middle):.1f} objects a minute, to the flattest "
+        f"place {_pace(rule):.1f}, to the place of a network that learned from tries {_pace(network):.1f}, and to the "
+        f"truly best place {_pace(oracle):.1f}. The network gains {_difference(data, level, network, rule)}, on the "
+        f"rule: {100 * share:.0f} % of what can be won."
+    )
+    for other in [name for name in data["plan"]["levels"] if name != level]:
+        others = [row for row in data["table"] if row["level"] == other]
+        seen, blind, best_known = (_row(others, name) for name in ("local_mlp", "local_mlp_depth", "flattest"))
+        sentence += (
+            f" On `{other}`, whose kinds no network saw, the same network sorts {_pace(seen):.1f} a minute, the rule "
+            f"{_pace(best_known):.1f}, and a network that sees depths alone {_pace(blind):.1f}."
+        )
+    return sentence
+
+
 def order(results: Results) -> str:
     """What the best order is worth over first in, first out, on the levels where the gain is least and largest."""
     data = _benchmark(results, "benchmark_line")

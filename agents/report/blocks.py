@@ -25,6 +25,7 @@ from .tables import benchmark_table, first_shift_table
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "headline": ("benchmark.json", headline_table),
     "benchmark": ("benchmark.json", benchmark_table),
+    "grasp": ("benchmark_grasp.json", benchmark_table),
     "planner": ("perf_planner.json", planner_table),
     "environments": ("perf_envs.json", environment_table),
     "line": ("benchmark_line.json", line_table),
