@@ -66,11 +66,17 @@ def line_figures(data: Mapping[str, Any]) -> dict[str, str]:
 
 
 def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
-    """SVG texts of a benchmark of throws, by file name; no clouds of a cell that tells its errors only."""
+    """SVG texts of a benchmark of throws, by file name; no clouds of a cell that tells its errors only.
+
+    A plan in which no controller learns from throws has no figures over throws.
+    """
     if is_of_shifts(data):
         return {"over_the_shift.svg": svg(over_the_shift(data))}
-    drawn = {"sorted_per_min.svg": headline_figure(data), "landing_error.svg": bars(data)}
-    drawn["learning_curves.svg"] = learning_curves(data, ERROR)
+    learns = any(row["throws"] > 0 for row in data["table"])
+    drawn = {"sorted_per_min.svg": headline_figure(data)} if learns else {}
+    drawn["landing_error.svg"] = bars(data)
+    if learns:
+        drawn["learning_curves.svg"] = learning_curves(data, ERROR)
     clouds = _cloud_choices(data)
     if clouds:
         drawn["landing_clouds.svg"] = landing_clouds(clouds)

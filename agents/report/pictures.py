@@ -48,6 +48,23 @@ def flight(results: Results) -> Figure:
     return figure
 
 
+def grasp(results: Results) -> Figure:
+    """Sorted objects per minute by the place of the cup and by the pace, on seen and on unseen kinds."""
+    data = results["benchmark_grasp"]
+    names = list(dict.fromkeys(name_of(row) for row in data["table"]))
+    figure, (axes,) = subplots(1, 1, (7.5, 0.42 * len(names) + 1.2))
+    levels = data["plan"]["levels"]
+    height = 0.8 / len(levels)
+    for k, (level, colour) in enumerate(zip(levels, COLOURS, strict=False)):
+        pace = [row["sorted_per_min"] for row in data["table"] if row["level"] == level]
+        axes.barh(np.arange(len(names)) + k * height, pace, height, color=colour, label=level)
+    dress(axes, "sorted per minute", "")
+    axes.set_yticks(np.arange(len(names)) + 0.4 - height / 2, labels=names)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.10), ncols=2)
+    axes.invert_yaxis()
+    return figure
+
+
 def sorter(results: Results) -> Figure:
     """Sorted objects per minute under each effect, for each cell and controller of the study."""
     rows = results["judged"]["rows"]

@@ -113,11 +113,12 @@ QUESTIONS: Final = (
     Question(
         name="grasp",
         title="What is the place of the cup worth?",
-        picture="benchmark_grasp_sorted_per_min.svg",
+        picture="grasp.svg",
         answer=answers.grasp,
         sources=("benchmark_grasp",),
         command="python -m agents.benchmark --config configs/benchmark_grasp.yaml",
         chapters={"benchmark_grasp": "Every rule, network and pace"},
+        draw=pictures.grasp,
     ),
     Question(
         name="losses",

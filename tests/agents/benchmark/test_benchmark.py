@@ -271,7 +271,10 @@ def test_bad_plans_are_explained(tmp_path: Path, change: dict[str, Any], said: s
     assert "\n" not in str(refused.value)
 
 
-PLANS = ("benchmark", "benchmark_quick", "benchmark_goal", "benchmark_grasp", "benchmark_adapt", "benchmark_line_quick", "benchmark_line")
+PLANS = (
+    *("benchmark", "benchmark_quick", "benchmark_goal", "benchmark_grasp"),
+    *("benchmark_adapt", "benchmark_line_quick", "benchmark_line"),
+)
 
 
 @pytest.mark.parametrize("name", with_nightly(PLANS, PLANS[:-1]))
