@@ -1,0 +1,53 @@
+"""Guards of committed numbers: what docs/grasp.md says of places, networks, paces and tries."""
+
+import pytest
+
+from agents.ground.files import read_json
+from agents.ground.places import SHIPPED as ROOT
+
+DATA = read_json(ROOT / "results" / "benchmark_grasp.json")
+PACE = {(row["level"], row["label"]): row["sorted_per_min"] for row in DATA["table"]}
+SHARE = {(row["level"], row["label"]): row["success_rate"] for row in DATA["table"]}
+NETWORKS = ("local_mlp", "local_mlp_seed_1", "local_mlp_seed_2")
+
+
+def gain(learned: str, reference: str, level: str = "grasp") -> dict[str, float]:
+    """The paired difference of two rows in sorted objects per minute."""
+    (row,) = (
+        row
+        for row in DATA["comparisons"]
+        if (row["level"], row["learned"]["label"], row["reference"]["label"]) == (level, learned, reference)
+    )
+    return row["sorted_per_min"]
+
+
+def test_the_level_is_as_hard_as_meant() -> None:
+    rule = PACE["grasp", "flattest"]
+    assert rule > 1.03 * PACE["grasp", "centre"]
+    assert gain("oracle_grasp", "flattest")["value"] > 0.05 * rule
+    assert gain("oracle_grasp", "flattest")["low"] > 0.03 * rule
+    assert PACE["grasp", "flattest_naive"] < PACE["grasp", "centre"]
+
+
+@pytest.mark.parametrize("network", NETWORKS)
+def test_each_network_beats_the_tuned_rule_and_closes_most_of_the_gap(network: str) -> None:
+    rule, oracle = PACE["grasp", "flattest"], PACE["grasp", "oracle_grasp"]
+    assert gain(network, "flattest")["low"] > 0.03 * rule
+    assert PACE["grasp", network] - rule > 0.4 * (oracle - rule)
+
+
+def test_colours_mislead_on_kinds_that_no_network_saw() -> None:
+    assert gain("local_mlp_depth", "flattest", "grasp_unseen")["low"] > 0.0
+    assert gain("local_mlp_depth", "centroid", "grasp_unseen")["low"] > 0.0
+    assert max(PACE["grasp_unseen", network] for network in NETWORKS) < PACE["grasp_unseen", "flattest"]
+
+
+def test_no_fixed_pace_reaches_the_pace_by_the_gauge() -> None:
+    fixed = [PACE["grasp", f"local_mlp_pace_{pace}"] for pace in (0.3, 0.45, 0.6)]
+    assert gain("local_mlp", "local_mlp_pace_0.45")["low"] > 0.0
+    assert max(fixed) < PACE["grasp", "local_mlp"]
+
+
+def test_a_second_try_at_the_same_place_costs_more_time_than_it_sorts() -> None:
+    assert PACE["grasp", "local_mlp_one_try"] > PACE["grasp", "local_mlp"]
+    assert SHARE["grasp", "local_mlp_one_try"] < SHARE["grasp", "local_mlp"]
