@@ -15,7 +15,8 @@ from .ground.environments import find_environment
 from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable
 from .ground.tables import console
 from .learning.trained import resolve_task
-from .pictures.stage import Stage, load_viewer
+from .pictures.stage import Stage
+from .pictures.studio import load_viewer
 
 VIEWER = (
     "Show the throws live, with their figures, until the viewer is closed. Level and controller can be changed in the "

@@ -7,11 +7,14 @@ import pytest
 import pnt_gym
 from benchmarks.trace_step import main, trace_step
 
+CORES = {"Line": "LineCore.step", "Grasp": "GraspCore.step"}
+"""Step of the core of an environment, by a part of its id; of the others it is that of `Core`."""
+
 
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
 def test_the_step_of_every_environment_is_traced(env_id):
     trace = trace_step(env_id)
-    core = "LineCore.step" if "Line" in env_id else "Core.step"
+    core = next((name for part, name in CORES.items() if part in env_id), "Core.step")
     assert [calls for (_, name), calls in trace.functions.items() if name.endswith(core)] == [1]
     assert 3 < trace.deepest <= len(trace.functions)
 

@@ -8,9 +8,7 @@ from typing import Any, Final, final
 
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.view import record_video
-from pnt_gym.engine import has_display
 
-from ..ground.cli import UsageError
 from ..ground.outputs import deliver
 from ..judging.trials import open_trial
 from ..learning.trained import resolve_task
@@ -90,18 +88,3 @@ class Stage:
         """Close the view and the environment; safe to call twice."""
         self.view.close()
         self._trial.close()
-
-
-def load_viewer(kind: str) -> Any:
-    """The module of the live viewer; kind is "native" or "web".
-
-    Raises:
-        UsageError: there is no display for a window, or the platform lacks MuJoCo's Studio.
-    """
-    if kind == "native" and not has_display():
-        raise UsageError("--viewer native needs a display; --viewer web does without one")
-    try:
-        from . import viewer  # noqa: PLC0415 - takes a second, and is not on every platform
-    except ImportError as error:
-        raise UsageError(f"--viewer needs MuJoCo's Studio, which this platform has not ({error})") from None
-    return viewer

@@ -69,7 +69,7 @@ class ThrowTrial(Trial):
             UsageError: the algorithm does not fit, or observations hold pictures.
         """
         super().check_training(run_args)
-        if not isinstance(self.core.observation_space, Box):
+        if not isinstance(self.env.single_observation_space, Box):
             raise UsageError(
                 f"observations of {run_args['env']} hold pictures, and training here learns from vectors alone; "
                 "docs/grasp.md shows how to learn where to grasp, and stable-baselines3 on pictures"
