@@ -117,7 +117,10 @@ QUESTIONS: Final = (
         answer=answers.grasp,
         sources=("benchmark_grasp",),
         command="python -m agents.benchmark --config configs/benchmark_grasp.yaml",
-        chapters={"benchmark_grasp": "Every rule, network and pace"},
+        chapters={
+            "benchmark_grasp": "Every rule, network and pace",
+            "grasping": "Places without throws",
+        },
         draw=pictures.grasp,
     ),
     Question(

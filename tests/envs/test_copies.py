@@ -16,7 +16,7 @@ import pytest
 import pnt_gym
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import HARD, LINE, same_bits, same_step, some_actions, zeros
+from tests.tools.throws import HARD, LINE, arrays_of, same_bits, same_step, some_actions, zeros
 
 STEPS = 2
 
@@ -55,7 +55,7 @@ def single(env_id: str) -> Any:
 
 def _bits(observation: Any) -> list[bytes]:
     """The bits of an observation: an array, or a mapping of arrays."""
-    return [array.tobytes() for array in (observation.values() if isinstance(observation, dict) else [observation])]
+    return [array.tobytes() for array in arrays_of(observation)]
 
 
 def go_on(env: Any, env_id: str) -> list[Any]:

@@ -11,7 +11,7 @@ import pytest
 import pnt_gym
 from tests.tools.commands import run_python
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import HARD, same_bits, same_step, some_actions, zeros
+from tests.tools.throws import HARD, arrays_of, same_bits, same_step, some_actions, zeros
 
 SCRIPT = """
 import json, sys
@@ -22,8 +22,8 @@ NAMES = ("landing_error", "cycle_time", "peak_torque", "energy", "value", "actio
 """What infos tell to many digits, each where it is told at all."""
 
 
-DAILY = ("PnTAdapt-v0", "OneJointSort-v0", "GripperToss-v0", "PnTLine-v0")
-"""An environment of every robot, and the line of them."""
+DAILY = ("PnTAdapt-v0", "OneJointSort-v0", "GripperToss-v0", "PnTLine-v0", "PnTGrasp-v0")
+"""An environment of every robot, the line of them, and the cell that grasps."""
 
 
 @pytest.fixture(scope="module")
@@ -36,10 +36,11 @@ def elsewhere(request):
 def throws(env_id, threads, seed=4):
     env = gym.make_vec(env_id, num_envs=3, level=HARD[env_id], threads=threads)
     rng, digest = np.random.default_rng(0), hashlib.sha256()
-    digest.update(env.reset(seed=seed)[0].tobytes())
+    for array in arrays_of(env.reset(seed=seed)[0]):
+        digest.update(array.tobytes())
     for _ in range(3):
         observation, reward, *_, info = env.step(some_actions(env_id, rng, 3))
-        for array in (observation, reward, *(info[name] for name in NAMES if name in info)):
+        for array in (*arrays_of(observation), reward, *(info[name] for name in NAMES if name in info)):
             digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
 

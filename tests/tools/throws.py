@@ -217,6 +217,11 @@ def same_bits(a: Any, b: Any) -> bool:
     return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
 
 
+def arrays_of(observation: Any) -> list[np.ndarray]:
+    """The arrays of an observation: the observation itself, or those of a mapping."""
+    return [*observation.values()] if isinstance(observation, Mapping) else [observation]
+
+
 def rows_of(observations: Any, index: Any) -> Any:
     """Some rows of observations: of an array, or of each array of a mapping."""
     if isinstance(observations, Mapping):

@@ -21,7 +21,7 @@ from tests.tools.throws import (
 
 N = 3
 STEPS = dict.fromkeys(THROWS, 6) | dict.fromkeys(("OneJointThrow-v0", "OneJointSort-v0", *GRIPPER), 4)
-STEPS |= dict.fromkeys(LINE, 30) | dict.fromkeys(GRASP, 12)
+STEPS |= dict.fromkeys(LINE, 30) | dict.fromkeys(GRASP, 16)
 SHIFT = vary("waste", picks_per_shift=2)
 LEVELS: dict[str, Any] = dict.fromkeys(CONVEYOR, SHIFT) | dict.fromkeys((*ONE_JOINT, *GRIPPER), "late")
 LEVELS["PnTLine-v0"] = SHORT_LINE
