@@ -85,7 +85,7 @@ def pixels(settings: Settings, amount: Amount) -> Figures:
     scenes, features = _scenes(settings["kinds"], amount)
     network = _maps(settings["tries"], settings["seed"], settings["with_features"], settings["epochs"])
     maps = input_maps(scenes.images, scenes.radius, features if settings["with_features"] else None)
-    return _figures(settings["kinds"], scenes, scenes.try_places(network.places(maps, features)))
+    return _figures(scenes, scenes.try_places(network.places(maps, features)))
 
 
 def tuning(settings: Settings, amount: Amount) -> Figures:
