@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, NamedTuple, Self, final
 
 import numpy as np
@@ -66,8 +67,6 @@ class Scenes:
     config: GraspConfig
     objects: Objects
     surfaces: Surfaces
-    images: NDArray[np.uint8]
-    """Pictures (N, 5, 48, 48)."""
     middle: Floats
     """True middle of the outline from the middle of the picture (N, 2) [m]."""
     error: Floats
@@ -91,10 +90,14 @@ class Scenes:
     @classmethod
     def of(cls, config: GraspConfig, objects: Objects, error: Floats) -> Self:
         """Objects whose cups miss their places by errors (N, 2) [m]."""
-        table = surface_table(config.item_list())
-        maker = PictureMaker(config, table)
-        images = maker.pictures(take(objects, np.arange(len(error))[:, None]), np.zeros((len(error), 1, 2)))
-        return cls(config, objects, draw_surfaces(table, objects), images, outline_errors(objects, config), error)
+        surfaces = draw_surfaces(surface_table(config.item_list()), objects)
+        return cls(config, objects, surfaces, outline_errors(objects, config), error)
+
+    @cached_property
+    def images(self) -> NDArray[np.uint8]:
+        """Pictures of the objects (N, 5, 48, 48)."""
+        maker, count = PictureMaker(self.config, surface_table(self.config.item_list())), len(self.error)
+        return maker.pictures(take(self.objects, np.arange(count)[:, None]), np.zeros((count, 1, 2)))
 
     @property
     def surface(self) -> Surface:
@@ -110,7 +113,7 @@ class Scenes:
 
     def parts(self, size: int) -> Iterator[Scenes]:
         """The scenes in parts of a size, to bound the memory."""
-        for begin in range(0, len(self.images), size):
+        for begin in range(0, len(self.error), size):
             yield take(self, slice(begin, begin + size))
 
     @property

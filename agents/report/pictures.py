@@ -52,34 +52,19 @@ def grasp(results: Results) -> Figure:
     """Sorted objects per minute by the place of the cup and by the pace, on seen and on unseen kinds."""
     data = results["benchmark_grasp"]
     names = list(dict.fromkeys(name_of(row) for row in data["table"]))
-    figure, (axes,) = subplots(1, 1, (7.5, 0.42 * len(names) + 1.2))
     levels = data["plan"]["levels"]
-    height = 0.8 / len(levels)
-    for k, (level, colour) in enumerate(zip(levels, COLOURS, strict=False)):
-        pace = [row["sorted_per_min"] for row in data["table"] if row["level"] == level]
-        axes.barh(np.arange(len(names)) + k * height, pace, height, color=colour, label=level)
-    dress(axes, "sorted per minute", "")
-    axes.set_yticks(np.arange(len(names)) + 0.4 - height / 2, labels=names)
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.10), ncols=2)
-    axes.invert_yaxis()
-    return figure
+    pace = {level: [row["sorted_per_min"] for row in data["table"] if row["level"] == level] for level in levels}
+    return _side_by_side(names, pace, "sorted per minute")
 
 
 def sorter(results: Results) -> Figure:
     """Sorted objects per minute under each effect, for each cell and controller of the study."""
     rows = results["judged"]["rows"]
     cases = list(dict.fromkeys(row["case"] for row in rows))
-    kinds = list(dict.fromkeys((row["level"], row["controller"]) for row in rows))
-    figure, (axes,) = subplots(1, 1, (7.5, 0.55 * len(cases) + 1.2))
-    height = 0.8 / len(kinds)
-    for k, ((level, controller), colour) in enumerate(zip(kinds, COLOURS, strict=False)):
-        pace = [row["sorted_per_min"] for row in rows if (row["level"], row["controller"]) == (level, controller)]
-        axes.barh(np.arange(len(cases)) + k * height, pace, height, color=colour, label=f"{level}, {controller}")
-    dress(axes, "sorted per minute", "")
-    axes.set_yticks(np.arange(len(cases)) + 0.4 - height / 2, labels=cases)
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2)
-    axes.invert_yaxis()
-    return figure
+    pace: dict[str, list[float]] = {}
+    for row in rows:
+        pace.setdefault(f"{row['level']}, {row['controller']}", []).append(row["sorted_per_min"])
+    return _side_by_side(cases, pace, "sorted per minute")
 
 
 def cup(results: Results) -> Figure:
@@ -120,6 +105,19 @@ def speed(results: Results) -> Figure:
     dress(axes, "throws per second, or decisions where none is simulated", "", legend="lower right")
     axes.set_xscale("log")
     axes.set_yticks(places, labels=[name for name, _ in rows])
+    axes.invert_yaxis()
+    return figure
+
+
+def _side_by_side(names: list[str], bars: Mapping[str, list[float]], across: str) -> Figure:
+    """Horizontal bars, a group for each name, with one bar for each kind."""
+    figure, (axes,) = subplots(1, 1, (7.5, 0.55 * len(names) + 1.2))
+    height = 0.8 / len(bars)
+    for k, ((kind, widths), colour) in enumerate(zip(bars.items(), COLOURS, strict=False)):
+        axes.barh(np.arange(len(names)) + k * height, widths, height, color=colour, label=kind)
+    dress(axes, across, "")
+    axes.set_yticks(np.arange(len(names)) + 0.4 - height / 2, labels=names)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2)
     axes.invert_yaxis()
     return figure
 

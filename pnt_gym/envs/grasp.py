@@ -129,8 +129,9 @@ class PnTGraspEnv(CoreEnv, observes=TABLE):
         Raises:
             ActionError: the pixel is outside of the picture, or farther from its middle than the cup goes.
         """
-        place: Floats = place_of_pixel(row, column, self.core.config)
-        if not (0 <= row < PIXELS and 0 <= column < PIXELS) or np.abs(place).max() > 1.0:
+        in_picture = 0 <= row < PIXELS and 0 <= column < PIXELS
+        place: Floats = place_of_pixel(row, column, self.core.config) if in_picture else np.full(2, np.inf)
+        if np.abs(place).max() > 1.0:
             reach = self.core.config.grasp.reach
             raise ActionError(
                 f"pixel is ({row}, {column}); row and column must be from 0 to {PIXELS - 1}, and within {reach:g} m of "

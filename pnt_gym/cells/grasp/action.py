@@ -8,7 +8,8 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.cells.grasp.config import PIXEL, PIXELS, GraspConfig
+from pnt_gym.cells.grasp.config import GraspConfig
+from pnt_gym.cells.grasp.images import pixel_places
 
 MODE: Final = "grasp"
 """Name of the only action mode."""
@@ -62,6 +63,5 @@ def read_actions(actions: Floats, config: GraspConfig) -> Wishes:
 
 
 def place_of_pixel(row: int, column: int, config: GraspConfig) -> Floats:
-    """The first two numbers of an action (2,) whose cup is at a pixel of the picture, as of `images.pixel_places`."""
-    middle = (PIXELS - 1) / 2.0
-    return PIXEL * np.array([column - middle, middle - row]) / config.grasp.reach
+    """The first two numbers of an action (2,) whose cup is at a pixel of the picture."""
+    return pixel_places()[row, column] / config.grasp.reach

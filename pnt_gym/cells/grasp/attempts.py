@@ -9,15 +9,12 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, join_columns, replace_rows, take
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.hold import picked
 from pnt_gym.cells.conveyor.objects.drawing import release_delay, spin_at_grasp
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.cells.grasp.surfaces import (
     TRY,
-    Seals,
-    Surfaces,
     draw_surfaces,
     later_keys,
     normal_draw,
@@ -81,7 +78,7 @@ class Grasper:
         self._config, self._planner = config, planner
         self.surfaces = surface_table(config.item_list())
 
-    def grasp(self, context: Context, place: Floats, number: Ints) -> tuple[Context, Floats]:
+    def grasp(self, context: Context, place: Floats, number: Ints) -> tuple[Context, Floats, Floats]:
         """Grasp objects.
 
         Args:
@@ -90,20 +87,23 @@ class Grasper:
             number: numbers of the objects' tries, from 0 (N,).
 
         Returns:
-            The picks, in which the objects hang under the cups or the picks fail; and the places (N, 2) [m], of which
-            those without a throw are moved towards the pictures' middles.
+            The picks, in which the objects hang under the cups or the picks fail; the places (N, 2) [m], of which
+            those without a throw are moved towards the pictures' middles; and the true leaks under the lips (N,), 1
+            where all of an object seals alike.
         """
-        grasped = self._grasped(context, place, number)
+        grasped, leak = self._grasped(context, place, number)
         bad = np.flatnonzero(~grasped.plan.feasible)
         if bad.size == 0:
-            return grasped, place
+            return grasped, place, leak
         rows, asked, numbers = take(context, bad), place[bad], number[bad]
 
-        def at(share: Floats) -> Context:
+        def at(share: Floats) -> tuple[Context, Floats]:
             return self._grasped(rows, share[:, None] * asked, numbers)
 
-        share, _ = bisect(lambda part: at(part).plan.feasible, np.zeros(len(bad)), np.ones(len(bad)), _HALVINGS)
-        return replace_rows(grasped, bad, at(share)), replace_rows(place, bad, share[:, None] * asked)
+        share, _ = bisect(lambda part: at(part)[0].plan.feasible, np.zeros(len(bad)), np.ones(len(bad)), _HALVINGS)
+        nearer, nearer_leak = at(share)
+        moved = replace_rows(place, bad, share[:, None] * asked)
+        return replace_rows(grasped, bad, nearer), moved, replace_rows(leak, bad, nearer_leak)
 
     def with_pace(self, context: Context, pace: Floats) -> tuple[Context, Bools]:
         """Grasped picks with throws at shares of the robot's acceleration (N,), and which throws are faster than asked.
@@ -121,40 +121,30 @@ class Grasper:
         )
         return replace_rows(asked, bad, self._plan(rows, slowest)), fast
 
-    def seals(self, context: Context, places: Floats) -> tuple[Surfaces, Seals]:
-        """True surfaces of N objects, and seals of cups at places from the pictures' middles (N, P, 2) [m]."""
-        surfaces = draw_surfaces(self.surfaces, context.objects)
-        # Without surfaces the drawn grasp offset is the true middle from the cup of a grasp of zero.
-        middle = context.grasp + outline_errors(context.objects, self._config)
-        return surfaces, seal_at(surfaces, context.objects, places - middle[:, None])
-
-    def leak(self, context: Context, place: Floats) -> Floats:
-        """True leaks under the lips of cups at places (N, 2) [m] (N,); 1 where all of an object seals alike."""
-        if self._config.surface is None:
-            return np.ones(len(place))
-        return self.seals(context, place[:, None])[1].leak[:, 0]
-
     def _plan(self, context: Context, pace: Floats) -> Context:
         """The picks with throws at shares of the robot's acceleration (N,), feasible or not."""
         return self._planner.plan_at(context, context.pick, pace * T3KR_ACCELERATION)
 
-    def _grasped(self, context: Context, place: Floats, number: Ints) -> Context:
-        """The picks with the cups at places, and their throws at the fastest pace, feasible or not."""
-        grasp = context.objects.grasp - place
-        moved = context.replace(objects=self._hang(context.objects, grasp))
+    def _grasped(self, context: Context, place: Floats, number: Ints) -> tuple[Context, Floats]:
+        """The picks with the cups at places, and their throws at the fastest pace, feasible or not; and the leaks."""
+        config, objects = self._config, context.objects
+        grasp, leak = objects.grasp - place, np.ones(len(place))
+        if config.surface is None:
+            objects = objects.replace(
+                grasp=grasp,
+                spin=spin_at_grasp(objects, grasp, config),
+                pick_draw=self._pick_draw(objects, number),
+            )
+        else:
+            surfaces, unseen = draw_surfaces(self.surfaces, objects), outline_errors(objects, config)
+            # The drawn grasp offset is where the camera takes the middle to be, from the cup of a grasp of zero.
+            cup = place - (context.grasp + unseen)
+            seals = seal_at(surfaces, objects, cup[:, None])
+            force, leak = seals.force[:, 0], seals.leak[:, 0]
+            holds, unseen = self._holds(objects, force, number, config.surface), unseen + surfaces.com
+            objects = self._seal(objects, grasp + unseen, force, unseen, holds)
         pick = context.pick + join_columns(place[:, 0], place[:, 1], 0.0)
-        if self._config.surface is None:
-            moved = self._planner.plan_at(moved, pick, context.limits.acceleration)
-            return self._try_again(moved, number)
-        surfaces, seals = self.seals(context, place[:, None])
-        holds = self._holds(context.objects, seals.force[:, 0], number, self._config.surface)
-        unseen = surfaces.com + outline_errors(context.objects, self._config)
-        objects = self._seal(context.objects, grasp + unseen, seals.force[:, 0], unseen, holds)
-        return self._planner.plan_at(context.replace(objects=objects), pick, context.limits.acceleration)
-
-    def _hang(self, objects: Objects, grasp: Floats) -> Objects:
-        """Objects that hang with a grasp offset (N, 2) [m]."""
-        return objects.replace(grasp=grasp, spin=spin_at_grasp(objects, grasp, self._config))
+        return self._planner.plan_at(context.replace(objects=objects), pick, context.limits.acceleration), leak
 
     def _holds(self, objects: Objects, force: Floats, number: Ints, surface: Surface) -> Bools:
         """Whether seals of a force (N,) [N] hold their objects in the tries of some numbers (N,)."""
@@ -178,15 +168,9 @@ class Grasper:
             measured=seen.replace(seal=seen.seal * (force / objects.seal), grasp_noise=seen.grasp_noise - unseen),
         )
 
-    def _try_again(self, context: Context, number: Ints) -> Context:
-        """The picks with new draws whether the cups seal, in tries after the first."""
+    def _pick_draw(self, objects: Objects, number: Ints) -> Floats:
+        """Draws whether the cups seal without surfaces (N,): the objects' own, in tries after the first new ones."""
         from scipy.special import ndtr  # noqa: PLC0415  # pyright: ignore[reportMissingTypeStubs] - a heavy import
 
-        objects = context.objects
         later = ndtr(normal_draw(later_keys(object_keys(objects, TRY), number)))
-        return context.replace(objects=objects.replace(pick_draw=np.where(number == 0, objects.pick_draw, later)))
-
-
-def holds(context: Context, config: GraspConfig) -> Bools:
-    """Which cups hold the objects of grasped picks (N,)."""
-    return picked(context, config)
+        return np.where(number == 0, objects.pick_draw, later)

@@ -18,14 +18,14 @@ from pnt_gym.cells.base.request import NO_REQUEST, Request
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.cup.hold import picked
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.action import MODE, Wishes, names_of, read_actions
-from pnt_gym.cells.grasp.attempts import Attempts, Grasper, holds
+from pnt_gym.cells.grasp.attempts import Attempts, Grasper
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.groups import GroupPicks, chosen_members
 from pnt_gym.cells.grasp.observation import SPACE, GraspSight, encode
 from pnt_gym.cells.grasp.pictures import PictureMaker
-from pnt_gym.cells.grasp.surfaces import Seals
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
 
 Observation = dict[str, NDArray[Any]]
@@ -89,10 +89,6 @@ class GraspCore:
         """Values of the coming picks that no observation has, by name, (N,) each."""
         return self.throws.hidden()
 
-    def seals(self, places: Floats) -> Seals:
-        """True seals of cups at places from the pictures' middles (N, P, 2) [m]; only oracles and figures may ask."""
-        return self._grasper.seals(self.picks, places)[1]
-
     def step(self, actions: object, waiting: Bools | None = None) -> Step:
         """Grasp in the cells whose cups are free, and throw in the others.
 
@@ -139,9 +135,8 @@ class GraspCore:
         self._ride(rows)
         before, (picks, asked) = take(self.attempts, rows), self._chosen(rows, place[rows])
         self.picks = replace_rows(self.picks, rows, picks)
-        grasped, at = self._grasper.grasp(picks, asked, before.tries)
-        held = holds(grasped, self.config)
-        leak = self._grasper.leak(picks, at)
+        grasped, at, leak = self._grasper.grasp(picks, asked, before.tries)
+        held = picked(grasped, self.config)
         after = before.then(held, at, place[rows] + (at - asked), grasped.measured.seal, leak)
         self.attempts = replace_rows(self.attempts, rows, after)
         over = held | (self._tries_left()[rows] <= 0)
@@ -155,11 +150,7 @@ class GraspCore:
             return picks, place
         chosen, on_object = chosen_members(take(source.groups, rows), place)
         members = take(source.groups, (rows, chosen))
-        ridden = picks.spent * self.config.belt.speed
-        pick = members.pick.copy()
-        pick[:, 0] += ridden
-        moved = self.cell.planner.plan_at(members.replace(spent=picks.spent), pick, members.limits.acceleration)
-        return moved, on_object
+        return self._ridden(members, picks.spent), on_object
 
     def _in_sight(self, rows: Ints) -> tuple[Objects, Floats]:
         """The objects in the pictures of some rows (K, M), and their middles from the first's (K, M, 2) [m]."""
@@ -175,11 +166,14 @@ class GraspCore:
         if again.size == 0:
             return
         picks, time = take(self.picks, again), self.config.grasp.retry
+        self.picks = replace_rows(self.picks, again, self._ridden(picks, np.full(len(again), time)))
+        self.cell.ride(again, time)
+
+    def _ridden(self, picks: Context, time: Floats) -> Context:
+        """Picks that have ridden on with the belt for further times (K,) [s], which count as spent on tries."""
         pick = picks.pick.copy()
         pick[:, 0] += self.config.belt.speed * time
-        moved = self.cell.planner.plan_at(picks.replace(spent=picks.spent + time), pick, picks.limits.acceleration)
-        self.picks = replace_rows(self.picks, again, moved)
-        self.cell.ride(again, time)
+        return self.cell.planner.plan_at(picks.replace(spent=picks.spent + time), pick, picks.limits.acceleration)
 
     def _tries_left(self) -> Ints:
         """Numbers of tries that are left (N,): of the level, and until the object leaves the window."""
