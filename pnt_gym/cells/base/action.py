@@ -95,7 +95,7 @@ def corrected(
     """
     plans = mode.plan(planner, context, actions * scale)
     clipped = ~plans.feasible
-    rows = np.flatnonzero(clipped)
+    rows = clipped.nonzero()[0]
     if rows.size == 0:
         return plans, clipped
     context_rows, action_rows = take(context, rows), actions[rows]
@@ -197,5 +197,5 @@ def require_feasible(plans: Plans) -> None:
         PlanningError: the plan of a cell is not feasible.
     """
     if not plans.feasible.all():
-        row = int(np.flatnonzero(~plans.feasible)[0])
+        row = int((~plans.feasible).nonzero()[0][0])
         raise PlanningError(f"the plan of cell {row} is not feasible; throw only plans whose `feasible` is True")

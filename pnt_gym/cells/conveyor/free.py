@@ -8,7 +8,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.base.alone import Fall, fall, write_object
-from pnt_gym.cells.base.plant import Touchdown
+from pnt_gym.cells.base.plant import Touchdown, simulation_ids
 from pnt_gym.cells.base.settling import Airborne, FallEnd, Vicinity, settle
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA
@@ -111,7 +111,7 @@ class FreeObjects:
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)
         touched = clock.meets(context, (records[..., :3], records[..., 7:10], records[..., 3:7]), steps)
-        rows = np.flatnonzero(self._near(context, landing) & ~touched)
+        rows = (self._near(context, landing) & ~touched).nonzero()[0]
         if rows.size > 0:
             level = context.target[:, 2] + farthest_points(context)
             first = _last_moment_above(level, records[..., 2])[rows]
@@ -144,7 +144,7 @@ class FreeObjects:
         """Set up some of the simulations with the objects of N picks in states qpos (N, 7) and qvel (N, 6)."""
         batch = self.batch
         write_models(batch, rows, self._scene, context, self._config)
-        batch.set_const(rows)
+        batch.set_const(simulation_ids(batch, rows))
         batch.state[rows] = 0.0
         batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
 

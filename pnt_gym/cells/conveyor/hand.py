@@ -140,7 +140,7 @@ class ThrowClock:
         Contacts while the object leaves the cup do not count.
         """
         touched = self.may_meet(context, motion, self.release, count, 0.0)
-        rows = np.flatnonzero(touched)
+        rows = touched.nonzero()[0]
         if rows.size > 0:
             position, _, attitude = motion
             steps = np.arange(position.shape[1], dtype=np.int64) * self.stride

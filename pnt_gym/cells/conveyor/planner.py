@@ -170,7 +170,7 @@ class PickPlanner:
         good = can_hold & accepted
         attempts, last, count = [first], np.arange(len(good)), len(good)
         for attempt in range(1, bins.bin.shape[1]):
-            rows = np.flatnonzero(~good)
+            rows = (~good).nonzero()[0]
             if rows.size == 0:
                 break
             tried, accepted = self._retry(take(first, rows), take(bins, rows), attempt)

@@ -20,7 +20,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, compute_by_mask, concatenate_rec
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import work_between, work_of_steps
 from pnt_gym.cells.base.parallel import call_in_threads, split_rows
-from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, roll_out, touching
+from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, roll_out, simulation_ids, touching
 from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -107,7 +107,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         rows = np.arange(len(context.pick)) if rows is None else rows
         write_models(batch, rows, scene, context, self.config)
         self._write_grip_point(rows, context, None if clock is None else clock.spring)
-        batch.set_const(rows)
+        batch.set_const(simulation_ids(batch, rows))
         batch.state[rows] = 0.0
         cup, first, qpos = context.pick + context.cup_offset, scene.object_qpos, np.zeros((len(rows), scene.model.nq))
         if clock is not None and self.config.belt.tracking:
