@@ -169,7 +169,7 @@ def clip_actions(actions: object, count: int, size: int, mode: str) -> Floats:
     if bad.any():
         row = int(np.argwhere(bad)[0][0])
         raise ActionError(f"action of cell {row} is {array[row].tolist()}; it must be finite and within [-1, 1]")
-    return np.clip(array, -1.0, 1.0)
+    return np.minimum(np.maximum(array, -1.0), 1.0)
 
 
 def pad_residual(residual: Floats, size: int) -> Floats:

@@ -166,7 +166,7 @@ def roll_out(
     simulations = np.arange(len(steps)) if ids is None else ids
     batch.warning[:] = 0
     start = 0
-    for end in np.unique(steps).tolist():
+    for end in sorted(set(steps.tolist())):
         rows = (steps > start).nonzero()[0]
         part = batch.rollout(
             end - start,

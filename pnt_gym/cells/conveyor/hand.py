@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final, final
 
 import numpy as np
@@ -96,7 +97,7 @@ class ThrowClock:
         swung = swing_objects(context, spring, parting, clock.hand, release, clock.stride, config)
         return replace(clock, parting=swung, spring=spring)
 
-    @property
+    @cached_property
     def stride(self) -> int:
         """Steps between two samples of the hand's path."""
         return max(round(KNOT_SPACING / self.step), 1)

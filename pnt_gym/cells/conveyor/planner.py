@@ -245,7 +245,7 @@ class PickPlanner:
         emptied = self.config.bins.emptied
         if emptied is None:
             return np.full(objects.draws.fill.shape, self.config.bins.depth)
-        area = self.areas if self.config.bins.fixed else np.prod(opening, axis=1, keepdims=True)
+        area = self.areas if self.config.bins.fixed else opening[:, :1] * opening[:, 1:]
         return draw_fill(objects.draws.fill, emptied, self._volumes).depth(area, self.config)
 
     def _mover(self, name: str) -> Mover:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
@@ -76,7 +76,7 @@ class RankedPicks:
         """Picks of the objects at one place per row; the last pick stands in for index -1, as not throwable."""
         index = self.index[rows, places]
         picks = take(self.picks, index)
-        return replace(picks, throwable=picks.throwable & (index >= 0))
+        return PlannedPicks(picks.reach, picks.context, picks.throwable & (index >= 0))
 
     def motions(self, rows: Ints, places: Ints) -> ThrowMotion:
         """Motions of throwable objects at one place per row."""

@@ -117,7 +117,7 @@ class TrackingMover(Mover):
             segments=superpose(motion.segments.delay(delay), fading.fade_out()),
             release_time=motion.release_time + delay,
             stop_time=motion.stop_time + delay,
-            pick_velocity=np.tile(self._speed * DOWNSTREAM, (len(pick), 1)),
+            pick_velocity=np.full((len(pick), 3), self._speed * DOWNSTREAM),
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
