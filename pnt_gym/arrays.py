@@ -167,7 +167,7 @@ def concatenate_records(records: Sequence[RecordT], axis: int = 0) -> RecordT:
 
 def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
     """A record of the same type, each array computed by ``change`` from the records' arrays of that name."""
-    if isinstance(first, np.ndarray):
+    if first.__class__ is np.ndarray:
         return change(first, *records)
     if first.__class__ is dict:
         return {name: _map_arrays(change, *(record[name] for record in (first, *records))) for name in first}

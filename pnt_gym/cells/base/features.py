@@ -79,10 +79,7 @@ class FeatureTable:
 
     def encode(self, throws: Any) -> NDArray[np.float32]:
         """Observations (N, D) of coming throws, float32 within [-CLIP, CLIP]."""
-        columns: list[Floats] = []
-        for feature in self._features:
-            columns.append(feature.value(throws))
-        values = np.array(columns, dtype=np.float64)
+        values = np.array([feature.value(throws) for feature in self._features], dtype=np.float64)
         scaled = (values.transpose(*range(1, values.ndim), 0) - self._centre) / self._scale
         return np.minimum(np.maximum(scaled, -CLIP), CLIP).astype(np.float32)
 

@@ -221,7 +221,7 @@ class PickPlanner:
         """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
         safety, limits = self.config.grip.safety, LimitRows.t3kr(objects.percent)
         if safety is None:
-            return limits, np.full(len(objects.measured.kind), True)
+            return limits, np.ones(len(objects.measured.kind), dtype=np.bool_)
         required = self._table.safety[objects.measured.kind] if safety == "surface" else safety
         largest = measured_hold(objects, belt_shift(objects, pick, self.config.belt)).acceleration(required)
         slow = np.minimum(limits.acceleration, np.maximum(largest, LEAST_ACCELERATION))

@@ -10,7 +10,7 @@ again, the whole throw is simulated with the robot.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, final
 
@@ -233,7 +233,8 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         stride = clock.stride
         knots = self._knots(clock, np.arange(knot_count(steps, stride), dtype=np.int64) * stride)
         weak = 1.0 - self.config.mismatch * self.config.spread.feedforward
-        upsample(replace(knots, torque=knots.torque * weak), stride * clock.step, stride, control)
+        knots = JointMotion(knots.position, knots.velocity, knots.acceleration, knots.torque * weak)
+        upsample(knots, stride * clock.step, stride, control)
         grip = int(self.scene.model.nu) + self.scene.grip_equality
         control[..., grip] = np.arange(steps, dtype=np.int64) < clock.release[:, None]
         torque = context.objects.inertia * to_body_axes(context.objects.spin, context.objects.yaw) / clock.step
