@@ -43,8 +43,11 @@ def work_in_parts(work: Callable[[Ints], None], lines: Ints, threads: int) -> No
         lines: indices of the lines.
         threads: number of threads at most.
     """
-    count = max(min(threads, len(lines) // LEAST_LINES), 1)
-    call_in_threads([partial(work, part) for part in np.array_split(lines, count)])
+    count = min(threads, len(lines) // LEAST_LINES)
+    if count < 2:
+        work(lines)
+    else:
+        call_in_threads([partial(work, part) for part in np.array_split(lines, count)])
 
 
 def call_in_threads(calls: Sequence[Callable[[], ResultT]]) -> list[ResultT]:
