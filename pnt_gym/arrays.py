@@ -132,7 +132,7 @@ def recompute_rows(record: RecordT, mask: Bools, make: Callable[..., RecordT], *
         make: computes the record of the masked rows from the masked rows of ``inputs``.
         inputs: arguments of ``make``: records and arrays of N rows, and plain values.
     """
-    rows = np.flatnonzero(mask)
+    rows = mask.nonzero()[0]
     return replace_rows(record, rows, make(*(take(value, rows) for value in inputs))) if rows.size > 0 else record
 
 
@@ -151,7 +151,7 @@ def compute_by_mask(
         return make_masked(*inputs)
     if not mask.any():
         return make_unmasked(*inputs)
-    ways = (np.flatnonzero(mask), make_masked), (np.flatnonzero(~mask), make_unmasked)
+    ways = (mask.nonzero()[0], make_masked), ((~mask).nonzero()[0], make_unmasked)
     record = concatenate_records([way(*(take(value, rows) for value in inputs)) for rows, way in ways])
     return take(record, np.argsort(np.concatenate([rows for rows, _ in ways])))
 
@@ -167,7 +167,7 @@ def concatenate_records(records: Sequence[RecordT], axis: int = 0) -> RecordT:
 
 def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
     """A record of the same type, each array computed by ``change`` from the records' arrays of that name."""
-    if isinstance(first, np.ndarray):
+    if first.__class__ is np.ndarray:
         return change(first, *records)
     if first.__class__ is dict:
         return {name: _map_arrays(change, *(record[name] for record in (first, *records))) for name in first}

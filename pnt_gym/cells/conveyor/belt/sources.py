@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
@@ -76,7 +76,7 @@ class RankedPicks:
         """Picks of the objects at one place per row; the last pick stands in for index -1, as not throwable."""
         index = self.index[rows, places]
         picks = take(self.picks, index)
-        return replace(picks, throwable=picks.throwable & (index >= 0))
+        return PlannedPicks(picks.reach, picks.context, picks.throwable & (index >= 0))
 
     def motions(self, rows: Ints, places: Ints) -> ThrowMotion:
         """Motions of throwable objects at one place per row."""
@@ -145,7 +145,7 @@ class IndependentPicks(PickSource):
         """One independent pick per row; objects are drawn until their throw is feasible."""
         context, good = self._attempt(rows)
         for _ in range(MOST_DRAWS):
-            pending = np.flatnonzero(~good)
+            pending = (~good).nonzero()[0]
             if pending.size == 0:
                 return context
             attempt, fits = self._attempt(rows[pending])
@@ -280,7 +280,7 @@ class BeltPicks(PickSource):
     @contextmanager
     def hold_back(self, rows: Bools) -> Generator[None]:
         """Context at whose end the belts of some rows (N,) are as at its beginning."""
-        stream, held = self.stream, np.flatnonzero(rows)
+        stream, held = self.stream, rows.nonzero()[0]
         objects, x, knocked = take(stream.objects, held), stream.x[held], stream.knocked[held]
         with super().hold_back(rows):
             yield
@@ -299,7 +299,7 @@ class BeltPicks(PickSource):
         The check uses measured values of all objects; objects that are not `good` are skipped. The motions are those of
         the good throws; None: plan them here.
         """
-        candidates = np.flatnonzero(good)
+        candidates = good.nonzero()[0]
         rows, at, throws = rows[candidates], at[candidates], take_rows(context, candidates, len(good))
         if motion is None:
             motion = self._planner.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
@@ -346,7 +346,7 @@ class BeltPicks(PickSource):
     def _priorities(self, picks: PlannedPicks) -> tuple[Floats, ThrowMotion]:
         """Priorities of picks by the rule (P,), and the motions of those that are throwable."""
         reach, context, good = picks.reach, picks.context, picks.throwable
-        throws, throwing = take_rows(context, np.flatnonzero(good), len(good)), np.zeros(len(good))
+        throws, throwing = take_rows(context, good.nonzero()[0], len(good)), np.zeros(len(good))
         motion = self._estimator.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
         throwing[good] = motion.stop_time
         start = reach.time + self._dwell
