@@ -64,13 +64,13 @@ class Pace:
         if share is not None and not slow <= share <= fast:
             raise UsageError(f"pace is {share:g}; it must be 'gauge' or from {slow:g} to {fast:g}")
         self.range = slow, fast
-        self._share, self._safety = share, safety
+        self.fixed, self._safety = share, safety
         self._friction = item_arrays(config.item_list()).cup_friction
 
     def shares(self, observation: Observation) -> Floats:
         """Paces of N objects (N,); of objects that do not hang yet, the pace has no meaning."""
-        if self._share is not None:
-            return np.full(len(observation.kind), self._share)
+        if self.fixed is not None:
+            return np.full(len(observation.kind), self.fixed)
         values = TABLE.decode(observation.features)
         hold = Hold(
             force=np.exp(values["ln_seal"]),
@@ -130,7 +130,7 @@ class GraspController(Learner):
         self._random = np.random.default_rng([seed, 1])
 
     def begin_practice(self, throws: int) -> None:
-        """Vary places and paces, and explore residuals."""
+        """Vary places, and paces but for a fixed one, and explore residuals."""
         self._practises = True
         self._residual.begin_practice(throws)
 
@@ -149,7 +149,8 @@ class GraspController(Learner):
             place[free] = self._place.places(observation, free)
         if self._practises:
             place = place + SCATTER * self._random.standard_normal((count, 2))
-            pace = self._random.uniform(*self._pace.range, count)
+            varied = self._random.uniform(*self._pace.range, count)
+            pace = varied if self._pace.fixed is None else pace
         place = np.clip(place, -rules.reach, rules.reach)
         action[:, :2] = place / rules.reach
         action[~held & (tried >= self._tries), 2] = GIVE_UP
