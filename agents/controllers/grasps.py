@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Final, Literal, Protocol, final
+from typing import Any, Final, Literal, Protocol, final, runtime_checkable
 
 import numpy as np
 
@@ -38,6 +38,15 @@ class Place(Protocol):
 
     def places(self, observation: Observation, rows: Ints) -> Floats:
         """Places of the cups for some rows of an observation, from the pictures' middles (K, 2) [m]."""
+        ...
+
+
+@runtime_checkable
+class Mapped(Protocol):
+    """Scores the places of pictures."""
+
+    def maps(self, observation: Observation, rows: Ints) -> Floats:
+        """Scores by which the places for some rows are chosen (K, 48, 48)."""
         ...
 
 
@@ -158,6 +167,10 @@ class GraspController(Learner):
         action[:, 3] = 2.0 * (pace - slow) / (fast - slow) - 1.0
         action[:, RESIDUAL] = self._residual.act(self._seen(observation, action))
         return action if rules.stages > 1 else np.delete(action, 2, axis=1)
+
+    def maps(self, observation: Observation, rows: Ints) -> Floats | None:
+        """Scores by which the cups' places for some rows are chosen (K, 48, 48); None for a rule without scores."""
+        return self._place.maps(observation, rows) if isinstance(self._place, Mapped) else None
 
     def learn(self, outcome: Outcome) -> None:
         """Learn from the throws of the last `act`."""

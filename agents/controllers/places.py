@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final, TypeAlias, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
@@ -15,22 +15,39 @@ from pnt_gym.cells.grasp.observation import TABLE
 
 from ..grasping.features import PlaceFeatures, place_features
 from ..grasping.network import PlaceNetwork
-from ..grasping.practice import network_places
-from ..grasping.rules import COLOURED, TUNED, centroid_places, flattest_places, oracle_places, rule_places
+from ..grasping.practice import network_places, worth_maps
+from ..grasping.rules import (
+    COLOURED,
+    centroid_places,
+    flattest_places,
+    mean_scores,
+    oracle_maps,
+    oracle_places,
+    rule_places,
+)
 from ..grasping.scenes import Scenes
 from ..ground.cli import UsageError
 from ..ground.places import GRASPING, at
 from .protocol import Observation
 
-Choice: TypeAlias = Callable[[PlaceFeatures], Floats]
-"""Function from the features of places in N pictures to places of cups, from the pictures' middles (N, 2) [m]."""
+
+@final
+class Choice(NamedTuple):
+    """A rule or a network that chooses places."""
+
+    places: Callable[[PlaceFeatures], Floats]
+    """From the features of places in N pictures to places of cups, from the pictures' middles (N, 2) [m]."""
+    maps: Callable[[PlaceFeatures], Floats]
+    """From these features to the scores by which the choice is made (N, 48, 48); NaN or 0 beside the object."""
+
+
 AVOID: Final = 1.0
 """Distance of a further try from the place that failed, in radii of the cup."""
 RULES: Final[dict[str, Choice]] = {
-    "centroid": centroid_places,
-    "naive": flattest_places,
-    "depth": lambda features: rule_places(features, TUNED),
-    "colour": lambda features: rule_places(features, COLOURED),
+    "centroid": Choice(centroid_places, lambda seen: seen.maps(-seen.column("distance"))),
+    "naive": Choice(flattest_places, lambda seen: seen.maps(-seen.column("rough_in"))),
+    "depth": Choice(rule_places, lambda seen: seen.maps(mean_scores(seen))),
+    "colour": Choice(lambda seen: rule_places(seen, COLOURED), lambda seen: seen.maps(mean_scores(seen, COLOURED))),
 }
 """Rules on pictures by name."""
 
@@ -55,6 +72,14 @@ class PicturePlaces:
 
     def places(self, observation: Observation, rows: Ints) -> Floats:
         """Places of the cups for some rows (K, 2) [m]."""
+        return self._choice.places(self._features(observation, rows))
+
+    def maps(self, observation: Observation, rows: Ints) -> Floats:
+        """Scores by which the places for some rows are chosen (K, 48, 48)."""
+        return self._choice.maps(self._features(observation, rows))
+
+    def _features(self, observation: Observation, rows: Ints) -> PlaceFeatures:
+        """Features of the places from which to choose, for some rows."""
         assert observation.image is not None  # of this environment
         values = TABLE.decode(observation.features[rows])
         radius = values["cup_radius"]
@@ -63,7 +88,7 @@ class PicturePlaces:
             failed = np.stack([values["failed_x"], values["failed_y"]], axis=-1)
             failed[np.rint(values["tries_left"]) >= self._rules.tries] = np.nan
             features = features.apart_from(failed, self._avoid * radius)
-        return self._choice(features)
+        return features
 
 
 @final
@@ -85,6 +110,10 @@ class OraclePlaces:
     def places(self, observation: Observation, rows: Ints) -> Floats:
         """Places of the cups for some rows (K, 2) [m]."""
         return oracle_places(Scenes.of_picks(self._core.config, take(self._core.picks, rows)))
+
+    def maps(self, observation: Observation, rows: Ints) -> Floats:
+        """True expected worths of the places for some rows (K, 48, 48)."""
+        return oracle_maps(Scenes.of_picks(self._core.config, take(self._core.picks, rows)))
 
 
 def centroid(core: GraspCore, avoid: float = AVOID) -> PicturePlaces:
@@ -120,4 +149,5 @@ def local_mlp(core: GraspCore, file: str | Path = GRASPING / "local_mlp.npz", av
         UsageError: there is no such file, or the file holds no network.
     """
     network = PlaceNetwork.load(at(file))
-    return PicturePlaces(core, lambda features: network_places(features, network), avoid)
+    choice = Choice(lambda seen: network_places(seen, network), lambda seen: worth_maps(seen, network))
+    return PicturePlaces(core, choice, avoid)

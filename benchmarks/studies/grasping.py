@@ -1,4 +1,4 @@
-"""Where a cup holds, and what is sorted: rules, networks that learned from tries, and an oracle, on the same objects."""
+"""Where a cup holds: rules, networks that learned from tries, and an oracle; and what they sort."""
 
 from __future__ import annotations
 
