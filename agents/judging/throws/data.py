@@ -156,7 +156,7 @@ def by_kind(throws: Throws, names: Sequence[str]) -> dict[str, dict[str, float]]
     for kind in np.unique(throws.item):
         rows = throws.item == kind
         columns = {"held": throws.picked, "dropped": throws.info["dropped"], "sorted": throws.sorted}
-        shares[names[kind]] = {"picks": float(rows.sum())} | {
+        shares[str(names[int(kind)])] = {"picks": float(rows.sum())} | {
             name: float(column[rows].mean()) for name, column in columns.items()
         }
     return shares
