@@ -149,7 +149,7 @@ def thrown(settings: Settings, amount: Amount) -> Figures:
         "success": float(throws.sorted.mean()),
         "held": float(throws.picked.mean()),
         "dropped": float(throws.info["dropped"][throws.picked].mean()),
-        "tries": float(throws.info["tries"].mean()),
+        "tries_a_pick": float(throws.info["tries"].mean()),
         "landing_error_m": float(np.nanmean(throws.landing_error)),
     }
     if "reference" not in settings:
