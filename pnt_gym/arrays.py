@@ -123,6 +123,32 @@ def replace_rows(record: RecordT, index: Any, source: RecordT) -> RecordT:
     return _map_arrays(overwrite, record, source)
 
 
+def stand_ins(rows: Ints, count: int) -> Ints:
+    """Positions of the rows 0 to N - 1 among some rows (K,); the first one stands in for a row that is not there.
+
+    Args:
+        rows: at least one row.
+        count: number of rows N.
+    """
+    places = np.zeros(count, dtype=np.int64)
+    places[rows] = np.arange(len(rows))
+    return places
+
+
+def put_rows(record: RecordT, rows: Ints, source: RecordT, count: int) -> RecordT:
+    """The record with some rows, in ascending order, from another record; without a copy for all rows or none.
+
+    Args:
+        record: N = ``count`` rows.
+        rows: the rows (K,).
+        source: their new values, K rows.
+        count: number of rows N.
+    """
+    if len(rows) == count:
+        return source
+    return replace_rows(record, rows, source) if len(rows) > 0 else record
+
+
 def recompute_rows(record: RecordT, mask: Bools, make: Callable[..., RecordT], *inputs: Any) -> RecordT:
     """A copy of the record in which the masked rows are computed again; the record itself where the mask is empty.
 

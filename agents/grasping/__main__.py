@@ -32,6 +32,8 @@ class Arguments:
 
     level: str = "grasp"
     """Level of PnTGrasp-v0 with surfaces, on whose objects places are tried."""
+    drawn: int = 0
+    """Kinds that are drawn at random, each with a shape, a surface and a look, and tried beside those of the level."""
     tries: int = 20_000
     """Tries, of which the first 30 % are at random places."""
     sees: Literal["all", "local", "depth"] = "local"
@@ -46,14 +48,16 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Practise, save, and compare."""
-    at_least(vars(arguments), tries=1, seed=0, judge=0)
+    at_least(vars(arguments), drawn=0, tries=1, seed=0, judge=0)
     check_ending("--out", arguments.out, (".npz",))
     check_writable(arguments.out)
     check_libraries("torch")
     from .features import SIGHTS  # noqa: PLC0415 - help comes first
+    from .kinds import with_drawn_kinds  # noqa: PLC0415 - as above
     from .practice import practise  # noqa: PLC0415 - as above
 
-    practice = practise(arguments.level, arguments.tries, arguments.seed, SIGHTS[arguments.sees])
+    level = with_drawn_kinds(arguments.level, arguments.drawn, arguments.seed)
+    practice = practise(level, arguments.tries, arguments.seed, SIGHTS[arguments.sees])
     count = max(arguments.tries // 5, 1)
     first, last = practice.held[:count].mean(), practice.held[-count:].mean()
     print(f"held: {first:.1%} of the first {count} tries, {last:.1%} of the last")

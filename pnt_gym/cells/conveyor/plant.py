@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from typing import Any, final
 
 import numpy as np
@@ -66,13 +67,28 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.parts = [(part, ConveyorPlant(config, part.stop - part.start)) for part in rows] if len(rows) > 1 else []
         """Rows and plants that simulate at the same time, one thread each; empty where this plant simulates all."""
 
-    def fly(self, context: Context, plans: HandCycle) -> SimulatedThrows:
-        """Simulate one throw in every simulation, for N picks and the motions of the hands."""
-        if self.record_row is not None:
-            self._keep_throw(self.record_row, context, plans)
+    def fly(self, context: Context, plans: HandCycle, cells: Ints | None = None) -> SimulatedThrows:
+        """Simulate one throw for each of N picks and motions of the hands.
+
+        Args:
+            context: the picks.
+            plans: the motions.
+            cells: the cells of the picks, ascending (N,); None for all cells.
+        """
+        cells = np.arange(len(context.pick)) if cells is None else cells
+        if self.record_row is not None and self.record_row in cells:
+            self._keep_throw(int(np.searchsorted(cells, self.record_row)), context, plans)
         if self.parts:
+            ends = np.searchsorted(cells, [part.stop for part, _ in self.parts])
+            shares = zip(pairwise([0, *map(int, ends)]), self.parts, strict=True)
             return concatenate_records(
-                call_in_threads([partial(self._fly_part, *part, context, plans) for part in self.parts])
+                call_in_threads(
+                    [
+                        partial(self._fly_part, slice(first, end), *part, context, plans)
+                        for (first, end), part in shares
+                        if end > first
+                    ]
+                )
             )
         clock = ThrowClock.of(context, plans, self.config)
         context = context.without_spin(clock.grips.unthrown)
@@ -81,12 +97,14 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
             clock.grips.picked, self._simulate_throws, self._results_without_object, rows, context, clock
         )
 
-    def _fly_part(self, rows: slice, plant: ConveyorPlant, context: Context, plans: HandCycle) -> SimulatedThrows:
-        """Simulate the throws of a part of the rows; an error of the physics says which rows the part has."""
+    def _fly_part(
+        self, rows: slice, cells: slice, plant: ConveyorPlant, context: Context, plans: HandCycle
+    ) -> SimulatedThrows:
+        """Simulate the rows that belong to a part of the cells; an error of the physics says which cells these are."""
         try:
             return plant.fly(take(context, rows), take(plans, rows))
         except PhysicsError as error:
-            raise PhysicsError(f"in the part of cells {rows.start} to {rows.stop - 1}: {error}") from error
+            raise PhysicsError(f"in the part of cells {cells.start} to {cells.stop - 1}: {error}") from error
 
     def follow(self, context: Context, plans: HandCycle) -> FullSimulation:
         """Simulate throws as `fly`, with the robot to the end and with the hand's positions recorded."""
@@ -181,9 +199,8 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         return self._record_to_the_end(rows, context, clock).flown
 
     def _keep_throw(self, index: int, context: Context, plans: HandCycle) -> None:
-        """Keep a recording of the throw of one row."""
-        row = np.array([index])
-        context, plans = take(context, row), take(plans, row)
+        """Keep a recording of the throw at an index of the picks, which is that of the recorded cell."""
+        context, plans, row = take(context, [index]), take(plans, [index]), np.array([self.record_row])
         clock, plan = ThrowClock.of(context, plans, self.config), plans.release
         context = context.without_spin(clock.grips.unthrown)
         self.write(context, row, clock)
