@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any, Final, final
 
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Dict
 from gymnasium.vector import VectorWrapper
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
@@ -22,12 +22,14 @@ from ..ground.environments import Env
 from ..learning.algorithms import RECURRENT
 from ..policies.actor import Actor
 from .adaptive import PRETRAINED, begins_shift, check_begins
-from .named import make_named
+from .named import GRASPING_NAMES, make_named
 from .protocol import Actions, Controller, Observation
 
 PLANNER: Final = "analytic"
 """The controller whose action is zero."""
-BASES: Final = (PLANNER, "analytic_height", "mean_lead", *PRETRAINED)
+BASES: Final = (
+    PLANNER, "analytic_height", "mean_lead", *PRETRAINED, *(name for name in GRASPING_NAMES if name != "oracle_grasp")
+)  # fmt: skip
 """Base controllers: they need no practice, read no hidden values, and draw no random numbers."""
 MAX_STACK: Final = 100
 """Observations in a stack at most."""
@@ -120,24 +122,31 @@ class _WrappedEnv(VectorWrapper[Any, Any, Any, Any, Any]):
         super().__init__(env)
         self._wrapper = wrapper
         space: Any = env.single_observation_space
+        self._sees_pictures = isinstance(space, Dict)
+        if self._sees_pictures:
+            return
         low, high = (np.tile(bound, wrapper.stack) for bound in (space.low, space.high))
         self.single_observation_space = Box(low, high, dtype=space.dtype)
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
 
-    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Stacked, dict[str, Any]]:
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         features, info = self.env.reset(seed=seed, options=options)
         self._wrapper.begin(0)
         return self._stacked(features, info), info
 
-    def step(self, actions: Any) -> tuple[Stacked, Any, Any, Any, dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         features, reward, terminated, truncated, info = self.env.step(self._wrapper.total_action(actions))
         over = np.logical_or(terminated, truncated)
-        if over.any():
+        if over.any() and not self._sees_pictures:
             info = info | {"final_obs": self._final_observations(info["final_obs"], over)}
         return self._stacked(features, info), reward, terminated, truncated, info
 
-    def _stacked(self, features: Any, info: Mapping[str, Any]) -> Stacked:
+    def _stacked(self, features: Any, info: Mapping[str, Any]) -> Any:
         kind = np.array(info.get("kind", np.zeros(self.num_envs)), dtype=np.int64)
+        if self._sees_pictures:
+            vector, image = np.array(features["vector"]), np.array(features["image"])
+            self._wrapper.stack_observation(Observation(vector, kind, image))
+            return features
         return self._wrapper.stack_observation(Observation(np.array(features, dtype=np.float32), kind))
 
     def _final_observations(self, last: Any, over: Bools) -> NDArray[Any]:
@@ -176,5 +185,8 @@ class MemoryPolicy(Controller):
         if len(memory) != len(fresh):
             memory = self._actor.initial_memory(len(fresh))
         memory = np.where(fresh[:, None, None], 0.0, memory)
-        action, self._memory = self._actor.act_with_memory(self._wrapper.stack_observation(observation), memory)
+        stacked = self._wrapper.stack_observation(observation)
+        if self._actor.eye is not None:
+            return self._wrapper.total_action(self._actor(stacked, observation.image))
+        action, self._memory = self._actor.act_with_memory(stacked, memory)
         return self._wrapper.total_action(action)
