@@ -46,13 +46,17 @@ class PictureExtractor(BaseFeaturesExtractor):
 
     def forward(self, observations: dict[str, Tensor]) -> Tensor:
         """Features (N, F) of pictures as shares of 255 and vectors."""
-        value = functional.pixel_unshuffle(observations["image"], SQUARE)
+        return torch.cat([self.look(observations["image"])[1], observations["vector"]], dim=1)
+
+    def look(self, images: Tensor) -> tuple[Tensor, Tensor]:
+        """Maps before the last convolution (N, C, 12, 12), and features (N, F), of pictures as shares of 255."""
+        value = functional.pixel_unshuffle(images, SQUARE)
         *hidden, last = self.convolutions
         for layer in hidden:
             value = functional.silu(layer(value))
         maps = last(value).flatten(2)
         where = maps.softmax(2) @ self.grid
-        return torch.cat([where[..., 0], where[..., 1], maps.amax(2), observations["vector"]], dim=1)
+        return value, torch.cat([where[..., 0], where[..., 1], maps.amax(2)], dim=1)
 
 
 @final

@@ -19,7 +19,7 @@ import numpy as np
 import torch
 from gymnasium.spaces import Box, Dict, Discrete
 from numpy.typing import NDArray
-from stable_baselines3 import A2C, PPO, TD3
+from stable_baselines3 import A2C, PPO, SAC, TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
@@ -33,6 +33,7 @@ from ..ground.cli import UsageError
 from .algorithms import MASKED, MOST_MODEL, RECURRENT, RESIDUAL
 from .bandit_sac import BanditSAC
 from .hyperparameters import FALLING, WIDEST, algorithm_arguments, initial_value
+from .picture_sac import PicturePolicy, PictureSAC
 from .pictures import PictureBuffer, PictureExtractor
 from .vec_env import rows_thrown
 
@@ -247,7 +248,7 @@ def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) 
         chosen["policy_kwargs"].setdefault("features_extractor_class", PictureExtractor)
     if isinstance(chosen.get(FALLING), str):
         chosen[FALLING] = Falling(initial_value(chosen[FALLING]))
-    kind = algorithm_class(algo)
+    kind = PictureSAC if sees_pictures and algo == "sac" else algorithm_class(algo)
     if issubclass(kind, OffPolicyAlgorithm):
         chosen.setdefault("replay_buffer_class", PictureBuffer if sees_pictures else ThrownBuffer)
     try:
@@ -271,6 +272,8 @@ def _policy(algo: str, name: str | None, sees_pictures: bool) -> str | type[Any]
         if name is not None:
             raise UsageError(f"hyperparameter policy is {name!r}; residual_ppo has a policy of its own: leave it out")
         return ResidualPolicy
+    if sees_pictures and algo == "sac":
+        return PicturePolicy
     usual = "MultiInputPolicy" if sees_pictures else "MlpPolicy"
     return name or ("MlpLstmPolicy" if algo in RECURRENT else usual)
 
@@ -284,7 +287,7 @@ def _start_at_zero(model: BaseAlgorithm) -> None:
     if hasattr(policy, "numbers"):
         return
     spread = model.policy_kwargs.get("log_std_init")
-    if isinstance(model, BanditSAC) and spread is not None and not model.use_sde:
+    if isinstance(model, SAC) and spread is not None and not model.use_sde:
         with torch.no_grad():
             policy.actor.log_std.weight.mul_(SMALL)
             policy.actor.log_std.bias.fill_(spread)
