@@ -128,7 +128,8 @@ class _WrappedEnv(VectorWrapper[Any, Any, Any, Any, Any]):
         space: Any = env.single_observation_space
         self._sees_pictures = isinstance(space, Dict)
         if self._sees_pictures:
-            entries, action = space["vector"], env.single_action_space
+            action: Any = env.single_action_space
+            entries = space["vector"]
             low, high = (np.append(*ends) for ends in ((entries.low, action.low), (entries.high, action.high)))
             self.single_observation_space = Dict({"image": space["image"], "vector": Box(low, high, dtype=np.float32)})
             self.observation_space = batch_space(self.single_observation_space, env.num_envs)

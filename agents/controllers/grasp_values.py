@@ -250,7 +250,7 @@ class _Tries(NamedTuple):
         """Whether a try has failed, and how near to the place (T, 2)."""
         distance = np.hypot(*(places - self.place[rows]).T)
         failed = self.failed[rows]
-        return np.column_stack([failed, failed * np.exp(-0.5 * (distance / NEAR) ** 2)])
+        return np.column_stack([failed.astype(np.float64), failed * np.exp(-0.5 * (distance / NEAR) ** 2)])
 
 
 def _scaled(returns: Any) -> Any:

@@ -28,7 +28,7 @@ from .in_context import InContext
 from .mlp import Mlp
 from .newton import NewtonGoal
 from .oracle import Oracle
-from .places import RULES, OraclePlaces, PicturePlaces, flattest, local_mlp
+from .places import RULES, OraclePlaces, PicturePlaces, PixelPlaces, flattest, local_mlp
 from .protocol import Controller
 from .random import Random
 from .regression import OnPolicyRegression
@@ -66,6 +66,7 @@ _PLACES: Mapping[str, Callable[..., Place]] = {
     "centroid": lambda core: PicturePlaces(core, RULES["centroid"]),
     "flattest": flattest,
     "local_mlp": local_mlp,
+    "fcn": PixelPlaces,
     "oracle_grasp": OraclePlaces,
 }
 """Rules where to grasp by controller; each throws with the same paces and the same residual."""

@@ -153,7 +153,9 @@ def _actor_controller(actor: Actor, name: str, env: Env, label: str, stack: int 
     input_size, output_size = actor.sizes
     sees = isinstance(env.single_observation_space, Dict)
     if sees != (actor.eye is not None):
-        raise UsageError(f"{label} {'sees no' if sees else 'needs'} pictures, which this environment has" + ("" if sees else " not"))
+        raise UsageError(
+            f"{label} {'sees no' if sees else 'needs'} pictures, which this environment has" + ("" if sees else " not")
+        )
     further = output_size if sees and over != PLANNER else 0  # entries of the base controller's action
     _check_fit((input_size - further,), (output_size,), env, label, stack)
     if actor.lstm is None and (stack, over) == (1, PLANNER):

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple, final
 import numpy as np
 import torch
 from stable_baselines3 import SAC
+from stable_baselines3.common.policies import ContinuousCritic
 from stable_baselines3.common.utils import polyak_update
-from stable_baselines3.sac.policies import ContinuousCritic, MultiInputPolicy
+from stable_baselines3.sac.policies import MultiInputPolicy
 from torch import Tensor
 from torch.nn import functional
 
@@ -68,10 +69,24 @@ class PicturePolicy(MultiInputPolicy):
 
 @final
 class PictureSAC(SAC):
-    """SAC whose extractor learns from the critics alone; before it learns, it acts as its untrained policy."""
+    """SAC whose extractor learns from the critics alone, and whose actor begins to learn after its critics.
+
+    Before `learning_starts` steps nothing learns, and before twice as many the critics alone; it acts as its untrained
+    policy until then.
+
+    Args:
+        arguments: arguments of `SAC`.
+        pull: price of an action's mean per entry and of its square; critics know little of actions that are far from
+            all tries, and without a price the first gradients lead there.
+        options: further arguments of `SAC`.
+    """
 
     reach: float = 0.1
     """Distance of the cup from the picture's middle for an action of 1 [m]."""
+
+    def __init__(self, *arguments: Any, pull: float = 0.3, **options: Any) -> None:
+        self.pull = pull
+        super().__init__(*arguments, **options)
 
     def _sample_action(self, learning_starts: int, action_noise: Any = None, n_envs: int = 1) -> Any:
         del learning_starts  # actions from the whole space would grasp beside the object
@@ -80,7 +95,8 @@ class PictureSAC(SAC):
     def train(self, gradient_steps: int, batch_size: int = 64) -> None:
         """Take gradient steps on batches of the replay buffer."""
         self.policy.set_training_mode(True)
-        self._update_learning_rate([self.actor.optimizer, self.critic.optimizer, self.ent_coef_optimizer])
+        temperature: Any = self.ent_coef_optimizer
+        self._update_learning_rate([self.actor.optimizer, self.critic.optimizer, temperature])
         losses = [self._descend(batch_size) for _ in range(gradient_steps)]
         self._n_updates += gradient_steps
         self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
@@ -95,18 +111,19 @@ class PictureSAC(SAC):
         images, vectors = batch.observations["image"].float() / 255.0, batch.observations["vector"]
         look = _look(self.critic, images)
         seen = look.detach()
-        chosen, log_prob = self._act(seen, vectors)
+        chosen, log_prob, mean = self._act(seen, vectors)
         ent_coef = torch.exp(coefficient.detach())
         ent_coef_loss = -(coefficient * (log_prob + entropy).detach()).mean()
-        descend(self.ent_coef_optimizer, ent_coef_loss)
         target = self._target(batch, images, seen, ent_coef)
         critic_loss: Any = sum(
             functional.mse_loss(value, target) for value in self._values(self.critic, look, vectors, batch.actions)
         )
         descend(self.critic.optimizer, 0.5 * critic_loss)
         least = torch.cat(self._values(self.critic, seen, vectors, chosen), dim=1).min(dim=1, keepdim=True).values
-        actor_loss = (ent_coef * log_prob - least).mean()
-        descend(self.actor.optimizer, actor_loss)
+        actor_loss = (ent_coef * log_prob - least).mean() + self.pull * mean.square().sum(dim=1).mean()
+        if self.num_timesteps >= 2 * self.learning_starts:  # before, critics mislead the actor
+            descend(self.ent_coef_optimizer, ent_coef_loss)
+            descend(self.actor.optimizer, actor_loss)
         polyak_update(self.critic.parameters(), self.critic_target.parameters(), self.tau)
         return ent_coef_loss.detach(), ent_coef, critic_loss.detach(), actor_loss.detach()
 
@@ -114,18 +131,19 @@ class PictureSAC(SAC):
     def _target(self, batch: Any, images: Tensor, seen: Look, ent_coef: Tensor) -> Tensor:
         """Values (N, 1) that the critics should have; the picture after a step is the same."""
         vectors = batch.next_observations["vector"]
-        action, log_prob = self._act(seen, vectors)
+        action, log_prob, _ = self._act(seen, vectors)
         values = self._values(self.critic_target, _look(self.critic_target, images), vectors, action)
         least = torch.cat(values, dim=1).min(dim=1, keepdim=True).values - ent_coef * log_prob
         return batch.rewards + (1.0 - batch.dones) * self.gamma * least
 
-    def _act(self, seen: Look, vectors: Tensor) -> tuple[Tensor, Tensor]:
-        """Actions (N, A) of the policy, and the logarithms of their densities (N, 1)."""
+    def _act(self, seen: Look, vectors: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Actions (N, A) of the policy, the logarithms of their densities (N, 1), and mean actions (N, A)."""
         actor: Any = self.actor
         latent = actor.latent_pi(torch.cat([seen.features, vectors], dim=1))
         spread = actor.log_std(latent).clamp(-20.0, 2.0)  # the bounds of stable-baselines3
-        action, log_prob = actor.action_dist.log_prob_from_params(actor.mu(latent), spread)
-        return action, log_prob.reshape(-1, 1)
+        mean = actor.mu(latent)
+        action, log_prob = actor.action_dist.log_prob_from_params(mean, spread)
+        return action, log_prob.reshape(-1, 1), torch.tanh(mean)
 
     def _values(self, critic: Any, look: Look, vectors: Tensor, actions: Tensor) -> list[Tensor]:
         """Values (N, 1) of actions by each critic."""

@@ -67,7 +67,8 @@ class Actor:
     def __call__(self, observations: NDArray[Any], images: NDArray[np.uint8] | None = None) -> Array:
         """Actions (N, A) for observations (N, D), or for pictures (N, 5, H, W) with such vectors.
 
-        A recurrent policy starts with an empty memory in every row. The computation has 64 bits, so actions rounded to 32 bits do not depend on the number of rows.
+        A recurrent policy starts with an empty memory in every row. The computation has 64 bits, so actions rounded to
+        32 bits do not depend on the number of rows.
         """
         if self.eye is not None:
             assert images is not None  # as of an environment with pictures

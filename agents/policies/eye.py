@@ -67,8 +67,10 @@ class Eye(NamedTuple):
         count = sum(name.startswith("eye_weight_") for name in arrays)
         if count == 0:
             return None
-        parts = [(numbers_of(arrays[f"eye_weight_{k}"], 4), numbers_of(arrays[f"eye_bias_{k}"], 1)) for k in range(count)]
-        convolutions = tuple(Convolution(*part) for part in parts)
+        convolutions = tuple(
+            Convolution(numbers_of(arrays[f"eye_weight_{k}"], 4), numbers_of(arrays[f"eye_bias_{k}"], 1))
+            for k in range(count)
+        )
         widths = [CHANNELS * SQUARE**2, *(len(layer.bias) for layer in convolutions)]
         for layer, (before, after) in zip(convolutions, pairwise(widths), strict=True):
             side = layer.weight.shape[-1]
