@@ -22,8 +22,8 @@ from ..learning.hyperparameters import hyperparameters
 Count = Annotated[int, Field(ge=0)]
 Several = Annotated[int, Field(ge=2)]
 TRAINED = (*RESIDUAL, *MASKED)
-LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", "fitted_q", *TRAINED)
-LEARNED_BY: Final[Mapping[str, tuple[str, ...]]] = {"mlp": ("torch",), "fitted_q": ("torch",), SEARCHED: ("cma",)}
+LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *TRAINED)
+LEARNED_BY: Final[Mapping[str, tuple[str, ...]]] = {"mlp": ("torch",), SEARCHED: ("cma",)}
 """Optional libraries by which a controller learns that is no training."""
 EACH: Final = "each"
 """As `train_level`: the controller learns on each evaluation level separately."""

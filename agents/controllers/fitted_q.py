@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from typing import final
+from pathlib import Path
+from typing import Final, final
 
 import numpy as np
 
 from pnt_gym.cells.grasp.config import GraspConfig
 
 from ..ground.cli import UsageError, check_libraries
-from ..ground.places import GRASPING
+from ..ground.places import GRASPING, at
 from .grasp_values import GraspValues
 from .grasps import GIVE_UP, RESIDUAL, phases, throw_observation
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .regression import OnPolicyRegression
-from .state import read_state
+from .state import load_state
 
-FILE = GRASPING / "fitted_q.npz"
+FILE: Final = GRASPING / "fitted_q.npz"
 """Values that ship."""
 
 
@@ -30,19 +31,22 @@ class FittedQ(Learner):
     Args:
         config: the cell.
         residual: corrects releases.
+        file: values that `--save` has written; by default those that ship.
+
+    Raises:
+        UsageError: the level has one stage, or there is no such file.
     """
 
     name = "fitted_q"
     practice = 0
     """The values that ship are trained."""
 
-    def __init__(self, config: GraspConfig, residual: OnPolicyRegression) -> None:
+    def __init__(self, config: GraspConfig, residual: OnPolicyRegression, file: str | Path = FILE) -> None:
         if config.grasp.stages == 1:
             raise UsageError("controller 'fitted_q' grasps first and throws next; this level has `stages: 1`")
         self._config, self._residual = config, residual
         self._values = GraspValues(config)
-        if FILE.is_file():
-            self._values.restore(read_state(FILE)[1])
+        load_state(self, at(file))
 
     def reset(self, seed: int) -> None:
         """Reseed the random numbers; what was learned stays."""

@@ -36,8 +36,8 @@ class Arguments:
     tries: int = 20_000
     """Tries, of which the first 30 % are at random places."""
     sees: Literal["all", "local", "depth", "pixels"] = "local"
-    """What the networks see: all features, those without the colours of the whole object, or depths alone; or pixels, by
-    a fully convolutional network that learns from the tries of networks of local features."""
+    """What the networks see: all features, those without the colours of the whole object, or depths alone; or pixels,
+    by a fully convolutional network that learns from the tries of networks of local features."""
     seed: int = 0
     """Seed of objects, places and networks."""
     out: Annotated[Path | None, option("none", "FILE.npz")] = None
