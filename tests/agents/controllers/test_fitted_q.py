@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.controllers import load_state, make_controller, save_state
+from agents.controllers import make_controller, save_state
 from agents.controllers.fitted_q import FittedQ
-from agents.controllers.grasp_values import _Tries, _scaled
+from agents.controllers.grasp_values import _scaled, _Tries
+from agents.grasping.features import place_features
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
-from agents.grasping.features import place_features
 from agents.judging.loop import observed, practise, throw_held_out
 from pnt_gym.cells.grasp.observation import TABLE
 from tests.tools.throws import same_bits

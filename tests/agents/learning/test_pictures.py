@@ -21,7 +21,7 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.loop import observed, throw_held_out
 from agents.learning.hyperparameters import hyperparameters
-from agents.learning.picture_sac import PictureSAC
+from agents.learning.picture_sac import Look, PictureSAC
 from agents.learning.runs import RunFolder
 from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
@@ -110,7 +110,7 @@ def test_the_buffer_keeps_steps_with_one_picture_each(cells: Any) -> None:
     batch = buffer.sample(300)
     assert same_bits(batch.observations["image"].numpy(), batch.next_observations["image"].numpy())
     for n in range(300):
-        k = int(round(float(batch.actions[n, 0]) / 0.01))
+        k = round(float(batch.actions[n, 0]) / 0.01)
         seen, later, _, reward, over = steps[k]
         (row,) = np.flatnonzero((seen["vector"] == batch.observations["vector"][n].numpy()).all(axis=1))
         assert same_bits(batch.observations["image"][n].numpy(), seen["image"][row])
@@ -144,7 +144,6 @@ def test_critics_look_where_the_cup_goes(cells: Any) -> None:
     maps = torch.zeros((1, 24, 12, 12))
     maps[0, :, 3, 8] = 1.0  # middle at x = 2.5 squares of 20 mm, y = 2.5 squares
     seen = torch.zeros((1, 48))
-    from agents.learning.picture_sac import Look
 
     def inputs(base: list[float], action: list[float]) -> float:
         vectors, actions = torch.zeros((1, 38)), torch.zeros((1, 6))
