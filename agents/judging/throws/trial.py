@@ -15,7 +15,7 @@ from ...ground.cli import UsageError
 from ...ground.environments import stream_seed
 from ...ground.places import ADAPTIVE
 from ...jobs.code import code_digest
-from ...learning.algorithms import RECURRENT
+from ...learning.algorithms import SEEING
 from ..card import Card
 from ..loop import throw_batches, throw_held_out
 from ..trial import PRACTICE, Progress, Trial
@@ -79,10 +79,10 @@ class ThrowTrial(Trial):
         super().check_training(run_args)
         if isinstance(self.env.single_observation_space, Box):
             return
-        if run_args["algo"] in RECURRENT or run_args["stack"] > 1:
+        if run_args["algo"] not in SEEING or run_args["stack"] > 1:
             raise UsageError(
-                f"observations of {run_args['env']} hold pictures; algorithms there are "
-                f"{', '.join(name for name in self.algorithms if name not in RECURRENT)}, with a stack of 1"
+                f"observations of {run_args['env']} hold pictures; algorithms there are {', '.join(SEEING)}, with a "
+                "stack of 1"
             )
 
     def steps(self, controller: Controller, seed: int) -> Iterator[Throws]:
