@@ -15,7 +15,7 @@ from stable_baselines3 import SAC
 from stable_baselines3.common.policies import ContinuousCritic
 from stable_baselines3.common.utils import polyak_update
 from stable_baselines3.sac.policies import MultiInputPolicy
-from torch import Tensor
+from torch import Tensor, nn
 from torch.nn import functional
 
 from pnt_gym.cells.grasp.config import PIXEL, PIXELS
@@ -39,8 +39,27 @@ class Look(NamedTuple):
 
 
 @final
+class Ceiling(nn.Module):
+    """A smooth upper bound of values.
+
+    Args:
+        highest: the bound.
+    """
+
+    def __init__(self, highest: float) -> None:
+        super().__init__()
+        self.highest = highest
+
+    def forward(self, value: Tensor) -> Tensor:
+        """Values that stay below the bound."""
+        return self.highest - functional.softplus(self.highest - value)
+
+
+@final
 class PicturePolicy(MultiInputPolicy):
-    """Policy of `PictureSAC`.
+    """Policy of `PictureSAC`, which never explores more widely than `log_std_init` says.
+
+    Critics that know little yet would widen it until nothing is held.
 
     Args:
         arguments: arguments of stable-baselines3's `MultiInputPolicy`.
@@ -50,6 +69,12 @@ class PicturePolicy(MultiInputPolicy):
     def __init__(self, *arguments: Any, **options: Any) -> None:
         chosen = {"features_extractor_class": PictureExtractor, **options, "share_features_extractor": True}
         super().__init__(*arguments, **chosen)
+
+    def make_actor(self, features_extractor: Any = None) -> Any:
+        """The actor, with bounded logarithms of standard deviations."""
+        actor: Any = super().make_actor(features_extractor)
+        actor.log_std = nn.Sequential(actor.log_std, Ceiling(actor.log_std_init)).to(self.device)
+        return actor
 
     def make_critic(self, features_extractor: Any = None) -> ContinuousCritic:
         """Critics with further inputs: the maps at the place of an action."""

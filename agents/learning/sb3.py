@@ -281,7 +281,7 @@ def _policy(algo: str, name: str | None, sees_pictures: bool) -> str | type[Any]
 def _start_at_zero(model: BaseAlgorithm) -> None:
     """Scale the layer of the mean action by `SMALL`, so that first actions are nearly zero; scorers need no scaling.
 
-    SAC begins with the standard deviations that `log_std_init` says, if it is given, as PPO does by itself.
+    SAC begins with a standard deviation that hardly depends on the observation, if `log_std_init` says which one.
     """
     policy: Any = model.policy
     if hasattr(policy, "numbers"):
@@ -289,8 +289,9 @@ def _start_at_zero(model: BaseAlgorithm) -> None:
     spread = model.policy_kwargs.get("log_std_init")
     if isinstance(model, SAC) and spread is not None and not model.use_sde:
         with torch.no_grad():
-            policy.actor.log_std.weight.mul_(SMALL)
-            policy.actor.log_std.bias.fill_(spread)
+            (head,) = (layer for layer in policy.actor.log_std.modules() if isinstance(layer, torch.nn.Linear))
+            head.weight.mul_(SMALL)
+            head.bias.fill_(spread)
     heads = [policy.action_net] if isinstance(model, OnPolicyAlgorithm) else [policy.actor.mu]
     if isinstance(model, TD3):
         heads.append(policy.actor_target.mu)  # the target is an earlier copy: both must start alike
