@@ -152,7 +152,7 @@ class GraspController(Learner):
         """Actions (N, A): of the grasp where the cup is free, of the throw where the object hangs."""
         count, rules = len(observation.kind), self._config.grasp
         action = np.zeros((count, 6), dtype=np.float32)
-        held, tried = _phases(observation, rules.tries)
+        held, tried = phases(observation, rules.tries)
         place, pace, free = np.zeros((count, 2)), self._pace.shares(observation), np.flatnonzero(~held)
         if free.size > 0:
             place[free] = self._place.places(observation, free)
@@ -165,7 +165,7 @@ class GraspController(Learner):
         action[~held & (tried >= self._tries), 2] = GIVE_UP
         slow, fast = self._pace.range
         action[:, 3] = 2.0 * (pace - slow) / (fast - slow) - 1.0
-        action[:, RESIDUAL] = self._residual.act(self._seen(observation, action))
+        action[:, RESIDUAL] = self._residual.act(throw_observation(observation, action, self._config))
         return action if rules.stages > 1 else np.delete(action, 2, axis=1)
 
     def maps(self, observation: Observation, rows: Ints) -> Floats | None:
@@ -174,7 +174,7 @@ class GraspController(Learner):
 
     def learn(self, outcome: Outcome) -> None:
         """Learn from the throws of the last `act`."""
-        seen = self._seen(outcome.observation, outcome.action)
+        seen = throw_observation(outcome.observation, outcome.action, self._config)
         self._residual.learn(replace(outcome, observation=seen, action=outcome.action[:, RESIDUAL]))
 
     def state(self) -> State:
@@ -185,20 +185,21 @@ class GraspController(Learner):
         """Load the state of the residual."""
         self._residual.restore(state)
 
-    def _seen(self, observation: Observation, action: Actions) -> Observation:
-        """The observation with pace and place of the throw, for the residual."""
-        values = TABLE.decode(observation.features)
-        x, y = values["place_x"], values["place_y"]
-        if self._config.grasp.stages == 1:
-            x, y = self._config.grasp.reach * action[:, :2].astype(np.float64).T
-        ahead = np.stack([values["target_x"] - values["pick_x"], values["target_y"] - values["pick_y"]])
-        ex, ey = ahead / np.hypot(*ahead)
-        further = [action[:, -3], (x * ex + y * ey) / PLACE_UNIT, (y * ex - x * ey) / PLACE_UNIT]
-        features = np.concatenate([observation.features, np.stack(further, axis=1)], axis=1, dtype=np.float32)
-        return replace(observation, features=features)
+
+def throw_observation(observation: Observation, action: Actions, config: GraspConfig) -> Observation:
+    """The observation with pace and place of the throw, for the residual."""
+    values = TABLE.decode(observation.features)
+    x, y = values["place_x"], values["place_y"]
+    if config.grasp.stages == 1:
+        x, y = config.grasp.reach * action[:, :2].astype(np.float64).T
+    ahead = np.stack([values["target_x"] - values["pick_x"], values["target_y"] - values["pick_y"]])
+    ex, ey = ahead / np.hypot(*ahead)
+    further = [action[:, -3], (x * ex + y * ey) / PLACE_UNIT, (y * ex - x * ey) / PLACE_UNIT]
+    features = np.concatenate([observation.features, np.stack(further, axis=1)], axis=1, dtype=np.float32)
+    return replace(observation, features=features)
 
 
-def _phases(observation: Observation, tries: int) -> tuple[Bools, Any]:
+def phases(observation: Observation, tries: int) -> tuple[Bools, Any]:
     """Which objects hang under their cups (N,), and the numbers of tries that are over (N,)."""
     values = TABLE.decode(observation.features)
     return values["holds"] > 0.5, tries - np.rint(values["tries_left"])

@@ -13,6 +13,7 @@ from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.observation import TABLE
 
+from ..grasping.fcn import PlaceMaps, input_maps
 from ..grasping.features import PlaceFeatures, place_features
 from ..grasping.network import PlaceNetwork
 from ..grasping.practice import network_places, worth_maps
@@ -89,6 +90,29 @@ class PicturePlaces:
             failed[np.rint(values["tries_left"]) >= self._rules.tries] = np.nan
             features = features.apart_from(failed, self._avoid * radius)
         return features
+
+
+@final
+class PixelPlaces:
+    """Places that a fully convolutional network chooses in pictures.
+
+    Args:
+        core: the cells.
+        file: arrays of the network, as `agents.grasping --sees pixels` writes them; by default those that ship.
+
+    Raises:
+        UsageError: there is no such file, or the file holds no such network.
+    """
+
+    def __init__(self, core: GraspCore, file: str | Path = GRASPING / "fcn.npz") -> None:
+        self._network, self._of_all = PlaceMaps.load(at(file)), core.config.grasp.objects > 1
+
+    def places(self, observation: Observation, rows: Ints) -> Floats:
+        """Places of the cups for some rows (K, 2) [m]."""
+        assert observation.image is not None  # of this environment
+        images, radius = observation.image[rows], TABLE.decode(observation.features)["cup_radius"][rows]
+        features = place_features(images, radius, of_all=self._of_all)
+        return self._network.places(input_maps(images, radius), features)
 
 
 @final
