@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from typing import Any, Final, cast, final
 
 import numpy as np
@@ -113,7 +114,7 @@ class Density:
     def scatter(self, z: Floats) -> Scatter:
         """Scatter and mean shift of the throws at standard scores (P,)."""
         config = self.level(z)
-        return self.scatter_of(self.model.outcomes(config), self.model.landings(config))
+        return self.scatter_of(self.model.outcomes(config), self.model.quick_landings([config])[0])
 
     def scatter_of(self, outcomes: Outcomes, middle: Floats) -> Scatter:
         """Scatter from the outcomes of draws, and landings at mean hidden values (N, 2) [m]."""
@@ -140,7 +141,11 @@ class Density:
 
     def predicted(self, z: Floats, scatter: Scatter) -> Floats:
         """Mean landings (N, 2) [m] at standard scores (P,)."""
-        return self.model.landings(self.level(z)) + scatter.shift
+        return self.predictions([z], scatter)[0]
+
+    def predictions(self, scores: Sequence[Floats], scatter: Scatter) -> Floats:
+        """Mean landings (C, N, 2) [m] at several standard scores (P,)."""
+        return self.model.quick_landings([self.level(z) for z in scores]) + scatter.shift
 
     def whiten(self, predicted: Floats, scatter: Scatter) -> Floats:
         """Landings minus predictions (N, 2) [m], whitened, of throws that have a landing (L, 2)."""
@@ -166,7 +171,9 @@ class Density:
 
     def residuals(self, z: Floats, scatter: Scatter) -> Floats:
         """Residuals of `least_squares`: landings, scores, chances."""
-        predicted = self.predicted(z, scatter)
+        return self._residuals(z, scatter, self.predicted(z, scatter))
+
+    def _residuals(self, z: Floats, scatter: Scatter, predicted: Floats) -> Floats:
         miss, chances = self.whiten(predicted, scatter), self.chances(z, scatter, predicted)
         square = (miss**2).sum(axis=1)
         loss = self._regular(square, scatter)[1]
@@ -190,9 +197,9 @@ class Density:
 
     def differences(self, z: Floats, scatter: Scatter, free: Bools) -> Floats:
         """Derivatives of the residuals by the free scores (R, F)."""
-        here = self.residuals(z, scatter)
-        columns = [(self.residuals(z + step, scatter) - here) / STEP for step in STEP * np.eye(len(z))[free]]
-        return np.stack(columns, axis=1)
+        scores = [z, *(z + STEP * np.eye(len(z))[free])]
+        here, *moved = map(self._residuals, scores, repeat(scatter), self.predictions(scores, scatter))
+        return np.stack([(there - here) / STEP for there in moved], axis=1)
 
     def node(self, start: Floats, free: Bools) -> Node:
         """The maximum of the density near a start (P,) over the free scores (P,), with the scatter of the start."""
@@ -229,15 +236,14 @@ class Density:
 
     def _laplace(self, z: Floats, scatter: Scatter) -> Mode:
         """The mode at scores (P,), with the curvature there."""
-        slopes, changes = [], []
-        for step in STEP * np.eye(len(z)):
-            ends = [(z + sign * step, self.predicted(z + sign * step, scatter)) for sign in (0.5, -0.5)]
-            high, low = (self.whiten(predicted, scatter) for _, predicted in ends)
-            slopes.append((high - low) / STEP)
-            high, low = (self.chances(end, scatter, predicted) for end, predicted in ends)
-            changes.append((high - low) / STEP)
-        predicted = self.predicted(z, scatter)
-        miss, chance = self.whiten(predicted, scatter), self.chances(z, scatter, predicted)
+        steps = 0.5 * STEP * np.eye(len(z))
+        scores = [z, *(z + steps), *(z - steps)]
+        predictions = self.predictions(scores, scatter)
+        miss, *misses = [self.whiten(predicted, scatter) for predicted in predictions]
+        chance, *chances = map(self.chances, scores, repeat(scatter), predictions)
+        pairs = range(len(z))
+        slopes = [(misses[k] - misses[k + len(z)]) / STEP for k in pairs]
+        changes = [(chances[k] - chances[k + len(z)]) / STEP for k in pairs]
         weight, _, _ = self._regular((miss**2).sum(axis=1), scatter)
         jacobian = (np.stack(slopes, axis=2) * np.sqrt(weight)[:, None, None]).reshape(-1, len(z))
         change = np.stack(changes, axis=1) / np.sqrt(chance * (1.0 - chance))[:, None]
