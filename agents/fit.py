@@ -72,16 +72,16 @@ def main(arguments: Arguments) -> None:
         raise UsageError("give a log, or --design N, or --twins N")
     config = ConveyorConfig.load(arguments.level).model_copy(update={"fidelity": "flight"})
     parameters = priors(config, arguments.free, read_settings(arguments.prior))
-    found = None if arguments.log is None else _fit(arguments, config, parameters, arguments.log)
+    fitted = None if arguments.log is None else _fit(arguments, config, parameters, arguments.log)
     if design is not None:
-        throws = plan_throws(config, parameters, design, seed, found)
+        throws = plan_throws(config, parameters, design, seed, fitted)
         console().print(plan_grid(throws, config).terminal())
         if arguments.plan is not None:
             deliver_text(arguments.plan, throws.text(config.items))
     if twins is not None:
         grid = twins_grid(config, twins, seed, arguments.landings, planned=design is not None)
         console().print(grid.terminal())
-    if found is not None and not found.fits:
+    if fitted is not None and not fitted.fits:
         sys.exit(MISFIT)
 
 
@@ -93,20 +93,20 @@ def _fit(arguments: Arguments, config: ConveyorConfig, parameters: tuple[Paramet
     from .fitting.words import sentences, tables
     from .fitting.writing import level_text, page
 
-    found = fit_log(read_log(path, config), config, parameters)
-    samples = found.posterior.samples()
-    for grid in tables(found, samples):
+    fitted = fit_log(read_log(path, config), config, parameters)
+    samples = fitted.posterior.samples()
+    for grid in tables(fitted, samples):
         console().print(grid.terminal())
-    for sentence in sentences(found, samples):
+    for sentence in sentences(fitted, samples):
         console().print(sentence, highlight=False, markup=False, soft_wrap=True)
     source = f"pnt-gym fit {path.name} --level {arguments.level}"
     if arguments.out is not None:
-        deliver_text(arguments.out, level_text(found, samples, arguments.level, arguments.out, source))
+        deliver_text(arguments.out, level_text(fitted, samples, arguments.level, arguments.out, source))
     if arguments.page is not None:
-        deliver_text(arguments.page, page(found, samples, source))
+        deliver_text(arguments.page, page(fitted, samples, source))
     if arguments.json is not None:
-        deliver_json(arguments.json, {"level": arguments.level, **report(found, samples)})
-    return found
+        deliver_json(arguments.json, {"level": arguments.level, **report(fitted, samples)})
+    return fitted
 
 
 if __name__ == "__main__":

@@ -108,7 +108,7 @@ class ThrowLog:
         return len(self.kind)
 
     @property
-    def landed(self) -> Bools:
+    def has_landing(self) -> Bools:
         """Which throws have a landing (N,)."""
         return np.asarray(np.isfinite(self.landing).all(axis=1))
 
@@ -116,13 +116,13 @@ class ThrowLog:
     def of_throws(cls, context: Context, plans: ReleaseBatch) -> ThrowLog:
         """What a cell knows of N coming throws; nothing hidden is read, and results are NaN."""
         measured, count = context.measured, len(context.pick)
-        nothing = np.full(count, np.nan)
+        empty = np.full(count, np.nan)
         return cls(
             kind=measured.kind.copy(), pick=context.pick.copy(), release=plans.position.copy(),
             velocity=plans.velocity.copy(), percent=context.objects.percent.copy(),
             belt_speed=np.full(count, context.belt_speed), target=context.target[:, :2].copy(),
             size=measured.size.copy(), mass=measured.mass.copy(), seal=measured.seal.copy(), yaw=measured.yaw.copy(),
-            grasp=context.measured_grasp.copy(), sealed=nothing, lost=nothing.copy(),
+            grasp=context.measured_grasp.copy(), sealed=empty, lost=empty.copy(),
             landing=np.full((count, 2), np.nan),
         )  # fmt: skip
 

@@ -122,10 +122,10 @@ def _drop_duplicates(log: ThrowLog) -> ThrowLog:
     whole = np.column_stack([log.kind, *(getattr(log, field).reshape(len(log), -1) for field in GROUPS)])
     _, first = np.unique(np.nan_to_num(whole, nan=-1e9), axis=0, return_index=True)
     # Two picks alike may both fail; two landings alike are one that was written twice.
-    kept = np.union1d(first, np.flatnonzero(~log.landed))
-    if len(kept) < len(log):
-        warnings.warn(f"{len(log) - len(kept)} of {len(log)} throws repeat another one, and count once", stacklevel=3)
-    return take(log, kept)
+    rows = np.union1d(first, np.flatnonzero(~log.has_landing))
+    if len(rows) < len(log):
+        warnings.warn(f"{len(log) - len(rows)} of {len(log)} throws repeat another one, and count once", stacklevel=3)
+    return take(log, rows)
 
 
 def check_log(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
@@ -137,7 +137,7 @@ def check_log(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
     _check_units(log)
     _check_picks(log, config)
     log = _fill(log, config)
-    landed = log.landed
+    landed = log.has_landing
     count = int(landed.sum())
     if count == 0:
         raise UsageError("the log has no landings: landing_x and landing_y are empty, and a fit lives on them")
@@ -197,7 +197,7 @@ def _fill(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
             f"belt_speed goes from {speed.min():g} to {speed.max():g} m/s, and belt.speed of the level is "
             f"{config.belt.speed:g}; fit each speed alone, with a level that has it"
         )
-    sealed[log.landed & ~np.isfinite(sealed)] = 1.0
+    sealed[log.has_landing & ~np.isfinite(sealed)] = 1.0
     if unknown := int((~np.isfinite(sealed)).sum()):
         warnings.warn(f"{unknown} throws have neither a landing nor a word whether the cup sealed", stacklevel=3)
     return ThrowLog(**{**vars(log), "percent": percent, "sealed": sealed})

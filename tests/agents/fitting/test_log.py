@@ -32,20 +32,20 @@ def test_landings_are_those_of_the_throws_with_the_cameras_noise() -> None:
     log, record = throw(level(feedback={"noise": 0.0, "unseen": 0.0, "view": 1.0}), 40)
     info = record.throws.info
     np.testing.assert_array_equal(log.sealed == 1.0, info["picked"])
-    np.testing.assert_array_equal(log.landed, info["picked"] & ~info["dropped"])
-    error = np.hypot(*(log.landing - log.target).T)[log.landed]
-    np.testing.assert_allclose(error, record.throws.landing_error[log.landed], atol=1e-9)
+    np.testing.assert_array_equal(log.has_landing, info["picked"] & ~info["dropped"])
+    error = np.hypot(*(log.landing - log.target).T)[log.has_landing]
+    np.testing.assert_allclose(error, record.throws.landing_error[log.has_landing], atol=1e-9)
     noisy, _ = throw(level(feedback={"noise": 0.003, "unseen": 0.0, "view": 1.0}), 40)
-    noise = (noisy.landing - log.landing)[log.landed]
+    noise = (noisy.landing - log.landing)[log.has_landing]
     assert 0.002 < noise.std() < 0.004
     far, _ = throw(level(feedback={"noise": 0.0, "unseen": 0.0, "view": 0.03}), 40)
-    assert not (far.landed & (np.hypot(*(log.landing - log.target).T) > 0.03)).any()
+    assert not (far.has_landing & (np.hypot(*(log.landing - log.target).T) > 0.03)).any()
 
 
 def test_a_cell_with_a_camera_logs_what_that_camera_measured() -> None:
     log, record = throw(level(picks_per_shift=5), 40, env="PnTAdapt-v0")
     seen = np.isfinite(record.throws.info["seen_along"])
-    np.testing.assert_array_equal(log.landed, seen & record.throws.info["picked"] & ~record.throws.info["dropped"])
+    np.testing.assert_array_equal(log.has_landing, seen & record.throws.info["picked"] & ~record.throws.info["dropped"])
 
 
 def test_nothing_hidden_is_in_a_log() -> None:
@@ -165,7 +165,7 @@ def read(change: Callable[[Rows], Rows], folder: Path) -> ThrowLog:
 def test_repeated_throws_count_once(tmp_path: Path) -> None:
     with pytest.warns(UserWarning, match="throws repeat another one"):
         twice = read(lambda rows: [row for row in rows for _ in range(2)], tmp_path)
-    assert twice.landed.sum() == usual_log().landed.sum()
+    assert twice.has_landing.sum() == usual_log().has_landing.sum()
 
 
 def test_a_long_log_is_sampled(tmp_path: Path) -> None:

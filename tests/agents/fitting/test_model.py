@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.fitting.hidden import NORMALS, hidden_values, standard_draws
+from agents.fitting.hidden import NORMALS, draw_hidden, standard_draws
 from agents.fitting.log import ThrowLog
 from agents.fitting.model import ThrowModel
 from agents.fitting.parameters import PARAMETERS, level_at, priors, values_at
@@ -22,7 +22,7 @@ OFF = {"bias": {"camera": [0.004, -0.006], "encoder": 0.006, "drag": 0.1, "delay
 def test_where_nothing_is_hidden_predictions_are_the_simulated_landings(changes: dict[str, object]) -> None:
     config = level(**{**QUIET, **changes, "spread": {**QUIET["spread"], "spin": 0.0}})
     log, record = throw(config, 24)
-    rows = log.landed & ~record.throws.info["recontact"]
+    rows = log.has_landing & ~record.throws.info["recontact"]
     predicted = ThrowModel(log, config, 2).landings(config)
     assert rows.sum() > 10
     np.testing.assert_allclose(predicted[rows], log.landing[rows], atol=5e-4)
@@ -45,7 +45,7 @@ def test_a_valve_below_zero_is_early_in_the_search_and_legal_in_the_level() -> N
     config = level_at(WASTE, {"valve": -0.002})
     assert (config.suction.valve, config.bias.delay) == (0.0, -0.002)
     assert ConveyorConfig.load(config) == config
-    log = take(usual_log(), np.flatnonzero(usual_log().landed)[:12])
+    log = take(usual_log(), np.flatnonzero(usual_log().has_landing)[:12])
     model = ThrowModel(log, WASTE, 2)
     early, zero = (model.landings(level_at(WASTE, {"valve": v})) for v in (-0.002, 0.0))
     later = model.landings(level_at(WASTE, {"valve": 0.002}))
@@ -55,7 +55,7 @@ def test_a_valve_below_zero_is_early_in_the_search_and_legal_in_the_level() -> N
 
 def test_the_mean_of_draws_is_not_the_flight_of_the_mean() -> None:
     """Trap: without the shift between them a fit is off by a millimetre or two."""
-    log = take(usual_log(), usual_log().landed)
+    log = take(usual_log(), usual_log().has_landing)
     model = ThrowModel(log, WASTE, 64)
     outcomes, middle = model.outcomes(WASTE), model.landings(WASTE)
     mean = outcomes.landing.reshape(len(log), 64, 2).mean(axis=1)
@@ -72,7 +72,7 @@ def test_hidden_values_follow_their_gauges_and_the_catalogue_without_gauges() ->
         grasp=np.full_like(log.grasp, np.nan),
     )  # fmt: skip
     draws = standard_draws(len(log), 256)
-    seen, unseen = (hidden_values(part, WASTE, draws) for part in (log, blind))
+    seen, unseen = (draw_hidden(part, WASTE, draws) for part in (log, blind))
     table = item_arrays(WASTE.item_list())
 
     def spread(values: np.ndarray) -> float:
@@ -100,7 +100,7 @@ def test_draws_of_hidden_values_hold_the_truth_as_often_as_they_should() -> None
         trial.env.reset(seed=3)
         context = trial.core.context
         log = ThrowLog.of_throws(context, trial.core.plan(np.zeros((300, 2)))[0])
-    drawn = hidden_values(log, WASTE, standard_draws(300, 128))
+    drawn = draw_hidden(log, WASTE, standard_draws(300, 128))
     o = context.objects
     for true, values in ((o.mass, drawn.mass), (o.seal, drawn.seal), (o.size[:, 0], drawn.size[:, 0]),
                          (o.grasp[:, 1], drawn.grasp[:, 1]), (o.com_depth, drawn.com_depth)):  # fmt: skip
