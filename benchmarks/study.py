@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -17,7 +17,7 @@ from typing import Annotated, Any, Final, cast
 import tyro
 
 import pnt_gym
-from agents.ground.cli import UsageError, at_least, option, run
+from agents.ground.cli import UsageError, at_least, option, read_settings, run
 from agents.ground.files import json_text, read_json, write_json
 from agents.ground.outputs import check_writable
 from agents.ground.versions import versions
@@ -54,6 +54,10 @@ class Arguments:
     """Seed of the thrown objects."""
     threads: int = 2
     """Threads of the simulation; results do not depend on this number."""
+    only: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, option("all", "AXIS=VALUE")] = ()
+    """Measure only the cases with these labels, such as part=fit; processes with other cases write other files."""
+    join: Annotated[tuple[Path, ...], option("none", "FILE ...")] = ()
+    """Begin with what these files hold of the same study."""
 
 
 def main(arguments: Arguments) -> None:
@@ -64,10 +68,13 @@ def main(arguments: Arguments) -> None:
     throws = plan.throws if arguments.throws is None else arguments.throws
     seed = plan.seed if arguments.seed is None else arguments.seed
     result = load_progress(arguments.json, head(plan, throws, seed))
+    for path in arguments.join:
+        result["rows"] += load_progress(path, head(plan, throws, seed))["rows"]
+    chosen = read_settings(arguments.only)
     for name, part in plan.parts.items():
         measure = measurement(part)
         for case in plan.cases(name):
-            if not is_held(case, result["rows"]):
+            if not is_held(case, result["rows"]) and is_chosen(case, chosen):
                 amount = Amount(part.count(throws), seed, arguments.threads)
                 rows = [{**case.labels, **figures} for figures in as_rows(measure(case.settings, amount))]
                 check_numbers(case, rows)
@@ -107,6 +114,11 @@ def measurement(part: Part) -> Callable[[dict[str, Any], Amount], Figures | Iter
     if function is None:
         raise UsageError(f"measure is {part.measure!r}; {module} has no function {name}")
     return function
+
+
+def is_chosen(case: Case, chosen: Mapping[str, Any]) -> bool:
+    """Whether a case has the labels that were asked for."""
+    return all(case.labels.get(axis) == value for axis, value in chosen.items())
 
 
 def is_held(case: Case, rows: Iterable[Figures]) -> bool:
