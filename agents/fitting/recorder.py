@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, Self, final
 
@@ -39,11 +39,13 @@ class Recorder(Controller):
         self._inner: Controller | None = None
         self._core: Any = core
         self._parts: list[ThrowLog] = []
+        self._throws: list[Throws] = []
 
     def watch(self, controller: Controller) -> Self:
         """This recorder, around a controller that has practised."""
         self.name, self._inner = controller.name, controller
         self._parts.clear()
+        self._throws.clear()
         return self
 
     def act(self, observation: Observation) -> Actions:
@@ -64,9 +66,19 @@ class Recorder(Controller):
         log = take(concatenate_records(self._parts), slice(len(throws)))
         return complete_log(log, throws.info, self._core.config, np.random.default_rng((seed, 7)))
 
-    def text(self, record: Any, seed: int) -> str:
-        """The log of a record of throws as CSV."""
-        return self.log(record.throws, seed).text(self._core.item_names)
+    def text(self, throws: Throws, seed: int) -> str:
+        """The log of throws as CSV."""
+        return self.log(throws, seed).text(self._core.item_names)
+
+    def keep(self, steps: Iterator[Throws]) -> Iterator[Throws]:
+        """Throws one after the other, which are kept for `all_text`."""
+        for throws in steps:
+            self._throws.append(throws)
+            yield throws
+
+    def all_text(self, seed: int) -> str:
+        """The log of the throws that passed through `keep` as CSV."""
+        return self.text(concatenate_records(self._throws), seed)
 
 
 def complete_log(
