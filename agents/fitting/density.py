@@ -135,6 +135,7 @@ class Density:
         # Unbiased, and for the inverse of a covariance of few draws (Hartlap's factor for two dimensions).
         size = 1.0 / (weight**2).sum(axis=1)
         share *= (size / np.maximum(size - 4.0, 1.0))[:, None, None]
+        share *= 1.0 + 1.0 / draws  # the mean over the draws has an error of its own
         noise = max(self.model.config.feedback.noise, FINEST)
         covariance = self.spread * (share + np.eye(2) * noise**2)
         root = np.linalg.inv(np.linalg.cholesky(covariance))

@@ -24,6 +24,7 @@ class Column(NamedTuple):
     unit: str
     text: str
     required: bool = False
+    positive: bool = False
 
 
 COLUMNS: Final[dict[str, Column]] = {
@@ -37,15 +38,15 @@ COLUMNS: Final[dict[str, Column]] = {
     "release_vx": Column("m/s", "velocity of the cup at that moment, as commanded", True),
     "release_vy": Column("m/s", "the same across the belt", True),
     "release_vz": Column("m/s", "the same in height", True),
-    "percent": Column("%", "speed setting of the throw; may be left out where the level has one setting"),
+    "percent": Column("%", "speed setting; may be left out where the level has one", positive=True),
     "belt_speed": Column("m/s", "speed of the belt by its encoder"),
     "target_x": Column("m", "middle of the bin's opening"),
     "target_y": Column("m", "the same across the belt"),
-    "length": Column("m", "measured extent of the object along its long side"),
-    "width": Column("m", "the same across"),
-    "height": Column("m", "the same in height"),
-    "mass": Column("kg", "measured mass"),
-    "seal": Column("N", "force of the vacuum before the release, by its gauge"),
+    "length": Column("m", "measured extent of the object along its long side", positive=True),
+    "width": Column("m", "the same across", positive=True),
+    "height": Column("m", "the same in height", positive=True),
+    "mass": Column("kg", "measured mass", positive=True),
+    "seal": Column("N", "force of the vacuum before the release, by its gauge", positive=True),
     "yaw": Column("rad", "measured direction of the object's long side from the belt's travel"),
     "grasp_x": Column("m", "measured centre of the object minus cup axis, along the belt"),
     "grasp_y": Column("m", "the same across the belt"),

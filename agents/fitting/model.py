@@ -222,7 +222,7 @@ def _check_speeds(log: ThrowLog, releases: ReleaseBatch) -> None:
         UsageError: they do not.
     """
     logged = length(log.velocity)
-    wrong = ~(np.abs(np.nan_to_num(releases.speed) / logged - 1.0) <= SPEED_TOLERANCE)
+    wrong = ~(np.abs(np.nan_to_num(releases.speed) - logged) <= SPEED_TOLERANCE * logged)
     if wrong.any():
         first = int(np.flatnonzero(wrong)[0])
         raise UsageError(

@@ -112,8 +112,8 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
         lambda rows: [row for row in rows if row["landing_x"]][:3],
         "the log has 3 landings; a fit needs",
     ),
-    "picks in mm": (scaled("pick"), "pick reaches .*these look like millimetres"),
-    "landings in mm": (scaled("landing"), "landing reaches .*these look like millimetres"),
+    "picks in mm": (scaled("pick"), "pick_y reaches .*these look like millimetres"),
+    "landings in mm": (scaled("landing"), "landing_[xy] reaches .*these look like millimetres"),
     "all in mm": (scaled("pick", "release", "landing", "target", "size", "grasp"), "these look like millimetres"),
     "grams": (scaled("mass"), "masses are in kilograms"),
     "degrees": (scaled("yaw", factor=57.3), "angles are in radians"),
@@ -127,6 +127,11 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
     "no setting": (without("percent"), "percent is empty, and the level has several speed settings"),
     "another setting": (each(percent="90"), "do not have the speed that the level's limits give"),
     "another belt": (each(belt_speed="0.5"), "belt.speed of the level is 0.25"),
+    "releases swapped": (swapped("velocity"), "release_vx and release_vy look swapped"),
+    "stands still": (each(release_vx="0", release_vy="0", release_vz="0"), "check frame, units and columns"),
+    "no mass": (each(mass="-0.1"), "throw 1 of the log: mass is -0.1; it must be above 0"),
+    "no length": (each(length="0"), "length is 0; it must be above 0"),
+    "sealed twice": (each(sealed="2"), "sealed is 2; it must be 0 or 1"),
     "sealed and not": (each(sealed="0"), "landings of objects that were not sealed"),
 }
 
