@@ -79,9 +79,9 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
-    from .fitting.recorder import Recorder
     from .ground.starters import assumed_values, show_assumed
     from .judging.evaluation import judge
+    from .judging.throws.recorder import Recorder
     from .judging.trials import check_options, controller_with, open_trial
     from .learning.trained import resolve_task
     from .pictures.stage import Stage

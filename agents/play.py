@@ -10,11 +10,11 @@ from typing import Annotated, Literal
 import numpy as np
 import tyro
 
-from .fitting.recorder import Recorder
 from .ground.cli import UsageError, at_least, check_libraries, option, run
 from .ground.environments import find_environment
 from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable, deliver_text
 from .ground.tables import console
+from .judging.throws.recorder import Recorder
 from .learning.trained import resolve_task
 from .pictures.stage import Stage
 from .pictures.studio import load_viewer

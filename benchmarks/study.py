@@ -25,14 +25,11 @@ from agents.jobs.code import code_digest
 from agents.report.study_plan import Case, Part, StudyPlan, read_study, shipped_study
 from benchmarks.studies.cells import Amount, Figures
 
-ROOMS: Final = ("judging", "controllers", "dispatchers", "learning", "training", "fitting")
+ROOMS: Final = ("judging", "controllers", "dispatchers", "learning", "training", "fit")
 """Rooms of agents on which figures depend."""
 CODE: Final = (
     "pnt_gym/**/*.py",
-    *(
-        f"agents/{room}/**/*.py"
-        for room in ("judging", "controllers", "dispatchers", "learning", "training", "fitting")
-    ),
+    *(f"agents/{room}/**/*.py" for room in ("judging", "controllers", "dispatchers", "learning", "training", "fit")),
     "benchmarks/studies/*.py",
     "configs/cells/**/*.yaml",
     "results/policies/**/*.npz",
@@ -70,6 +67,8 @@ def main(arguments: Arguments) -> None:
     result = load_progress(arguments.json, head(plan, throws, seed))
     for path in arguments.join:
         result["rows"] += load_progress(path, head(plan, throws, seed))["rows"]
+    if arguments.json is not None:
+        write_json(arguments.json, result)
     chosen = read_settings(arguments.only)
     for name, part in plan.parts.items():
         measure = measurement(part)

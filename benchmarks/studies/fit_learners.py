@@ -11,10 +11,9 @@ from agents.controllers import make_controller
 from agents.controllers.protocol import Actions, Controller, Observation
 from agents.controllers.shift import to_action
 from agents.controllers.trackers import Kalman
-from agents.fitting.log import ThrowLog
-from agents.fitting.twins import CELLS, ENV, Twin, study_twin
+from agents.fit.twins import CELLS, ENV, Twin, study_twin
+from agents.judging.throws.log import ThrowLog
 from agents.judging.trials import open_trial
-from agents.report.study import share
 from benchmarks.studies.cells import Amount, Figures, Settings
 from benchmarks.studies.fits import LANDINGS, flight_level, mean_rows, seeds
 from pnt_gym.arrays import Floats
@@ -139,7 +138,7 @@ def _difference_rows(errors: list[dict[str, float]]) -> list[Figures]:
         for name, values in {**losses, **gains}.items()
     ]
     wins = [
-        {"kind": "wins", "figure": name, "wins": share([value > 0.0 for value in values])}
+        {"kind": "twins that win [%]", "figure": name, "value": 100.0 * float(np.mean(np.array(values) > 0.0))}
         for name, values in gains.items()
     ]
     return [*rows, *wins]

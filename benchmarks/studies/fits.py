@@ -9,9 +9,9 @@ from typing import Any, Final
 import numpy as np
 
 from agents.controllers import make_controller
-from agents.fitting.misfit import TESTS
-from agents.fitting.parameters import PARAMETERS
-from agents.fitting.twins import ENV, judge_fit, study_twin
+from agents.fit.misfit import TESTS
+from agents.fit.parameters import PARAMETERS
+from agents.fit.twins import ENV, judge_fit, study_twin
 from agents.judging.trials import open_trial
 from agents.report.study import share
 from benchmarks.studies.cells import Amount, Figures, Settings

@@ -30,8 +30,8 @@ from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 from ..ground.cli import UsageError
+from ..judging.throws.log import ThrowLog
 from .hidden import Hidden, draw_hidden, standard_draws
-from .log import ThrowLog
 
 PLANNERS: Final = ("straight", "straight_flying")
 """Planners whose throws follow from pick and release alone."""

@@ -13,8 +13,8 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.tables import Grid, throws_bar
+from ..judging.throws.log import ThrowLog
 from .fitted import Fitted, fit_log
-from .log import ThrowLog
 from .parameters import PARAMETERS, priors
 from .reading import read_log
 from .twins import judge_fit, study_twin
@@ -31,7 +31,7 @@ def fit(
     """Fit a conveyor level to a log of throws; return the figures that `agents.fit --json` writes.
 
     Args:
-        log: CSV file with a row for each throw, see `agents.fitting.log.COLUMNS`.
+        log: CSV file with a row for each throw, see `agents.judging.throws.log.COLUMNS`.
         level: name or file of the level about whose values the priors lie.
         free: names of the parameters that are not known; None for all.
         prior: standard deviations of priors by name, in SI units; of the logarithm for tau, drag and stiffness.

@@ -11,8 +11,8 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
+from ..judging.throws.log import ThrowLog
 from .combinations import combinations
-from .log import ThrowLog
 from .misfit import LEVEL, TESTS, Finding, find_misfit, scatter_factor
 from .parameters import Parameter
 from .posterior import Posterior, posterior

@@ -14,9 +14,9 @@ from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.shift import CAMERA_ERRORS
 
-from ..controllers.protocol import Actions, Controller, Observation, Outcome
-from ..ground.cli import UsageError
-from ..judging.throws.data import Throws
+from ...controllers.protocol import Actions, Controller, Observation, Outcome
+from ...ground.cli import UsageError
+from .data import Throws
 from .log import ThrowLog, landing_in_world
 
 

@@ -9,18 +9,18 @@ import pytest
 import yaml
 
 import pnt_gym
-from agents.fitting.density import Density
-from agents.fitting.design import DesignPool, information, optimal_throws
-from agents.fitting.fitted import Fitted, fit_log
-from agents.fitting.misfit import DEVIATION, EXPECTED, WINSOR, find_misfit
-from agents.fitting.model import ThrowModel
-from agents.fitting.parameters import priors
-from agents.fitting.posterior import posterior
-from agents.fitting.report import report
-from agents.fitting.seals import seal_chances
-from agents.fitting.twins import Twin, judge_fit, make_twin
-from agents.fitting.words import sentences
-from agents.fitting.writing import level_text, page
+from agents.fit.density import Density
+from agents.fit.design import DesignPool, information, optimal_throws
+from agents.fit.fitted import Fitted, fit_log
+from agents.fit.misfit import DEVIATION, EXPECTED, WINSOR, find_misfit
+from agents.fit.model import ThrowModel
+from agents.fit.parameters import priors
+from agents.fit.posterior import posterior
+from agents.fit.report import report
+from agents.fit.seals import seal_chances
+from agents.fit.twins import Twin, judge_fit, make_twin
+from agents.fit.words import sentences
+from agents.fit.writing import level_text, page
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from tests.tools.commands import call_here, output_of

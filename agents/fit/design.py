@@ -13,12 +13,12 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.environments import core_of, make_vector
 from ..ground.infos import results
+from ..judging.throws.log import ThrowLog
+from ..judging.throws.recorder import complete_log
 from .density import Density
 from .fitted import Fitted
-from .log import ThrowLog
 from .model import ThrowModel
 from .parameters import Parameter
-from .recorder import complete_log
 
 POOL: Final = 400
 """Releases among which throws are chosen."""

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import tyro
 
-from .ground.cli import UsageError, at_least, option, read_settings, run
-from .ground.outputs import check_ending, check_writable, deliver_json, deliver_text
-from .ground.tables import console
+from ..ground.cli import UsageError, at_least, option, read_settings, run
+from ..ground.outputs import check_ending, check_writable, deliver_json, deliver_text
+from ..ground.tables import console
 
 if TYPE_CHECKING:
     from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-    from .fitting.fitted import Fitted
-    from .fitting.parameters import Parameter
+    from .fitted import Fitted
+    from .parameters import Parameter
 
 MISFIT: Final = 1
 """Exit code where the model does not fit the log."""
@@ -60,9 +60,9 @@ def main(arguments: Arguments) -> None:
     """Fit the log, print what it tells, and write the files asked for."""
     from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-    from .fitting.design import plan_throws
-    from .fitting.parameters import priors
-    from .fitting.report import plan_grid, twins_grid
+    from .design import plan_throws
+    from .parameters import priors
+    from .report import plan_grid, twins_grid
 
     at_least(vars(arguments), design=1, twins=1, seed=0, landings=10)
     check_writable(arguments.out, arguments.page, arguments.json, arguments.plan)
@@ -87,11 +87,11 @@ def main(arguments: Arguments) -> None:
 
 def _fit(arguments: Arguments, config: ConveyorConfig, parameters: tuple[Parameter, ...], path: Path) -> Fitted:
     """Fit a log, print what it tells, and write the files asked for."""
-    from .fitting.fitted import fit_log
-    from .fitting.reading import read_log
-    from .fitting.report import report
-    from .fitting.words import sentences, tables
-    from .fitting.writing import level_text, page
+    from .fitted import fit_log
+    from .reading import read_log
+    from .report import report
+    from .words import sentences, tables
+    from .writing import level_text, page
 
     fitted = fit_log(read_log(path, config), config, parameters)
     samples = fitted.posterior.samples()

@@ -16,13 +16,13 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from ..controllers import make_controller
 from ..controllers.protocol import Actions, Controller, Observation
 from ..ground.cli import UsageError
+from ..judging.throws.log import ThrowLog
+from ..judging.throws.recorder import Recorder
 from ..judging.trials import open_trial
 from .combinations import combinations
 from .design import DesignPool, optimal_throws
 from .fitted import Fitted, fit_log
-from .log import ThrowLog
 from .parameters import Parameter, level_at, priors, values_at
-from .recorder import Recorder
 
 ENV: Final = "PnTRelease-v0"
 """Environment of the twins."""

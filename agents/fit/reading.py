@@ -17,7 +17,7 @@ from pnt_gym.errors import one_sentence
 from pnt_gym.planning.motion.ballistics import landing_point
 
 from ..ground.cli import UsageError
-from .log import COLUMNS, GROUPS, ThrowLog
+from ..judging.throws.log import COLUMNS, GROUPS, ThrowLog
 
 FEWEST: Final = 10
 """Fewest landings of a fit."""

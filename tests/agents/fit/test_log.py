@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from agents.controllers import make_controller
-from agents.fitting.log import COLUMNS, GROUPS, ThrowLog
-from agents.fitting.reading import MOST, read_log
-from agents.fitting.recorder import Recorder
+from agents.fit.reading import MOST, read_log
 from agents.ground.cli import UsageError
+from agents.judging.throws.log import COLUMNS, GROUPS, ThrowLog
+from agents.judging.throws.recorder import Recorder
 from agents.judging.trials import open_trial
 from tests.tools.fitting import WASTE, level, same_logs, throw, usual_log
 
@@ -138,7 +138,7 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
 
 @pytest.mark.parametrize("name", MISTAKES)
 def test_every_mistake_is_one_sentence(name: str, tmp_path: Path) -> None:
-    from agents.fitting.model import ThrowModel  # noqa: PLC0415 - for the one mistake that the motion shows
+    from agents.fit.model import ThrowModel  # noqa: PLC0415 - for the one mistake that the motion shows
 
     change, sentence = MISTAKES[name]
     path = tmp_path / "log.csv"
