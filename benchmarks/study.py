@@ -25,11 +25,11 @@ from agents.jobs.code import code_digest
 from agents.report.study_plan import Case, Part, StudyPlan, read_study, shipped_study
 from benchmarks.studies.cells import Amount, Figures
 
-ROOMS: Final = ("judging", "controllers", "dispatchers", "learning", "training", "fit")
+ROOMS: Final = ("judging", "controllers", "dispatchers", "grasping", "learning", "training", "fit")
 """Rooms of agents on which figures depend."""
 CODE: Final = (
     "pnt_gym/**/*.py",
-    *(f"agents/{room}/**/*.py" for room in ("judging", "controllers", "dispatchers", "learning", "training", "fit")),
+    *(f"agents/{room}/**/*.py" for room in ROOMS),
     "benchmarks/studies/*.py",
     "configs/cells/**/*.yaml",
     "results/policies/**/*.npz",
@@ -49,10 +49,12 @@ class Arguments:
     """Throws of each case, or work shifts."""
     seed: Annotated[int | None, option("the plan's", "INT")] = None
     """Seed of the thrown objects."""
+    parts: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, option("all", "PART"), tyro.conf.arg(name="part")] = ()
+    """Measure this part of the plan alone; may be given several times."""
     threads: int = 2
     """Threads of the simulation; results do not depend on this number."""
     only: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, option("all", "AXIS=VALUE")] = ()
-    """Measure only the cases with these labels, such as part=fit; processes with other cases write other files."""
+    """Measure only the cases with these labels, such as set=3; processes with other cases write other files."""
     join: Annotated[tuple[Path, ...], option("none", "FILE ...")] = ()
     """Begin with what these files hold of the same study."""
 
@@ -70,7 +72,11 @@ def main(arguments: Arguments) -> None:
     if arguments.json is not None:
         write_json(arguments.json, result)
     chosen = read_settings(arguments.only)
+    if unknown := [name for name in arguments.parts if name not in plan.parts]:
+        raise UsageError(f"--part is {unknown[0]!r}; parts of {plan.study} are {', '.join(plan.parts)}")
     for name, part in plan.parts.items():
+        if arguments.parts and name not in arguments.parts:
+            continue
         measure = measurement(part)
         for case in plan.cases(name):
             if not is_held(case, result["rows"]) and is_chosen(case, chosen):
