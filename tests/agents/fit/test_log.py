@@ -5,6 +5,7 @@ import io
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from agents.ground.cli import UsageError
 from agents.judging.throws.log import COLUMNS, GROUPS, ThrowLog
 from agents.judging.throws.recorder import Recorder
 from agents.judging.trials import open_trial
+from agents.pictures.stage import Stage
 from tests.tools.fitting import WASTE, level, same_logs, throw, usual_log
 
 Rows = list[dict[str, str]]
@@ -64,6 +66,20 @@ def test_nothing_hidden_is_in_a_log() -> None:
         )
         assert same_logs(ThrowLog.of_throws(blind, plans), known)
         np.testing.assert_array_equal(known.grasp, grasp)
+
+
+def test_watched_throws_have_the_log_of_an_evaluation() -> None:
+    with closing(Stage("analytic", "PnTRelease-v0", "waste_plain", 3)) as stage:
+        recorder = Recorder(stage.core)
+        stage.begin_watched(recorder.watch)
+        steps = recorder.keep(stage.steps)
+        for _ in range(3):
+            next(steps)
+        text = recorder.all_text(3)
+    with closing(open_trial("PnTRelease-v0", "waste_plain", 1, 1)) as trial:
+        recorder = Recorder(trial.core)
+        record: Any = trial.run(recorder.watch(make_controller("analytic", trial.env)), 3, 3)
+        assert text == recorder.text(record.throws, 3)
 
 
 def test_only_a_conveyor_has_a_log() -> None:

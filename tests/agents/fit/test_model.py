@@ -28,6 +28,20 @@ def test_where_nothing_is_hidden_predictions_are_the_simulated_landings(changes:
     np.testing.assert_allclose(predicted[rows], log.landing[rows], atol=5e-4)
 
 
+def test_quick_landings_change_from_cell_to_cell_as_landings_do() -> None:
+    model = ThrowModel(usual_log(), WASTE, 2)
+    configs = [level_at(WASTE, values) for values in ({}, {"valve": 0.007}, {"tau": 0.013}, {"stiffness": 2.0})]
+    quick = model.quick_landings(configs)
+    slow = np.stack([model.landings(config) for config in configs])
+    rows = usual_log().has_landing
+    assert np.abs((quick - slow)[:, rows]).max() > 2e-4  # longer steps land elsewhere
+    change, true = ((landing - landing[0])[1:, rows] for landing in (quick, slow))
+    assert np.abs(true).max() > 5e-3
+    assert np.abs(change - true).mean() < 3e-4
+    draws = ThrowModel(usual_log(), WASTE, 2).outcomes(WASTE).landing.reshape(-1, 2, 2)
+    assert np.abs(draws.mean(axis=1) - slow[0])[rows].mean() < np.abs(draws.mean(axis=1) - quick[0])[rows].mean()
+
+
 def test_a_level_takes_every_parameter_and_gives_it_back() -> None:
     parameters = priors(WASTE)
     assert [p.name for p in parameters] == [p.name for p in PARAMETERS]
