@@ -86,7 +86,7 @@ def test_shares_that_meet_are_those_of_all_cases() -> None:
     pooled = mean(rows)["share"]
     assert (pooled["true"], pooled["count"]) == (4, 6)
     assert pooled == share([True] * 4 + [False] * 2)
-    assert cell("{share:.0%}", {"share": pooled}, {}) == "67% (30%..90%)"
+    assert cell("{share:.0%}", {"share": pooled}, {}) == "67 % (30..90)"
 
 
 def methods() -> dict[str, Any]:
