@@ -25,7 +25,7 @@ from agents.jobs.code import code_digest
 from agents.report.study_plan import Case, Part, StudyPlan, read_study, shipped_study
 from benchmarks.studies.cells import Amount, Figures
 
-ROOMS: Final = ("judging", "controllers", "dispatchers", "grasping", "learning", "training", "fitting")
+ROOMS: Final = ("judging", "controllers", "dispatchers", "grasping", "learning", "training", "fit")
 """Rooms of agents on which figures depend."""
 CODE: Final = (
     "pnt_gym/**/*.py",

@@ -60,7 +60,7 @@ def compare(a: Any, b: Any, env: Any, budget: int | None = None, seed: int = 0, 
 def fit(log: str | Path, level: str | Path = "waste", **options: Any) -> dict[str, Any]:
     """Fit a conveyor level to a log of throws.
 
-    Every argument is as for `agents.fitting.report.fit`.
+    Every argument is as for `agents.fit.report.fit`.
 
     Args:
         log: CSV file with a row for each throw.
@@ -73,7 +73,7 @@ def fit(log: str | Path, level: str | Path = "waste", **options: Any) -> dict[st
     Raises:
         PntGymError: the log or the level does not describe throws of one cell.
     """
-    return command_module("fitting.report").fit(log, level, **options)
+    return command_module("fit.report").fit(log, level, **options)
 
 
 def shipped_policy(name: str) -> Path:

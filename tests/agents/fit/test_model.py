@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.fitting.hidden import NORMALS, hidden_values, standard_draws
-from agents.fitting.log import ThrowLog
-from agents.fitting.model import ThrowModel
-from agents.fitting.parameters import PARAMETERS, level_at, priors, values_at
+from agents.fit.hidden import NORMALS, draw_hidden, standard_draws
+from agents.fit.model import ThrowModel
+from agents.fit.parameters import PARAMETERS, level_at, priors, values_at
 from agents.ground.cli import UsageError
+from agents.judging.throws.log import ThrowLog
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -22,10 +22,24 @@ OFF = {"bias": {"camera": [0.004, -0.006], "encoder": 0.006, "drag": 0.1, "delay
 def test_where_nothing_is_hidden_predictions_are_the_simulated_landings(changes: dict[str, object]) -> None:
     config = level(**{**QUIET, **changes, "spread": {**QUIET["spread"], "spin": 0.0}})
     log, record = throw(config, 24)
-    rows = log.landed & ~record.throws.info["recontact"]
+    rows = log.has_landing & ~record.throws.info["recontact"]
     predicted = ThrowModel(log, config, 2).landings(config)
     assert rows.sum() > 10
     np.testing.assert_allclose(predicted[rows], log.landing[rows], atol=5e-4)
+
+
+def test_quick_landings_change_from_cell_to_cell_as_landings_do() -> None:
+    model = ThrowModel(usual_log(), WASTE, 2)
+    configs = [level_at(WASTE, values) for values in ({}, {"valve": 0.007}, {"tau": 0.013}, {"stiffness": 2.0})]
+    quick = model.quick_landings(configs)
+    slow = np.stack([model.landings(config) for config in configs])
+    rows = usual_log().has_landing
+    assert np.abs((quick - slow)[:, rows]).max() > 2e-4  # longer steps land elsewhere
+    change, true = ((landing - landing[0])[1:, rows] for landing in (quick, slow))
+    assert np.abs(true).max() > 5e-3
+    assert np.abs(change - true).mean() < 3e-4
+    draws = ThrowModel(usual_log(), WASTE, 2).outcomes(WASTE).landing.reshape(-1, 2, 2)
+    assert np.abs(draws.mean(axis=1) - slow[0])[rows].mean() < np.abs(draws.mean(axis=1) - quick[0])[rows].mean()
 
 
 def test_a_level_takes_every_parameter_and_gives_it_back() -> None:
@@ -45,7 +59,7 @@ def test_a_valve_below_zero_is_early_in_the_search_and_legal_in_the_level() -> N
     config = level_at(WASTE, {"valve": -0.002})
     assert (config.suction.valve, config.bias.delay) == (0.0, -0.002)
     assert ConveyorConfig.load(config) == config
-    log = take(usual_log(), np.flatnonzero(usual_log().landed)[:12])
+    log = take(usual_log(), np.flatnonzero(usual_log().has_landing)[:12])
     model = ThrowModel(log, WASTE, 2)
     early, zero = (model.landings(level_at(WASTE, {"valve": v})) for v in (-0.002, 0.0))
     later = model.landings(level_at(WASTE, {"valve": 0.002}))
@@ -55,7 +69,7 @@ def test_a_valve_below_zero_is_early_in_the_search_and_legal_in_the_level() -> N
 
 def test_the_mean_of_draws_is_not_the_flight_of_the_mean() -> None:
     """Trap: without the shift between them a fit is off by a millimetre or two."""
-    log = take(usual_log(), usual_log().landed)
+    log = take(usual_log(), usual_log().has_landing)
     model = ThrowModel(log, WASTE, 64)
     outcomes, middle = model.outcomes(WASTE), model.landings(WASTE)
     mean = outcomes.landing.reshape(len(log), 64, 2).mean(axis=1)
@@ -72,7 +86,7 @@ def test_hidden_values_follow_their_gauges_and_the_catalogue_without_gauges() ->
         grasp=np.full_like(log.grasp, np.nan),
     )  # fmt: skip
     draws = standard_draws(len(log), 256)
-    seen, unseen = (hidden_values(part, WASTE, draws) for part in (log, blind))
+    seen, unseen = (draw_hidden(part, WASTE, draws) for part in (log, blind))
     table = item_arrays(WASTE.item_list())
 
     def spread(values: np.ndarray) -> float:
@@ -100,7 +114,7 @@ def test_draws_of_hidden_values_hold_the_truth_as_often_as_they_should() -> None
         trial.env.reset(seed=3)
         context = trial.core.context
         log = ThrowLog.of_throws(context, trial.core.plan(np.zeros((300, 2)))[0])
-    drawn = hidden_values(log, WASTE, standard_draws(300, 128))
+    drawn = draw_hidden(log, WASTE, standard_draws(300, 128))
     o = context.objects
     for true, values in ((o.mass, drawn.mass), (o.seal, drawn.seal), (o.size[:, 0], drawn.size[:, 0]),
                          (o.grasp[:, 1], drawn.grasp[:, 1]), (o.com_depth, drawn.com_depth)):  # fmt: skip

@@ -13,8 +13,8 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.tables import Grid, throws_bar
+from ..judging.throws.log import ThrowLog
 from .fitted import Fitted, fit_log
-from .log import ThrowLog
 from .parameters import PARAMETERS, priors
 from .reading import read_log
 from .twins import judge_fit, study_twin
@@ -31,7 +31,7 @@ def fit(
     """Fit a conveyor level to a log of throws; return the figures that `agents.fit --json` writes.
 
     Args:
-        log: CSV file with a row for each throw, see `agents.fitting.log.COLUMNS`.
+        log: CSV file with a row for each throw, see `agents.judging.throws.log.COLUMNS`.
         level: name or file of the level about whose values the priors lie.
         free: names of the parameters that are not known; None for all.
         prior: standard deviations of priors by name, in SI units; of the logarithm for tau, drag and stiffness.
@@ -51,7 +51,7 @@ def report(fitted: Fitted, samples: Floats) -> dict[str, Any]:
     level = fitted.level
     return {
         "throws": len(fitted.log),
-        "landings": int(fitted.log.landed.sum()),
+        "landings": int(fitted.log.has_landing.sum()),
         "parameters": {name: asdict(part) for name, part in fitted.estimates(samples).items()},
         "combinations": {name: asdict(part) for name, part in fitted.combinations(samples).items()},
         "seals": [asdict(seal) for seal in fitted.seals],
@@ -87,9 +87,9 @@ def twins_grid(config: ConveyorConfig, count: int, seed: int, landings: int, *, 
     with throws_bar() as bar:
         task = bar.add_task("twins", total=count)
         for twin in range(count):
-            cell, found, _ = study_twin(config, seed + twin, landings, planned=planned)
-            judged.append(judge_fit(cell, found))
-            alarms += not found.fits
+            cell, fitted, _ = study_twin(config, seed + twin, landings, planned=planned)
+            judged.append(judge_fit(cell, fitted))
+            alarms += not fitted.fits
             bar.advance(task)
     labels = {**{p.name: p.label for p in PARAMETERS}, "camera_at_picks": "camera and encoder at the picks [mm]"}
     groups = {label: [twin[name] for twin in judged if name in twin] for name, label in labels.items()}

@@ -11,8 +11,8 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
+from ..judging.throws.log import ThrowLog
 from .combinations import combinations
-from .log import ThrowLog
 from .misfit import LEVEL, TESTS, Finding, find_misfit, scatter_factor
 from .parameters import Parameter
 from .posterior import Posterior, posterior
@@ -70,16 +70,16 @@ class Fitted:
 
     def estimates(self, samples: Floats) -> dict[str, Estimate]:
         """Each free parameter by its name, from samples of the posterior (S, P)."""
-        found = {}
+        estimates = {}
         for index, parameter in enumerate(self.posterior.parameters):
             scaled = parameter.scale * parameter.value(samples[:, index])
             low, high = np.quantile(scaled, ENDS)
             value = parameter.scale * self.posterior.values[parameter.name]
             share = float(samples[:, index].std())
-            found[parameter.name] = Estimate(
+            estimates[parameter.name] = Estimate(
                 parameter.label, parameter.unit, value, float(low), float(high), float(scaled.std()), share
             )
-        return found
+        return estimates
 
     def combinations(self, samples: Floats) -> dict[str, Estimate]:
         """What is known of parameters together, by name, from samples of the posterior (S, P)."""
@@ -88,16 +88,16 @@ class Fitted:
         drawn, prior = (
             {p.name: p.value(scores[:, k]) for k, p in enumerate(parameters)} for scores in (samples, usual)
         )
-        found = {}
+        estimates = {}
         for part in combinations(self.log, self.config):
             if set(part.needs) <= drawn.keys():
                 figure, spread = part.of(drawn), float(np.std(part.of(prior)))
                 low, high = np.quantile(figure, ENDS)
                 value, deviation = float(part.of(self.posterior.values)), float(figure.std())
-                found[part.name] = Estimate(
+                estimates[part.name] = Estimate(
                     part.label, part.unit, value, float(low), float(high), deviation, deviation / spread
                 )
-        return found
+        return estimates
 
 
 def fit_log(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parameter]) -> Fitted:
@@ -111,11 +111,11 @@ def fit_log(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Paramete
         config: the level, about whose values the priors lie.
         parameters: the free parameters.
     """
-    found, seals = posterior(log, config, parameters)
-    misfit, scatter = find_misfit(found.density, found.best), 1.0
-    factor, chance = scatter_factor(found.best)
+    whole, seals = posterior(log, config, parameters)
+    misfit, scatter = find_misfit(whole.density, whole.best), 1.0
+    factor, chance = scatter_factor(whole.best)
     if chance < LEVEL / len(TESTS):
-        found, seals = posterior(log, config, parameters, factor)
-        scatter, (factor, _) = factor, scatter_factor(found.best)
-    found = replace(found, inflation=max(factor, 1.0))
-    return Fitted(log, config, found, seals, misfit, float(np.sqrt(scatter * max(factor, 1.0))))
+        whole, seals = posterior(log, config, parameters, factor)
+        scatter, (factor, _) = factor, scatter_factor(whole.best)
+    whole = replace(whole, inflation=max(factor, 1.0))
+    return Fitted(log, config, whole, seals, misfit, float(np.sqrt(scatter * max(factor, 1.0))))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, Self, final
 
@@ -14,9 +14,9 @@ from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.shift import CAMERA_ERRORS
 
-from ..controllers.protocol import Actions, Controller, Observation, Outcome
-from ..ground.cli import UsageError
-from ..judging.throws.data import Throws
+from ...controllers.protocol import Actions, Controller, Observation, Outcome
+from ...ground.cli import UsageError
+from .data import Throws
 from .log import ThrowLog, landing_in_world
 
 
@@ -39,11 +39,13 @@ class Recorder(Controller):
         self._inner: Controller | None = None
         self._core: Any = core
         self._parts: list[ThrowLog] = []
+        self._throws: list[Throws] = []
 
     def watch(self, controller: Controller) -> Self:
         """This recorder, around a controller that has practised."""
         self.name, self._inner = controller.name, controller
         self._parts.clear()
+        self._throws.clear()
         return self
 
     def act(self, observation: Observation) -> Actions:
@@ -61,38 +63,48 @@ class Recorder(Controller):
 
     def log(self, throws: Throws, seed: int) -> ThrowLog:
         """The log of the throws that were carried out since `watch`; `seed` is that of the camera's noise."""
-        known = take(concatenate_records(self._parts), slice(len(throws)))
-        return complete_log(known, throws.info, self._core.config, np.random.default_rng((seed, 7)))
+        log = take(concatenate_records(self._parts), slice(len(throws)))
+        return complete_log(log, throws.info, self._core.config, np.random.default_rng((seed, 7)))
 
-    def text(self, record: Any, seed: int) -> str:
-        """The log of a record of throws as CSV."""
-        return self.log(record.throws, seed).text(self._core.item_names)
+    def text(self, throws: Throws, seed: int) -> str:
+        """The log of throws as CSV."""
+        return self.log(throws, seed).text(self._core.item_names)
+
+    def keep(self, steps: Iterator[Throws]) -> Iterator[Throws]:
+        """Throws one after the other, which are kept for `all_text`."""
+        for throws in steps:
+            self._throws.append(throws)
+            yield throws
+
+    def all_text(self, seed: int) -> str:
+        """The log of the throws that passed through `keep` as CSV."""
+        return self.text(concatenate_records(self._throws), seed)
 
 
 def complete_log(
-    known: ThrowLog, info: Mapping[str, Any], config: ConveyorConfig, random: np.random.Generator
+    log: ThrowLog, info: Mapping[str, Any], config: ConveyorConfig, random: np.random.Generator
 ) -> ThrowLog:
     """A log with the results of its throws, measured as `feedback` says.
 
     Args:
-        known: what the cell knew of N throws.
+        log: what the cell knew of N throws.
         info: results of the throws by info key (N,).
         config: the cell.
         random: generator of the camera's noise; a cell with a camera over its bins has measured already.
     """
-    count, sealed, lost = len(known), np.asarray(info["picked"]), np.asarray(info["dropped"])
+    count, sealed, lost = len(log), np.asarray(info["picked"]), np.asarray(info["dropped"])
     true = np.stack([info["landing_along"], info["landing_across"]], axis=1)
-    seen = np.hypot(*true.T) <= config.feedback.view
+    visible = np.hypot(*true.T) <= config.feedback.view
     noise, chance = random.standard_normal((count, 2)), random.random(count)
     errors: Floats = true + config.feedback.noise * noise
-    seen &= chance >= config.feedback.unseen
+    visible &= chance >= config.feedback.unseen
     if set(CAMERA_ERRORS) <= set(info):
         errors = np.stack([info[name] for name in CAMERA_ERRORS], axis=1)
-        seen = np.isfinite(errors).all(axis=1)
-    landing = landing_in_world(known, *errors.T)
-    landing[~(seen & sealed & ~lost)] = np.nan
+        visible = np.isfinite(errors).all(axis=1)
+    landing = landing_in_world(log, *errors.T)
+    landing[~(visible & sealed & ~lost)] = np.nan
     return replace(
-        known,
+        log,
         sealed=sealed.astype(np.float64),
         lost=np.where(sealed, lost, np.nan).astype(np.float64),
         landing=landing,

@@ -13,12 +13,12 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.environments import core_of, make_vector
 from ..ground.infos import results
+from ..judging.throws.log import ThrowLog
+from ..judging.throws.recorder import complete_log
 from .density import Density
 from .fitted import Fitted
-from .log import ThrowLog
 from .model import ThrowModel
 from .parameters import Parameter
-from .recorder import complete_log
 
 POOL: Final = 400
 """Releases among which throws are chosen."""
@@ -71,12 +71,12 @@ def information(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Para
     density = Density(model, parameters)
     scatter = density.scatter(z)
     slopes = [
-        (density.predicted(z + step, scatter) - density.predicted(z - step, scatter)) / (2.0 * SLOPE)
+        (density.landings(z + step, scatter) - density.landings(z - step, scatter)) / (2.0 * SLOPE)
         for step in SLOPE * np.eye(len(parameters))
     ]
     white = np.einsum("nij,njp->nip", scatter.root, np.stack(slopes, axis=2))
-    held = (model.seals(density.level(z)).reshape(scatter.held.shape) * scatter.held).mean(axis=1)
-    return white * np.sqrt(held * (1.0 - scatter.astray))[:, None, None]
+    holds = (model.seals(density.level(z)).reshape(scatter.holds.shape) * scatter.holds).mean(axis=1)
+    return white * np.sqrt(holds * (1.0 - scatter.astray))[:, None, None]
 
 
 def optimal_throws(
@@ -85,7 +85,7 @@ def optimal_throws(
     parameters: Sequence[Parameter],
     count: int,
     z: Floats | None = None,
-    known: Floats | None = None,
+    before: Floats | None = None,
 ) -> Ints:
     """Indices of the candidates that tell most, in their order of choice.
 
@@ -95,11 +95,11 @@ def optimal_throws(
         parameters: the free parameters.
         count: number of throws to choose.
         z: standard scores at which slopes are taken; None for the prior's mean.
-        known: information that there is already (P, P); None for that of the prior.
+        before: information that there is already (P, P); None for that of the prior.
     """
     scores = np.zeros(len(parameters)) if z is None else z
     slopes = information(log, config, parameters, scores)
-    whole, chosen = np.eye(len(parameters)) if known is None else known.copy(), list[int]()
+    whole, chosen = np.eye(len(parameters)) if before is None else before.copy(), list[int]()
     for _ in range(min(count, len(log))):
         spread = np.linalg.inv(whole)
         # det(A + G'G) = det(A) det(I + G A^-1 G') for the two rows G of a throw.
@@ -113,7 +113,7 @@ def optimal_throws(
 
 
 def plan_throws(
-    config: ConveyorConfig, parameters: Sequence[Parameter], count: int, seed: int, found: Fitted | None = None
+    config: ConveyorConfig, parameters: Sequence[Parameter], count: int, seed: int, fitted: Fitted | None = None
 ) -> ThrowLog:
     """The next throws that tell most, without results.
 
@@ -122,11 +122,11 @@ def plan_throws(
         parameters: the free parameters.
         count: number of throws.
         seed: of the picks and releases among which to choose.
-        found: fit of the throws that were logged before; None for none.
+        fitted: fit of the throws that were logged before; None for none.
     """
     with closing(DesignPool(config, seed)) as pool:
-        if found is None:
+        if fitted is None:
             return take(pool.log, optimal_throws(pool.log, config, parameters, count))
-        best = found.posterior.best
-        known = np.asarray(np.linalg.inv(best.covariance), dtype=np.float64)
-        return take(pool.log, optimal_throws(pool.log, config, parameters, count, best.z, known))
+        best = fitted.posterior.best
+        before = np.asarray(np.linalg.inv(best.covariance), dtype=np.float64)
+        return take(pool.log, optimal_throws(pool.log, config, parameters, count, best.z, before))

@@ -24,6 +24,7 @@ class Column(NamedTuple):
     unit: str
     text: str
     required: bool = False
+    positive: bool = False
 
 
 COLUMNS: Final[dict[str, Column]] = {
@@ -37,15 +38,15 @@ COLUMNS: Final[dict[str, Column]] = {
     "release_vx": Column("m/s", "velocity of the cup at that moment, as commanded", True),
     "release_vy": Column("m/s", "the same across the belt", True),
     "release_vz": Column("m/s", "the same in height", True),
-    "percent": Column("%", "speed setting of the throw; may be left out where the level has one setting"),
+    "percent": Column("%", "speed setting; may be left out where the level has one", positive=True),
     "belt_speed": Column("m/s", "speed of the belt by its encoder"),
     "target_x": Column("m", "middle of the bin's opening"),
     "target_y": Column("m", "the same across the belt"),
-    "length": Column("m", "measured extent of the object along its long side"),
-    "width": Column("m", "the same across"),
-    "height": Column("m", "the same in height"),
-    "mass": Column("kg", "measured mass"),
-    "seal": Column("N", "force of the vacuum before the release, by its gauge"),
+    "length": Column("m", "measured extent of the object along its long side", positive=True),
+    "width": Column("m", "the same across", positive=True),
+    "height": Column("m", "the same in height", positive=True),
+    "mass": Column("kg", "measured mass", positive=True),
+    "seal": Column("N", "force of the vacuum before the release, by its gauge", positive=True),
     "yaw": Column("rad", "measured direction of the object's long side from the belt's travel"),
     "grasp_x": Column("m", "measured centre of the object minus cup axis, along the belt"),
     "grasp_y": Column("m", "the same across the belt"),
@@ -108,7 +109,7 @@ class ThrowLog:
         return len(self.kind)
 
     @property
-    def landed(self) -> Bools:
+    def has_landing(self) -> Bools:
         """Which throws have a landing (N,)."""
         return np.asarray(np.isfinite(self.landing).all(axis=1))
 
@@ -116,13 +117,13 @@ class ThrowLog:
     def of_throws(cls, context: Context, plans: ReleaseBatch) -> ThrowLog:
         """What a cell knows of N coming throws; nothing hidden is read, and results are NaN."""
         measured, count = context.measured, len(context.pick)
-        nothing = np.full(count, np.nan)
+        empty = np.full(count, np.nan)
         return cls(
             kind=measured.kind.copy(), pick=context.pick.copy(), release=plans.position.copy(),
             velocity=plans.velocity.copy(), percent=context.objects.percent.copy(),
             belt_speed=np.full(count, context.belt_speed), target=context.target[:, :2].copy(),
             size=measured.size.copy(), mass=measured.mass.copy(), seal=measured.seal.copy(), yaw=measured.yaw.copy(),
-            grasp=context.measured_grasp.copy(), sealed=nothing, lost=nothing.copy(),
+            grasp=context.measured_grasp.copy(), sealed=empty, lost=empty.copy(),
             landing=np.full((count, 2), np.nan),
         )  # fmt: skip
 

@@ -17,8 +17,8 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
+from ..judging.throws.log import ThrowLog
 from .density import Density, Mode, Node
-from .log import ThrowLog
 from .model import DRAWS, ThrowModel
 from .parameters import Parameter, values_at
 from .seals import SealChance, seal_chances
@@ -29,6 +29,8 @@ FINER: Final = 3
 """Parts into which the gap beside a probable node is divided."""
 PROBABLE: Final = 9.0
 """Cost above the least at which a node is still refined."""
+WIDE: Final = 25.0
+"""Factor of the covariances with which the search begins, so that landings far from a first guess still pull."""
 PROFILE_DRAWS: Final = 16
 """Draws of hidden values at a node."""
 SAMPLES: Final = 4000
@@ -119,22 +121,29 @@ def posterior(
     model = ThrowModel(log, config, DRAWS)
     seals = seal_chances(model, config)
     density = Density(model, parameters, spread)
-    fixed, start = stiffness_column(parameters), np.zeros(len(parameters))
-    nodes: tuple[Node, ...] = ()
+    quick = ThrowModel(log, config, PROFILE_DRAWS)
+    quick.chances = model.chances
+    fixed, nodes = stiffness_column(parameters), ()
+    middle = np.where(fixed, COARSE[len(COARSE) // 2], 0.0)
+    start = Density(quick, parameters, WIDE * spread).node(middle, ~fixed).z
     if fixed.any():
-        quick = ThrowModel(log, config, PROFILE_DRAWS)
-        quick.chances = model.chances
-        nodes = _nodes(Density(quick, parameters, spread), fixed)
+        nodes = _nodes(Density(quick, parameters, spread), fixed, start)
         start = min(nodes, key=lambda node: node.cost).z
     return Posterior(density, nodes, density.search(start), 1.0), seals
 
 
-def _nodes(density: Density, fixed: Bools) -> tuple[Node, ...]:
-    """Maxima at fixed stiffnesses: a coarse grid from the middle outwards, and a finer one where it is probable."""
+def _nodes(density: Density, fixed: Bools, begin: Floats) -> tuple[Node, ...]:
+    """Maxima at fixed stiffnesses: a coarse grid from the middle outwards, and a finer one where it is probable.
+
+    Args:
+        density: the density.
+        fixed: which of the scores is the stiffness (P,).
+        begin: scores from which the search of the middle node begins (P,).
+    """
     middle = len(COARSE) // 2
     nodes: dict[float, Node] = {}
     for half in (COARSE[middle:], COARSE[:middle][::-1]):
-        z = nodes[COARSE[middle]].z if nodes else np.zeros(len(fixed))
+        z = nodes[COARSE[middle]].z if nodes else begin
         for score in half:
             nodes[score] = density.node(np.where(fixed, score, z), ~fixed)
             z = nodes[score].z

@@ -76,13 +76,13 @@ def find_misfit(density: Density, mode: Mode) -> list[Finding]:
     """Results of all tests at the maximum of a posterior."""
     factor, chance = scatter_factor(mode)
     config, model = density.level(mode.z), density.model
-    here = model.landings(config)
-    wind = [(model.landings(config, air) - here) / DRAUGHT for air in ((DRAUGHT, 0.0), (0.0, DRAUGHT))]
+    middle = model.landings(config)
+    wind = [(model.landings(config, air) - middle) / DRAUGHT for air in ((DRAUGHT, 0.0), (0.0, DRAUGHT))]
     bias, m = config.bias, config.mismatch
     thicker = bias.model_copy(update={"drag": (1.0 + bias.drag) * np.exp(DRAG) - 1.0})
     later = bias.model_copy(update={"delay": bias.delay + DELAY / m})
-    drag, delay = (model.landings(config.model_copy(update={"bias": part})) - here for part in (thicker, later))
-    air = _whiten(np.stack(wind, axis=2), mode, density.landed)
+    drag, delay = (model.landings(config.model_copy(update={"bias": part})) - middle for part in (thicker, later))
+    air = _whiten(np.stack(wind, axis=2), mode, density.has_landing)
     weight, push = _score(air, mode)
     draught = float(chi2.sf(push @ np.linalg.solve(weight, push), 2))
     return [
@@ -103,15 +103,15 @@ def _score(columns: Floats, mode: Mode) -> tuple[Floats, Floats]:
     """Covariance (Q, Q) and score (Q,) of left-out effects with whitened columns (2 L, Q)."""
     size = np.sqrt((mode.residual**2).sum(axis=1))
     residual = mode.residual * (np.minimum(1.0, WINSOR / np.maximum(size, 1e-12)) * np.sqrt(mode.regular))[:, None]
-    known = columns.T @ mode.jacobian
-    return columns.T @ columns - known @ mode.covariance @ known.T, columns.T @ residual.ravel()
+    explained = columns.T @ mode.jacobian
+    return columns.T @ columns - explained @ mode.covariance @ explained.T, columns.T @ residual.ravel()
 
 
 def _by_item(density: Density, mode: Mode, change: Floats, name: str, text: str) -> Finding:
     """Test of an effect (N, 2) [m] that one item has alone; the item that leans most."""
     kind, items = density.model.log.kind, density.model.config.items
-    column = _whiten(change[:, :, None], mode, density.landed)[:, 0]
-    owner = np.repeat(kind[density.landed], 2)
+    column = _whiten(change[:, :, None], mode, density.has_landing)[:, 0]
+    owner = np.repeat(kind[density.has_landing], 2)
     tried = [k for k in np.unique(owner) if (owner == k).sum() >= 2 * FEWEST]
     if not tried:
         return Finding(name, 1.0, text.format(item="an item"))

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import tyro
 
-from .ground.cli import UsageError, at_least, option, read_settings, run
-from .ground.outputs import check_ending, check_writable, deliver_json, deliver_text
-from .ground.tables import console
+from ..ground.cli import UsageError, at_least, option, read_settings, run
+from ..ground.outputs import check_ending, check_writable, deliver_json, deliver_text
+from ..ground.tables import console
 
 if TYPE_CHECKING:
     from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-    from .fitting.fitted import Fitted
-    from .fitting.parameters import Parameter
+    from .fitted import Fitted
+    from .parameters import Parameter
 
 MISFIT: Final = 1
 """Exit code where the model does not fit the log."""
@@ -60,9 +60,9 @@ def main(arguments: Arguments) -> None:
     """Fit the log, print what it tells, and write the files asked for."""
     from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-    from .fitting.design import plan_throws
-    from .fitting.parameters import priors
-    from .fitting.report import plan_grid, twins_grid
+    from .design import plan_throws
+    from .parameters import priors
+    from .report import plan_grid, twins_grid
 
     at_least(vars(arguments), design=1, twins=1, seed=0, landings=10)
     check_writable(arguments.out, arguments.page, arguments.json, arguments.plan)
@@ -72,41 +72,41 @@ def main(arguments: Arguments) -> None:
         raise UsageError("give a log, or --design N, or --twins N")
     config = ConveyorConfig.load(arguments.level).model_copy(update={"fidelity": "flight"})
     parameters = priors(config, arguments.free, read_settings(arguments.prior))
-    found = None if arguments.log is None else _fit(arguments, config, parameters, arguments.log)
+    fitted = None if arguments.log is None else _fit(arguments, config, parameters, arguments.log)
     if design is not None:
-        throws = plan_throws(config, parameters, design, seed, found)
+        throws = plan_throws(config, parameters, design, seed, fitted)
         console().print(plan_grid(throws, config).terminal())
         if arguments.plan is not None:
             deliver_text(arguments.plan, throws.text(config.items))
     if twins is not None:
         grid = twins_grid(config, twins, seed, arguments.landings, planned=design is not None)
         console().print(grid.terminal())
-    if found is not None and not found.fits:
+    if fitted is not None and not fitted.fits:
         sys.exit(MISFIT)
 
 
 def _fit(arguments: Arguments, config: ConveyorConfig, parameters: tuple[Parameter, ...], path: Path) -> Fitted:
     """Fit a log, print what it tells, and write the files asked for."""
-    from .fitting.fitted import fit_log
-    from .fitting.reading import read_log
-    from .fitting.report import report
-    from .fitting.words import sentences, tables
-    from .fitting.writing import level_text, page
+    from .fitted import fit_log
+    from .reading import read_log
+    from .report import report
+    from .words import sentences, tables
+    from .writing import level_text, page
 
-    found = fit_log(read_log(path, config), config, parameters)
-    samples = found.posterior.samples()
-    for grid in tables(found, samples):
+    fitted = fit_log(read_log(path, config), config, parameters)
+    samples = fitted.posterior.samples()
+    for grid in tables(fitted, samples):
         console().print(grid.terminal())
-    for sentence in sentences(found, samples):
+    for sentence in sentences(fitted, samples):
         console().print(sentence, highlight=False, markup=False, soft_wrap=True)
     source = f"pnt-gym fit {path.name} --level {arguments.level}"
     if arguments.out is not None:
-        deliver_text(arguments.out, level_text(found, samples, arguments.level, arguments.out, source))
+        deliver_text(arguments.out, level_text(fitted, samples, arguments.level, arguments.out, source))
     if arguments.page is not None:
-        deliver_text(arguments.page, page(found, samples, source))
+        deliver_text(arguments.page, page(fitted, samples, source))
     if arguments.json is not None:
-        deliver_json(arguments.json, {"level": arguments.level, **report(found, samples)})
-    return found
+        deliver_json(arguments.json, {"level": arguments.level, **report(fitted, samples)})
+    return fitted
 
 
 if __name__ == "__main__":

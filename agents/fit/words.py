@@ -34,7 +34,7 @@ def tables(fitted: Fitted, samples: Floats) -> list[Grid]:
         (part.label, part.text, _prior_text(priors[name]), f"{part.share:.2f}")
         for name, part in fitted.estimates(samples).items()
     ]
-    head = f"{int(fitted.log.landed.sum())} landings of {len(fitted.log)} throws on level {fitted.config.name}"
+    head = f"{int(fitted.log.has_landing.sum())} landings of {len(fitted.log)} throws on level {fitted.config.name}"
     grids = [Grid(head, ("parameter", "fitted (95 %)", "prior (95 %)", "of the prior's width"), rows)]
     together = [(part.label, part.text, f"{part.share:.2f}") for part in fitted.combinations(samples).values()]
     if together:
@@ -54,7 +54,7 @@ def _prior_text(values: Floats) -> str:
 
 def sentences(fitted: Fitted, samples: Floats) -> list[str]:
     """Sentences for people, the verdict on the model last."""
-    return [*_vague(fitted, samples), *_confounded(fitted, samples), *_cameras(fitted), *_modes(fitted, samples),
+    return [*_vague(fitted, samples), *_pairs(fitted, samples), *_cameras(fitted), *_modes(fitted, samples),
             *verdict(fitted)]  # fmt: skip
 
 
@@ -63,23 +63,23 @@ def _vague(fitted: Fitted, samples: Floats) -> list[str]:
     return [f"This log does not tell {label}: the interval is hardly narrower than the prior." for label in vague]
 
 
-def _confounded(fitted: Fitted, samples: Floats) -> list[str]:
+def _pairs(fitted: Fitted, samples: Floats) -> list[str]:
     """A sentence on each pair of parameters that are told together, with the combination that is known."""
-    parameters, known = fitted.posterior.parameters, fitted.combinations(samples)
+    parameters, combinations = fitted.posterior.parameters, fitted.combinations(samples)
     if len(parameters) < 2:
         return []
-    correlation, found = np.atleast_2d(np.corrcoef(samples.T)), list[str]()
+    correlation, texts = np.atleast_2d(np.corrcoef(samples.T)), list[str]()
     for i, first in enumerate(parameters):
         for j, second in enumerate(parameters[:i]):
             if abs(correlation[i, j]) > TOGETHER:
                 begin = TOLD.get(frozenset({first.name, second.name}), "-")
-                parts = [part for name, part in known.items() if name.startswith(begin)]
-                told = f" Known is: {_best(parts)}." if parts else ""
-                found.append(
+                parts = [part for name, part in combinations.items() if name.startswith(begin)]
+                hint = f" Known is: {_best(parts)}." if parts else ""
+                texts.append(
                     f"{second.label.capitalize()} and {first.label} are told together only (correlation "
-                    f"{correlation[i, j]:.2f}).{told}"
+                    f"{correlation[i, j]:.2f}).{hint}"
                 )
-    return found
+    return texts
 
 
 def _best(parts: list[Estimate]) -> str:

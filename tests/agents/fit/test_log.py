@@ -5,16 +5,18 @@ import io
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from agents.controllers import make_controller
-from agents.fitting.log import COLUMNS, GROUPS, ThrowLog
-from agents.fitting.reading import MOST, read_log
-from agents.fitting.recorder import Recorder
+from agents.fit.reading import MOST, read_log
 from agents.ground.cli import UsageError
+from agents.judging.throws.log import COLUMNS, GROUPS, ThrowLog
+from agents.judging.throws.recorder import Recorder
 from agents.judging.trials import open_trial
+from agents.pictures.stage import Stage
 from tests.tools.fitting import WASTE, level, same_logs, throw, usual_log
 
 Rows = list[dict[str, str]]
@@ -32,20 +34,20 @@ def test_landings_are_those_of_the_throws_with_the_cameras_noise() -> None:
     log, record = throw(level(feedback={"noise": 0.0, "unseen": 0.0, "view": 1.0}), 40)
     info = record.throws.info
     np.testing.assert_array_equal(log.sealed == 1.0, info["picked"])
-    np.testing.assert_array_equal(log.landed, info["picked"] & ~info["dropped"])
-    error = np.hypot(*(log.landing - log.target).T)[log.landed]
-    np.testing.assert_allclose(error, record.throws.landing_error[log.landed], atol=1e-9)
+    np.testing.assert_array_equal(log.has_landing, info["picked"] & ~info["dropped"])
+    error = np.hypot(*(log.landing - log.target).T)[log.has_landing]
+    np.testing.assert_allclose(error, record.throws.landing_error[log.has_landing], atol=1e-9)
     noisy, _ = throw(level(feedback={"noise": 0.003, "unseen": 0.0, "view": 1.0}), 40)
-    noise = (noisy.landing - log.landing)[log.landed]
+    noise = (noisy.landing - log.landing)[log.has_landing]
     assert 0.002 < noise.std() < 0.004
     far, _ = throw(level(feedback={"noise": 0.0, "unseen": 0.0, "view": 0.03}), 40)
-    assert not (far.landed & (np.hypot(*(log.landing - log.target).T) > 0.03)).any()
+    assert not (far.has_landing & (np.hypot(*(log.landing - log.target).T) > 0.03)).any()
 
 
 def test_a_cell_with_a_camera_logs_what_that_camera_measured() -> None:
     log, record = throw(level(picks_per_shift=5), 40, env="PnTAdapt-v0")
     seen = np.isfinite(record.throws.info["seen_along"])
-    np.testing.assert_array_equal(log.landed, seen & record.throws.info["picked"] & ~record.throws.info["dropped"])
+    np.testing.assert_array_equal(log.has_landing, seen & record.throws.info["picked"] & ~record.throws.info["dropped"])
 
 
 def test_nothing_hidden_is_in_a_log() -> None:
@@ -64,6 +66,20 @@ def test_nothing_hidden_is_in_a_log() -> None:
         )
         assert same_logs(ThrowLog.of_throws(blind, plans), known)
         np.testing.assert_array_equal(known.grasp, grasp)
+
+
+def test_watched_throws_have_the_log_of_an_evaluation() -> None:
+    with closing(Stage("analytic", "PnTRelease-v0", "waste_plain", 3)) as stage:
+        recorder = Recorder(stage.core)
+        stage.begin_watched(recorder.watch)
+        steps = recorder.keep(stage.steps)
+        for _ in range(3):
+            next(steps)
+        text = recorder.all_text(3)
+    with closing(open_trial("PnTRelease-v0", "waste_plain", 1, 1)) as trial:
+        recorder = Recorder(trial.core)
+        record: Any = trial.run(recorder.watch(make_controller("analytic", trial.env)), 3, 3)
+        assert text == recorder.text(record.throws, 3)
 
 
 def test_only_a_conveyor_has_a_log() -> None:
@@ -112,8 +128,8 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
         lambda rows: [row for row in rows if row["landing_x"]][:3],
         "the log has 3 landings; a fit needs",
     ),
-    "picks in mm": (scaled("pick"), "pick reaches .*these look like millimetres"),
-    "landings in mm": (scaled("landing"), "landing reaches .*these look like millimetres"),
+    "picks in mm": (scaled("pick"), "pick_y reaches .*these look like millimetres"),
+    "landings in mm": (scaled("landing"), "landing_[xy] reaches .*these look like millimetres"),
     "all in mm": (scaled("pick", "release", "landing", "target", "size", "grasp"), "these look like millimetres"),
     "grams": (scaled("mass"), "masses are in kilograms"),
     "degrees": (scaled("yaw", factor=57.3), "angles are in radians"),
@@ -127,13 +143,18 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
     "no setting": (without("percent"), "percent is empty, and the level has several speed settings"),
     "another setting": (each(percent="90"), "do not have the speed that the level's limits give"),
     "another belt": (each(belt_speed="0.5"), "belt.speed of the level is 0.25"),
+    "releases swapped": (swapped("velocity"), "release_vx and release_vy look swapped"),
+    "stands still": (each(release_vx="0", release_vy="0", release_vz="0"), "check frame, units and columns"),
+    "no mass": (each(mass="-0.1"), "throw 1 of the log: mass is -0.1; it must be above 0"),
+    "no length": (each(length="0"), "length is 0; it must be above 0"),
+    "sealed twice": (each(sealed="2"), "sealed is 2; it must be 0 or 1"),
     "sealed and not": (each(sealed="0"), "landings of objects that were not sealed"),
 }
 
 
 @pytest.mark.parametrize("name", MISTAKES)
 def test_every_mistake_is_one_sentence(name: str, tmp_path: Path) -> None:
-    from agents.fitting.model import ThrowModel  # noqa: PLC0415 - for the one mistake that the motion shows
+    from agents.fit.model import ThrowModel  # noqa: PLC0415 - for the one mistake that the motion shows
 
     change, sentence = MISTAKES[name]
     path = tmp_path / "log.csv"
@@ -165,7 +186,7 @@ def read(change: Callable[[Rows], Rows], folder: Path) -> ThrowLog:
 def test_repeated_throws_count_once(tmp_path: Path) -> None:
     with pytest.warns(UserWarning, match="throws repeat another one"):
         twice = read(lambda rows: [row for row in rows for _ in range(2)], tmp_path)
-    assert twice.landed.sum() == usual_log().landed.sum()
+    assert twice.has_landing.sum() == usual_log().has_landing.sum()
 
 
 def test_a_long_log_is_sampled(tmp_path: Path) -> None:

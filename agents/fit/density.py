@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from typing import Any, Final, cast, final
 
 import numpy as np
@@ -51,7 +52,7 @@ class Scatter:
     """Covariance of the landing, with the camera's noise (N, 2, 2) [m2]."""
     root: Floats
     """Inverse square roots of these covariances (N, 2, 2)."""
-    held: Floats
+    holds: Floats
     """Whether a cup that has sealed holds the object, for each draw (N, K)."""
     astray: Floats
     """Share of throws that the cup touches again, or that go astray otherwise (N,)."""
@@ -101,10 +102,11 @@ class Density:
     def __init__(self, model: ThrowModel, parameters: Sequence[Parameter], spread: float = 1.0) -> None:
         self.model, self.parameters, self.spread = model, tuple(parameters), spread
         log = model.log
-        self.landed = log.landed
+        self.has_landing = log.has_landing
         self._unsealed, self._lost = log.sealed == 0.0, log.lost == 1.0
         # A throw without a landing and without a word on seal and loss says nothing.
-        self._unseen = (log.sealed == 1.0) & ~(log.lost == 1.0) & ~self.landed & np.isfinite(log.target).all(axis=1)
+        holds = (log.sealed == 1.0) & ~self._lost
+        self._unseen = holds & ~self.has_landing & np.isfinite(log.target).all(axis=1)
 
     def level(self, z: Floats) -> ConveyorConfig:
         """The cell at standard scores (P,)."""
@@ -113,39 +115,44 @@ class Density:
     def scatter(self, z: Floats) -> Scatter:
         """Scatter and mean shift of the throws at standard scores (P,)."""
         config = self.level(z)
-        return self.scatter_of(self.model.outcomes(config), self.model.landings(config))
+        return self.scatter_of(self.model.outcomes(config), self.model.quick_landings([config])[0])
 
     def scatter_of(self, outcomes: Outcomes, middle: Floats) -> Scatter:
         """Scatter from the outcomes of draws, and landings at mean hidden values (N, 2) [m]."""
         draws, count = self.model.draws, len(middle)
         landing = outcomes.landing.reshape(count, draws, 2)
-        held = outcomes.held.reshape(count, draws).astype(np.float64)
+        holds = outcomes.holds.reshape(count, draws).astype(np.float64)
         # Of the draws only those count whose cup would have sealed and held, and let go without a second touch.
-        thrown = outcomes.sealed.reshape(count, draws) * held + 1e-9
+        chance = outcomes.sealed.reshape(count, draws) * holds + 1e-9
         touched = outcomes.touched.reshape(count, draws)
-        astray = (thrown * touched).sum(axis=1) / thrown.sum(axis=1)
-        weight = thrown * np.where(touched, 1e-6, 1.0)
+        astray = (chance * touched).sum(axis=1) / chance.sum(axis=1)
+        weight = chance * np.where(touched, 1e-6, 1.0)
         weight /= weight.sum(axis=1, keepdims=True)
         mean = (weight[:, :, None] * landing).sum(axis=1)
-        apart = landing - mean[:, None]
-        share = np.einsum("nk,nki,nkj->nij", weight, apart, apart)
+        deviation = landing - mean[:, None]
+        share = np.einsum("nk,nki,nkj->nij", weight, deviation, deviation)
         share[~self.model.flown] = 0.0
         # Unbiased, and for the inverse of a covariance of few draws (Hartlap's factor for two dimensions).
         size = 1.0 / (weight**2).sum(axis=1)
         share *= (size / np.maximum(size - 4.0, 1.0))[:, None, None]
+        share *= 1.0 + 1.0 / draws  # the mean over the draws has an error of its own
         noise = max(self.model.config.feedback.noise, FINEST)
         covariance = self.spread * (share + np.eye(2) * noise**2)
         root = np.linalg.inv(np.linalg.cholesky(covariance))
-        return Scatter(mean - middle, covariance, root, held, np.clip(astray, LEAST_ASTRAY, MOST_ASTRAY))
+        return Scatter(mean - middle, covariance, root, holds, np.clip(astray, LEAST_ASTRAY, MOST_ASTRAY))
 
-    def predicted(self, z: Floats, scatter: Scatter) -> Floats:
+    def landings(self, z: Floats, scatter: Scatter) -> Floats:
         """Mean landings (N, 2) [m] at standard scores (P,)."""
-        return self.model.landings(self.level(z)) + scatter.shift
+        return self.landings_at([z], scatter)[0]
+
+    def landings_at(self, scores: Sequence[Floats], scatter: Scatter) -> Floats:
+        """Mean landings (C, N, 2) [m] at several standard scores (P,)."""
+        return self.model.quick_landings([self.level(z) for z in scores]) + scatter.shift
 
     def whiten(self, predicted: Floats, scatter: Scatter) -> Floats:
         """Landings minus predictions (N, 2) [m], whitened, of throws that have a landing (L, 2)."""
-        miss = (self.model.log.landing - predicted)[self.landed]
-        return np.einsum("nij,nj->ni", scatter.root[self.landed], miss)
+        miss = (self.model.log.landing - predicted)[self.has_landing]
+        return np.einsum("nij,nj->ni", scatter.root[self.has_landing], miss)
 
     def chances(self, z: Floats, scatter: Scatter, predicted: Floats) -> Floats:
         """Probabilities of what came of the throws, but for the places of their landings (N + U,).
@@ -153,10 +160,10 @@ class Density:
         The last U are those of throws without a landing though nothing failed: the camera missed them, or they came
         down beyond its view.
         """
-        sealed = self.model.seals(self.level(z)).reshape(scatter.held.shape)
-        held, seal = (sealed * scatter.held).mean(axis=1), sealed.mean(axis=1)
-        chance = np.where(self._unsealed, 1.0 - seal, np.where(self._lost, seal - held, held))
-        chance[~(self._unsealed | self._lost | self.landed | self._unseen)] = 1.0
+        sealed = self.model.seals(self.level(z)).reshape(scatter.holds.shape)
+        holds, seal = (sealed * scatter.holds).mean(axis=1), sealed.mean(axis=1)
+        chance = np.where(self._unsealed, 1.0 - seal, np.where(self._lost, seal - holds, holds))
+        chance[~(self._unsealed | self._lost | self.has_landing | self._unseen)] = 1.0
         rows, feedback = self._unseen, self.model.config.feedback
         distance = np.hypot(*(predicted - self.model.log.target)[rows].T)
         width = np.sqrt(np.trace(scatter.covariance[rows], axis1=1, axis2=2) / 2.0)
@@ -166,7 +173,9 @@ class Density:
 
     def residuals(self, z: Floats, scatter: Scatter) -> Floats:
         """Residuals of `least_squares`: landings, scores, chances."""
-        predicted = self.predicted(z, scatter)
+        return self._residuals(z, scatter, self.landings(z, scatter))
+
+    def _residuals(self, z: Floats, scatter: Scatter, predicted: Floats) -> Floats:
         miss, chances = self.whiten(predicted, scatter), self.chances(z, scatter, predicted)
         square = (miss**2).sum(axis=1)
         loss = self._regular(square, scatter)[1]
@@ -180,7 +189,7 @@ class Density:
             The probability that each is regular, -2 ln of the density relative to the middle, and -2 ln of that in the
             middle, (L,) each.
         """
-        covariance, share = scatter.covariance[self.landed], scatter.astray[self.landed]
+        covariance, share = scatter.covariance[self.has_landing], scatter.astray[self.has_landing]
         area = np.sqrt(np.linalg.det(covariance))
         # The distance on the wide scale, as if a covariance were round.
         wide = np.exp(-0.5 * square * area / ASTRAY**2) / ASTRAY**2
@@ -190,25 +199,25 @@ class Density:
 
     def differences(self, z: Floats, scatter: Scatter, free: Bools) -> Floats:
         """Derivatives of the residuals by the free scores (R, F)."""
-        here = self.residuals(z, scatter)
-        columns = [(self.residuals(z + step, scatter) - here) / STEP for step in STEP * np.eye(len(z))[free]]
-        return np.stack(columns, axis=1)
+        scores = [z, *(z + STEP * np.eye(len(z))[free])]
+        middle, *ends = map(self._residuals, scores, repeat(scatter), self.landings_at(scores, scatter))
+        return np.stack([(end - middle) / STEP for end in ends], axis=1)
 
     def node(self, start: Floats, free: Bools) -> Node:
         """The maximum of the density near a start (P,) over the free scores (P,), with the scatter of the start."""
         scatter = self.scatter(start)
-        found = self._descend(start, scatter, free, NODE_CALLS)
-        z = _insert(start, free, found.x)
-        cost = 2.0 * found.cost + self._regular(np.zeros(int(self.landed.sum())), scatter)[2].sum()
+        result = self._descend(start, scatter, free, NODE_CALLS)
+        z = _insert(start, free, result.x)
+        cost = 2.0 * result.cost + self._regular(np.zeros(int(self.has_landing.sum())), scatter)[2].sum()
         # The rows of the scores are an identity, so the information is never singular.
-        return Node(z, np.linalg.inv(found.jac.T @ found.jac), float(cost))
+        return Node(z, np.linalg.inv(result.jac.T @ result.jac), float(cost))
 
     def search(self, start: Floats) -> Mode:
         """The maximum of the density near a start (P,)."""
         z, scatter, free = start, self.scatter(start), np.ones(len(start), dtype=np.bool_)
         for _ in range(ROUNDS):
-            found = self._descend(z, scatter, free, CALLS)
-            moved, z = np.abs(found.x - z).max(), found.x
+            result = self._descend(z, scatter, free, CALLS)
+            moved, z = np.abs(result.x - z).max(), result.x
             scatter = self.scatter(z)
             if moved < SETTLED:
                 break
@@ -229,15 +238,14 @@ class Density:
 
     def _laplace(self, z: Floats, scatter: Scatter) -> Mode:
         """The mode at scores (P,), with the curvature there."""
-        slopes, changes = [], []
-        for step in STEP * np.eye(len(z)):
-            ends = [(z + sign * step, self.predicted(z + sign * step, scatter)) for sign in (0.5, -0.5)]
-            high, low = (self.whiten(predicted, scatter) for _, predicted in ends)
-            slopes.append((high - low) / STEP)
-            high, low = (self.chances(end, scatter, predicted) for end, predicted in ends)
-            changes.append((high - low) / STEP)
-        predicted = self.predicted(z, scatter)
-        miss, chance = self.whiten(predicted, scatter), self.chances(z, scatter, predicted)
+        steps = 0.5 * STEP * np.eye(len(z))
+        scores = [z, *(z + steps), *(z - steps)]
+        predictions = self.landings_at(scores, scatter)
+        miss, *misses = [self.whiten(predicted, scatter) for predicted in predictions]
+        chance, *chances = map(self.chances, scores, repeat(scatter), predictions)
+        pairs = range(len(z))
+        slopes = [(misses[k] - misses[k + len(z)]) / STEP for k in pairs]
+        changes = [(chances[k] - chances[k + len(z)]) / STEP for k in pairs]
         weight, _, _ = self._regular((miss**2).sum(axis=1), scatter)
         jacobian = (np.stack(slopes, axis=2) * np.sqrt(weight)[:, None, None]).reshape(-1, len(z))
         change = np.stack(changes, axis=1) / np.sqrt(chance * (1.0 - chance))[:, None]

@@ -16,13 +16,13 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from ..controllers import make_controller
 from ..controllers.protocol import Actions, Controller, Observation
 from ..ground.cli import UsageError
+from ..judging.throws.log import ThrowLog
+from ..judging.throws.recorder import Recorder
 from ..judging.trials import open_trial
 from .combinations import combinations
 from .design import DesignPool, optimal_throws
 from .fitted import Fitted, fit_log
-from .log import ThrowLog
 from .parameters import Parameter, level_at, priors, values_at
-from .recorder import Recorder
 
 ENV: Final = "PnTRelease-v0"
 """Environment of the twins."""
@@ -97,12 +97,12 @@ def make_twin(
     truth = ConveyorConfig.load(ConveyorConfig.merge(drawn, hidden or {}))
     angle = random.uniform(0.0, 2.0 * np.pi)
     air = draught * np.array([np.cos(angle), np.sin(angle)])
-    log = planned_log(config, truth, seed, landings) if planned else thrown_log(truth, seed, landings, air)
-    last = np.flatnonzero(log.landed)[landings - 1]
+    log = log_plan(config, truth, seed, landings) if planned else log_throws(truth, seed, landings, air)
+    last = np.flatnonzero(log.has_landing)[landings - 1]
     return Twin(scores, truth, take(log, slice(int(last) + 1)))
 
 
-def thrown_log(truth: ConveyorConfig, seed: int, landings: int, draught: Floats) -> ThrowLog:
+def log_throws(truth: ConveyorConfig, seed: int, landings: int, draught: Floats) -> ThrowLog:
     """Log of at least a number of landings of the analytic planner in a cell."""
     with closing(open_trial(ENV, truth, CELLS, 1)) as trial:
         controller: Controller = make_controller("analytic", trial.env)
@@ -112,12 +112,12 @@ def thrown_log(truth: ConveyorConfig, seed: int, landings: int, draught: Floats)
         for throws in range(2 * landings, MOST_THROWS * landings, landings):
             record: Any = trial.run(recorder.watch(controller), throws, seed)
             log = recorder.log(record.throws, seed)
-            if log.landed.sum() >= landings:
+            if log.has_landing.sum() >= landings:
                 return log
         raise UsageError(f"twin {seed} has fewer than {landings} landings in {MOST_THROWS * landings} throws")
 
 
-def planned_log(config: ConveyorConfig, truth: ConveyorConfig, seed: int, landings: int) -> ThrowLog:
+def log_plan(config: ConveyorConfig, truth: ConveyorConfig, seed: int, landings: int) -> ThrowLog:
     """Log of the throws that a plan chooses for a level, thrown in a cell; enough for a number of landings."""
     with closing(DesignPool(truth, seed)) as pool:
         order = optimal_throws(pool.log, config, priors(config), 2 * landings)

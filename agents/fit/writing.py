@@ -40,19 +40,21 @@ def level_text(fitted: Fitted, samples: Floats, base: str, place: Path, source: 
     """
     # A level's file names the file of its base relative to itself.
     base = os.path.relpath(base, place.parent) if Path(base).suffix else base
-    level, known = fitted.level, fitted.estimates(samples)
-    notes = {key: f"  # {part.label}: {part.text}" for key, part in known.items()}
+    level, estimates = fitted.level, fitted.estimates(samples)
+    notes = {key: f"  # {part.label}: {part.text}" for key, part in estimates.items()}
     bias = level.bias
-    camera = ", ".join(f"{known[key].label}: {known[key].text}" for key in ("camera_x", "camera_y") if key in known)
+    cameras = [part for key, part in estimates.items() if key in ("camera_x", "camera_y")]
+    camera = ", ".join(f"{part.label}: {part.text}" for part in cameras)
+    count = int(fitted.log.has_landing.sum())
     lines = [
-        f"# {source}: {int(fitted.log.landed.sum())} landings of {len(fitted.log)} throws; 95 % intervals in brackets.",
+        f"# {source}: {count} landings of {len(fitted.log)} throws; 95 % intervals in brackets.",
         *(f"# {sentence}" for sentence in sentences(fitted, samples)),
         f"name: {place.stem}",
         f"base: {base}",
         "suction:",
         f"  valve: {level.suction.valve:.6g}{notes.get('valve', '')}",
         f"  tau: {level.suction.tau:.6g}{notes.get('tau', '')}",
-        *([f"cup: {{stiffness: {level.cup.stiffness:.6g}}}{notes['stiffness']}"] if "stiffness" in known else []),
+        *([f"cup: {{stiffness: {level.cup.stiffness:.6g}}}{notes['stiffness']}"] if "stiffness" in estimates else []),
         "bias:",
         f"  camera: [{_within(bias.camera[0], 0.05):.6g}, {_within(bias.camera[1], 0.05):.6g}]  # {camera}",
         f"  encoder: {_within(bias.encoder, 0.05):.6g}{notes.get('encoder', '')}",
@@ -71,13 +73,13 @@ def _within(value: float, bound: float) -> float:
 
 def page(fitted: Fitted, samples: Floats, title: str) -> str:
     """A page of the fit: verdict, picture, tables."""
-    *told, last = sentences(fitted, samples)
+    *texts, last = sentences(fitted, samples)
     grids: Sequence[Grid] = tables(fitted, samples)
     parts = [
         f"<h1>{escape(title)}</h1>",
         f'<p class="{"" if fitted.fits else "wrong"}">{html_text(last)}</p>',
         picture(fitted),
-        *(f"<p>{html_text(sentence)}</p>" for sentence in told),
+        *(f"<p>{html_text(sentence)}</p>" for sentence in texts),
         *(f"<h2>{html_text(grid.headline)}</h2>{grid.html()}" for grid in grids),
     ]
     head = f"<!doctype html><html lang='en'><head><meta charset='utf-8'><title>{escape(title)}</title>"
@@ -87,10 +89,10 @@ def page(fitted: Fitted, samples: Floats, title: str) -> str:
 def picture(fitted: Fitted) -> str:
     """Measured and predicted landings from above, in millimetres from the target or the drag-free landing."""
     density, mode = fitted.posterior.density, fitted.posterior.best
-    rows = density.landed
+    rows = density.has_landing
     origin = np.where(np.isfinite(fitted.log.target), fitted.log.target, fitted.log.landing)[rows]
     measured = 1e3 * (fitted.log.landing[rows] - origin)
-    predicted = 1e3 * (density.predicted(mode.z, mode.scatter)[rows] - origin)
+    predicted = 1e3 * (density.landings(mode.z, mode.scatter)[rows] - origin)
     largest = max(float(np.abs(np.concatenate([measured, predicted])).max()), 10.0)
     scale = (WIDE / 2 - FRAME) / largest
 
@@ -98,8 +100,8 @@ def picture(fitted: Fitted) -> str:
         return WIDE / 2 + scale * point[0], WIDE / 2 - scale * point[1]
 
     marks: list[str] = []
-    for seen, told in zip(measured, predicted, strict=True):
-        (x, y), (u, v) = at(seen), at(told)
+    for landing, model in zip(measured, predicted, strict=True):
+        (x, y), (u, v) = at(landing), at(model)
         marks.append(f'<path d="M{x:.1f} {y:.1f}L{u:.1f} {v:.1f}" stroke="#bbb"/>')
         marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="#4c72b0"/>')
         marks.append(f'<path d="M{u - 4:.1f} {v:.1f}h8M{u:.1f} {v - 4:.1f}v8" stroke="#dd8452" stroke-width="2"/>')

@@ -18,7 +18,7 @@ from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.items import CYLINDER, ItemTable, item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from .log import ThrowLog
+from ..judging.throws.log import ThrowLog
 
 Draws: TypeAlias = Mapping[str, Floats]
 """Standard normal numbers (M,) by the names of `NORMALS`."""
@@ -69,7 +69,7 @@ def standard_draws(count: int, draws: int, seed: int = 0) -> Floats:
     return np.concatenate([pairs, -pairs], axis=1)
 
 
-def hidden_values(log: ThrowLog, config: ConveyorConfig, normals: Floats) -> Hidden:
+def draw_hidden(log: ThrowLog, config: ConveyorConfig, normals: Floats) -> Hidden:
     """Hidden values of throws at standard normal numbers (N, K, NORMALS), K for each throw in a row.
 
     Zeros give conditional means or medians.
@@ -77,24 +77,24 @@ def hidden_values(log: ThrowLog, config: ConveyorConfig, normals: Floats) -> Hid
     count, draws, _ = normals.shape
     row = np.repeat(np.arange(count), draws)
     z: Draws = dict[str, Floats](zip(NORMALS, normals.reshape(count * draws, -1).T, strict=True))
-    given, spread, m = take(log, row), config.spread, config.mismatch
+    readings, spread, m = take(log, row), config.spread, config.mismatch
     table = item_arrays(config.item_list())
-    size = _sizes(given, config, table, z)
-    mass, residue = _masses(given, config, table, z)
+    size = _sizes(readings, config, table, z)
+    mass, residue = _masses(readings, config, table, z)
     seal = np.exp(
-        _read(np.log(table.seal_force[given.kind]), spread.seal, np.log(given.seal), config.noise.seal, z["seal"])
+        _read(np.log(table.seal_force[readings.kind]), spread.seal, np.log(readings.seal), config.noise.seal, z["seal"])
     )
-    share = table.com_depth[given.kind] + spread.com_depth * z["depth"] + FULL_SHARE * residue / (1.0 + residue)
-    grasp, belt_error = _grasps(given, config, z)
+    share = table.com_depth[readings.kind] + spread.com_depth * z["depth"] + FULL_SHARE * residue / (1.0 + residue)
+    grasp, belt_error = _grasps(readings, config, z)
     anywhere = spread.yaw * (2.0 * norm.cdf(z["yaw"]) - 1.0)
     return Hidden(
         row=row,
         size=size,
         mass=mass,
         seal=seal,
-        drag=table.drag[given.kind] * np.exp(spread.drag * z["drag"]),
+        drag=table.drag[readings.kind] * np.exp(spread.drag * z["drag"]),
         com_depth=np.clip(share, *MIDDLE_SHARE) * size[:, 2] + m * spread.height * z["lip"],
-        yaw=np.where(np.isfinite(given.yaw), given.yaw + config.noise.yaw * z["yaw"], anywhere),
+        yaw=np.where(np.isfinite(readings.yaw), readings.yaw + config.noise.yaw * z["yaw"], anywhere),
         grasp=grasp,
         belt_error=belt_error,
         jitter=m * config.suction.jitter * z["jitter"],
@@ -113,11 +113,11 @@ def _sizes(log: ThrowLog, config: ConveyorConfig, table: ItemTable, z: Draws) ->
     spread, middle = config.spread, table.size[log.kind]
     axes = np.eye(3) * spread.size_axis**2
     covariance = np.tile(axes + spread.size**2, (len(middle), 1, 1))
-    own = spread.size_axis * np.stack([z["length"], z["width"], z["height"]], axis=1)
+    axis_sizes = spread.size_axis * np.stack([z["length"], z["width"], z["height"]], axis=1)
     rods = table.shape[log.kind] == CYLINDER  # a cylinder keeps one diameter
-    own[rods, 1] = own[rods, 2]
+    axis_sizes[rods, 1] = axis_sizes[rods, 2]
     covariance[rods, 1, 2] = covariance[rods, 2, 1] = covariance[rods, 2, 2]
-    prior = np.log(middle) + spread.size * z["common"][:, None] + own
+    prior = np.log(middle) + spread.size * z["common"][:, None] + axis_sizes
     noise = np.stack(
         [config.noise.size / middle[:, 0], config.noise.size / middle[:, 1], EXACT * np.ones(len(middle))], axis=1
     )
@@ -153,11 +153,11 @@ def _grasps(log: ThrowLog, config: ConveyorConfig, z: Draws) -> tuple[Floats, Fl
     """Grasp offsets at zero belt-speed error (M, 2) [m] and belt-speed errors (M,), given the measured offsets."""
     m, spread, noise = config.mismatch, config.spread, config.noise.grasp
     ride = log.pick[:, 0] - config.belt.camera_x
-    own, speed = (m * spread.grasp) ** 2, (m * spread.belt_speed) ** 2
+    grasp_variance, speed = (m * spread.grasp) ** 2, (m * spread.belt_speed) ** 2
     grasp = m * spread.grasp * np.stack([z["grasp_x"], z["grasp_y"]], axis=1)
     belt = m * spread.belt_speed * z["belt"]
-    total = np.stack([own + speed * ride**2, np.full(len(ride), own)], axis=1) + noise**2
+    total = np.stack([grasp_variance + speed * ride**2, np.full(len(ride), grasp_variance)], axis=1) + noise**2
     shown = grasp + noise * np.stack([z["grasp_noise_x"], z["grasp_noise_y"]], axis=1)
     shown[:, 0] += belt * ride
     step = np.nan_to_num(log.grasp - shown) / np.maximum(total, 1e-300)
-    return grasp + own * step, belt + speed * ride * step[:, 0]
+    return grasp + grasp_variance * step, belt + speed * ride * step[:, 0]

@@ -17,7 +17,7 @@ from pnt_gym.errors import one_sentence
 from pnt_gym.planning.motion.ballistics import landing_point
 
 from ..ground.cli import UsageError
-from .log import COLUMNS, GROUPS, ThrowLog
+from ..judging.throws.log import COLUMNS, GROUPS, ThrowLog
 
 FEWEST: Final = 10
 """Fewest landings of a fit."""
@@ -31,6 +31,8 @@ MARGIN: Final = 0.15
 """Distance beyond the belt's lanes and window at which a pick is none of this cell [m]."""
 ASTRAY: Final = 0.35
 """Median distance of landings from the drag-free ones beyond which something else was logged [m]."""
+SEPARATORS: Final = (";", "\t", "|")
+"""Separators of columns that other programs write."""
 SPEED_SHARE: Final = 0.02
 """Relative difference of a logged belt speed from the level's that does not matter."""
 
@@ -50,6 +52,10 @@ def read_log(path: Path, config: ConveyorConfig) -> ThrowLog:
         raise UsageError(f"log {str(path)!r} is empty; its first line must name the columns")
     header, *body = rows
     names = [name.strip() for name in header]
+    if len(names) == 1 and (marks := [mark for mark in SEPARATORS if mark in names[0]]):
+        raise UsageError(
+            f"columns of log {str(path)!r} are separated by {marks[0]!r}; they must be by commas, with decimal points"
+        )
     missing = [name for name, column in COLUMNS.items() if column.required and name not in names]
     if missing:
         raise UsageError(f"log {str(path)!r} lacks the columns {list_names(missing)}; `docs/fit.md` lists all")
@@ -114,6 +120,10 @@ def _number(text: str, name: str, index: int) -> float:
         raise UsageError(f"throw {index + 1} of the log: {name} is {one_sentence(text, 40)!r}, no number") from None
     if not np.isfinite(value):
         raise UsageError(f"throw {index + 1} of the log: {name} is {text}; it must be finite")
+    if COLUMNS[name].unit == "0 or 1" and value not in (0.0, 1.0):
+        raise UsageError(f"throw {index + 1} of the log: {name} is {text}; it must be 0 or 1")
+    if COLUMNS[name].positive and value <= 0.0:
+        raise UsageError(f"throw {index + 1} of the log: {name} is {text}; it must be above 0")
     return value
 
 
@@ -122,10 +132,10 @@ def _drop_duplicates(log: ThrowLog) -> ThrowLog:
     whole = np.column_stack([log.kind, *(getattr(log, field).reshape(len(log), -1) for field in GROUPS)])
     _, first = np.unique(np.nan_to_num(whole, nan=-1e9), axis=0, return_index=True)
     # Two picks alike may both fail; two landings alike are one that was written twice.
-    kept = np.union1d(first, np.flatnonzero(~log.landed))
-    if len(kept) < len(log):
-        warnings.warn(f"{len(log) - len(kept)} of {len(log)} throws repeat another one, and count once", stacklevel=3)
-    return take(log, kept)
+    rows = np.union1d(first, np.flatnonzero(~log.has_landing))
+    if len(rows) < len(log):
+        warnings.warn(f"{len(log) - len(rows)} of {len(log)} throws repeat another one, and count once", stacklevel=3)
+    return take(log, rows)
 
 
 def check_log(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
@@ -137,7 +147,7 @@ def check_log(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
     _check_units(log)
     _check_picks(log, config)
     log = _fill(log, config)
-    landed = log.landed
+    landed = log.has_landing
     count = int(landed.sum())
     if count == 0:
         raise UsageError("the log has no landings: landing_x and landing_y are empty, and a fit lives on them")
@@ -160,9 +170,10 @@ def check_log(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
 
 def _check_units(log: ThrowLog) -> None:
     for field in ("pick", "release", "landing", "target", "size", "grasp"):
-        largest = np.nanmax(np.abs(getattr(log, field)), initial=0.0)
-        if largest > LARGEST:
-            raise UsageError(f"{field} reaches {largest:g}; lengths are in metres, and these look like millimetres")
+        for name, values in zip(GROUPS[field], getattr(log, field).T, strict=True):
+            largest = np.nanmax(np.abs(values), initial=0.0)
+            if largest > LARGEST:
+                raise UsageError(f"{name} reaches {largest:g}; lengths are in metres, and these look like millimetres")
     if np.nanmax(np.abs(log.yaw), initial=0.0) > 2.0 * np.pi:
         raise UsageError("yaw goes beyond a full turn; angles are in radians, and these look like degrees")
     if np.nanmax(log.mass, initial=0.0) > LARGEST:
@@ -197,7 +208,7 @@ def _fill(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
             f"belt_speed goes from {speed.min():g} to {speed.max():g} m/s, and belt.speed of the level is "
             f"{config.belt.speed:g}; fit each speed alone, with a level that has it"
         )
-    sealed[log.landed & ~np.isfinite(sealed)] = 1.0
+    sealed[log.has_landing & ~np.isfinite(sealed)] = 1.0
     if unknown := int((~np.isfinite(sealed)).sum()):
         warnings.warn(f"{unknown} throws have neither a landing nor a word whether the cup sealed", stacklevel=3)
     return ThrowLog(**{**vars(log), "percent": percent, "sealed": sealed})
@@ -206,11 +217,19 @@ def _fill(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
 def _check_landings(log: ThrowLog, config: ConveyorConfig, landed: Bools) -> None:
     """Make sure that landings are near those without air, by their median."""
     rim = np.full(len(log), config.bins.rim)
-    plain = landing_point(log.release, log.velocity, rim)[landed, :2]
-    miss = np.median(np.hypot(*(log.landing[landed] - plain).T))
-    swapped = np.median(np.hypot(*(log.landing[landed][:, ::-1] - plain).T))
+
+    def median_miss(landing: Floats, velocity: Floats) -> float:
+        plain = landing_point(log.release, velocity, rim)[landed, :2]
+        return float(np.median(np.hypot(*(landing[landed] - plain).T)))
+
+    miss = median_miss(log.landing, log.velocity)
     if not miss < ASTRAY:
-        hint = "; landing_x and landing_y look swapped" if swapped < 0.6 * miss else ""
+        swaps = {
+            "landing_x and landing_y": median_miss(log.landing[:, ::-1], log.velocity),
+            "release_vx and release_vy": median_miss(log.landing, log.velocity[:, [1, 0, 2]]),
+        }
+        name = min(swaps, key=lambda name: swaps[name])
+        hint = f"; {name} look swapped" if swaps[name] < 0.6 * miss else ""
         raise UsageError(
             f"half of the landings lie {miss:.2f} m or farther from where the releases throw without air; check frame, "
             f"units and columns of landings and releases{hint}"
