@@ -12,7 +12,6 @@ from ...ground.tables import Grid, gain_text, interval_text, percent, success_te
 from ..record import Row, Summary
 from .fates import fate_words
 
-
 ENERGY: Final = {"energy_per_pick_j": "energy per pick", "energy_per_sorted_j": "energy per sorted object"}
 """Labels of the figures of energy, which a table without counts of energy lacks."""
 
