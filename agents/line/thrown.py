@@ -24,7 +24,7 @@ from ..ground.outputs import deliver_text
 from ..ground.shipped import policy_place
 from ..ground.tables import throws_bar
 from ..ground.versions import versions
-from ..judging.work_shifts.counted import ENTRY, Counted
+from ..judging.work_shifts.counted import ENTRY, Counted, read_counted
 from ..learning.runs import POLICY
 
 NUM_ENVS: Final = 32
@@ -54,14 +54,18 @@ def _release_text(release: str) -> str:
 
 def with_table(
     config: LineConfig, release: str | None, folder: Path, throws: int, seed: int, threads: int
-) -> LineConfig:
-    """The line with its table of chances for a release; a missing table is made in `folder`."""
-    if release is None and shipped_table(config).is_file():
-        return config
+) -> tuple[LineConfig, Counted | None]:
+    """The line with its table of chances for a release, and what became of the throws that were counted.
+
+    A missing table is made in `folder`. A shipped table says nothing of failures and energy, so throws are counted there
+    for these figures, while the shipped chances hold.
+    """
     place = table_place(config, release, folder)
     if not place.is_file():
         calibrate(config, place, throws, seed, threads=threads, release=release)
-    return LineConfig.load(config, chances=str(place))
+    with_chances = LineConfig.load(config, chances=str(place))
+    counted = read_counted(with_chances)
+    return (config if release is None and shipped_table(config).is_file() else with_chances), counted
 
 
 def calibrate(

@@ -8,7 +8,7 @@ from typing import Any, Final, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.line.chances import table_path
+from pnt_gym.cells.line.chances import made_table, table_path
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.reading import AccessError, json_of
 
@@ -102,12 +102,15 @@ class Counted:
 
 
 def read_counted(config: LineConfig) -> Counted | None:
-    """Counts in the file of a line's table; None where there is no file, or a file without valid counts."""
-    try:
-        counted = Counted.of_entry(json_of(table_path(config))[ENTRY])
-    except (AccessError, OSError, ValueError, LookupError, TypeError):
-        return None
-    return counted if len(counted.missed) == len(config.cell.items) == len(counted.landings) else None
+    """Counts in the file of a line's table, or of one that a command has made; None without a file with counts."""
+    for place in (table_path(config), made_table(config)):
+        try:
+            counted = Counted.of_entry(json_of(place)[ENTRY])
+        except (AccessError, OSError, ValueError, LookupError, TypeError):
+            continue
+        if len(counted.missed) == len(config.cell.items) == len(counted.landings):
+            return counted
+    return None
 
 
 def _mean(values: Floats) -> float:
