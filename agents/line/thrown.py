@@ -57,8 +57,8 @@ def with_table(
 ) -> tuple[LineConfig, Counted | None]:
     """The line with its table of chances for a release, and what became of the throws that were counted.
 
-    A missing table is made in `folder`. A shipped table says nothing of failures and energy, so throws are counted there
-    for these figures, while the shipped chances hold.
+    A missing table is made in `folder`. A shipped table says nothing of failures and energy, so throws are counted
+    there for these figures, while the shipped chances hold.
     """
     place = table_place(config, release, folder)
     if not place.is_file():

@@ -1,0 +1,152 @@
+"""Table of a line's plans, the smallest plan that is enough, and the reason why it is not: in counted causes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from ..ground.tables import Grid, percent
+from .planned import Planned
+
+BUSY: Final = 0.9
+"""Share of time at work from which on a robot has no time for more objects."""
+THROWN: Final = ("misplaced", "missed", "lost")
+"""Fates of objects that were thrown in vain."""
+
+
+def plans_table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
+    """Table of all plans, with the causes for which objects were not sorted."""
+    header = ["robots", "skills", "belt", "limits", "recovery (95 % interval)", "value/min", "at work"]
+    header += ["missed", "not sealed", "not tried", "worst item", "J/sorted"]
+    has_money = any(plan.row["money_per_hour"] is not None for plan in plans)
+    header += ["money/h"] * has_money + ["enough"]
+    return Grid(title, header, [_cells(plan, recovery, has_money) for plan in plans])
+
+
+def _cells(plan: Planned, recovery: float, has_money: bool) -> list[str]:
+    row, fates = plan.row, plan.row["fates"]
+    worst = _worst_item(plan)
+    energy, money = row["energy_per_sorted_j"], row["money_per_hour"]
+    return [
+        str(row["robots"]),
+        row["skills"],
+        f"{row['belt_speed']:.2f} m/s",
+        f"{row['percent']:g} %",
+        f"{percent(row['recovery'])} ({100 * row['recovery_low']:.1f}..{100 * row['recovery_high']:.1f})",
+        f"{row['value_per_min']:.1f}",
+        ", ".join(percent(share) for share in row["utilisation"]),
+        percent(sum(fates[name] for name in THROWN)),
+        percent(fates["unsealed"]),
+        percent(fates["passed"]),
+        f"{worst} {percent(row['fates_by_item'][worst]['sorted'])}",
+        "-" if energy is None else f"{energy:.1f}",
+        *(["-" if money is None else f"{money:.2f}"] if has_money else []),
+        "yes" if row["recovery_low"] >= recovery else "no",
+    ]
+
+
+def _worst_item(plan: Planned) -> str:
+    """The item of which the least share is sorted, among those that came."""
+    came = [item for item, count in zip(plan.config.cell.items, plan.row["arrived"], strict=True) if count > 0.0]
+    return min(came, key=lambda item: plan.row["fates_by_item"][item]["sorted"])
+
+
+def chosen_plan(plans: Sequence[Planned], recovery: float) -> tuple[Planned, bool]:
+    """The smallest plan that reaches a recovery, or else the best plan; and whether the plan reaches it."""
+    enough = [plan for plan in plans if plan.row["recovery_low"] >= recovery]
+    if not enough:
+        return max(plans, key=lambda plan: plan.row["recovery"]), False
+    return min(enough, key=lambda plan: (plan.row["robots"], plan.row["percent"], plan.row["belt_speed"])), True
+
+
+def answer(plan: Planned, is_enough: bool, recovery: float) -> str:
+    """The smallest plan that reaches the recovery, or the best one, in one sentence."""
+    if is_enough:
+        return f"the smallest plan with a recovery of {percent(recovery)}: {plan_text(plan.row)}"
+    return (
+        f"no plan reaches a recovery of {percent(recovery)}; the best plan, {plan_text(plan.row)}, reaches "
+        f"{percent(plan.row['recovery'])}"
+    )
+
+
+def plan_text(row: dict[str, Any]) -> str:
+    """A plan in words."""
+    robots = "1 robot" if row["robots"] == 1 else f"{row['robots']} robots"
+    return f"{robots} at {row['percent']:g} % and a belt at {row['belt_speed']:g} m/s"
+
+
+def is_thrown_badly(plan: Planned) -> bool:
+    """Whether throws cost a plan more objects than all that pass the end."""
+    fates = plan.row["fates"]
+    return sum(fates[name] for name in THROWN) > fates["passed"] + fates["unsealed"]
+
+
+def worst_throws(plan: Planned) -> int:
+    """Index of the item of which the most objects are thrown in vain, or would be if all were picked."""
+    arrived = plan.row["arrived"]
+    return max(range(len(arrived)), key=lambda item: arrived[item] * plan.thrown_badly(item))
+
+
+def reason(plan: Planned, plans: Sequence[Planned], recovery: float, release: str, twin: tuple[str, Planned]) -> str:
+    """What keeps a plan from sorting more, in one sentence that follows from counted causes.
+
+    Args:
+        plan: the plan.
+        plans: all plans.
+        recovery: recovery to reach.
+        release: name of the plan's release.
+        twin: name of another release, and the same plan with it.
+    """
+    fates = plan.row["fates"]
+    if is_thrown_badly(plan) or plan.bound < recovery:
+        return _throws_reason(plan, recovery, release, twin)
+    cause = max(("passed", "unsealed"), key=fates.__getitem__)
+    items = plan.config.cell.items
+    weight = [count * plan.shares(index)[cause] for index, count in enumerate(plan.row["arrived"])]
+    worst = int(np.argmax(weight))
+    share = percent(plan.shares(worst)[cause])
+    if cause == "unsealed":
+        tries = "a second try needs time" if _is_busy(plan, worst) else "its surface or the cup is the matter"
+        return f"the reason: cups do not seal on {items[worst]}, and {share} of it pass the end after a try: {tries}"
+    takers = _takers(plan, worst)
+    names = ", ".join(plan.config.robots[index].name for index in takers)
+    work = ", ".join(percent(plan.row["utilisation"][index]) for index in takers)
+    head = f"the reason: {share} of {items[worst]} pass the end, not tried; taken by {names}, at work {work}"
+    if _is_busy(plan, worst):
+        return f"{head}: more robots, or faster ones, help{_gain(plan, plans)}"
+    return f"{head}: robots have time left, so gaps and bursts of the stream, windows and skills are the matter"
+
+
+def _throws_reason(plan: Planned, recovery: float, release: str, twin: tuple[str, Planned]) -> str:
+    worst, (name, other) = worst_throws(plan), twin
+    item, missed = plan.config.cell.items[worst], plan.thrown_badly(worst)
+    helps = "more robots do not help" if plan.bound < recovery else "better throws help more than more robots"
+    return (
+        f"the reason: {item} is thrown and {percent(missed)} of it miss, so {helps}: with every object picked these "
+        f"throws sort {percent(plan.bound)}; with release {name} {percent(other.thrown_badly(worst))} of {item} miss, "
+        f"and the plan sorts {percent(other.row['recovery'])} instead of {percent(plan.row['recovery'])} ({release})"
+    )
+
+
+def _takers(plan: Planned, item: int) -> list[int]:
+    """Indices of the robots that take an item."""
+    return [int(index) for index in np.flatnonzero(plan.config.can_take()[:, item])]
+
+
+def _is_busy(plan: Planned, item: int) -> bool:
+    """Whether the robots that take an item have no time left."""
+    return bool(np.mean([plan.row["utilisation"][index] for index in _takers(plan, item)]) >= BUSY)
+
+
+def _gain(plan: Planned, plans: Sequence[Planned]) -> str:
+    """What the last robot of a plan brought over the same plan with fewer robots, if there is one."""
+    same = ("belt_speed", "percent", "skills")
+    fewer = [other for other in plans if all(other.row[key] == plan.row[key] for key in same)]
+    fewer = [other for other in fewer if other.row["robots"] < plan.row["robots"]]
+    if not fewer:
+        return ""
+    before = max(fewer, key=lambda other: other.row["robots"])
+    points = 100.0 * (plan.row["recovery"] - before.row["recovery"])
+    return f" (from {before.row['robots']} to {plan.row['robots']} recovery went up by {points:.1f} points)"
