@@ -58,7 +58,8 @@ def stacked_panels(width: float, heights: Sequence[float]) -> tuple[Figure, list
     from matplotlib.figure import Figure as MatplotlibFigure  # noqa: PLC0415 - heavy, needed for reports only
 
     figure = MatplotlibFigure(figsize=(width, sum(heights)), layout="constrained")
-    return figure, list(np.atleast_1d(figure.subfigures(len(heights), 1, height_ratios=list(heights))))
+    parts = figure.subfigures(len(heights), 1, squeeze=False, height_ratios=list(heights))
+    return figure, list(parts.ravel())
 
 
 def dress(

@@ -102,4 +102,6 @@ def show_assumed(config: Any) -> None:
 
 
 def _short(value: Any) -> str:
+    if isinstance(value, tuple) and any(isinstance(part, BaseModel) for part in value):
+        return f"({len(value)} of them)"
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro
 
@@ -18,15 +18,11 @@ from ..ground.outputs import check_drawing, check_writable, deliver_json, delive
 from ..ground.starters import show_assumed
 from ..ground.tables import console
 from ..ground.versions import versions
-from .jets import stations_text
 from .plan_picture import plan_picture
 from .planned import Conditions, Planned, judge_plan
 from .plans import Sweep, make_plans
-from .reasons import answer, chosen_plan, plan_text, plans_table, reason
-
-ANALYTIC = "analytic"
-LEARNED = "shipped:waste-sac"
-"""Release with which the analytic one is compared."""
+from .reasons import plans_table
+from .verdict import give_verdict
 
 
 @dataclass(frozen=True)
@@ -93,31 +89,18 @@ def main(arguments: Arguments) -> None:
 
 def _report(arguments: Arguments, level: LineConfig, plans: list[Planned], conditions: Conditions) -> None:
     """Print and write what the plans brought."""
-    plan, is_enough = chosen_plan(plans, arguments.recovery)
-    release, other = (ANALYTIC, LEARNED) if arguments.release is None else (arguments.release, None)
-    console().print(f"the same plan with release {other or ANALYTIC}: {plan_text(plan.row)}")
-    numbers = {name: plan.row[name] for name in ("robots", "belt_speed", "percent", "skills")}
-    twin = judge_plan(numbers, plan.config.model_copy(update={"chances": None}), conditions, other)
+    verdict = give_verdict(plans, arguments.recovery, conditions, arguments.release)
     shifts = f"{arguments.shifts} shifts of {arguments.minutes:g} min each"
-    title = f"level {arguments.level}, {shifts}, {arguments.controller}, release {release}"
-    row = plan.row
-    sentences = [
-        answer(plan, is_enough, arguments.recovery),
-        reason(plan, plans, arguments.recovery, release, (other or ANALYTIC, twin)),
-        stations_text(row["against"], row["recovery"], row["energy_per_sorted_j"]),
-    ]
+    title = f"level {arguments.level}, {shifts}, {arguments.controller}, release {verdict.release}"
     console().print(plans_table(title, plans, arguments.recovery).terminal())
-    for sentence in sentences:
+    for sentence in verdict.sentences:
         console().print(sentence)
-    head = {"level": level.name, "controller": arguments.controller, "seed": arguments.seed, "release": release}
     if arguments.json is not None:
-        entries: dict[str, Any] = {"plans": [each.row for each in plans], "sentences": sentences}
-        other_release = {"other_release": {"release": other or ANALYTIC, **twin.row}}
-        deliver_json(arguments.json, {**head, "versions": versions(), **entries, **other_release})
+        head = {"level": level.name, "controller": arguments.controller, "seed": arguments.seed}
+        rows = [plan.row for plan in plans]
+        deliver_json(arguments.json, {**head, "versions": versions(), "plans": rows, **verdict.entries})
     if arguments.picture is not None:
-        deliver_text(
-            arguments.picture, plan_picture(plans, plan, (release, other or ANALYTIC), twin, arguments.recovery)
-        )
+        deliver_text(arguments.picture, plan_picture(plans, verdict, arguments.recovery))
 
 
 def _check(arguments: Arguments) -> None:

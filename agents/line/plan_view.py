@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -11,37 +11,36 @@ from pnt_gym.arrays import Bools, Floats, take
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.scene import belt_extent
-from pnt_gym.robots.t3kr.geometry import Geometry
+from pnt_gym.robots.t3kr.geometry import T3krGeometry
 
 from ..ground.drawings import COLOURS, Axes, dress
 
 GRID: Final = (15, 7)
 """Places along and across a window from which throws are planned."""
+WINDOW: Final = "#c9d9ef"
 RED: Final = "#d62728"
 PALE_RED: Final = "#f4b6b6"
 
 
-def draw_line(axes: Axes, config: LineConfig, title: str) -> None:
-    """Draw a line from above, to scale."""
+def draw_line(part: Any, config: LineConfig, title: str) -> None:
+    """Draw a line from above, to scale, into a part of a figure."""
     from matplotlib.patches import Ellipse, Rectangle  # noqa: PLC0415 - heavy, needed for reports only
 
-    cell, belt = LineCell(config, 1), config.cell.belt
+    axes: Axes = part.subplots()
+    cell, belt, geometry = LineCell(config, 1), config.cell.belt, T3krGeometry()
     (low, high), (right, left) = belt_extent(config), belt.lane_y
-    axes.add_patch(Rectangle((low, right), high - low, left - right, color="#e4e4e4", zorder=0))
-    axes.annotate("belt", (low + 0.02, (right + left) / 2), va="center", fontsize=8)
-    axes.annotate(
-        "", (low + 0.45, (right + left) / 2), (low + 0.2, (right + left) / 2), arrowprops={"arrowstyle": "->"}
-    )
+    middle, width, (begin, end) = (right + left) / 2.0, left - right, belt.pick_x
+    axes.add_patch(Rectangle((low, right), high - low, width, color="#e4e4e4", zorder=0))
+    arrow = {"arrowstyle": "<-"}
+    axes.annotate("belt", (low + 0.1, middle), (low + 0.3, middle), va="center", fontsize=8, arrowprops=arrow)
     for index, robot in enumerate(config.robots):
-        window = Rectangle(
-            (robot.x + belt.pick_x[0], right), belt.pick_x[1] - belt.pick_x[0], left - right, color="#c9d9ef", zorder=1
-        )
-        axes.add_patch(window)
-        reach = 2.0 * Geometry().workspace_x, 2.0 * Geometry().workspace_y
+        axes.add_patch(Rectangle((robot.x + begin, right), end - begin, width, color=WINDOW, zorder=1))
+        reach = 2.0 * geometry.workspace_x, 2.0 * geometry.workspace_y
         axes.add_patch(Ellipse((robot.x, 0.0), *reach, fill=False, linestyle="--", linewidth=0.7, color="#4c72b0"))
         axes.annotate(robot.name, (robot.x, right - 0.04), ha="center", va="top", fontsize=8, color="#4c72b0")
         _draw_bins(axes, config, index, _arriving(cell, index))
     _explain(axes, title)
+    part.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
 
 
 def _draw_bins(axes: Axes, config: LineConfig, index: int, arrives: dict[int, tuple[Floats, Bools]]) -> None:
@@ -55,24 +54,31 @@ def _draw_bins(axes: Axes, config: LineConfig, index: int, arrives: dict[int, tu
         colour = COLOURS[number % len(COLOURS)] if reached else RED if used else "#999999"
         corner = robot.x + bin_.x - size[0] / 2, bin_.y - size[1] / 2
         axes.add_patch(Rectangle(corner, *size, fill=used, facecolor=f"{colour}40", edgecolor=colour, linewidth=1.2))
-        words = bin_.name if reached or not used else f"{bin_.name}:\nno throw\narrives"
-        axes.annotate(words, (robot.x + bin_.x, bin_.y), ha="center", va="center", fontsize=6, rotation=90)
+        axes.annotate(bin_.name, (robot.x + bin_.x, bin_.y), ha="center", va="center", fontsize=6, rotation=90)
     if arrives:
         places = next(iter(arrives.values()))[0]
         count = np.sum([feasible for _, feasible in arrives.values()], axis=0)
-        for mask, colour in ((count == 0, RED), ((count > 0) & (count < len(arrives)), PALE_RED)):
-            axes.scatter(robot.x + places[mask, 0], places[mask, 1], s=9, marker="s", color=colour, zorder=2)
+        size = _spacing(config)
+        for (x, y), reached in zip(places[:, :2] - size / 2.0, count, strict=True):
+            if reached < len(arrives):
+                colour = PALE_RED if reached else RED
+                axes.add_patch(Rectangle((robot.x + x, y), *size, color=colour, linewidth=0.0, zorder=2))
+
+
+def _spacing(config: LineConfig) -> Floats:
+    """Distances of the places from which throws are planned, along and across the belt (2,) [m]."""
+    belt = config.cell.belt
+    return np.array([np.ptp(belt.pick_x) / GRID[0], np.ptp(belt.lane_y) / GRID[1]])
 
 
 def _explain(axes: Axes, title: str) -> None:
     """Name the axes and colours."""
-    for colour, words in (("#c9d9ef", "window"), (PALE_RED, "not every bin is reached"), (RED, "no throw arrives")):
+    for colour, words in ((WINDOW, "window"), (PALE_RED, "not every bin is reached"), (RED, "no throw arrives")):
         axes.scatter([], [], s=30, marker="s", color=colour, label=words)
     axes.plot([], [], linestyle="--", linewidth=0.7, color="#4c72b0", label="reach of the hand")
     dress(axes, "along the belt [m]", "across [m]", title)
     axes.set_aspect("equal")
     axes.autoscale_view()
-    axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.28), ncols=4)
 
 
 def _arriving(cell: LineCell, robot: int) -> dict[int, tuple[Floats, Bools]]:
@@ -83,7 +89,8 @@ def _arriving(cell: LineCell, robot: int) -> dict[int, tuple[Floats, Bools]]:
     planner, config = cell.chooser.planner_of(robot), cell.config
     accepts, objects = planner.config.acceptance(), cell.stream.objects
     belt, percent = planner.config.belt, max(planner.config.limits.percent)
-    grid = np.meshgrid(np.linspace(*belt.pick_x, GRID[0]), np.linspace(*belt.lane_y, GRID[1]))
+    ends, spacing = (belt.pick_x[0], belt.lane_y[0]), _spacing(config)
+    grid = np.meshgrid(*(end + step * (np.arange(n) + 0.5) for end, step, n in zip(ends, spacing, GRID, strict=True)))
     x, y = (values.ravel() for values in grid)
     arriving: dict[int, tuple[Floats, Bools]] = {}
     for number in range(accepts.shape[1]):

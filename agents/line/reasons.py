@@ -10,6 +10,8 @@ import numpy as np
 from ..ground.tables import Grid, percent
 from .planned import Planned
 
+MAJOR: Final = 0.25
+"""Share of all objects thrown in vain from which on an item is named as a reason."""
 BUSY: Final = 0.9
 """Share of time at work from which on a robot has no time for more objects."""
 THROWN: Final = ("misplaced", "missed", "lost")
@@ -18,14 +20,17 @@ THROWN: Final = ("misplaced", "missed", "lost")
 
 def plans_table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
     """Table of all plans, with the causes for which objects were not sorted."""
-    header = ["robots", "skills", "belt", "limits", "recovery (95 % interval)", "value/min", "at work"]
-    header += ["missed", "not sealed", "not tried", "worst item", "J/sorted"]
-    has_money = any(plan.row["money_per_hour"] is not None for plan in plans)
-    header += ["money/h"] * has_money + ["enough"]
-    return Grid(title, header, [_cells(plan, recovery, has_money) for plan in plans])
+    header = ["robots", "skills", "belt", "limits", "recovery [%]", "value/min", "at work [%]"]
+    header += ["missed [%]", "not sealed", "not tried", "worst item", "J/sorted", "money/h", "enough"]
+    rows = [_cells(plan, recovery) for plan in plans]
+    # Skills that are the same in all plans, and money that no level names, would only take room.
+    idle = {"skills"} if len({plan.row["skills"] for plan in plans}) == 1 else set[str]()
+    idle |= {"money/h"} if all(plan.row["money_per_hour"] is None for plan in plans) else set()
+    kept = [index for index, name in enumerate(header) if name not in idle]
+    return Grid(title, [header[index] for index in kept], [[row[index] for index in kept] for row in rows])
 
 
-def _cells(plan: Planned, recovery: float, has_money: bool) -> list[str]:
+def _cells(plan: Planned, recovery: float) -> list[str]:
     row, fates = plan.row, plan.row["fates"]
     worst = _worst_item(plan)
     energy, money = row["energy_per_sorted_j"], row["money_per_hour"]
@@ -34,15 +39,13 @@ def _cells(plan: Planned, recovery: float, has_money: bool) -> list[str]:
         row["skills"],
         f"{row['belt_speed']:.2f} m/s",
         f"{row['percent']:g} %",
-        f"{percent(row['recovery'])} ({100 * row['recovery_low']:.1f}..{100 * row['recovery_high']:.1f})",
+        f"{100 * row['recovery']:.1f} ({100 * row['recovery_low']:.1f}..{100 * row['recovery_high']:.1f})",
         f"{row['value_per_min']:.1f}",
-        ", ".join(percent(share) for share in row["utilisation"]),
-        percent(sum(fates[name] for name in THROWN)),
-        percent(fates["unsealed"]),
-        percent(fates["passed"]),
-        f"{worst} {percent(row['fates_by_item'][worst]['sorted'])}",
+        " ".join(f"{100 * share:.0f}" for share in row["utilisation"]),
+        *(f"{100 * share:.1f}" for share in (sum(fates[n] for n in THROWN), fates["unsealed"], fates["passed"])),
+        f"{worst} {100 * row['fates_by_item'][worst]['sorted']:.1f}",
         "-" if energy is None else f"{energy:.1f}",
-        *(["-" if money is None else f"{money:.2f}"] if has_money else []),
+        "-" if money is None else f"{money:.2f}",
         "yes" if row["recovery_low"] >= recovery else "no",
     ]
 
@@ -83,10 +86,10 @@ def is_thrown_badly(plan: Planned) -> bool:
     return sum(fates[name] for name in THROWN) > fates["passed"] + fates["unsealed"]
 
 
-def worst_throws(plan: Planned) -> int:
-    """Index of the item of which the most objects are thrown in vain, or would be if all were picked."""
-    arrived = plan.row["arrived"]
-    return max(range(len(arrived)), key=lambda item: arrived[item] * plan.thrown_badly(item))
+def worst_throws(plan: Planned) -> list[int]:
+    """Indices of the items that make up most of the objects thrown in vain, the one that misses most often first."""
+    losses = np.array(plan.row["arrived"]) * [plan.thrown_badly(item) for item in range(len(plan.row["arrived"]))]
+    return sorted(np.flatnonzero(losses >= MAJOR * losses.sum()).tolist(), key=plan.thrown_badly, reverse=True)
 
 
 def reason(plan: Planned, plans: Sequence[Planned], recovery: float, release: str, twin: tuple[str, Planned]) -> str:
@@ -120,14 +123,24 @@ def reason(plan: Planned, plans: Sequence[Planned], recovery: float, release: st
 
 
 def _throws_reason(plan: Planned, recovery: float, release: str, twin: tuple[str, Planned]) -> str:
-    worst, (name, other) = worst_throws(plan), twin
-    item, missed = plan.config.cell.items[worst], plan.thrown_badly(worst)
+    name, other = twin
     helps = "more robots do not help" if plan.bound < recovery else "better throws help more than more robots"
+    worst, items = worst_throws(plan), plan.config.cell.items
+    texts = [_throws_text(plan, index) for index in worst]
+    others = [f"{percent(other.thrown_badly(index))} of {items[index]}" for index in worst]
     return (
-        f"the reason: {item} is thrown and {percent(missed)} of it miss, so {helps}: with every object picked these "
-        f"throws sort {percent(plan.bound)}; with release {name} {percent(other.thrown_badly(worst))} of {item} miss, "
-        f"and the plan sorts {percent(other.row['recovery'])} instead of {percent(plan.row['recovery'])} ({release})"
+        f"the reason: {' and '.join(texts)}, so {helps}: with every object picked these throws sort "
+        f"{percent(plan.bound)}; release {name} loses {' and '.join(others)}, and the plan sorts "
+        f"{percent(other.row['recovery'])} instead of {percent(plan.row['recovery'])} with {release}"
     )
+
+
+def _throws_text(plan: Planned, item: int) -> str:
+    """How an item is thrown in vain, in words."""
+    shares, name = plan.shares(item), plan.config.cell.items[item]
+    cause = max(THROWN, key=shares.__getitem__)
+    verb = {"misplaced": "ends in wrong bins", "missed": "misses", "lost": "is lost on the way"}[cause]
+    return f"{name} is thrown and {verb} ({percent(plan.thrown_badly(item))})"
 
 
 def _takers(plan: Planned, item: int) -> list[int]:
