@@ -63,7 +63,7 @@ def _loss_rows(summary: Summary) -> Iterator[tuple[str, str]]:
 
 def _purity_label(summary: Summary) -> str:
     """Label of the purity; a table of throws knows no strays."""
-    strays = "" if summary["simulated"] else ", if no throw strays into another bin"
+    strays = "" if summary["simulated"] else ", without strays"
     return f"purity: share of what is in bins{strays}"
 
 
