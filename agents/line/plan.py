@@ -9,20 +9,16 @@ from typing import Annotated, Literal
 import tyro
 
 from pnt_gym.cells.line.chances import MADE
-from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 
-from ..dispatchers.registry import NAMES
-from ..dispatchers.release import make_release
-from ..ground.cli import UsageError, at_least, option
+from ..ground.cli import at_least, option
 from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
 from ..ground.starters import show_assumed
 from ..ground.tables import console
-from ..ground.versions import versions
 from .plan_picture import plan_picture
-from .planned import Conditions, Planned, judge_plan
-from .plans import Sweep, make_plans
+from .planned import Conditions
+from .plans import Sweep
 from .reasons import plans_table
-from .verdict import give_verdict
+from .verdict import check_plans, judge_line, load_line
 
 
 @dataclass(frozen=True)
@@ -70,43 +66,22 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Judge every plan, and report the smallest one that reaches the recovery, the reason, and what air jets sort."""
     at_least(vars(arguments), shifts=1, seed=0, throws=100, threads=1)
-    _check(arguments)
+    check_plans(arguments.recovery, arguments.robots, arguments.controller)
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)
-    level = LineConfig.load(arguments.level, throws="table")
-    if arguments.release is not None:
-        make_release(arguments.release, level)
+    level = load_line(arguments.level, arguments.release)
     show_assumed(level)
-    conditions = Conditions(**{name: getattr(arguments, name) for name in Conditions.__dataclass_fields__})
-    sweep = Sweep(**{name: getattr(arguments, name) for name in Sweep.__dataclass_fields__})
-    asked, plans = list(make_plans(level, sweep)), list[Planned]()
-    for number, (numbers, config) in enumerate(asked, 1):
-        text = ", ".join(f"{name} {value}" for name, value in numbers.items())
-        console().print(f"plan {number} of {len(asked)}: {text}")
-        plans.append(judge_plan(numbers, config, conditions, arguments.release))
-    _report(arguments, level, plans, conditions)
-
-
-def _report(arguments: Arguments, level: LineConfig, plans: list[Planned], conditions: Conditions) -> None:
-    """Print and write what the plans brought."""
-    verdict = give_verdict(plans, arguments.recovery, conditions, arguments.release)
+    options = vars(arguments)
+    sweep = Sweep(**{name: options[name] for name in Sweep.__dataclass_fields__})
+    conditions = Conditions(**{name: options[name] for name in Conditions.__dataclass_fields__})
+    judged = judge_line(level, sweep, conditions, arguments.recovery, arguments.release, console().print)
+    verdict = judged.verdict
     shifts = f"{arguments.shifts} shifts of {arguments.minutes:g} min each"
     title = f"level {arguments.level}, {shifts}, {arguments.controller}, release {verdict.release}"
-    console().print(plans_table(title, plans, arguments.recovery).terminal())
+    console().print(plans_table(title, judged.plans, arguments.recovery).terminal())
     for sentence in verdict.sentences:
         console().print(sentence)
     if arguments.json is not None:
-        head = {"level": level.name, "controller": arguments.controller, "seed": arguments.seed}
-        rows = [plan.row for plan in plans]
-        deliver_json(arguments.json, {**head, "versions": versions(), "plans": rows, **verdict.entries})
+        deliver_json(arguments.json, judged.entries)
     if arguments.picture is not None:
-        deliver_text(arguments.picture, plan_picture(plans, verdict, arguments.recovery))
-
-
-def _check(arguments: Arguments) -> None:
-    if not 0.0 < arguments.recovery < 1.0:
-        raise UsageError(f"--recovery is {arguments.recovery:g}; it must lie between 0 and 1")
-    if not (arguments.robots and all(1 <= count <= MOST_ROBOTS for count in arguments.robots)):
-        raise UsageError(f"--robots is {arguments.robots}; a line has 1 to {MOST_ROBOTS} robots")
-    if arguments.controller not in NAMES:
-        raise UsageError(f"--controller is {arguments.controller!r}; it must be one of {', '.join(NAMES)}")
+        deliver_text(arguments.picture, plan_picture(judged.plans, verdict, arguments.recovery))

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pnt_gym.cells.line.chances import MADE
 from pnt_gym.cells.line.config import LineConfig
 
 from ..dispatchers.registry import ENV, line_controller, line_core
@@ -27,14 +28,14 @@ from .thrown import with_table
 class Conditions:
     """How plans are judged."""
 
-    controller: str
-    shifts: int
-    seed: int
-    throws: int
+    controller: str = "price"
+    shifts: int = 16
+    seed: int = 0
+    throws: int = 1000
     """Throws to count for a table that does not exist yet."""
-    tables: Path
+    tables: Path = MADE
     """Folder of such tables."""
-    threads: int
+    threads: int = 2
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from ..ground.cli import UsageError
 class Sweep:
     """Values that plans combine; None stands for the value of the level."""
 
-    robots: Sequence[int]
+    robots: Sequence[int] = (1, 2, 3, 4)
     speeds: Sequence[float] | None = None
     percents: Sequence[float] | None = None
     skills: Sequence[Literal["level", "all"]] = ("level",)

@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pytest
 
+import pnt_gym
+from agents.ground.cli import UsageError
 from agents.judging.work_shifts.data import Shifts
 from agents.judging.work_shifts.fates import FATES
 from agents.line.planned import Planned, money_per_hour
@@ -175,3 +177,13 @@ def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(tmp_pa
     output_of(f"{line} --json plans.json", tmp_path)
     told = json.loads((tmp_path / "plans.json").read_text())
     assert (told["release"], told["other_release"]["release"]) == ("mean_lead", "analytic")
+
+
+def test_from_python(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = pnt_gym.plan_line("skills3", robots=(2,), shifts=1, minutes=0.1, throws=100, threads=1)
+    assert [plan["robots"] for plan in found["plans"]] == [2]
+    assert len(found["sentences"]) == 3
+    for options, said in (({"robot": 2}, "no option 'robot'"), ({"recovery": 2.0}, "recovery is 2")):
+        with pytest.raises(UsageError, match=said):
+            pnt_gym.plan_line("skills3", **options)
