@@ -77,7 +77,7 @@ def main(arguments: Arguments) -> None:
     judged = judge_line(level, sweep, conditions, arguments.recovery, arguments.release, console().print)
     verdict = judged.verdict
     shifts = f"{arguments.shifts} shifts of {arguments.minutes:g} min each"
-    title = f"level {arguments.level}, {shifts}, {arguments.controller}, release {verdict.release}"
+    title = f"level {arguments.level}, {shifts}, {arguments.controller}, release {verdict.release}; shares in %"
     console().print(plans_table(title, judged.plans, arguments.recovery).terminal())
     for sentence in verdict.sentences:
         console().print(sentence)

@@ -112,7 +112,7 @@ def test_the_table_names_causes_and_the_worst_item():
     table = plans_table("x", plans, 0.9)
     assert not {"skills", "money/h"} & set(table.header)
     second = dict(zip(table.header, table.rows[1], strict=True))
-    assert (second["worst item"], second["missed [%]"], second["not tried"]) == ("brick 50.0", "1.0", "14.8")
+    assert (second["worst item"], second["missed"], second["not tried"]) == ("brick 50.0", "1.0", "14.8")
     assert [row[-1] for row in table.rows] == ["yes", "no"]
 
 
