@@ -64,8 +64,10 @@ def main(arguments: Arguments) -> None:
     with throws_bar() as bar:
         task = bar.add_task("rows thrown again", total=len(sample))
         for index in sample:
-            difference = first_difference(results[index]["columns"], repeat(planned, results[index]))
-            verdicts.append({**names[index], "verdict": verdict(difference, others), "difference": difference})
+            anew = repeat(planned, results[index])
+            row_others = {**others, **other_code(results[index], anew)}
+            difference = row_difference(results[index], anew, is_same_code=not row_others)
+            verdicts.append({**names[index], "verdict": verdict(difference, row_others), "difference": difference})
             bar.advance(task)
     show(verdicts, len(results), others, made_by)
     if arguments.json is not None:
@@ -112,13 +114,34 @@ def _is_of(piece: Piece, row: Mapping[str, Any]) -> bool:
 
 
 def repeat(planned: Sequence[Piece], row: Mapping[str, Any]) -> dict[str, Any]:
-    """Columns of a row, computed anew; other levels and numbers of practice throws are left out."""
+    """A row computed anew; other levels and numbers of practice throws are left out."""
     piece = find_piece(planned, row)
     throws = piece.throws if piece.entry.controller in TRAINED else (row["throws"],)
     with TemporaryDirectory() as folder:
         anew = run_piece(replace(piece, levels=(row["level"],), throws=throws), Path(folder))["results"]
     (result,) = [other for other in anew if (other["label"], other["throws"]) == (row["label"], row["throws"])]
-    return jsonable(result["columns"])
+    return jsonable(result)
+
+
+def row_difference(row: Mapping[str, Any], anew: Mapping[str, Any], *, is_same_code: bool) -> dict[str, Any] | None:
+    """First difference of two rows; None if all throws agree, and under the same code level and policy as well.
+
+    Another version may describe the same level or policy with other words, so that throws alone count there.
+    """
+    difference = first_difference(row["columns"], anew["columns"])
+    if difference is not None or not is_same_code:
+        return difference
+    digests, digests_here = row.get("digests", {}), anew["digests"]
+    for name in ("level", "policy"):
+        if name in digests and digests[name] != digests_here[name]:
+            return {"column": name, "at": None, "file": digests[name], "here": digests_here[name], "count": 1}
+    return None
+
+
+def other_code(row: Mapping[str, Any], anew: Mapping[str, Any]) -> dict[str, str]:
+    """The digest of the code here, if the row has another one."""
+    code = anew["digests"]["code"]
+    return {"code": code} if row.get("digests", {}).get("code", code) != code else {}
 
 
 def first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -141,7 +164,7 @@ def first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str
 
 
 def verdict(difference: Mapping[str, Any] | None, others: Mapping[str, str]) -> str:
-    """`equal`, `different`, or `made by another version` where versions differ as well as throws."""
+    """`equal`, `different`, or `made by another version` where versions or code differ as well as throws."""
     if difference is None:
         return "equal"
     return "made by another version" if others else "different"
