@@ -20,7 +20,7 @@ from ..ground.tables import Grid, console, throws_bar
 from ..ground.versions import versions
 from .entries import TRAINED, labels_of
 from .kept import plan_of_file
-from .plan import Piece, Plan, pieces
+from .plan import Piece, Plan, pieces, trial_of_plan
 from .run import run_piece
 
 DIFFERENT: Final = 1
@@ -39,6 +39,8 @@ class Arguments:
     """Rows of the sample; a row is one controller after one learning, on one level."""
     seed: int = 0
     """Seed of the sample."""
+    throws: Annotated[int | None, option("all", "N")] = None
+    """Compare only the first so many throws, or work shifts, of each row; totals of a row are not compared then."""
     longest: float = 60.0
     """Only rows whose learning took at most so many seconds."""
     trust: bool = False
@@ -49,7 +51,7 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Repeat the sample, print the verdicts, and end with exit code 1 if a row is different."""
-    at_least(vars(arguments), rows=1, seed=0)
+    at_least(vars(arguments), rows=1, seed=0, throws=2)
     check_writable(arguments.json)
     data = read_json(arguments.file)
     with check_form(arguments.file):
@@ -57,6 +59,8 @@ def main(arguments: Arguments) -> None:
         made_by, results = dict(data["versions"]), list(data["results"])
         names = [dict(zip(ROW, (row[name] for name in ROW), strict=True)) for row in results]
     _check_trust(plan, trust=arguments.trust)
+    if arguments.trust:  # the module of a submission lies beside its file
+        sys.path.insert(0, str(arguments.file.resolve().parent))
     planned = pieces(plan)
     sample = choose(plan, planned, results, arguments)
     others = {name: version for name, version in versions().items() if made_by.get(name) != version}
@@ -64,9 +68,9 @@ def main(arguments: Arguments) -> None:
     with throws_bar() as bar:
         task = bar.add_task("rows thrown again", total=len(sample))
         for index in sample:
-            anew = repeat(planned, results[index])
+            anew = repeat(planned, results[index], arguments.throws)
             row_others = {**others, **other_code(results[index], anew)}
-            difference = row_difference(results[index], anew, is_same_code=not row_others)
+            difference = row_difference(begin(results[index], arguments.throws), anew, is_same_code=not row_others)
             verdicts.append({**names[index], "verdict": verdict(difference, row_others), "difference": difference})
             bar.advance(task)
     show(verdicts, len(results), others, made_by)
@@ -113,14 +117,31 @@ def _is_of(piece: Piece, row: Mapping[str, Any]) -> bool:
     return is_same and (piece.seed, piece.train_level) == (row["seed"], row["train_level"])
 
 
-def repeat(planned: Sequence[Piece], row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row computed anew; other levels and numbers of practice throws are left out."""
+def repeat(planned: Sequence[Piece], row: Mapping[str, Any], count: int | None = None) -> dict[str, Any]:
+    """A row computed anew, or its first throws; other levels and numbers of practice throws are left out."""
     piece = find_piece(planned, row)
+    if count is not None:
+        piece = _shortened(piece, count)
     throws = piece.throws if piece.entry.controller in TRAINED else (row["throws"],)
     with TemporaryDirectory() as folder:
         anew = run_piece(replace(piece, levels=(row["level"],), throws=throws), Path(folder))["results"]
     (result,) = [other for other in anew if (other["label"], other["throws"]) == (row["label"], row["throws"])]
-    return jsonable(result)
+    return begin(jsonable(result), count)
+
+
+def _shortened(piece: Piece, count: int) -> Piece:
+    """The same piece with fewer held-out throws or work shifts."""
+    option = trial_of_plan(piece.plan).option
+    entry = piece.entry.model_copy(update={"shifts": None})
+    return replace(piece, plan=piece.plan.model_copy(update={option: count, "picks_on": {}}), entry=entry)
+
+
+def begin(row: dict[str, Any], count: int | None) -> dict[str, Any]:
+    """A row with the first throws alone, and without the totals of all of its throws; whole without a count."""
+    if count is None:
+        return row
+    columns = {name: column[:count] for name, column in row["columns"].items() if isinstance(column, list | str)}
+    return {**row, "columns": columns}
 
 
 def row_difference(row: Mapping[str, Any], anew: Mapping[str, Any], *, is_same_code: bool) -> dict[str, Any] | None:

@@ -23,6 +23,7 @@ from .questions import QUESTIONS
 from .reproduction import is_reproduction, paper_chapters
 from .speeds import TABLES
 from .study import is_study, study_grids
+from .submissions import BLOCK, TITLE, submissions_grid
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,8 @@ def read_chapters(results: Path) -> list[Chapter]:
     for path, data in files:
         with check_form(path):
             chapters += _with_names(_chapters(path.stem, data, results), path.stem) if isinstance(data, dict) else []
-    return chapters
+    handed_in = submissions_grid(results)
+    return [*chapters, *([Chapter(TITLE, (handed_in,), name=BLOCK, source=BLOCK)] if handed_in.rows else [])]
 
 
 def _with_names(chapters: Sequence[Chapter], file: str) -> list[Chapter]:

@@ -20,6 +20,8 @@ from .reproduction import table as reproduced_table
 from .speeds import environment_table, planner_table
 from .study import study_grid
 from .study_plan import STUDIES, read_study
+from .submissions import BLOCK as SUBMISSIONS
+from .submissions import submissions_grid
 from .tables import benchmark_table, first_shift_table
 
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
@@ -80,6 +82,8 @@ def _table_text(name: str, results: Path) -> str:
 
 
 def _table(name: str, results: Path) -> Grid:
+    if name == SUBMISSIONS:
+        return submissions_grid(results)
     tables = {**BLOCKS, **study_blocks()}
     if name in tables:
         file, make_table = tables[name]

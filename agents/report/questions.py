@@ -82,6 +82,7 @@ QUESTIONS: Final = (
             "training": "Learning from flights",
             "oracle": "What the oracle leaves",
             "sequential": "How many throws a comparison takes",
+            "submissions": "What others have handed in",
         },
     ),
     Question(

@@ -141,3 +141,13 @@ def test_of_other_code_throws_alone_count(data: dict[str, Any]) -> None:
     data["results"][0]["columns"]["cycle_s"][0] += 1.0
     _, verdicts = verify(data, "--rows", "99")
     assert [row["verdict"] for row in verdicts].count("made by another version") == 1
+
+
+def test_the_first_throws_alone_are_compared(data: dict[str, Any]) -> None:
+    cycles = data["results"][0]["columns"]["cycle_s"]
+    cycles[20] += 1.0
+    assert {row["verdict"] for row in verify(data, "--rows", "99", "--throws", "16")[1]} == {"equal"}
+    cycles[15] += 1.0
+    _, verdicts = verify(data, "--rows", "99", "--throws", "16")
+    (row,) = [row for row in verdicts if row["verdict"] != "equal"]
+    assert (row["difference"]["column"], row["difference"]["at"]) == ("cycle_s", 15)
