@@ -54,6 +54,10 @@ class Arguments:
     """Seed of the thrown objects."""
     threads: int = 2
     """Threads of the simulation; results do not depend on this number."""
+    share: Annotated[str, option("1/1", "K/N")] = "1/1"
+    """Measure only the K-th of every N cases, so that N processes or machines share a study."""
+    take: Annotated[tuple[Path, ...], tyro.conf.UseAppendAction, option("none", "FILE")] = ()
+    """Take over what other files of the same study hold; may be given more than once."""
 
 
 def main(arguments: Arguments) -> None:
@@ -64,10 +68,14 @@ def main(arguments: Arguments) -> None:
     throws = plan.throws if arguments.throws is None else arguments.throws
     seed = plan.seed if arguments.seed is None else arguments.seed
     result = load_progress(arguments.json, head(plan, throws, seed))
+    first, count = read_share(arguments.share)
+    take_over(result, arguments.take)
+    number = 0
     for name, part in plan.parts.items():
         measure = measurement(part)
         for case in plan.cases(name):
-            if not is_held(case, result["rows"]):
+            number += 1
+            if not is_held(case, result["rows"]) and number % count == first % count:
                 amount = Amount(part.count(throws), seed, arguments.threads)
                 rows = [{**case.labels, **figures} for figures in as_rows(measure(case.settings, amount))]
                 check_numbers(case, rows)
@@ -75,6 +83,42 @@ def main(arguments: Arguments) -> None:
                 result["rows"] += rows
                 if arguments.json is not None:
                     write_json(arguments.json, result)
+    if arguments.take:
+        in_order(plan, result)
+        if arguments.json is not None:
+            write_json(arguments.json, result)
+
+
+def read_share(text: str) -> tuple[int, int]:
+    """K and N of a share K/N.
+
+    Raises:
+        UsageError: the text is no such share.
+    """
+    first, slash, count = text.partition("/")
+    if not (slash and first.isdecimal() and count.isdecimal() and 1 <= int(first) <= int(count)):
+        raise UsageError(f"--share is {text!r}; it must be K/N with K from 1 to N, for instance 2/16")
+    return int(first), int(count)
+
+
+def take_over(result: dict[str, Any], files: Iterable[Path]) -> None:
+    """Add the rows of other files of the same study.
+
+    Raises:
+        UsageError: a file is of another study, or of other code, versions or amounts.
+    """
+    about = {name: value for name, value in result.items() if name != "rows"}
+    for file in files:
+        data = read_json(file)
+        if not isinstance(data, dict) or {**about, "rows": data.get("rows")} != data:
+            raise UsageError(f"--take: {str(file)!r} is of another study, or of other code, versions or amounts")
+        result["rows"] += [row for row in data["rows"] if row not in result["rows"]]
+
+
+def in_order(plan: StudyPlan, result: dict[str, Any]) -> None:
+    """Put rows in the order of their cases."""
+    cases = [case for name in plan.parts for case in plan.cases(name)]
+    result["rows"] = [row for case in cases for row in result["rows"] if case.labels.items() <= row.items()]
 
 
 def head(plan: StudyPlan, throws: int, seed: int) -> dict[str, Any]:

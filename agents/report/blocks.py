@@ -15,6 +15,7 @@ from ..ground.tables import Grid, markdown_text
 from .contents import read_results
 from .headline import headline_failures, headline_table
 from .line import gains_table, line_table, seeds_table
+from .peers import peers_table
 from .questions import QUESTIONS
 from .reproduction import table as reproduced_table
 from .speeds import environment_table, planner_table
@@ -35,6 +36,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "line-learned": ("benchmark_line.json", seeds_table),
     "adapting": ("benchmark_adapt.json", first_shift_table),
     "failures": ("benchmark.json", headline_failures),
+    "peers": ("benchmark_peers.json", peers_table),
 }
 """Tables in documents by name: the file of results, and what makes the table; plans of studies name further ones, and
 those of papers are "paper/table"."""

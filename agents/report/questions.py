@@ -78,6 +78,9 @@ QUESTIONS: Final = (
         command="make bench",
         chapters={
             "benchmark": "Every controller on every level",
+            "precise": "A level that separates good controllers",
+            "benchmark_precise": "Every controller on `precise`",
+            "benchmark_peers": "Cells of other papers",
             "benchmark_goal": "The virtual goal and its gain K",
             "training": "Learning from flights",
             "oracle": "What the oracle leaves",

@@ -119,8 +119,6 @@ class CmaEs(Controller):
             np.zeros(size), FIRST_STEP / np.sqrt(self._width + 1), {"seed": seed + 1, "verbose": -9}
         )
         self._tried: list[Floats] = []
-        self._losses: list[float] = []
-        self._sets: list[Floats] = []
         self._exploring = False
         self._weights = np.zeros(size)
 
@@ -138,9 +136,7 @@ class CmaEs(Controller):
         """Actions of the tried weights, or of the mean (N, E)."""
         features = np.concatenate([observation.features, np.ones((len(observation.kind), 1))], axis=1)
         if self._exploring:
-            while len(self._sets) < len(features):
-                self._sets += [np.asarray(weights) for weights in self._search.ask()]
-            sets, self._sets = self._sets[: len(features)], self._sets[len(features) :]
+            sets = [np.asarray(weights) for weights in self._search.ask(len(features))]
             self._tried = sets
         else:
             sets = [self._weights] * len(features)
@@ -148,16 +144,12 @@ class CmaEs(Controller):
         return np.clip(np.einsum("nd,nde->ne", features, weights), -1.0, 1.0).astype(np.float32)
 
     def learn(self, outcome: Outcome) -> None:
-        """Tell the losses of the tried weights, a population at a time."""
-        losses = np.nan_to_num(np.hypot.reduce(outcome.error / self._correction.tolerance, axis=1), nan=np.nan)
-        if not self._exploring:
+        """Tell the losses of a population: the throws of one batch. A batch that was cut short teaches nothing."""
+        losses = np.hypot.reduce(outcome.error / self._correction.tolerance, axis=1)
+        if not self._exploring or len(losses) < len(self._tried) or not np.isfinite(losses).any():
             return
-        self._waiting = [*getattr(self, "_waiting", []), *zip(self._tried, losses, strict=True)]
-        size = self._search.popsize
-        while len(self._waiting) >= size:
-            part, self._waiting = self._waiting[:size], self._waiting[size:]
-            worst = np.nanmax([loss for _, loss in part]) if np.isfinite([loss for _, loss in part]).any() else 0.0
-            self._search.tell([w for w, _ in part], [float(np.nan_to_num(loss, nan=worst)) for _, loss in part])
+        # A throw without a landing counts as the worst of its batch.
+        self._search.tell(self._tried, np.nan_to_num(losses, nan=np.nanmax(losses)).tolist())
 
     def state(self) -> State:
         """The weights."""
