@@ -14,9 +14,9 @@ PUBLISHED: Final[Mapping[str, tuple[tuple[str, float], ...]]] = {
     "cubes": (("SAC", 0.956), ("TD3", 0.939), ("PPO", 0.448)),
     "boxes": (("TossingBot, known objects", 0.847), ("TossingBot, new objects", 0.823)),
 }
-"""Shares of throws that succeed, by level. Cubes: 10,000 throws of each tuned policy in simulation, files results/*_opt.csv
-of the code of Louette et al. 2024 (arXiv 2406.13453). Boxes: real throws of what was grasped, Zeng et al. 2019
-(arXiv 1903.11239), table of throwing."""
+"""Shares of throws that succeed, by level. Cubes: 10,000 throws of each tuned policy, simulated, in results/*_opt.csv
+of the code of Louette et al. 2024 (arXiv 2406.13453). Boxes: real throws of what was grasped, Zeng et al. 2019 (arXiv
+1903.11239)."""
 SOURCES: Final = {"cubes": "Louette et al. 2024", "boxes": "Zeng et al. 2019"}
 
 
@@ -33,8 +33,8 @@ def peers_table(data: Data) -> Grid:
     levels = [f"`{level}`: {SOURCES[level]}" for level in data["plan"]["levels"] if level in SOURCES]
     note = (
         f"Rows without throws are published ({'; '.join(levels)}); their cells differ from these as the levels say. "
-        f"Intervals are Wilson's at 95 %. Environment `{data['plan']['env']}`, full physics, held-out throws; who learns "
-        "does so on the level itself."
+        f"Intervals are Wilson's at 95 %. Environment `{data['plan']['env']}`, full physics, held-out throws; who "
+        "learns does so on the level itself."
     )
     header = ("level", "controller", "throws to learn", "throws", "success", "sorted/min")
     return Grid("Cells of other papers", header, rows, note)

@@ -78,6 +78,9 @@ QUESTIONS: Final = (
         command="make bench",
         chapters={
             "benchmark": "Every controller on every level",
+            "curves": "Every learner after 1 to 10,000 throws",
+            "mismatch": "Where learning begins to pay",
+            "processors": "The same throws on another processor",
             "precise": "A level that separates good controllers",
             "benchmark_precise": "Every controller on `precise`",
             "benchmark_peers": "Cells of other papers",
