@@ -15,6 +15,7 @@ from ..ground.places import MADE
 from ..ground.tables import console
 from ..ground.versions import versions
 from ..jobs.cluster import Needs, pool
+from ..jobs.parcel import arithmetic
 from ..jobs.work import do_missing
 from .__main__ import show
 from .compare import assemble
@@ -66,7 +67,7 @@ def main(arguments: Arguments) -> None:
     results = [result for part in parts for result in part["results"]]
     comparison = assemble(plan, results)
     head = {"by": arguments.by, "about": arguments.about, "command": _command(arguments)}
-    head |= {"plan": plan.model_dump(mode="json"), "versions": versions()}
+    head |= {"plan": plan.model_dump(mode="json"), "versions": versions(), "arithmetic": arithmetic()}
     seconds = sum(part["seconds"] for part in parts)
     deliver_json(file, {**head, "seconds": seconds, **comparison, "results": results}, indent=None)
     show(plan, comparison["table"])

@@ -68,8 +68,8 @@ def improvement_grid(data: Data) -> Grid:
             text = f"{100 * interval.value:.0f} % ({100 * interval.low:.0f}..{100 * interval.high:.0f})"
             rows.append([label, str(len(errors)), f"{1000 * np.mean(errors):.1f} mm", text])
     note = (
-        f"After about {last:,} throws of learning. *Probability of improvement*: that a run errs less than a run of {REFERENCE}; "
-        "ties count half, with 95 % intervals over resampled runs."
+        f"After about {last:,} throws of learning. *Probability of improvement*: that a run errs less than a run of "
+        f"{REFERENCE}; ties count half, with 95 % intervals over resampled runs."
     )
     header = ("learner", "runs", "landing error", "probability of improvement")
     return Grid(f"Runs compared with {REFERENCE}", header, rows, note)
@@ -101,8 +101,8 @@ def crossover_grid(data: Data) -> Grid:
             rows.append([effect, label, _crossover(measured), gain])
     header = ("effect", "learner", "learning pays from", "gain at the largest mismatch")
     note = (
-        "*Pays from*: the smallest mismatch from which on the 95 % interval of the gain in landing error over the planner "
-        "lies above 0. Every effect stands beside the air, and beside the place of the centre of mass under the cup."
+        "*Pays from*: the smallest mismatch from which on the 95 % interval of the gain in landing error over the "
+        "planner lies above 0. Beside every effect stand the air and the place of the centre of mass under the cup."
     )
     return Grid("Where learning begins to pay", header, rows, note)
 

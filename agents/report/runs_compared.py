@@ -5,9 +5,8 @@ Every score here is better when it is smaller, as landing errors are.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
 
@@ -17,7 +16,7 @@ DRAWS = 2000
 """Bootstrap resamples of an interval."""
 
 
-def probability_of_improvement(scores: Sequence[float], others: Sequence[float]) -> float:
+def probability_of_improvement(scores: ArrayLike, others: ArrayLike) -> float:
     """Probability that a run has a smaller score than a run of another learner; ties count half.
 
     This is the statistic U of Mann and Whitney over the number of pairs.
@@ -26,9 +25,9 @@ def probability_of_improvement(scores: Sequence[float], others: Sequence[float])
     return float(((mine < theirs) + 0.5 * (mine == theirs)).mean())
 
 
-def improvement_interval(scores: Sequence[float], others: Sequence[float], seed: int = 0) -> Interval:
+def improvement_interval(scores: ArrayLike, others: ArrayLike, seed: int = 0) -> Interval:
     """The probability of improvement with a 95 % interval; the runs of each learner are resampled."""
-    random, mine, theirs = np.random.default_rng(seed), np.asarray(scores), np.asarray(others)
+    random, mine, theirs = np.random.default_rng(seed), np.ravel(scores), np.ravel(others)
     drawn = [
         probability_of_improvement(random.choice(mine, len(mine)), random.choice(theirs, len(theirs)))
         for _ in range(DRAWS)
@@ -37,6 +36,6 @@ def improvement_interval(scores: Sequence[float], others: Sequence[float], seed:
     return Interval(probability_of_improvement(scores, others), float(low), float(high))
 
 
-def performance_profile(scores: Sequence[float], bounds: Sequence[float]) -> Floats:
+def performance_profile(scores: ArrayLike, bounds: ArrayLike) -> Floats:
     """Share of the runs whose score is below each bound."""
     return (np.asarray(scores, dtype=np.float64)[:, None] < np.asarray(bounds, dtype=np.float64)).mean(axis=0)

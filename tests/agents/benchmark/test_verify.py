@@ -151,3 +151,17 @@ def test_the_first_throws_alone_are_compared(data: dict[str, Any]) -> None:
     _, verdicts = verify(data, "--rows", "99", "--throws", "16")
     (row,) = [row for row in verdicts if row["verdict"] != "equal"]
     assert (row["difference"]["column"], row["difference"]["at"]) == ("cycle_s", 15)
+
+
+def test_rows_of_another_processor_may_differ_within_bounds(data: dict[str, Any]) -> None:
+    data["arithmetic"] = "of another processor"
+    for row in data["results"]:
+        row["columns"]["error_m" if "error_m" in row["columns"] else "along_m"][0] += 5e-5
+    code, verdicts = verify(data, "--rows", "99")
+    assert code == 0
+    assert {row["verdict"] for row in verdicts} == {"equal within the bounds"}
+    assert all(row["difference"]["at"] == 0 for row in verdicts)
+    data["results"][0]["columns"]["cycle_s"][0] += 1.0  # one throw of 24 is more than a hundredth
+    code, verdicts = verify(data, "--rows", "99")
+    assert code == 1
+    assert [row["verdict"] for row in verdicts].count("different") == 1
