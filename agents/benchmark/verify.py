@@ -28,7 +28,7 @@ from .run import run_piece
 DIFFERENT: Final = 1
 """Exit code if a row could not be repeated."""
 NEAR: Final = "equal within the bounds"
-"""Verdict on rows that were made on a processor that rounds otherwise, and that differ by no more than that explains."""
+"""Verdict on rows of a processor that rounds otherwise, if they differ by no more than that explains."""
 ROW: Final = ("label", "throws", "seed", "level", "train_level")
 """What names a row of the results."""
 
@@ -87,7 +87,7 @@ def main(arguments: Arguments) -> None:
         deliver_json(arguments.json, {**head, "versions": versions(), "made_by": made_by, "verdicts": verdicts})
     if is_elsewhere:
         console().print(
-            "the file was made on a processor that rounds otherwise; docs/reproducibility.md has the bounds"
+            "the file is of a processor that rounds otherwise; docs/reproducibility.md has the bounds"
         )
     if any(row["difference"] and row["verdict"] != NEAR for row in verdicts):
         sys.exit(DIFFERENT)
