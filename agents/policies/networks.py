@@ -1,6 +1,6 @@
 """Networks as records of arrays: layers that NumPy computes, copied from torch, with the array names of files.
 
-An activation is a list of operators by their names in ONNX. NumPy computes the operators here, and `agents.publishing`
+An activation is a list of operators by their names in ONNX. NumPy computes the operators here, and `agents.publish`
 puts the same operators into a graph.
 """
 

@@ -86,6 +86,7 @@ QUESTIONS: Final = (
             "benchmark_peers": "Cells of other papers",
             "benchmark_goal": "The virtual goal and its gain K",
             "training": "Learning from flights",
+            "offline": "Learning from given throws",
             "oracle": "What the oracle leaves",
             "sequential": "How many throws a comparison takes",
             "submissions": "What others have handed in",

@@ -11,7 +11,7 @@ import yaml
 from gymnasium.vector import SyncVectorEnv
 from stable_baselines3 import PPO, SAC
 
-from agents import publish, train
+from agents import train
 from agents.controllers import make_controller
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
@@ -19,6 +19,7 @@ from agents.judging.evaluation import evaluate
 from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import summary
 from agents.learning.trained import resolve_task
+from agents.publish import __main__ as publish
 from tests.tools.commands import answer, call, figures_of, output_of, refused
 from tests.tools.lob import write_entry_point, write_package
 from tests.tools.models import model

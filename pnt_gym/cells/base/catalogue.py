@@ -6,7 +6,7 @@ new items.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from statistics import median_low
@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any, Final, Self, cast
 
 from pydantic import Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.items import SHAPES, Item, Shape
@@ -93,6 +94,11 @@ def complete_item(entry: Mapping[str, Any]) -> dict[str, Any]:
     return {"assumed": tuple(assumed), **values, **given}
 
 
+def _entries(value: object) -> Sequence[object]:
+    """Entries of a list; none of anything else."""
+    return cast("Sequence[object]", value) if isinstance(value, list | tuple) else ()
+
+
 class ItemsConfig(LevelConfig):
     """Abstract: the config of a cell whose robot picks items of the catalogue and items that a level adds."""
 
@@ -105,14 +111,22 @@ class ItemsConfig(LevelConfig):
         "name and an item of the catalogue that it is `like`; the other keys have defaults.",
     )
 
+    @field_validator("items", mode="before")
+    @classmethod
+    def _refuse_descriptions(cls, value: object) -> object:
+        """Refuse an item's description where the item's name should stand."""
+        if any(isinstance(entry, Mapping) for entry in [value, *_entries(value)]):
+            hint = "describe an item of your own in extra_items and name it here"
+            raise PydanticCustomError("names", "input should be a list of names; {hint}", {"hint": hint})
+        return value
+
     @field_validator("extra_items", mode="before")
     @classmethod
     def _complete_items(cls, value: object) -> object:
         """The items with the defaults of their shape, or the values of the item that they are `like`."""
-        if not isinstance(value, list | tuple):
-            return value
-        entries = cast("list[object]", value)
-        return [complete_item(cast("dict[str, Any]", e)) if isinstance(e, dict) else e for e in entries]
+        entries = _entries(value)
+        completed = [complete_item(cast("dict[str, Any]", e)) if isinstance(e, dict) else e for e in entries]
+        return completed or value  # what is no list is refused by its form
 
     @model_validator(mode="after")
     def _check_all(self) -> Self:

@@ -94,6 +94,10 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
         "items: unknown items 'hpde' and 'brik'; perhaps 'hdpe' and 'brick'; extra_items: 'hdpe' and 'brick' are",
     ),
     "items not named": ({"cell.items": GONE}, "extra_items: 'hdpe', 'brick' and 'alu' are not in `items`"),
+    "items described where they are named": (
+        {"cell.items": plant()["cell"]["extra_items"], "cell.extra_items": GONE},
+        "input should be a list of names; describe an item of your own in extra_items and name it here",
+    ),
     "mass in grams": (
         {"cell.extra_items.0.mass": 60},
         "extra_items.0.mass is 60: input should be less than or equal to 5",

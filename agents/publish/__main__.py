@@ -11,18 +11,18 @@ from typing import Annotated, Any
 
 import tyro
 
-from .ground.cli import UsageError, at_least, check_libraries, option, run
-from .ground.environments import config_of
-from .ground.files import sweep, temporary_path, write_text
-from .ground.outputs import check_drawing, check_writable
-from .ground.places import MADE
-from .ground.tables import console, throws_bar
-from .judging.evaluation import evaluate
-from .judging.trials import check_options, trial_class
-from .learning.runs import RunFolder
-from .learning.trained import importless_environment
-from .publishing.card import card
-from .publishing.folder import check_graph, check_model, fill, level_and_folder_name
+from ..ground.cli import UsageError, at_least, check_libraries, option, run
+from ..ground.environments import config_of
+from ..ground.files import sweep, temporary_path, write_text
+from ..ground.outputs import check_drawing, check_writable
+from ..ground.places import MADE
+from ..ground.tables import console, throws_bar
+from ..judging.evaluation import evaluate
+from ..judging.trials import check_options, trial_class
+from ..learning.runs import RunFolder
+from ..learning.trained import importless_environment
+from .card import card
+from .folder import check_graph, check_model, fill, level_and_folder_name
 
 LEVELS: Mapping[str, tuple[str, ...]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), ("waste", "unseen"))
 """Default levels of the evaluation by environment; the second level has items that were not in training."""

@@ -9,7 +9,7 @@ import yaml
 from agents.judging.throws.card import CARD
 from agents.judging.throws.trial import ThrowTrial
 from agents.judging.work_shifts.trial import ShiftTrial
-from agents.publishing.card import PARTS, card, curve, metadata
+from agents.publish.card import PARTS, card, curve, metadata
 
 ASKED: dict[str, Any] = {
     "env": "theirs:Own-v0", "level": "x", "algo": "tqc", "steps": 500, "seed": 3, "action_mode": "aim|<b>",

@@ -10,7 +10,6 @@ import onnxruntime
 import pytest
 import yaml
 
-from agents import publish
 from agents.controllers.protocol import Observation
 from agents.dispatchers.scored import ScoreController, choice_mask, run_scores
 from agents.ground.cli import UsageError
@@ -19,10 +18,11 @@ from agents.learning.runs import RunFolder
 from agents.policies.actor import Actor
 from agents.policies.networks import Dense
 from agents.policies.scorer import INPUTS, Scorer
-from agents.publish import Arguments
-from agents.publishing import onnx_graph
-from agents.publishing.folder import film
-from agents.publishing.onnx_graph import save_onnx
+from agents.publish import __main__ as publish
+from agents.publish import onnx_graph
+from agents.publish.__main__ import Arguments
+from agents.publish.folder import film
+from agents.publish.onnx_graph import save_onnx
 from pnt_gym.cells.base.canvas import Picture
 from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.line.observation import ENTRIES
@@ -130,7 +130,7 @@ def test_a_published_policy_works_as_the_run_did(run: Path, seen: np.ndarray, tm
 @pytest.mark.usefixtures("opengl")
 def test_the_film_shows_the_line(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("agents.judging.work_shifts.trial.SECONDS", 3.0)
-    monkeypatch.setattr("agents.publishing.folder.FRAME", Picture(width=160, height=96))
+    monkeypatch.setattr("agents.publish.folder.FRAME", Picture(width=160, height=96))
     monkeypatch.setattr("agents.pictures.stage.record_video", partial(record_video, fps=5))
     film(run, "PnTLine-v0", 0, tmp_path / "replay.mp4")
     frames = iio.imread(tmp_path / "replay.mp4")

@@ -11,12 +11,12 @@ import onnxruntime
 import pytest
 import yaml
 
-from agents import publish
 from agents.ground.cli import UsageError
 from agents.judging.evaluation import evaluate
 from agents.learning.runs import RunFolder
-from agents.publish import Arguments
-from agents.publishing import folder
+from agents.publish import __main__ as publish
+from agents.publish import folder
+from agents.publish.__main__ import Arguments
 from tests.tools.commands import answered, figures_of, output_of, refused
 
 NAME = "OneJointThrow-v0-ideal-sac-seed0"

@@ -13,8 +13,8 @@ from torch import nn
 from agents.ground.cli import UsageError
 from agents.policies.networks import ACTIVATIONS, Dense
 from agents.policies.weights import actor_of
-from agents.publishing import onnx_graph
-from agents.publishing.onnx_graph import save_onnx
+from agents.publish import onnx_graph
+from agents.publish.onnx_graph import save_onnx
 from tests.agents.policies.test_actor import HIGH, LOW, NETWORKS, PPO, RESIDUAL, SAC, model, seen
 
 
