@@ -83,16 +83,6 @@ def measure(*words: str | Path) -> None:
     run(study.main, study.Arguments, "study", list(map(str, words)))
 
 
-def test_chosen_cases_are_measured_alone_and_files_are_joined(tmp_path: Path):
-    plan = tmp_path / "small.yaml"
-    plan.write_text(SMALL)
-    for name, level in (("a", "soft"), ("b", "waste_plain")):
-        measure(plan, "--only", f"level={level}", "--only", "mismatch=1.0", "--json", tmp_path / f"{name}.json")
-    measure(plan, "--only", "level=none", "--json", tmp_path / "c.json", "--join", *tmp_path.glob("[ab].json"))
-    rows = json.loads((tmp_path / "c.json").read_text())["rows"]
-    assert sorted((row["level"], row["mismatch"]) for row in rows) == [("soft", 1.0), ("waste_plain", 1.0)]
-
-
 def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
     """The one sentence with which a study is refused."""
     with pytest.raises(SystemExit) as end:
@@ -141,6 +131,26 @@ def test_a_study_that_was_killed_goes_on_with_the_rows_that_it_has(small, tmp_pa
     capsys.readouterr()
     measure(small, "--json", cut)
     assert capsys.readouterr().out == ""
+
+
+def test_processes_share_a_study_and_one_takes_over_all_rows_in_order(small, tmp_path, capsys):
+    whole, parts = tmp_path / "whole.json", [tmp_path / f"{number}.json" for number in (1, 2, 3)]
+    measure(small, "--json", whole)
+    for number, part in enumerate(parts, 1):
+        measure(small, "--json", part, "--share", f"{number}/3")
+    assert sorted(len(rows_of(part)) for part in parts) == [1, 1, 2]
+    capsys.readouterr()
+    together = tmp_path / "together.json"
+    measure(small, "--json", together, "--join", *reversed(parts))
+    assert capsys.readouterr().out == "", "nothing is measured again"
+    assert json.loads(together.read_text()) == json.loads(whole.read_text())
+    measure(small, "--json", parts[0], "--throws", 2)
+    assert "is of another study, or of other code" in refusal(capsys, small, "--join", parts[0])
+
+
+@pytest.mark.parametrize("share", ["0/2", "3/2", "1", "a/2", "1/0"])
+def test_a_wrong_share_is_refused(small, capsys, share):
+    assert f"--share is '{share}'; it must be K/N" in refusal(capsys, small, "--share", share)
 
 
 def test_rows_of_another_seed_or_of_other_code_are_not_gone_on_with(small, tmp_path, monkeypatch):
