@@ -74,6 +74,19 @@ def answer(plan: Planned, is_enough: bool, recovery: float) -> str:
     )
 
 
+def check_text(checked: dict[str, Any]) -> str:
+    """Figures of a plan in the full physics, in one sentence."""
+    low, high = checked["over_table_low"], checked["over_table_high"]
+    points = 100.0 * checked["over_table"]
+    verdict = f"{abs(points):.1f} points {'more' if points > 0.0 else 'less'} than by the table"
+    if low <= 0.0 <= high:
+        verdict = "which agrees with the table"
+    return (
+        f"in the full physics {checked['shifts']} of these shifts sort {percent(checked['recovery'])} "
+        f"({100.0 * checked['recovery_low']:.1f}..{100.0 * checked['recovery_high']:.1f}), {verdict}"
+    )
+
+
 def plan_text(row: dict[str, Any]) -> str:
     """A plan in words."""
     robots = "1 robot" if row["robots"] == 1 else f"{row['robots']} robots"
