@@ -120,11 +120,13 @@ def plan_figures(shifts: Shifts, config: LineConfig, counted: Counted | None) ->
     """Figures of a plan from its shifts."""
     recovery, value = mean_interval(shifts.figures["shift_recovery"]), mean_interval(shifts.value)
     fates = Fates.of_shifts(shifts, config, counted)
+    # A shipped table is larger than the one whose throws say what became of them.
+    spread = 0.0 if counted is None or config.chances is None else table_spread(fates, counted)
     by_item = zip(config.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
     return {
         "recovery": recovery.value,
-        "recovery_low": recovery.low,
-        "recovery_high": recovery.high,
+        "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
+        "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
         "value_per_min": value.value,
         "value_per_min_low": value.low,
         "value_per_min_high": value.high,
@@ -135,6 +137,16 @@ def plan_figures(shifts: Shifts, config: LineConfig, counted: Counted | None) ->
         **energy_summary(shifts, counted),
         "money_per_hour": money_per_hour(shifts, config, counted),
     }
+
+
+def table_spread(fates: Fates, counted: Counted) -> float:
+    """Half of the 95 % interval of a recovery that comes from the counts of the table: sums of binomial variances."""
+    counts = fates.counts.sum(axis=0)
+    sorted_, vain = counts[:, 0], counts[:, 1:4].sum(axis=1)  # misplaced, missed and lost
+    thrown = sorted_ + vain
+    chance = np.divide(sorted_, thrown, out=np.ones_like(thrown), where=thrown > 0.0)
+    variance = (thrown / counts.sum()) ** 2 * chance * (1.0 - chance) / np.maximum(counted.held, 1)
+    return float(1.96 * np.sqrt(variance.sum()))
 
 
 def money_per_hour(shifts: Shifts, config: LineConfig, counted: Counted | None) -> float | None:

@@ -7,9 +7,10 @@ import pytest
 
 import pnt_gym
 from agents.ground.cli import UsageError
+from agents.judging.work_shifts.counted import Counted
 from agents.judging.work_shifts.data import Shifts
-from agents.judging.work_shifts.fates import FATES
-from agents.line.planned import Planned, money_per_hour
+from agents.judging.work_shifts.fates import FATES, Fates
+from agents.line.planned import Planned, money_per_hour, table_spread
 from agents.line.plans import Sweep, down, line_up, make_plans
 from agents.line.reasons import check_text, chosen_plan, plans_table, reason
 from pnt_gym.cells.line.chances import shipped_table
@@ -124,6 +125,16 @@ def test_the_full_physics_is_said_to_agree_or_not():
     )
     far = {**close, "over_table": -0.03, "over_table_low": -0.04, "over_table_high": -0.02}
     assert check_text(far).endswith("(64.0..68.0), 3.0 points less than by the table")
+
+
+def test_few_counted_throws_make_wide_intervals_by_hand():
+    # Of 100 objects 40 and 20 are thrown, half and all of them sorted: 0.4^2 x 0.25 / 25 is the whole variance.
+    counts = np.array([[[20.0, 5.0, 10.0, 5.0, 10.0, 30.0], [20.0, 0.0, 0.0, 0.0, 0.0, 0.0]]])
+    nothing = np.zeros(2, dtype=np.int64)
+    counted = Counted(
+        np.array([25, 9]), nothing, nothing, nothing, np.ones(1), np.ones((2, 1)), (np.zeros((0, 2)),) * 2
+    )
+    assert table_spread(Fates(counts, True), counted) == pytest.approx(1.96 * 0.4 * 0.5 / 5.0)
 
 
 def test_money_is_proceeds_less_hours_and_energy():
