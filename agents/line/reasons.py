@@ -21,7 +21,7 @@ THROWN: Final = ("misplaced", "missed", "lost")
 def plans_table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
     """Table of all plans, with the causes for which objects were not sorted."""
     header = ["robots", "skills", "belt", "limits", "recovery", "value/min", "at work"]
-    header += ["missed", "unsealed", "not tried", "worst item", "J/sorted", "money/h", "enough"]
+    header += ["missed", "unsealed", "not tried", "worst item", "J each", "money/h", "enough"]
     rows = [_cells(plan, recovery) for plan in plans]
     # Skills that are the same in all plans, and money that no level names, would only take room.
     idle = {"skills"} if len({plan.row["skills"] for plan in plans}) == 1 else set[str]()
