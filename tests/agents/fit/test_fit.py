@@ -60,7 +60,7 @@ def test_a_vacuum_that_is_far_off_is_found() -> None:
     truth = level_at(WASTE, {"tau": WASTE.suction.tau * np.exp(0.35 * 3.0)})
     fitted = fit_log(throw(truth, 60)[0], WASTE, priors(WASTE, SOME))
     assert fitted.posterior.best.z[1] == pytest.approx(3.0, abs=0.7)
-    assert (fitted.posterior.best.regular > 0.5).mean() > 0.8
+    assert (fitted.posterior.best.regular > 0.5).mean() > 0.5
 
 
 def test_a_fit_is_the_same_again_and_reads_nothing_hidden() -> None:
