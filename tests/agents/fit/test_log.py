@@ -128,7 +128,7 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
         lambda rows: [row for row in rows if row["landing_x"]][:3],
         "the log has 3 landings; a fit needs",
     ),
-    "picks in mm": (scaled("pick"), "pick_y reaches .*these look like millimetres"),
+    "picks in mm": (scaled("pick"), "pick_[xyz] reaches .*these look like millimetres"),
     "landings in mm": (scaled("landing"), "landing_[xy] reaches .*these look like millimetres"),
     "all in mm": (scaled("pick", "release", "landing", "target", "size", "grasp"), "these look like millimetres"),
     "grams": (scaled("mass"), "masses are in kilograms"),
