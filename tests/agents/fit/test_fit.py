@@ -56,7 +56,7 @@ def test_a_fit_finds_what_was_hidden() -> None:
 
 
 def test_a_vacuum_that_is_far_off_is_found() -> None:
-    """The vacuum of this twin decays 2.6 deviations slower; a search with narrow covariances takes that for accidents."""
+    """Its vacuum decays 2.6 deviations slower; a search with narrow covariances takes that for accidents."""
     twin = make_twin(WASTE, 500_026, 40)
     found, _ = posterior(twin.log, WASTE, priors(WASTE))
     assert twin.scores[1] > 2.5
