@@ -79,7 +79,7 @@ def test_watched_throws_have_the_log_of_an_evaluation() -> None:
     with closing(open_trial("PnTRelease-v0", "waste_plain", 1, 1)) as trial:
         recorder = Recorder(trial.core)
         record: Any = trial.run(recorder.watch(make_controller("analytic", trial.env)), 3, 3)
-        assert text == recorder.text(record.throws, 3)
+        assert text == recorder.text(record, 3)
 
 
 def test_only_a_conveyor_has_a_log() -> None:
