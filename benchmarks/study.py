@@ -69,7 +69,7 @@ def main(arguments: Arguments) -> None:
     result = load_progress(arguments.json, head(plan, throws, seed))
     for path in arguments.join:
         result["rows"] += load_progress(path, head(plan, throws, seed))["rows"]
-    if arguments.json is not None:
+    if arguments.join and arguments.json is not None:
         write_json(arguments.json, result)
     chosen = read_settings(arguments.only)
     if unknown := [name for name in arguments.parts if name not in plan.parts]:
