@@ -117,7 +117,7 @@ def main(arguments: Arguments) -> None:
             stage.film(arguments.video)
         console().print(f"a film of the first {trial.step}s is in {arguments.video}")
     if arguments.log is not None and recorder is not None:
-        deliver_text(arguments.log, recorder.text(record.throws, arguments.seed))
+        deliver_text(arguments.log, recorder.text(record, arguments.seed))
     if arguments.json is not None:
         deliver_json(arguments.json, {"env": env_id, "controller": arguments.controller, **report})
         console().print(f"every {trial.step} is in {arguments.json}")

@@ -98,7 +98,7 @@ def figures(settings: Settings, amount: Amount) -> list[Figures]:
         levels = {FITTED: fitted.level, TRUE: twin.truth, DEFAULT: config}
         with closing(open_trial(ENV, twin.truth, 50, 1)) as trial:
             correction = trial.core.correction
-            policies = {name: practised_ridge(level, seed) for name, level in levels.items()}
+            policies = {name: train_ridge(level, seed) for name, level in levels.items()}
             policies[SHIPPED] = make_controller(SHIPPED, trial.env)
             for name in (DEFAULT, SHIPPED):
                 policies[f"{name}, corrected"] = Corrected(policies[name], correction, observation, twin.log, config)
@@ -108,7 +108,7 @@ def figures(settings: Settings, amount: Amount) -> list[Figures]:
     return [*mean_rows("landing [mm]", errors), *mean_rows("success [%]", successes), *_difference_rows(errors)]
 
 
-def practised_ridge(level: ConveyorConfig, seed: int) -> Controller:
+def train_ridge(level: ConveyorConfig, seed: int) -> Controller:
     """A ridge regression that has practised in a level."""
     with closing(open_trial(ENV, level, 50, 1)) as trial:
         controller = make_controller("ridge", trial.env)

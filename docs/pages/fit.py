@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from agents.judging.throws.log import COLUMNS
 from agents.fit.parameters import PARAMETERS
+from agents.judging.throws.log import COLUMNS
 
 from .marks import table
 

@@ -66,9 +66,9 @@ class Recorder(Controller):
         log = take(concatenate_records(self._parts), slice(len(throws)))
         return complete_log(log, throws.info, self._core.config, np.random.default_rng((seed, 7)))
 
-    def text(self, throws: Throws, seed: int) -> str:
-        """The log of throws as CSV."""
-        return self.log(throws, seed).text(self._core.item_names)
+    def text(self, record: Any, seed: int) -> str:
+        """The log of a record of throws as CSV."""
+        return self.log(record.throws, seed).text(self._core.item_names)
 
     def keep(self, steps: Iterator[Throws]) -> Iterator[Throws]:
         """Throws one after the other, which are kept for `all_text`."""
@@ -78,7 +78,7 @@ class Recorder(Controller):
 
     def all_text(self, seed: int) -> str:
         """The log of the throws that passed through `keep` as CSV."""
-        return self.text(concatenate_records(self._throws), seed)
+        return self.log(concatenate_records(self._throws), seed).text(self._core.item_names)
 
 
 def complete_log(

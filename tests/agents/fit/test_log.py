@@ -79,7 +79,7 @@ def test_watched_throws_have_the_log_of_an_evaluation() -> None:
     with closing(open_trial("PnTRelease-v0", "waste_plain", 1, 1)) as trial:
         recorder = Recorder(trial.core)
         record: Any = trial.run(recorder.watch(make_controller("analytic", trial.env)), 3, 3)
-        assert text == recorder.text(record.throws, 3)
+        assert text == recorder.text(record, 3)
 
 
 def test_only_a_conveyor_has_a_log() -> None:
@@ -128,7 +128,7 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
         lambda rows: [row for row in rows if row["landing_x"]][:3],
         "the log has 3 landings; a fit needs",
     ),
-    "picks in mm": (scaled("pick"), "pick_y reaches .*these look like millimetres"),
+    "picks in mm": (scaled("pick"), "pick_[xyz] reaches .*these look like millimetres"),
     "landings in mm": (scaled("landing"), "landing_[xy] reaches .*these look like millimetres"),
     "all in mm": (scaled("pick", "release", "landing", "target", "size", "grasp"), "these look like millimetres"),
     "grams": (scaled("mass"), "masses are in kilograms"),
