@@ -83,6 +83,16 @@ def measure(*words: str | Path) -> None:
     run(study.main, study.Arguments, "study", list(map(str, words)))
 
 
+def test_chosen_cases_are_measured_alone_and_files_are_joined(tmp_path: Path):
+    plan = tmp_path / "small.yaml"
+    plan.write_text(SMALL)
+    for name, level in (("a", "soft"), ("b", "waste_plain")):
+        measure(plan, "--only", f"level={level}", "--only", "mismatch=1.0", "--json", tmp_path / f"{name}.json")
+    measure(plan, "--only", "level=none", "--json", tmp_path / "c.json", "--join", *tmp_path.glob("[ab].json"))
+    rows = json.loads((tmp_path / "c.json").read_text())["rows"]
+    assert sorted((row["level"], row["mismatch"]) for row in rows) == [("soft", 1.0), ("waste_plain", 1.0)]
+
+
 def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
     """The one sentence with which a study is refused."""
     with pytest.raises(SystemExit) as end:

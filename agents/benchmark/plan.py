@@ -22,7 +22,7 @@ from ..ground.cli import UsageError, check_libraries
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
-from ..ground.shipped import module_of
+from ..ground.shipped import is_shipped, module_of
 from ..jobs.cluster import Needs
 from ..jobs.parcel import user_code_digest
 from ..jobs.work import key
@@ -330,8 +330,8 @@ def needs(plan: Plan) -> Needs:
 
 
 def _is_local_file(name: str, value: Any) -> bool:
-    """Whether an entry's setting names a file that other machines lack; they have the shipped hyperparameters."""
+    """Whether an entry's setting names a file that other machines lack; they have what ships."""
     if name in ("controller", "guide"):
-        return is_learned(str(value))
+        return is_learned(str(value)) and not is_shipped(str(value))
     ships = name == "config" and at(str(value)).resolve().is_relative_to(SHIPPED / "configs")
     return isinstance(value, str) and os.path.isfile(value) and not ships

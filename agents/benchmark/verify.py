@@ -86,9 +86,7 @@ def main(arguments: Arguments) -> None:
         head = {"file": str(arguments.file), "rows": len(results), "seed": arguments.seed}
         deliver_json(arguments.json, {**head, "versions": versions(), "made_by": made_by, "verdicts": verdicts})
     if is_elsewhere:
-        console().print(
-            "the file is of a processor that rounds otherwise; docs/reproducibility.md has the bounds"
-        )
+        console().print("the file is of a processor that rounds otherwise; docs/reproducibility.md has the bounds")
     if any(row["difference"] and row["verdict"] != NEAR for row in verdicts):
         sys.exit(DIFFERENT)
 

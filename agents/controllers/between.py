@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any, Final, final
 
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Dict
 from gymnasium.vector import VectorWrapper
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
@@ -22,12 +22,14 @@ from ..ground.environments import Env
 from ..learning.algorithms import RECURRENT
 from ..policies.actor import Actor
 from .adaptive import PRETRAINED, begins_shift, check_begins
-from .named import make_named
+from .named import GRASPING_NAMES, make_named
 from .protocol import Actions, Controller, Observation
 
 PLANNER: Final = "analytic"
 """The controller whose action is zero."""
-BASES: Final = (PLANNER, "analytic_height", "mean_lead", *PRETRAINED)
+BASES: Final = (
+    PLANNER, "analytic_height", "mean_lead", *PRETRAINED, *(name for name in GRASPING_NAMES if name != "oracle_grasp")
+)  # fmt: skip
 """Base controllers: they need no practice, read no hidden values, and draw no random numbers."""
 MAX_STACK: Final = 100
 """Observations in a stack at most."""
@@ -55,7 +57,9 @@ class PolicyWrapper:
         self._recent = self._recent[:0]
 
     def stack_observation(self, observation: Observation) -> Stacked:
-        """Stacked observations of coming throws (N, K * D); to be called once before each throw.
+        """Stacked observations of coming throws (N, K * D), with pictures vectors and base actions (N, K * D + A).
+
+        To be called once before each throw.
 
         The oldest observation comes first; zeros stand for observations before the shift.
         """
@@ -64,7 +68,9 @@ class PolicyWrapper:
             self._recent = np.zeros((len(features), self.stack, features.shape[1]), dtype=np.float32)
         self._recent[begins_shift(observation)] = 0.0
         self._recent = self._push(features)
-        return self._recent.reshape(len(features), -1)
+        stacked = self._recent.reshape(len(features), -1)
+        # A policy that sees pictures looks where the base controller would grasp, too.
+        return stacked if observation.image is None else np.concatenate([stacked, self._base], axis=1)
 
     def peek(self, features: Stacked) -> Stacked:
         """Stacked observations after the last throw (N, K * D), without changing the stack."""
@@ -120,28 +126,48 @@ class _WrappedEnv(VectorWrapper[Any, Any, Any, Any, Any]):
         super().__init__(env)
         self._wrapper = wrapper
         space: Any = env.single_observation_space
+        self._sees_pictures = isinstance(space, Dict)
+        if self._sees_pictures:
+            action: Any = env.single_action_space
+            entries = space["vector"]
+            low, high = (np.append(*ends) for ends in ((entries.low, action.low), (entries.high, action.high)))
+            self.single_observation_space = Dict({"image": space["image"], "vector": Box(low, high, dtype=np.float32)})
+            self.observation_space = batch_space(self.single_observation_space, env.num_envs)
+            return
         low, high = (np.tile(bound, wrapper.stack) for bound in (space.low, space.high))
         self.single_observation_space = Box(low, high, dtype=space.dtype)
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
 
-    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Stacked, dict[str, Any]]:
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         features, info = self.env.reset(seed=seed, options=options)
         self._wrapper.begin(0)
         return self._stacked(features, info), info
 
-    def step(self, actions: Any) -> tuple[Stacked, Any, Any, Any, dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         features, reward, terminated, truncated, info = self.env.step(self._wrapper.total_action(actions))
         over = np.logical_or(terminated, truncated)
         if over.any():
             info = info | {"final_obs": self._final_observations(info["final_obs"], over)}
         return self._stacked(features, info), reward, terminated, truncated, info
 
-    def _stacked(self, features: Any, info: Mapping[str, Any]) -> Stacked:
+    def _stacked(self, features: Any, info: Mapping[str, Any]) -> Any:
         kind = np.array(info.get("kind", np.zeros(self.num_envs)), dtype=np.int64)
+        if self._sees_pictures:
+            vector, image = np.array(features["vector"]), np.array(features["image"])
+            return {"image": image, "vector": self._wrapper.stack_observation(Observation(vector, kind, image))}
         return self._wrapper.stack_observation(Observation(np.array(features, dtype=np.float32), kind))
 
     def _final_observations(self, last: Any, over: Bools) -> NDArray[Any]:
-        """Stacked observations at the ends of episodes, None in the other rows (N,)."""
+        """Stacked observations at the ends of episodes, None in the other rows (N,).
+
+        Beside a picture, zeros stand for the base action, because no action follows.
+        """
+        if self._sees_pictures:
+            nothing = np.zeros(self.single_action_space.shape or (), dtype=np.float32)
+            ends = np.full(len(over), None, dtype=object)
+            for row in np.flatnonzero(over):
+                ends[row] = {**last[row], "vector": np.append(last[row]["vector"], nothing)}
+            return ends
         width = self.env.single_observation_space.shape
         whole = np.stack([last[row] if ended else np.zeros(width or ()) for row, ended in enumerate(over)])
         observations, stacked = np.full(len(over), None, dtype=object), self._wrapper.peek(whole.astype(np.float32))
@@ -176,5 +202,8 @@ class MemoryPolicy(Controller):
         if len(memory) != len(fresh):
             memory = self._actor.initial_memory(len(fresh))
         memory = np.where(fresh[:, None, None], 0.0, memory)
-        action, self._memory = self._actor.act_with_memory(self._wrapper.stack_observation(observation), memory)
+        stacked = self._wrapper.stack_observation(observation)
+        if self._actor.eye is not None:
+            return self._wrapper.total_action(self._actor(stacked, observation.image))
+        action, self._memory = self._actor.act_with_memory(stacked, memory)
         return self._wrapper.total_action(action)

@@ -21,13 +21,14 @@ from .adaptive import IN_CONTEXT, STATIC, Adaptive, has_feedback
 from .analytic import Analytic
 from .ballistic import AnalyticHeight, MeanLead
 from .bucket_table import mean_shift
+from .fitted_q import FittedQ
 from .goals import virtual_goal
 from .grasps import Centre, GraspController, Place, residual_width
 from .in_context import InContext
 from .mlp import Mlp
 from .newton import NewtonGoal
 from .oracle import Oracle
-from .places import RULES, OraclePlaces, PicturePlaces, flattest, local_mlp
+from .places import OraclePlaces, PixelPlaces, centroid, flattest, local_mlp
 from .protocol import Controller
 from .random import Random
 from .regression import OnPolicyRegression
@@ -62,13 +63,16 @@ _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
 """Trackers by controller; the tracker's effect is subtracted from the static policy's offset."""
 _PLACES: Mapping[str, Callable[..., Place]] = {
     "centre": lambda core: Centre(),
-    "centroid": lambda core: PicturePlaces(core, RULES["centroid"]),
+    "centroid": centroid,
     "flattest": flattest,
     "local_mlp": local_mlp,
+    "fcn": PixelPlaces,
     "oracle_grasp": OraclePlaces,
 }
 """Rules where to grasp by controller; each throws with the same paces and the same residual."""
-GRASPING_NAMES = tuple(_PLACES)
+FITTED_Q = "fitted_q"
+"""The controller that learns where to grasp and how fast to throw from rewards."""
+GRASPING_NAMES = (*_PLACES, FITTED_Q)
 """Names of the controllers that choose where to grasp."""
 NAMES = (*_ANY_ACTIONS, *_SHIFTS, *_TRACKERS, *GRASPING_NAMES)
 
@@ -83,7 +87,7 @@ def make_named(name: str, env: Env, **options: Any) -> Controller:
         return _ANY_ACTIONS[name](env, **options)
     if name in _SHIFTS:
         return _SHIFTS[name](env, _required_correction(name, env), **options)
-    if name in _PLACES:
+    if name in GRASPING_NAMES:
         return _grasping(name, env, options)
     return _adaptive(name, env, options)
 
@@ -102,22 +106,31 @@ def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
     return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)
 
 
-def _grasping(name: str, env: Env, options: Mapping[str, Any]) -> GraspController:
-    """Controller that grasps by a rule, with the residual that ships, or with none for the option `residual=none`."""
+def _grasping(name: str, env: Env, options: Mapping[str, Any]) -> Controller:
+    """Controller that grasps, with the residual that ships, or with none for the option `residual=none`."""
     core = core_of(env)
     if not isinstance(core, GraspCore):
         raise UsageError(f"controller {name!r} chooses where to grasp; use --env PnTGrasp-v0")
+    others = dict(options)
+    residual = _release_residual(name, core, others.pop("residual", "shipped"))
+    if name == FITTED_Q:
+        return FittedQ(core.config, residual, **others)
+    correction = core.correction
+    assert correction is not None  # of the mode `release_point`
+    of_place = {key: others.pop(key) for key in options if key in inspect.signature(_PLACES[name]).parameters}
+    return GraspController(name, core.config, correction, _PLACES[name](core, **of_place), residual, **others)
+
+
+def _release_residual(name: str, core: GraspCore, begin: str) -> OnPolicyRegression:
+    """Residual of a controller's throws: the one that ships, or none yet."""
     correction = core.correction
     assert correction is not None  # of the mode `release_point`
     residual = OnPolicyRegression(name, correction, residual_width(), Mlp())
-    of_place = {key: options[key] for key in options if key in inspect.signature(_PLACES[name]).parameters}
-    others = {key: value for key, value in options.items() if key not in of_place}
-    begin = others.pop("residual", "shipped")
     if begin not in ("shipped", "none"):
         raise UsageError(f"residual is {begin!r}; it must be 'shipped' or 'none'")
     if begin == "shipped":
         residual.restore(read_state(GRASPING / "residual.npz")[1])
-    return GraspController(name, core.config, correction, _PLACES[name](core, **of_place), residual, **others)
+    return residual
 
 
 def _required_correction(name: str, env: Env) -> Correction:

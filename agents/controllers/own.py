@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final, TypeAlias, final
 
 import numpy as np
+from gymnasium.spaces import Dict
 from numpy.typing import NDArray
 
 from pnt_gym.errors import PntGymError, one_sentence
@@ -22,8 +23,8 @@ from .adaptive import check_begins
 from .between import PLANNER, MemoryPolicy, make_wrapper
 from .protocol import Actions, Controller, Observation
 
-Function: TypeAlias = Callable[[NDArray[np.float32]], Any]
-"""Observations (N, D) to actions (N, A)."""
+Function: TypeAlias = Callable[..., Any]
+"""Observations (N, D) to actions (N, A); of an environment with pictures, vectors and pictures to actions."""
 METHODS: Final = ("reset", "act", "learn")
 """Methods that the class of a controller must have."""
 
@@ -37,7 +38,8 @@ class Policy(Controller):
 
     def act(self, observation: Observation) -> Actions:
         """Actions of the function (N, A)."""
-        return np.asarray(self.function(observation.features), dtype=self._kind)
+        pictures = () if observation.image is None else (observation.image,)
+        return np.asarray(self.function(observation.features, *pictures), dtype=self._kind)
 
 
 def controller_of(policy: Any, env: Env) -> Controller:
@@ -149,7 +151,13 @@ def run_policy(actor: Actor, arguments: Mapping[str, Any], env: Env, label: str,
 
 def _actor_controller(actor: Actor, name: str, env: Env, label: str, stack: int = 1, over: str = PLANNER) -> Controller:
     input_size, output_size = actor.sizes
-    _check_fit((input_size,), (output_size,), env, label, stack)
+    sees = isinstance(env.single_observation_space, Dict)
+    if sees != (actor.eye is not None):
+        raise UsageError(
+            f"{label} {'sees no' if sees else 'needs'} pictures, which this environment has" + ("" if sees else " not")
+        )
+    further = output_size if sees and over != PLANNER else 0  # entries of the base controller's action
+    _check_fit((input_size - further,), (output_size,), env, label, stack)
     if actor.lstm is None and (stack, over) == (1, PLANNER):
         return Policy(actor, name)
     if actor.lstm is not None:
@@ -169,12 +177,17 @@ def model_policy(model: Any, name: str, env: Env, label: str = "the model") -> C
         actor = actor_of(model)
         assert isinstance(actor, Actor)  # scorers have no LSTM
         return _actor_controller(actor, name, env, label)
+    if isinstance(model.observation_space, Dict) and isinstance(env.single_observation_space, Dict):
+        _check_fit(model.observation_space["vector"].shape, model.action_space.shape, env, label)
+        return Policy(lambda v, i: model.predict({"image": i, "vector": v}, deterministic=True)[0], name)
     _check_fit(model.observation_space.shape, model.action_space.shape, env, label)
     return Policy(lambda features: model.predict(features, deterministic=True)[0], name)
 
 
 def _check_fit(inputs: Any, outputs: Any, env: Env, label: str, stack: int = 1) -> None:
-    shapes = ((*(stack * size for size in env.single_observation_space.shape or ()),), env.single_action_space.shape)
+    space = env.single_observation_space
+    entries = space["vector"].shape if isinstance(space, Dict) else space.shape
+    shapes = ((*(stack * size for size in entries or ()),), env.single_action_space.shape)
     if (inputs, outputs) != shapes:
         raise UsageError(
             f"{label} takes observations {inputs} and gives actions {outputs}, but the environment has {shapes[0]} and "

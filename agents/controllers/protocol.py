@@ -47,7 +47,9 @@ class Outcome:
     cycle_time: Floats
     """Time from pick to pick, with dwell [s]."""
     clipped: Bools
-    """Whether the action was infeasible and another one was executed; such throws teach nothing."""
+    """Whether the action was infeasible and another one was executed; such throws tell nothing of their action."""
+    reward: Floats
+    """Rewards of the environment (N,)."""
 
 
 class Controller(Protocol):

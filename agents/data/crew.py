@@ -79,11 +79,6 @@ class Crew:
         missing = [part for part in CORE_ATTRIBUTES if not hasattr(trial.core, part)]
         if missing:
             raise UsageError(f"environment {env_id!r} cannot be collected: its core has no {' and no '.join(missing)}")
-        if not isinstance(trial.env.single_observation_space, Box):
-            raise UsageError(
-                f"environment {env_id!r} cannot be collected: its observations hold pictures, and a dataset keeps "
-                "vectors alone"
-            )
         self.trial, self.env_id, self.seed = trial, env_id, seed
         self._trust, self._practice = trust, practice
         self.noise = tuple(noise)

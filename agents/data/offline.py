@@ -1,7 +1,7 @@
 """Datasets for offline learning in Minari's format: their names, their content, and writing them at once.
 
 Minari's layout suits long episodes: an episode of one throw takes 25 kB. A dataset is repacked before it appears under
-its name; then a throw takes 6 kB.
+its name; then a throw takes 6 kB. The three pictures of a pick with two steps take 17 kB, half of their bytes.
 """
 
 from __future__ import annotations
@@ -41,6 +41,8 @@ SEPARATE: Final = ("landing_error", "is_success")
 share two arrays, `outcome` and `hidden`."""
 PIECE: Final = 1000
 """Number of episodes written at a time."""
+PICTURES: Final = {"compression": "gzip", "compression_opts": 1}
+"""Settings of arrays of bytes, which are pictures; they then take half the space."""
 MAIN: Final = "main_data.hdf5"
 """Minari's name for the file with all episodes."""
 
@@ -253,4 +255,4 @@ def _copy(old: h5py.Group, new: h5py.Group) -> None:
         if isinstance(part, h5py.Group):
             _copy(part, new.create_group(name))
         else:
-            new.create_dataset(name, data=part[()])
+            new.create_dataset(name, data=part[()], **(PICTURES if part.dtype == np.uint8 else {}))

@@ -13,6 +13,7 @@ from ..ground.tables import Grid, console
 if TYPE_CHECKING:
     from pnt_gym.arrays import Floats
 
+    from .fcn import PlaceMaps
     from .features import PlaceFeatures
     from .network import PlaceNetwork
     from .scenes import Scenes
@@ -32,38 +33,47 @@ class Arguments:
 
     level: str = "grasp"
     """Level of PnTGrasp-v0 with surfaces, on whose objects places are tried."""
+    drawn: int = 0
+    """Kinds that are drawn at random, each with a shape, a surface and a look, and tried beside those of the level."""
     tries: int = 20_000
     """Tries, of which the first 30 % are at random places."""
-    sees: Literal["all", "local", "depth"] = "local"
-    """What the networks see: all features, those without the colours of the whole object, or depths alone."""
+    sees: Literal["all", "local", "depth", "pixels"] = "local"
+    """What the networks see: all features, those without the colours of the whole object, or depths alone; or pixels,
+    by a fully convolutional network that learns from the tries of networks of local features."""
     seed: int = 0
     """Seed of objects, places and networks."""
     out: Annotated[Path | None, option("none", "FILE.npz")] = None
-    """File of the networks' arrays, which NumPy alone computes."""
+    """File of the networks' arrays, which NumPy alone computes: the option `file` of local_mlp, for pixels of fcn."""
     judge: int = 2000
     """Held-out objects, of seen and of unseen kinds, on which the places are compared; 0 for no table."""
 
 
 def main(arguments: Arguments) -> None:
     """Practise, save, and compare."""
-    at_least(vars(arguments), tries=1, seed=0, judge=0)
+    at_least(vars(arguments), drawn=0, tries=1, seed=0, judge=0)
     check_ending("--out", arguments.out, (".npz",))
     check_writable(arguments.out)
     check_libraries("torch")
-    from .features import SIGHTS  # noqa: PLC0415 - help comes first
+    from .fcn import EPOCHS, learn_maps  # noqa: PLC0415 - help comes first
+    from .features import SIGHTS  # noqa: PLC0415 - as above
+    from .kinds import with_drawn_kinds  # noqa: PLC0415 - as above
     from .practice import practise  # noqa: PLC0415 - as above
 
-    practice = practise(arguments.level, arguments.tries, arguments.seed, SIGHTS[arguments.sees])
+    level = with_drawn_kinds(arguments.level, arguments.drawn, arguments.seed)
+    practice = practise(level, arguments.tries, arguments.seed, SIGHTS.get(arguments.sees, SIGHTS["local"]))
     count = max(arguments.tries // 5, 1)
     first, last = practice.held[:count].mean(), practice.held[-count:].mean()
     print(f"held: {first:.1%} of the first {count} tries, {last:.1%} of the last")
+    network = practice.network
+    if arguments.sees == "pixels":
+        network = learn_maps(practice, level, with_features=False, seed=arguments.seed, epochs=EPOCHS)
     if arguments.out is not None:
-        deliver(arguments.out, practice.network.save)
+        deliver(arguments.out, network.save)
     if arguments.judge > 0:
-        compare(practice.network, arguments)
+        compare(network, arguments)
 
 
-def compare(network: PlaceNetwork, arguments: Arguments) -> None:
+def compare(network: PlaceNetwork | PlaceMaps, arguments: Arguments) -> None:
     """Print how often cups hold at the places of the rules, of the network and of the oracle."""
     from .features import place_features  # noqa: PLC0415 - help comes first
     from .scenes import Scenes  # noqa: PLC0415 - as above
@@ -79,8 +89,9 @@ def compare(network: PlaceNetwork, arguments: Arguments) -> None:
     console().print(Grid(title, ("level", "places", "held", "kept at 45 %"), rows).terminal())
 
 
-def places_by_name(scenes: Scenes, features: PlaceFeatures, network: PlaceNetwork) -> dict[str, Floats]:
+def places_by_name(scenes: Scenes, features: PlaceFeatures, network: PlaceNetwork | PlaceMaps) -> dict[str, Floats]:
     """Places (N, 2) of the rules, of the network and of the oracle [m]."""
+    from .fcn import PlaceMaps, input_maps  # noqa: PLC0415 - as above
     from .practice import network_places  # noqa: PLC0415 - help comes first
     from .rules import COLOURED, centroid_places, flattest_places, oracle_places, rule_places  # noqa: PLC0415 - as above
 
@@ -90,7 +101,9 @@ def places_by_name(scenes: Scenes, features: PlaceFeatures, network: PlaceNetwor
         "flattest, naive": flattest_places(features),
         "flattest, tuned": rule_places(features),
         "flattest, tuned with colour": rule_places(features, COLOURED),
-        "networks": network_places(features, network),
+        "networks": network.places(input_maps(scenes.images, scenes.radius), features)
+        if isinstance(network, PlaceMaps)
+        else network_places(features, network),
         "oracle": oracle_places(scenes),
     }
 

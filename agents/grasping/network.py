@@ -32,13 +32,15 @@ class PlaceNetwork:
 
     Args:
         columns: features that the networks see, as indices into `features.NAMES`; None for all.
+        inputs: number of features; None for those of `features.NAMES`.
     """
 
     libraries: tuple[str, ...] = ("torch",)
     """Optional libraries by which it fits."""
 
-    def __init__(self, columns: Sequence[int] | None = None) -> None:
-        self._columns: Ints = np.arange(len(NAMES)) if columns is None else np.array(columns, dtype=np.int64)
+    def __init__(self, columns: Sequence[int] | None = None, inputs: int | None = None) -> None:
+        self._inputs = len(NAMES) if inputs is None else inputs
+        self._columns: Ints = np.arange(self._inputs) if columns is None else np.array(columns, dtype=np.int64)
         self._members: tuple[Layers, ...] = ()
         self._centre, self._scale = np.zeros(0), np.ones(0)
 
@@ -89,10 +91,9 @@ class PlaceNetwork:
             members.append(
                 layers_of({n.removesuffix(ending): a for n, a in state.items() if n.endswith(ending)}, np.float64)
             )
-        columns = numbers_of(state.get("columns", np.arange(len(NAMES))), 1, np.int64).astype(np.int64)
-        if any(layers[0].weight.shape[1] != len(columns) for layers in members) or not set(columns) <= set(
-            range(len(NAMES))
-        ):
+        columns = numbers_of(state.get("columns", np.arange(self._inputs)), 1, np.int64).astype(np.int64)
+        fits = all(layers[0].weight.shape[1] == len(columns) for layers in members)
+        if not fits or not set(columns) <= set(range(self._inputs)):
             raise ValueError("features that do not fit to the layers")
         self._members, self._columns = tuple(members), columns
         self._centre, self._scale = (numbers_of(state[name], 1, np.float64) for name in ("centre", "scale"))

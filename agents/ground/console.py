@@ -14,7 +14,7 @@ COMMANDS: Final = {
     "train": ("train", "train a policy that corrects the planner, then compare the two"),
     "evaluate": ("evaluate", "judge a controller on held-out throws, in picks per minute"),
     "compare": ("compare", "settle which of two controllers is better, with as few throws as that takes"),
-    "fit": ("fit", "fit a level to measured throws, with intervals, and choose the next throws"),
+    "fit": ("fit.__main__", "fit a level to measured throws, with intervals, and choose the next throws"),
     "play": ("play", "watch a controller throw: video, picture or window"),
     "publish": ("publish.__main__", "write a folder with a trained policy, its card, its film and its ONNX file"),
     "dataset": ("dataset", "collect throws of a controller as a Minari dataset, for offline learning"),

@@ -82,7 +82,7 @@ def throw_batches(
 def _teach(controller: Controller, observation: Observation, action: Actions, throws: Throws, rows: Ints) -> None:
     """Let a controller learn from the throws of some rows."""
     throws = take(throws, rows)
-    outcome_fields = (throws.error, throws.is_success, throws.cycle_time, throws.clipped)
+    outcome_fields = (throws.error, throws.is_success, throws.cycle_time, throws.clipped, throws.reward)
     controller.learn(Outcome(take(observation, rows), action[rows], *outcome_fields))
 
 

@@ -17,5 +17,7 @@ ON_POLICY: tuple[Algorithm, ...] = ("ppo", "recurrent_ppo")
 """Algorithms that learn from every step once, and have no replay buffer."""
 RECURRENT: tuple[Algorithm, ...] = ("recurrent_ppo",)
 """Algorithms with recurrent policies, which remember earlier observations of a shift."""
+SEEING: tuple[Algorithm, ...] = ("sac", "ppo")
+"""Algorithms that learn from pictures beside vectors."""
 MOST_MODEL: Final = 2**28
 """Largest size of a model file, compressed or not [bytes]."""

@@ -45,13 +45,13 @@ class BanditSAC(SAC):
         entropy: Any = self.target_entropy
         ent_coef = torch.exp(coefficient.detach())
         ent_coef_loss = -(coefficient * (log_prob + entropy).detach()).mean()
-        _step(self.ent_coef_optimizer, ent_coef_loss)
+        descend(self.ent_coef_optimizer, ent_coef_loss)
         values = self.critic(observations, actions)
         critic_loss: Any = 0.5 * sum(functional.mse_loss(value, rewards) for value in values)
-        _step(self.critic.optimizer, critic_loss)
+        descend(self.critic.optimizer, critic_loss)
         least = torch.cat(self.critic(observations, chosen), dim=1).min(dim=1, keepdim=True).values
         actor_loss = (ent_coef * log_prob - least).mean()
-        _step(self.actor.optimizer, actor_loss)
+        descend(self.actor.optimizer, actor_loss)
         return ent_coef_loss.detach(), ent_coef, critic_loss.detach(), actor_loss.detach()
 
     def _sample(self, count: int) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
@@ -68,7 +68,7 @@ class BanditSAC(SAC):
         return observations, actions, rewards
 
 
-def _step(optimizer: Any, loss: torch.Tensor) -> None:
+def descend(optimizer: Any, loss: torch.Tensor) -> None:
     """Take a step of an optimizer down the gradient of a loss; no gradient of other weights is computed."""
     weights = optimizer.param_groups[0]["params"]
     for weight, gradient in zip(weights, torch.autograd.grad(loss, weights, allow_unused=True), strict=True):

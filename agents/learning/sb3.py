@@ -17,9 +17,9 @@ from zipfile import ZipFile
 import gymnasium as gym
 import numpy as np
 import torch
-from gymnasium.spaces import Box, Discrete
+from gymnasium.spaces import Box, Dict, Discrete
 from numpy.typing import NDArray
-from stable_baselines3 import A2C, PPO, TD3
+from stable_baselines3 import A2C, PPO, SAC, TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
@@ -33,6 +33,8 @@ from ..ground.cli import UsageError
 from .algorithms import MASKED, MOST_MODEL, RECURRENT, RESIDUAL
 from .bandit_sac import BanditSAC
 from .hyperparameters import FALLING, WIDEST, algorithm_arguments, initial_value
+from .picture_sac import PicturePolicy, PictureSAC
+from .pictures import PictureBuffer, PictureExtractor
 from .vec_env import rows_thrown
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
@@ -240,12 +242,15 @@ def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) 
     """A model with random weights."""
     torch.set_num_threads(1)  # small networks are slower on many threads than on one
     chosen = algorithm_arguments(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
-    policy = _policy(algo, chosen.pop("policy", None))
+    sees_pictures = isinstance(env.observation_space, Dict)
+    policy = _policy(algo, chosen.pop("policy", None), sees_pictures)
+    if sees_pictures:
+        chosen["policy_kwargs"].setdefault("features_extractor_class", PictureExtractor)
     if isinstance(chosen.get(FALLING), str):
         chosen[FALLING] = Falling(initial_value(chosen[FALLING]))
-    kind = algorithm_class(algo)
+    kind = PictureSAC if sees_pictures and algo == "sac" else algorithm_class(algo)
     if issubclass(kind, OffPolicyAlgorithm):
-        chosen.setdefault("replay_buffer_class", ThrownBuffer)
+        chosen.setdefault("replay_buffer_class", PictureBuffer if sees_pictures else ThrownBuffer)
     try:
         return kind(policy, env, seed=seed, device="cpu", verbose=0, **chosen)
     except PntGymError:
@@ -255,7 +260,7 @@ def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) 
         raise UsageError(f"hyperparameters do not fit {algo}: {one_sentence(error)}") from error
 
 
-def _policy(algo: str, name: str | None) -> str | type[Any]:
+def _policy(algo: str, name: str | None, sees_pictures: bool) -> str | type[Any]:
     """The policy class of an algorithm: `name`, or the default for None.
 
     Raises:
@@ -267,14 +272,26 @@ def _policy(algo: str, name: str | None) -> str | type[Any]:
         if name is not None:
             raise UsageError(f"hyperparameter policy is {name!r}; residual_ppo has a policy of its own: leave it out")
         return ResidualPolicy
-    return name or ("MlpLstmPolicy" if algo in RECURRENT else "MlpPolicy")
+    if sees_pictures and algo == "sac":
+        return PicturePolicy
+    usual = "MultiInputPolicy" if sees_pictures else "MlpPolicy"
+    return name or ("MlpLstmPolicy" if algo in RECURRENT else usual)
 
 
 def _start_at_zero(model: BaseAlgorithm) -> None:
-    """Scale the layer of the mean action by `SMALL`, so that first actions are nearly zero; scorers need no scaling."""
+    """Scale the layer of the mean action by `SMALL`, so that first actions are nearly zero; scorers need no scaling.
+
+    SAC begins with a standard deviation that hardly depends on the observation, if `log_std_init` says which one.
+    """
     policy: Any = model.policy
     if hasattr(policy, "numbers"):
         return
+    spread = model.policy_kwargs.get("log_std_init")
+    if isinstance(model, SAC) and spread is not None and not model.use_sde:
+        with torch.no_grad():
+            (head,) = (layer for layer in policy.actor.log_std.modules() if isinstance(layer, torch.nn.Linear))
+            head.weight.mul_(SMALL)
+            head.bias.fill_(spread)
     heads = [policy.action_net] if isinstance(model, OnPolicyAlgorithm) else [policy.actor.mu]
     if isinstance(model, TD3):
         heads.append(policy.actor_target.mu)  # the target is an earlier copy: both must start alike

@@ -16,6 +16,7 @@ from pnt_gym.cells.base.core import EPISODE_SUCCESS
 from ..ground.cli import UsageError
 from ..ground.environments import Env, check_autoreset, core_of
 from ..ground.infos import results
+from ..ground.infos import rows_thrown as rows_with_throw
 
 INFO_KEYS = ("is_success", "landing_error", "cycle_time", "picked", "dropped", "value", "dt")
 """Info keys of a throw that are passed to the learner's callbacks."""
@@ -38,13 +39,20 @@ def _even_rewards(reward: NDArray[Any], infos: Sequence[Mapping[str, Any]]) -> N
     return evened
 
 
+def _learnable(observation: Any) -> Any:
+    """A copy of observations with 32 bits; pictures beside vectors stay bytes."""
+    if isinstance(observation, Mapping):
+        return {name: np.array(part) for name, part in observation.items()}
+    return np.array(observation, dtype=np.float32)
+
+
 @final
 class SameStepVecEnv(VecEnv):
     """Adapts a Gymnasium vector environment with SAME_STEP autoreset to the VecEnv conventions.
 
     Per finished episode `infos` holds `terminal_observation`, `TimeLimit.truncated`, `episode` (return r, length l,
     seconds since the start t) and in sequences `episode_success`; every throw has `is_success`, `landing_error` and
-    `cycle_time`.
+    `cycle_time`, and a step in which a row's pick goes on has none of them.
 
     Args:
         env: the environment.
@@ -65,7 +73,7 @@ class SameStepVecEnv(VecEnv):
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
         self._clear()
 
-    def reset(self) -> NDArray[np.float32]:
+    def reset(self) -> Any:
         """Reset every row, with the seeds of the last `seed` call, if any."""
         seeded = [s for s in self._seeds if s is not None]
         # Vector environments accept a seed for each row, which their base class does not annotate.
@@ -75,7 +83,7 @@ class SameStepVecEnv(VecEnv):
         self._reset_seeds()
         self._reset_options()
         self._clear()
-        return np.array(observation, dtype=np.float32)
+        return _learnable(observation)
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Keep the actions (N, A), or choices (N,), for `step_wait`."""
@@ -90,13 +98,15 @@ class SameStepVecEnv(VecEnv):
         columns = results(info, self.num_envs)
         if self._price:
             reward = reward - self._price * columns["dt"]
-        infos = [{key: columns[key][i].item() for key in INFO_KEYS if key in columns} for i in range(self.num_envs)]
+        ends = rows_with_throw(info, self.num_envs)
+        keys = [key for key in INFO_KEYS if key in columns]
+        infos = [{key: columns[key][i].item() for key in keys} if ends[i] else {} for i in range(self.num_envs)]
         for i in np.flatnonzero(dones).tolist():
             infos[i].update(self._ending(info, i, bool(truncated[i] and not terminated[i])))
         self._returns[dones] = 0.0
         self._lengths[dones] = 0
         reward = _even_rewards(reward, infos) if self._even else reward
-        return np.array(observation, dtype=np.float32), np.asarray(reward, dtype=np.float32), dones, infos
+        return _learnable(observation), np.asarray(reward, dtype=np.float32), dones, infos
 
     def close(self) -> None:
         """Close the environment."""
@@ -150,7 +160,7 @@ class SameStepVecEnv(VecEnv):
         share = info.get("final_info", {}).get(EPISODE_SUCCESS)
         return {
             **({} if share is None else {EPISODE_SUCCESS: float(share[row])}),
-            "terminal_observation": np.array(info["final_obs"][row], dtype=np.float32),
+            "terminal_observation": _learnable(info["final_obs"][row]),
             "TimeLimit.truncated": timed_out,
             "episode": {"r": float(self._returns[row]), "l": int(self._lengths[row]), "t": seconds},
         }

@@ -58,8 +58,9 @@ class ThrowWindow(Window):
     def add(self, infos: Sequence[Mapping[str, Any]], rewards: Sequence[float]) -> tuple[float, float, float]:
         """Add one step of all rows; mean success, landing error [m] and reward of the last throws."""
         for info, reward in zip(infos, rewards, strict=True):
-            self._throws.append((info.get("is_success", 0.0), info.get("landing_error", np.nan), float(reward)))
-        success, error, reward = map(_mean, zip(*self._throws, strict=True))
+            if info:  # else the row's pick goes on
+                self._throws.append((info.get("is_success", 0.0), info.get("landing_error", np.nan), float(reward)))
+        success, error, reward = map(_mean, zip(*self._throws, strict=True)) if self._throws else 3 * (np.nan,)
         return success, error, reward
 
     def text(self, figure: float) -> str:

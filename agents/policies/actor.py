@@ -27,6 +27,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
+from .eye import PIECES, Eye
 from .networks import (
     ACTIVATIONS,
     LAYER,
@@ -42,7 +43,7 @@ from .networks import (
 )
 
 OUTPUTS: Final = ("squashed", "clipped", "scores")
-PARTS: Final = re.compile(rf"{LAYER}|{'|'.join(LSTM)}|activation|output|bound|low|high")
+PARTS: Final = re.compile(rf"{LAYER}|{PIECES}|{'|'.join(LSTM)}|activation|output|bound|low|high")
 """Names of the arrays in a policy's file."""
 
 
@@ -60,12 +61,18 @@ class Actor:
     high: Array
     lstm: Lstm | None = None
     """LSTM of a recurrent policy; else None."""
+    eye: Eye | None = None
+    """Convolutions of a policy that sees pictures; else None."""
 
-    def __call__(self, observations: NDArray[Any]) -> Array:
-        """Actions (N, A) for observations (N, D); a recurrent policy starts with an empty memory in every row.
+    def __call__(self, observations: NDArray[Any], images: NDArray[np.uint8] | None = None) -> Array:
+        """Actions (N, A) for observations (N, D), or for pictures (N, 5, H, W) with such vectors.
 
-        The computation has 64 bits, so actions rounded to 32 bits do not depend on the number of rows.
+        A recurrent policy starts with an empty memory in every row. The computation has 64 bits, so actions rounded to
+        32 bits do not depend on the number of rows.
         """
+        if self.eye is not None:
+            assert images is not None  # as of an environment with pictures
+            observations = np.concatenate([self.eye(images), observations], axis=1)
         return self.act_with_memory(observations, self.initial_memory(len(observations)))[0]
 
     def initial_memory(self, rows: int) -> Floats:
@@ -91,14 +98,15 @@ class Actor:
 
     @property
     def sizes(self) -> tuple[int, int]:
-        """Lengths of an observation and of an action."""
+        """Lengths of an observation, of one with a picture of its vector, and of an action."""
         first = self.layers[0].weight if self.lstm is None else self.lstm.input_weights
-        return first.shape[1], len(self.low)
+        return first.shape[1] - (0 if self.eye is None else self.eye.size), len(self.low)
 
     @property
     def numbers(self) -> dict[str, Array]:
         """Weights and biases by their names in a file."""
-        return dict(zip(LSTM, self.lstm or (), strict=False)) | arrays_by_name(self.layers)
+        seeing = {} if self.eye is None else self.eye.arrays()
+        return dict(zip(LSTM, self.lstm or (), strict=False)) | seeing | arrays_by_name(self.layers)
 
     def save(self, file: Path) -> None:
         """Write the policy to a file."""
@@ -122,6 +130,7 @@ class Actor:
                 numbers_of(arrays["low"], 1),
                 numbers_of(arrays["high"], 1),
                 lstm_of(arrays),
+                Eye.of(arrays),
             )
             _check(actor)
         except Exception as error:
@@ -135,6 +144,6 @@ def _check(actor: Actor) -> None:
     first, last = actor.layers[0].weight, actor.layers[-1].weight
     fits = [actor.low.shape == actor.high.shape == last.shape[:1], bool((actor.low < actor.high).all())]
     fits += [actor.activation in ACTIVATIONS, actor.output in OUTPUTS, actor.bound > 0.0]
-    fits += [actor.lstm is None or first.shape[1] == actor.lstm.size > 0]
+    fits += [actor.lstm is None or first.shape[1] == actor.lstm.size > 0, actor.sizes[0] > 0]
     if not all(fits):
         raise ValueError("parts that do not fit together")

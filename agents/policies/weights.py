@@ -6,14 +6,15 @@ from typing import Any, cast
 
 import numpy as np
 import torch
-from gymnasium.spaces import Box, Discrete
+from gymnasium.spaces import Box, Dict, Discrete
 from stable_baselines3 import TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from ..ground.cli import UsageError
 from .actor import Actor
-from .networks import ACTIVATIONS, Lstm, layers_from_torch
+from .eye import Eye
+from .networks import ACTIVATIONS, Convolution, Lstm, layers_from_torch
 from .scorer import Scorer
 
 
@@ -21,7 +22,8 @@ def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
     """The deterministic policy of a model, as arrays.
 
     Raises:
-        UsageError: the policy is no network of full layers with one known activation, for observations in one vector.
+        UsageError: the policy is no network of full layers with one known activation, for observations in one vector or
+            a picture with one.
     """
     policy, space = cast("Any", model.policy), model.observation_space
     if hasattr(policy, "numbers"):
@@ -31,7 +33,9 @@ def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
     activations = [name for name in ACTIVATIONS if between <= {getattr(torch.nn, name)}]
     recurrent = getattr(policy, "lstm_actor", None)
     plain = recurrent is None or _is_plain(recurrent)
-    if full != {torch.nn.Linear} or not activations or not plain or not isinstance(space, Box) or len(space.shape) != 1:
+    eye = _eye_of(model) if isinstance(space, Dict) else None
+    readable = eye is not None or (isinstance(space, Box) and len(space.shape) == 1)
+    if full != {torch.nn.Linear} or not activations or not plain or not readable:
         raise UsageError(
             "the policy cannot be saved as arrays: its observation must be one vector, and its layers fully connected "
             f"(net_arch) with activation_fn one of {', '.join(ACTIVATIONS)} of torch.nn; a recurrent policy "
@@ -45,7 +49,18 @@ def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
     action_space = cast("Box", model.action_space)
     low, high = (np.asarray(end, dtype=np.float32) for end in (action_space.low, action_space.high))
     output = "squashed" if policy.squash_output else "clipped"
-    return Actor(layers, activations[0], output, bound, low, high, lstm)
+    return Actor(layers, activations[0], output, bound, low, high, lstm, eye)
+
+
+def _eye_of(model: BaseAlgorithm) -> Eye | None:
+    """The convolutions of a policy that sees pictures by an extractor of ours; None for another extractor."""
+    policy: Any = model.policy
+    extractor = policy.features_extractor if isinstance(model, OnPolicyAlgorithm) else policy.actor.features_extractor
+    convolutions = getattr(extractor, "convolutions", None)
+    if convolutions is None:
+        return None
+    tensors = ((layer.weight, layer.bias) for layer in convolutions)
+    return Eye(tuple(Convolution(*(tensor.detach().numpy().copy() for tensor in pair)) for pair in tensors))
 
 
 def _is_plain(lstm: torch.nn.LSTM) -> bool:

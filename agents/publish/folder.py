@@ -50,11 +50,13 @@ def check_model(folder: Path) -> None:
     """Make sure that policy.npz and model.zip of a run hold the same policy.
 
     Raises:
-        UsageError: the policies differ, or a file is missing or damaged.
+        UsageError: the policies differ, see pictures, or a file is missing or damaged.
     """
     from ..policies.weights import actor_of  # noqa: PLC0415 - imports torch
 
     run = runs.RunFolder(folder)
+    if getattr(run.load_policy(), "eye", None) is not None:
+        raise UsageError(f"the policy of {str(folder)!r} sees pictures; only policies of vectors are published")
     stored, rebuilt = (policy.numbers for policy in (run.load_policy(), actor_of(run.load_model())))
     if stored.keys() != rebuilt.keys() or not all(np.array_equal(stored[name], rebuilt[name]) for name in stored):
         raise UsageError(

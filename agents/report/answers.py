@@ -83,6 +83,12 @@ def grasp(results: Results) -> str:
         f"truly best place {_pace(oracle):.1f}. The network gains {_difference(data, level, network, rule)}, on the "
         f"rule: {100 * share:.0f} % of what can be won."
     )
+    rewarded = next((row for row in rows if row["label"] == "fitted_q"), None)
+    if rewarded is not None:
+        sentence += (
+            f" Values of places and paces that were learned from rewards alone sort {_pace(rewarded):.1f} a minute, "
+            f"{_difference(data, level, rewarded, rule)}, on the rule."
+        )
     for other in [name for name in data["plan"]["levels"] if name != level]:
         others = [row for row in data["table"] if row["level"] == other]
         seen, blind, best_known = (_row(others, name) for name in ("local_mlp", "local_mlp_depth", "flattest"))

@@ -9,6 +9,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
+from gymnasium.spaces import Dict
+
 from ..controllers.between import wrap_env
 from ..ground.cli import UsageError
 from ..ground.files import lock_folder
@@ -45,6 +47,8 @@ class Session:
         self.trial, self.settings = trial, settings
         self.run_args = {**run_args, "level": run_args["level"] or core.config.name, "action_mode": core.action_mode}
         env, price = wrap_env(trial.env, self.run_args), trial.price(settings)
+        # A failed pick teaches where to grasp, which only an agent that sees pictures decides.
+        even = run_args["algo"] in ON_POLICY and not isinstance(env.single_observation_space, Dict)
         self._quick = open_flight_env(trial.env, self.run_args, threads)
 
         import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
@@ -52,7 +56,7 @@ class Session:
         from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
 
         torch.set_num_threads(1)  # small networks are slower on many threads
-        self.env = SameStepVecEnv(env, even=run_args["algo"] in ON_POLICY, price=price)
+        self.env = SameStepVecEnv(env, even=even, price=price)
 
     def create(self, folder: Path | None) -> tuple[RunFolder, BaseAlgorithm]:
         """A new run folder and its untrained model; for None a folder in `runs`, named after the training."""

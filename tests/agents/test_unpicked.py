@@ -34,7 +34,7 @@ def outcomes(env, steps: int) -> tuple[list[Outcome], list[np.ndarray]]:
         action = random.uniform(-0.5, 0.5, env.action_space.shape).astype(np.float32)
         features, reward, _, _, info = env.step(action)
         told = Throws.of(info, reward, env.core.correction.errors)
-        found.append(Outcome(seen, action, told.error, told.is_success, told.cycle_time, told.clipped))
+        found.append(Outcome(seen, action, told.error, told.is_success, told.cycle_time, told.clipped, told.reward))
         thrown.append(info["picked"] & ~info["dropped"])
         unpicked, dropped = unpicked + (~info["picked"]).sum(), dropped + info["dropped"].sum()
     assert min(unpicked, dropped) >= 3

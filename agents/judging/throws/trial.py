@@ -7,12 +7,15 @@ from typing import Any, Final, final
 
 from gymnasium.spaces import Box
 
+from pnt_gym.cells.grasp.action import MODE as GRASP
+
 from ...controllers.adaptive import PRETRAINED, has_feedback
 from ...controllers.protocol import Controller
 from ...ground.cli import UsageError
 from ...ground.environments import stream_seed
 from ...ground.places import ADAPTIVE
 from ...jobs.code import code_digest
+from ...learning.algorithms import SEEING
 from ..card import Card
 from ..loop import throw_batches, throw_held_out
 from ..trial import PRACTICE, Progress, Trial
@@ -58,21 +61,28 @@ class ThrowTrial(Trial):
         return together if depend(self.core) else min(together, left)
 
     def peers(self, run_args: Mapping[str, Any]) -> dict[str, int]:
-        """The planner, the base controller of the policy, and a virtual goal where actions correct a measured error."""
+        """The planner, the base controller of the policy, and a virtual goal where actions correct a measured error.
+
+        In a cell that grasps two rules of places instead of the planner and the goal.
+        """
+        if self.core.action_mode == GRASP:
+            return {"centre": 0, "flattest": 0, run_args["over"]: 0}
         learning = {"virtual_goal": PRACTICE} if self.core.action_mode in self.core.shift_modes else {}
         return {"analytic": 0, **learning, run_args["over"]: 0}
 
     def check_training(self, run_args: Mapping[str, Any]) -> None:
-        """Make sure that a training learns from observations that are vectors.
+        """Make sure that a training fits the observations.
 
         Raises:
-            UsageError: the algorithm does not fit, or observations hold pictures.
+            UsageError: the algorithm or the stack does not fit.
         """
         super().check_training(run_args)
-        if not isinstance(self.env.single_observation_space, Box):
+        if isinstance(self.env.single_observation_space, Box):
+            return
+        if run_args["algo"] not in SEEING or run_args["stack"] > 1:
             raise UsageError(
-                f"observations of {run_args['env']} hold pictures, and training here learns from vectors alone; "
-                "docs/grasp.md shows how to learn where to grasp, and stable-baselines3 on pictures"
+                f"observations of {run_args['env']} hold pictures; algorithms there are {', '.join(SEEING)}, with a "
+                "stack of 1"
             )
 
     def steps(self, controller: Controller, seed: int) -> Iterator[Throws]:

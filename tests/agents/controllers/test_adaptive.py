@@ -131,7 +131,8 @@ def test_they_act_on_the_observation_alone(name: str, env: Any, knowledge: dict[
     env.reset(seed=77)
     for seen, action, info in found:
         np.testing.assert_array_equal(other.act(seen), action)
-        other.learn(Outcome(seen, action, np.full((ROWS, 2), 0.1), count > 0, count, info["residual_clipped"]))
+        unknown = np.full((ROWS, 2), 0.1), count > 0, count, info["residual_clipped"], count
+        other.learn(Outcome(seen, action, *unknown))
         moved |= not np.array_equal(static.act(seen), action)
     assert moved
 

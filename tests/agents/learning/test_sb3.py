@@ -27,7 +27,9 @@ def test_first_policy_is_the_analytic_planner(algo: str) -> None:
 @pytest.mark.parametrize("algo", RESIDUAL)
 def test_shipped_hyperparameters_fit_every_environment(algo: str) -> None:
     for env_id in pnt_gym.ENV_IDS:
-        assert hyperparameters(algo, env_id)["gamma"] == 0.0
+        # A step with pictures may be the first of two.
+        usual = 1.0 if env_id == "PnTGrasp-v0" and algo in ("sac", "ppo") else 0.0
+        assert hyperparameters(algo, env_id)["gamma"] == usual
     assert hyperparameters(algo, "theirs:Own-v0") == hyperparameters(algo, "OneJointThrow-v0")
 
 
