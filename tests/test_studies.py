@@ -83,16 +83,6 @@ def measure(*words: str | Path) -> None:
     run(study.main, study.Arguments, "study", list(map(str, words)))
 
 
-def test_chosen_cases_are_measured_alone_and_files_are_joined(tmp_path: Path):
-    plan = tmp_path / "small.yaml"
-    plan.write_text(SMALL)
-    for name, level in (("a", "soft"), ("b", "waste_plain")):
-        measure(plan, "--only", f"level={level}", "--only", "mismatch=1.0", "--json", tmp_path / f"{name}.json")
-    measure(plan, "--only", "level=none", "--json", tmp_path / "c.json", "--join", *tmp_path.glob("[ab].json"))
-    rows = json.loads((tmp_path / "c.json").read_text())["rows"]
-    assert sorted((row["level"], row["mismatch"]) for row in rows) == [("soft", 1.0), ("waste_plain", 1.0)]
-
-
 def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
     """The one sentence with which a study is refused."""
     with pytest.raises(SystemExit) as end:
@@ -151,11 +141,11 @@ def test_processes_share_a_study_and_one_takes_over_all_rows_in_order(small, tmp
     assert sorted(len(rows_of(part)) for part in parts) == [1, 1, 2]
     capsys.readouterr()
     together = tmp_path / "together.json"
-    measure(small, "--json", together, *(word for part in reversed(parts) for word in ("--take", part)))
+    measure(small, "--json", together, "--join", *reversed(parts))
     assert capsys.readouterr().out == "", "nothing is measured again"
     assert json.loads(together.read_text()) == json.loads(whole.read_text())
     measure(small, "--json", parts[0], "--throws", 2)
-    assert "is of another study, or of other code" in refusal(capsys, small, "--take", parts[0])
+    assert "is of another study, or of other code" in refusal(capsys, small, "--join", parts[0])
 
 
 @pytest.mark.parametrize("share", ["0/2", "3/2", "1", "a/2", "1/0"])

@@ -22,7 +22,7 @@ NOISES: Final = (0.03, 0.1, 0.3, 1.0)
 FIRST_STEP: Final = 0.1
 """First deviation of the actions of CMA-ES."""
 BATCHES: Final = 4
-"""Batches of throws over which CMA-ES averages the loss of a set of weights, because objects differ more than weights."""
+"""Batches of throws over which CMA-ES averages the loss of a set of weights, for objects differ more than weights."""
 
 
 @final
