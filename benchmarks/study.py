@@ -70,7 +70,7 @@ def main(arguments: Arguments) -> None:
     cases = chosen_cases(plan, arguments.parts)[first - 1 :: count]
     result = load_progress(arguments.json, head(plan, throws, seed))
     join_rows(plan, result, arguments.join)
-    if arguments.json is not None:
+    if arguments.join and arguments.json is not None:
         write_json(arguments.json, result)
     for part, case in cases:
         if not is_held(case, result["rows"]):
