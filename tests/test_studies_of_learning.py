@@ -84,7 +84,7 @@ def test_a_batch_that_was_cut_short_teaches_cma_es_nothing() -> None:
         before = controller.act(seen)
         few = Observation(seen.features[:5], seen.kind[:5])
         controller.learn(
-            Outcome(few, before[:5], np.ones((5, 2)), *(np.zeros(5, dtype=t) for t in (bool, float, bool)))
+            Outcome(few, before[:5], np.ones((5, 2)), *(np.zeros(5, dtype=t) for t in (bool, float, bool, float)))
         )
         controller.end_practice()
     assert not controller.act(seen).any()

@@ -20,7 +20,9 @@ LENGTHS: Final = (1.0, 2.0, 4.0, 8.0, 16.0)
 NOISES: Final = (0.03, 0.1, 0.3, 1.0)
 """Deviations of the noise that are tried, in deviations of the targets."""
 FIRST_STEP: Final = 0.1
-"""First deviation of the weights of CMA-ES, in actions."""
+"""First deviation of the actions of CMA-ES."""
+BATCHES: Final = 4
+"""Batches of throws over which CMA-ES averages the loss of a set of weights, for objects differ more than weights."""
 
 
 @final
@@ -102,7 +104,7 @@ class Gp(OnPolicyRegression):
 
 @final
 class CmaEs(Controller):
-    """CMA-ES on the weights of a linear policy; each throw tries one set of weights, and its error is the loss."""
+    """CMA-ES on the weights of a linear policy; each row tries a set of weights, whose loss is its mean error."""
 
     name = "cma_es"
 
@@ -119,6 +121,7 @@ class CmaEs(Controller):
             np.zeros(size), FIRST_STEP / np.sqrt(self._width + 1), {"seed": seed + 1, "verbose": -9}
         )
         self._tried: list[Floats] = []
+        self._losses: list[Floats] = []
         self._exploring = False
         self._weights = np.zeros(size)
 
@@ -136,20 +139,24 @@ class CmaEs(Controller):
         """Actions of the tried weights, or of the mean (N, E)."""
         features = np.concatenate([observation.features, np.ones((len(observation.kind), 1))], axis=1)
         if self._exploring:
-            sets = [np.asarray(weights) for weights in self._search.ask(len(features))]
-            self._tried = sets
+            if not self._losses:
+                self._tried = [np.asarray(weights) for weights in self._search.ask(len(features))]
+            sets = self._tried
         else:
             sets = [self._weights] * len(features)
         weights = np.stack(sets).reshape(len(features), -1, self._correction.count)
         return np.clip(np.einsum("nd,nde->ne", features, weights), -1.0, 1.0).astype(np.float32)
 
     def learn(self, outcome: Outcome) -> None:
-        """Tell the losses of a population: the throws of one batch. A batch that was cut short teaches nothing."""
+        """Tell the losses of a population after its batches. A batch that was cut short teaches nothing."""
         losses = np.hypot.reduce(outcome.error / self._correction.tolerance, axis=1)
         if not self._exploring or len(losses) < len(self._tried) or not np.isfinite(losses).any():
             return
-        # A throw without a landing counts as the worst of its batch.
-        self._search.tell(self._tried, np.nan_to_num(losses, nan=np.nanmax(losses)).tolist())
+        # A throw without a landing counts as the mean of its batch, for no set of weights makes a pick fail.
+        self._losses.append(np.nan_to_num(losses, nan=float(np.nanmean(losses))))
+        if len(self._losses) == BATCHES:
+            self._search.tell(self._tried, np.mean(self._losses, axis=0).tolist())
+            self._losses = []
 
     def state(self) -> State:
         """The weights."""

@@ -165,7 +165,7 @@ def test_keys_change_with_what_numbers_depend_on(monkeypatch: pytest.MonkeyPatch
     assert keys(picks_on={"unseen": PLAN["picks"]}) == keys()
     assert not keys() & keys(picks_on={"unseen": 2 * PLAN["picks"]})
     before = keys()
-    monkeypatch.setattr(plans, "code_digest", lambda *_, **__: "other code")
+    monkeypatch.setattr(plans, "results_code", lambda: "other code")
     assert not before & keys()
 
 

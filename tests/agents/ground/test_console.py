@@ -90,7 +90,7 @@ def test_a_level_shown_in_full_is_that_level_again(say):
 def test_a_level_that_does_not_ship_is_one_sentence(say):
     code, _, error = say("levels", "--show", "PnT/wast")
     assert code == 2
-    assert error.startswith("error: unknown level 'PnT/wast'; shipped levels are PnT/day, PnT/day_far, ")
+    assert error.startswith("error: unknown level 'PnT/wast'; shipped levels are PnT/boxes, PnT/cubes, ")
 
 
 def test_the_demo_lets_all_throw_the_same(say):
