@@ -20,10 +20,10 @@ class Watch:
         self.last: tuple[Any, Any] | None = None
         cell.plant.fly = self
 
-    def __call__(self, thrown: Any, plans: Any) -> Any:
+    def __call__(self, thrown: Any, plans: Any, cells: Any = None) -> Any:
         """Hand throws on to the plant."""
         self.last = thrown, plans
-        return self._fly(thrown, plans)
+        return self._fly(thrown, plans, cells)
 
 
 def arrival(place: Floats, end: Floats, times: Floats, duration: Floats) -> Floats:

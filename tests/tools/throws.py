@@ -164,8 +164,8 @@ def spy_on_plant(core: Core) -> list[tuple[Context, HandCycle, SimulatedThrows]]
     calls, plant = list[tuple[Context, HandCycle, SimulatedThrows]](), core.cell.plant
     fly = plant.fly
 
-    def kept(context: Context, cycle: HandCycle) -> SimulatedThrows:
-        calls.append((context, cycle, fly(context, cycle)))
+    def kept(context: Context, cycle: HandCycle, cells: Ints | None = None) -> SimulatedThrows:
+        calls.append((context, cycle, fly(context, cycle, cells)))
         return calls[-1][2]
 
     plant.fly = kept
