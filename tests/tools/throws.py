@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 import pnt_gym
+from pnt_gym.arrays import Ints
 from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
