@@ -128,6 +128,7 @@ QUESTIONS: Final = (
         command="python -m agents.benchmark --config configs/benchmark_grasp.yaml",
         chapters={
             "benchmark_grasp": "Every rule, network and pace",
+            "grasp_choices": "Tries, objects, stages and cups",
             "grasping": "Places without throws",
         },
         draw=pictures.grasp,

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 import pnt_gym
+from pnt_gym.arrays import Ints
 from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
@@ -164,8 +165,8 @@ def spy_on_plant(core: Core) -> list[tuple[Context, HandCycle, SimulatedThrows]]
     calls, plant = list[tuple[Context, HandCycle, SimulatedThrows]](), core.cell.plant
     fly = plant.fly
 
-    def kept(context: Context, cycle: HandCycle) -> SimulatedThrows:
-        calls.append((context, cycle, fly(context, cycle)))
+    def kept(context: Context, cycle: HandCycle, cells: Ints | None = None) -> SimulatedThrows:
+        calls.append((context, cycle, fly(context, cycle, cells)))
         return calls[-1][2]
 
     plant.fly = kept

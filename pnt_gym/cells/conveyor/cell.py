@@ -138,8 +138,10 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         """
         with self.source.hold_back(rows), self._bins.hold_back(rows):
             self._thrown = np.flatnonzero(~rows)
-            yield
-        self._thrown = np.arange(self.count)
+            try:
+                yield
+            finally:
+                self._thrown = np.arange(self.count)
 
     def ride(self, rows: Ints, time: float) -> None:
         """Move the belts of some rows on for a time [s], in which the hands try to grasp again."""

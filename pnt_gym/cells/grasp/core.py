@@ -170,10 +170,15 @@ class GraspCore:
         self.cell.ride(again, time)
 
     def _ridden(self, picks: Context, time: Floats) -> Context:
-        """Picks that have ridden on with the belt for further times (K,) [s], which count as spent on tries."""
-        pick = picks.pick.copy()
+        """Picks that have ridden on with the belt for further times (K,) [s], which count as spent on tries.
+
+        An object that would ride out of reach of its bin stays where it can be thrown from.
+        """
+        waited, pick = picks.replace(spent=picks.spent + time), picks.pick.copy()
         pick[:, 0] += self.config.belt.speed * time
-        return self.cell.planner.plan_at(picks.replace(spent=picks.spent + time), pick, picks.limits.acceleration)
+        ridden = self.cell.planner.plan_at(waited, pick, picks.limits.acceleration)
+        stays = np.flatnonzero(~ridden.plan.feasible)
+        return put_rows(ridden, stays, take(waited, stays), len(time))
 
     def _tries_left(self) -> Ints:
         """Numbers of tries that are left (N,): of the level, and until the object leaves the window."""

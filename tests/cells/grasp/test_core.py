@@ -184,3 +184,15 @@ def test_flights_and_the_whole_robot_hold_and_drop_the_same_objects(picks: str) 
         if "dropped" in full.info:
             rows = full.partial["dropped"]
             assert same_bits(flight.info["dropped"][rows], full.info["dropped"][rows])
+
+
+def test_an_object_that_would_ride_out_of_reach_stays_where_it_can_be_thrown_from() -> None:
+    core = cells(64)
+    for time, least, most in ((0.2, 0.9, 1.0), (3.0, 0.0, 0.1)):
+        ridden = core._ridden(core.picks, np.full(64, time))
+        moved = ridden.pick[:, 0] - core.picks.pick[:, 0]
+        rides = np.isclose(moved, time * core.config.belt.speed)
+        assert least <= rides.mean() <= most
+        assert (moved[~rides] == 0.0).all()
+        assert ridden.plan.feasible.all()
+        assert (ridden.spent == core.picks.spent + time).all()

@@ -124,8 +124,10 @@ class PickSource(ABC):
     def hold_back(self, rows: Bools) -> Generator[None]:
         """Context at whose end the objects around the picks of some rows (N,) are as at its beginning."""
         passed, self._held = self.passed.copy(), rows
-        yield
-        self.passed, self._held = np.where(rows, passed, self.passed), np.zeros_like(rows)
+        try:
+            yield
+        finally:
+            self.passed, self._held = np.where(rows, passed, self.passed), np.zeros_like(rows)
 
     def ride(self, rows: Ints, time: float) -> None:
         """Move the belts of some rows on for a time [s], in which their hands ride with them."""
