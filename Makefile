@@ -9,7 +9,7 @@ TOOLS := $(VENV)/tools/.installed
 PIP_OPTIONS ?=
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: help setup dev train test test-all test-cluster lint format docs pages bench bench-quick perf reproduce pictures report \
+.PHONY: help setup dev train test test-all test-cluster lint format docs pages datasets bench bench-quick perf reproduce pictures report \
 	studies kill \
 	fuzz soak lock audit wheel package clean
 
@@ -64,6 +64,12 @@ docs: dev ## the documentation site, into docs/_build/html; a warning is an erro
 pages: setup ## the made parts of the pages in docs/: from docstrings, levels, registry, help and results
 	$(BIN)/python -m docs.pages
 
+datasets: dev ## the four Minari datasets of docs/datasets.md anew, 10,000 throws each, into runs/datasets (minutes)
+	rm -rf runs/datasets/pnt_gym
+	for words in "" "--controller analytic --noise 0.3" "--controller expert" \
+		"--env PnTAdapt-v0 --level day --controller static --noise 0 0.1 0.3 1"; do \
+		$(BIN)/python -m agents.dataset --root runs/datasets $$words || exit 1; done
+
 bench: setup ## the benchmarks of results/ (hours; stop and resume)
 	$(BIN)/python -m agents.benchmark
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_adapt.yaml
@@ -84,7 +90,7 @@ perf: dev ## planner, robot and environment speed and the checks of physics in r
 	$(BIN)/python benchmarks/study.py fidelity --json results/fidelity.json
 	$(BIN)/python benchmarks/line_exactness.py
 
-STUDIES ?= training oracle grip cup dispatch judged methods throwable neighbours adaptation line sequential fit grasping
+STUDIES ?= training oracle grip cup dispatch judged methods throwable neighbours adaptation line sequential fit grasping offline
 
 studies: dev ## what plans in configs/studies find out, into results/ (hours; stop and resume): make studies STUDIES="grip cup"
 	for study in $(STUDIES); do $(BIN)/python benchmarks/study.py $$study --json results/$$study.json || exit 1; done

@@ -25,6 +25,8 @@ CONTROLLERS = (
     "The controller that throws: a name, the word expert, the folder of a training run, a class of your own, on a line "
     "a scorer's FILE.npz, or with --trust a stable-baselines3 model or an RL-Zoo folder."
 )
+CREW = ("controller", "expert", "seed", "trust", "practice", "noise")
+"""Options that say who throws."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,8 @@ class Arguments:
     """A shipped level's name or a YAML file."""
     action_mode: Annotated[str | None, option("the environment's own, or that of the run folder", "MODE")] = None
     """Meaning of an action: one of the environment's action modes."""
+    noise: Annotated[tuple[float, ...], option("none", "SD ...")] = ()
+    """Standard deviation of normal noise on the actions of --controller; of several, each chunk takes the next."""
     throws: int = 10_000
     """Throws to collect, or decisions on a line; the episode that contains the last throw is completed."""
     seed: int = 0
@@ -90,7 +94,7 @@ def main(arguments: Arguments) -> None:
     home, names = offline.Home.of(arguments.root), (arguments.controller, arguments.env, arguments.level)
     env_id, level, mode = collection_task(*names, arguments.action_mode)
     with closing(open_trial(env_id, level, arguments.num_envs, action_mode=mode)) as trial:
-        chosen = {name: getattr(arguments, name) for name in ("controller", "expert", "seed", "trust", "practice")}
+        chosen = {name: getattr(arguments, name) for name in CREW}
         crew, config = Crew(trial, env_id, **chosen), trial.core.config
         name = arguments.name or offline.proper_name(env_id, config.name, crew.label)
         home.check_free(name)

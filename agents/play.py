@@ -29,7 +29,9 @@ VIEWER = (
 class Arguments:
     """Film a controller's throws, in real time or slower, or show the throws in a window.
 
-    Blue dots are the planned flight, orange dots the simulated flight, green is the target.
+    Blue dots are the planned flight, orange dots the simulated flight, green is the target. Where a camera sees the
+    objects, its colours, its depths and the controller's map of places stand at the right, with red rings around the
+    chosen place, and white ones around a place that failed before.
     """
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|shipped:NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"

@@ -25,14 +25,11 @@ from agents.jobs.code import code_digest
 from agents.report.study_plan import Case, Part, StudyPlan, read_study, shipped_study
 from benchmarks.studies.cells import Amount, Figures
 
-ROOMS: Final = ("judging", "controllers", "dispatchers", "learning", "training", "fitting")
+ROOMS: Final = ("judging", "controllers", "dispatchers", "grasping", "learning", "training", "fitting")
 """Rooms of agents on which figures depend."""
 CODE: Final = (
     "pnt_gym/**/*.py",
-    *(
-        f"agents/{room}/**/*.py"
-        for room in ("judging", "controllers", "dispatchers", "learning", "training", "fitting")
-    ),
+    *(f"agents/{room}/**/*.py" for room in ROOMS),
     "benchmarks/studies/*.py",
     "configs/cells/**/*.yaml",
     "results/policies/**/*.npz",
@@ -52,6 +49,8 @@ class Arguments:
     """Throws of each case, or work shifts."""
     seed: Annotated[int | None, option("the plan's", "INT")] = None
     """Seed of the thrown objects."""
+    parts: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, option("all", "PART"), tyro.conf.arg(name="part")] = ()
+    """Measure this part of the plan alone; may be given several times."""
     threads: int = 2
     """Threads of the simulation; results do not depend on this number."""
 
@@ -64,7 +63,11 @@ def main(arguments: Arguments) -> None:
     throws = plan.throws if arguments.throws is None else arguments.throws
     seed = plan.seed if arguments.seed is None else arguments.seed
     result = load_progress(arguments.json, head(plan, throws, seed))
+    if unknown := [name for name in arguments.parts if name not in plan.parts]:
+        raise UsageError(f"--part is {unknown[0]!r}; parts of {plan.study} are {', '.join(plan.parts)}")
     for name, part in plan.parts.items():
+        if arguments.parts and name not in arguments.parts:
+            continue
         measure = measurement(part)
         for case in plan.cases(name):
             if not is_held(case, result["rows"]):

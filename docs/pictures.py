@@ -23,8 +23,10 @@ from PIL import Image
 ROOT: Final = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from agents.ground.drawings import svg  # noqa: E402
 from agents.ground.files import replace_file, write_text  # noqa: E402
 from agents.judging.trials import open_trial  # noqa: E402
+from agents.pictures.places import places_figure  # noqa: E402
 from agents.pictures.stage import Stage  # noqa: E402
 from pnt_gym.cells.base.canvas import Picture  # noqa: E402
 
@@ -71,11 +73,16 @@ FILMS: Final = {
 
 LINE: Final = ("PnTLine-v0", "skills3", "price", 6.0)
 """The environment of lines, its level, who decides, and for how many seconds it is filmed, every throw simulated."""
+PLACES: Final = "grasp_places"
+"""Name of the figure of places to grasp."""
 
 
 def main() -> None:
-    """Film all environments, or those that are named."""
-    for env_id in sys.argv[1:] or (*FILMS, LINE[0]):
+    """Film all environments, or those that are named, and draw places to grasp."""
+    for env_id in sys.argv[1:] or (*FILMS, LINE[0], PLACES):
+        if env_id == PLACES:
+            write_text(FOLDER / f"{PLACES}.svg", svg(places_figure()))
+            continue
         path = FOLDER / f"{env_id}.webp"
         if env_id == LINE[0]:
             who_took_what()

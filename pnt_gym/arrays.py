@@ -123,6 +123,32 @@ def replace_rows(record: RecordT, index: Any, source: RecordT) -> RecordT:
     return _map_arrays(overwrite, record, source)
 
 
+def stand_ins(rows: Ints, count: int) -> Ints:
+    """Positions of the rows 0 to N - 1 among some rows (K,); the first one stands in for a row that is not there.
+
+    Args:
+        rows: at least one row.
+        count: number of rows N.
+    """
+    places = np.zeros(count, dtype=np.int64)
+    places[rows] = np.arange(len(rows))
+    return places
+
+
+def put_rows(record: RecordT, rows: Ints, source: RecordT, count: int) -> RecordT:
+    """The record with some rows, in ascending order, from another record; without a copy for all rows or none.
+
+    Args:
+        record: N = ``count`` rows.
+        rows: the rows (K,).
+        source: their new values, K rows.
+        count: number of rows N.
+    """
+    if len(rows) == count:
+        return source
+    return replace_rows(record, rows, source) if len(rows) > 0 else record
+
+
 def recompute_rows(record: RecordT, mask: Bools, make: Callable[..., RecordT], *inputs: Any) -> RecordT:
     """A copy of the record in which the masked rows are computed again; the record itself where the mask is empty.
 
@@ -132,7 +158,7 @@ def recompute_rows(record: RecordT, mask: Bools, make: Callable[..., RecordT], *
         make: computes the record of the masked rows from the masked rows of ``inputs``.
         inputs: arguments of ``make``: records and arrays of N rows, and plain values.
     """
-    rows = np.flatnonzero(mask)
+    rows = mask.nonzero()[0]
     return replace_rows(record, rows, make(*(take(value, rows) for value in inputs))) if rows.size > 0 else record
 
 
@@ -151,7 +177,7 @@ def compute_by_mask(
         return make_masked(*inputs)
     if not mask.any():
         return make_unmasked(*inputs)
-    ways = (np.flatnonzero(mask), make_masked), (np.flatnonzero(~mask), make_unmasked)
+    ways = (mask.nonzero()[0], make_masked), ((~mask).nonzero()[0], make_unmasked)
     record = concatenate_records([way(*(take(value, rows) for value in inputs)) for rows, way in ways])
     return take(record, np.argsort(np.concatenate([rows for rows, _ in ways])))
 
@@ -167,7 +193,7 @@ def concatenate_records(records: Sequence[RecordT], axis: int = 0) -> RecordT:
 
 def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
     """A record of the same type, each array computed by ``change`` from the records' arrays of that name."""
-    if isinstance(first, np.ndarray):
+    if first.__class__ is np.ndarray:
         return change(first, *records)
     if first.__class__ is dict:
         return {name: _map_arrays(change, *(record[name] for record in (first, *records))) for name in first}

@@ -204,10 +204,10 @@ def _begins(layout: Layout, prefix: str = "") -> dict[str, int]:
 
 def _unpack(block: NDArray[Any], part: Any) -> Any:
     """A copy of a column, or the record in the record."""
-    if isinstance(part, Layout):
+    if part.__class__ is Layout:
         return packed_record(part.kind, block, part)
     column = block[part.place].astype(part.dtype)
-    return column.reshape(block.shape[:-1] + part.shape) if len(part.shape) > 1 else column
+    return column.reshape(block.shape[:-1] + part.shape) if part.shape[1:] else column
 
 
 @cache

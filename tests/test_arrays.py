@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import compute_by_mask, concatenate_records, recompute_rows, replace_rows, take
+from pnt_gym.arrays import compute_by_mask, concatenate_records, put_rows, recompute_rows, replace_rows, stand_ins, take
 
 
 class Pair(NamedTuple):
@@ -90,3 +90,16 @@ def test_dicts_of_arrays_are_records_too():
     assert both["count"].tolist() == [0, 1, 2, 2]
     assert (both["name"], both["pair"].right.tolist()) == ("name", [0, -1, -2, -2])
     assert told["count"] is column
+
+
+def test_rows_are_put_without_a_copy_where_all_or_none_change():
+    record, rows = whole(), np.array([1, 3])
+    assert put_rows(record, rows, take(whole(10), rows), 4).values.tolist() == [0.0, 11.0, 2.0, 13.0]
+    other = whole(10)
+    assert put_rows(record, np.arange(4), other, 4) is other
+    assert put_rows(record, np.arange(0), take(other, []), 4) is record
+
+
+def test_a_row_that_is_not_there_has_the_first_one_in_its_place():
+    assert stand_ins(np.array([1, 3]), 5).tolist() == [0, 0, 0, 1, 0]
+    assert stand_ins(np.arange(3), 3).tolist() == [0, 1, 2]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Final, Literal, Protocol, final
+from typing import Any, Final, Literal, Protocol, final, runtime_checkable
 
 import numpy as np
 
@@ -41,6 +41,15 @@ class Place(Protocol):
         ...
 
 
+@runtime_checkable
+class Mapped(Protocol):
+    """Scores the places of pictures."""
+
+    def maps(self, observation: Observation, rows: Ints) -> Floats:
+        """Scores by which the places for some rows are chosen (K, 48, 48)."""
+        ...
+
+
 @final
 class Centre:
     """The middle of the outline, as the camera sees it."""
@@ -64,13 +73,13 @@ class Pace:
         if share is not None and not slow <= share <= fast:
             raise UsageError(f"pace is {share:g}; it must be 'gauge' or from {slow:g} to {fast:g}")
         self.range = slow, fast
-        self._share, self._safety = share, safety
+        self.fixed, self._safety = share, safety
         self._friction = item_arrays(config.item_list()).cup_friction
 
     def shares(self, observation: Observation) -> Floats:
         """Paces of N objects (N,); of objects that do not hang yet, the pace has no meaning."""
-        if self._share is not None:
-            return np.full(len(observation.kind), self._share)
+        if self.fixed is not None:
+            return np.full(len(observation.kind), self.fixed)
         values = TABLE.decode(observation.features)
         hold = Hold(
             force=np.exp(values["ln_seal"]),
@@ -130,7 +139,7 @@ class GraspController(Learner):
         self._random = np.random.default_rng([seed, 1])
 
     def begin_practice(self, throws: int) -> None:
-        """Vary places and paces, and explore residuals."""
+        """Vary places, and paces but for a fixed one, and explore residuals."""
         self._practises = True
         self._residual.begin_practice(throws)
 
@@ -149,7 +158,8 @@ class GraspController(Learner):
             place[free] = self._place.places(observation, free)
         if self._practises:
             place = place + SCATTER * self._random.standard_normal((count, 2))
-            pace = self._random.uniform(*self._pace.range, count)
+            varied = self._random.uniform(*self._pace.range, count)
+            pace = varied if self._pace.fixed is None else pace
         place = np.clip(place, -rules.reach, rules.reach)
         action[:, :2] = place / rules.reach
         action[~held & (tried >= self._tries), 2] = GIVE_UP
@@ -157,6 +167,10 @@ class GraspController(Learner):
         action[:, 3] = 2.0 * (pace - slow) / (fast - slow) - 1.0
         action[:, RESIDUAL] = self._residual.act(throw_observation(observation, action, self._config))
         return action if rules.stages > 1 else np.delete(action, 2, axis=1)
+
+    def maps(self, observation: Observation, rows: Ints) -> Floats | None:
+        """Scores by which the cups' places for some rows are chosen (K, 48, 48); None for a rule without scores."""
+        return self._place.maps(observation, rows) if isinstance(self._place, Mapped) else None
 
     def learn(self, outcome: Outcome) -> None:
         """Learn from the throws of the last `act`."""

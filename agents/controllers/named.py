@@ -28,7 +28,7 @@ from .in_context import InContext
 from .mlp import Mlp
 from .newton import NewtonGoal
 from .oracle import Oracle
-from .places import RULES, OraclePlaces, PicturePlaces, PixelPlaces, flattest, local_mlp
+from .places import OraclePlaces, PixelPlaces, centroid, flattest, local_mlp
 from .protocol import Controller
 from .random import Random
 from .regression import OnPolicyRegression
@@ -63,7 +63,7 @@ _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
 """Trackers by controller; the tracker's effect is subtracted from the static policy's offset."""
 _PLACES: Mapping[str, Callable[..., Place]] = {
     "centre": lambda core: Centre(),
-    "centroid": lambda core: PicturePlaces(core, RULES["centroid"]),
+    "centroid": centroid,
     "flattest": flattest,
     "local_mlp": local_mlp,
     "fcn": PixelPlaces,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final, TypeAlias, final
+from typing import Final, NamedTuple, final
+
+import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.grasp.core import GraspCore
@@ -12,23 +15,73 @@ from pnt_gym.cells.grasp.observation import TABLE
 
 from ..grasping.fcn import PlaceMaps, input_maps
 from ..grasping.features import PlaceFeatures, place_features
+from ..grasping.maps import best_places
 from ..grasping.network import PlaceNetwork
-from ..grasping.practice import network_places
-from ..grasping.rules import COLOURED, TUNED, centroid_places, flattest_places, oracle_places, rule_places
+from ..grasping.practice import network_places, worth_maps
+from ..grasping.rules import (
+    COLOURED,
+    centroid_places,
+    flattest_places,
+    mean_scores,
+    oracle_maps,
+    oracle_places,
+    rule_places,
+)
 from ..grasping.scenes import Scenes
 from ..ground.cli import UsageError
 from ..ground.places import GRASPING, at
 from .protocol import Observation
 
-Choice: TypeAlias = Callable[[PlaceFeatures], Floats]
-"""Function from the features of places in N pictures to places of cups, from the pictures' middles (N, 2) [m]."""
+
+@final
+class Choice(NamedTuple):
+    """A rule or a network that chooses places."""
+
+    places: Callable[[PlaceFeatures], Floats]
+    """From the features of places in N pictures to places of cups, from the pictures' middles (N, 2) [m]."""
+    maps: Callable[[PlaceFeatures], Floats]
+    """From these features to the scores by which the choice is made (N, 48, 48); NaN or 0 beside the object."""
+
+
+AVOID: Final = 1.0
+"""Distance of a further try from the place that failed, in radii of the cup."""
 RULES: Final[dict[str, Choice]] = {
-    "centroid": centroid_places,
-    "naive": flattest_places,
-    "depth": lambda features: rule_places(features, TUNED),
-    "colour": lambda features: rule_places(features, COLOURED),
+    "centroid": Choice(centroid_places, lambda seen: seen.maps(-seen.column("distance"))),
+    "naive": Choice(flattest_places, lambda seen: seen.maps(-seen.column("rough_in"))),
+    "depth": Choice(rule_places, lambda seen: seen.maps(mean_scores(seen))),
+    "colour": Choice(lambda seen: rule_places(seen, COLOURED), lambda seen: seen.maps(mean_scores(seen, COLOURED))),
 }
 """Rules on pictures by name."""
+
+
+@final
+class Sight:
+    """Describes the places of pictures from which a cup's place is chosen.
+
+    Args:
+        core: the cells.
+        avoid: distance of a further try from the place that failed last, in radii of the cup; 0 for any place.
+
+    Raises:
+        UsageError: `avoid` is negative.
+    """
+
+    def __init__(self, core: GraspCore, avoid: float) -> None:
+        if not 0.0 <= avoid < math.inf:
+            raise UsageError(f"avoid is {avoid:g}; it must be 0 or a number of radii")
+        self._avoid, self._rules = avoid, core.config.grasp
+
+    def features(self, observation: Observation, rows: Ints) -> PlaceFeatures:
+        """Features of the places for some rows."""
+        assert observation.image is not None  # of this environment
+        values = TABLE.decode(observation.features[rows])
+        radius = values["cup_radius"]
+        features = place_features(observation.image[rows], radius, of_all=self._rules.objects > 1)
+        if self._avoid > 0.0:
+            failed = np.stack([values["failed_x"], values["failed_y"]], axis=-1)
+            failed[np.rint(values["tries_left"]) >= self._rules.tries] = np.nan
+            features = features.apart_from(failed, self._avoid * radius)
+        return features
 
 
 @final
@@ -38,16 +91,19 @@ class PicturePlaces:
     Args:
         core: the cells.
         choice: chooses the places.
+        avoid: see `Sight`.
     """
 
-    def __init__(self, core: GraspCore, choice: Choice) -> None:
-        self._choice, self._of_all = choice, core.config.grasp.objects > 1
+    def __init__(self, core: GraspCore, choice: Choice, avoid: float = AVOID) -> None:
+        self._choice, self._sight = choice, Sight(core, avoid)
 
     def places(self, observation: Observation, rows: Ints) -> Floats:
         """Places of the cups for some rows (K, 2) [m]."""
-        assert observation.image is not None  # of this environment
-        radius = TABLE.decode(observation.features)["cup_radius"][rows]
-        return self._choice(place_features(observation.image[rows], radius, of_all=self._of_all))
+        return self._choice.places(self._sight.features(observation, rows))
+
+    def maps(self, observation: Observation, rows: Ints) -> Floats:
+        """Scores by which the places for some rows are chosen (K, 48, 48)."""
+        return self._choice.maps(self._sight.features(observation, rows))
 
 
 @final
@@ -57,20 +113,25 @@ class PixelPlaces:
     Args:
         core: the cells.
         file: arrays of the network, as `agents.grasping --sees pixels` writes them; by default those that ship.
+        avoid: see `Sight`.
 
     Raises:
         UsageError: there is no such file, or the file holds no such network.
     """
 
-    def __init__(self, core: GraspCore, file: str | Path = GRASPING / "fcn.npz") -> None:
-        self._network, self._of_all = PlaceMaps.load(at(file)), core.config.grasp.objects > 1
+    def __init__(self, core: GraspCore, file: str | Path = GRASPING / "fcn.npz", avoid: float = AVOID) -> None:
+        self._network, self._sight = PlaceMaps.load(at(file)), Sight(core, avoid)
 
     def places(self, observation: Observation, rows: Ints) -> Floats:
         """Places of the cups for some rows (K, 2) [m]."""
+        return best_places(self.maps(observation, rows))
+
+    def maps(self, observation: Observation, rows: Ints) -> Floats:
+        """Scores by which the places for some rows are chosen (K, 48, 48)."""
         assert observation.image is not None  # of this environment
-        images, radius = observation.image[rows], TABLE.decode(observation.features)["cup_radius"][rows]
-        features = place_features(images, radius, of_all=self._of_all)
-        return self._network.places(input_maps(images, radius), features)
+        radius = TABLE.decode(observation.features)["cup_radius"][rows]
+        inputs = input_maps(observation.image[rows], radius)
+        return self._network.worth_maps(inputs, self._sight.features(observation, rows))
 
 
 @final
@@ -93,31 +154,43 @@ class OraclePlaces:
         """Places of the cups for some rows (K, 2) [m]."""
         return oracle_places(Scenes.of_picks(self._core.config, take(self._core.picks, rows)))
 
+    def maps(self, observation: Observation, rows: Ints) -> Floats:
+        """True expected worths of the places for some rows (K, 48, 48)."""
+        return oracle_maps(Scenes.of_picks(self._core.config, take(self._core.picks, rows)))
 
-def flattest(core: GraspCore, rule: str = "depth") -> PicturePlaces:
+
+def centroid(core: GraspCore, avoid: float = AVOID) -> PicturePlaces:
+    """The places nearest to the middle of what pictures show; arguments as of `PicturePlaces`."""
+    return PicturePlaces(core, RULES["centroid"], avoid)
+
+
+def flattest(core: GraspCore, rule: str = "depth", avoid: float = AVOID) -> PicturePlaces:
     """Places that are flat under the cup.
 
     Args:
         core: the cells.
         rule: "depth" for the rule tuned from tries, "colour" for that with colours, "naive" for the least roughness.
+        avoid: as of `PicturePlaces`.
 
     Raises:
         UsageError: there is no such rule.
     """
     if rule not in RULES:
         raise UsageError(f"rule is {rule!r}; it must be one of {', '.join(RULES)}")
-    return PicturePlaces(core, RULES[rule])
+    return PicturePlaces(core, RULES[rule], avoid)
 
 
-def local_mlp(core: GraspCore, file: str | Path = GRASPING / "local_mlp.npz") -> PicturePlaces:
+def local_mlp(core: GraspCore, file: str | Path = GRASPING / "local_mlp.npz", avoid: float = AVOID) -> PicturePlaces:
     """Places of a network that learned from tries.
 
     Args:
         core: the cells.
         file: arrays of the network, as `agents.grasping` writes them; by default those that ship.
+        avoid: as of `PicturePlaces`.
 
     Raises:
         UsageError: there is no such file, or the file holds no network.
     """
     network = PlaceNetwork.load(at(file))
-    return PicturePlaces(core, lambda features: network_places(features, network))
+    choice = Choice(lambda seen: network_places(seen, network), lambda seen: worth_maps(seen, network))
+    return PicturePlaces(core, choice, avoid)

@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import re
+import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ from ..jobs.code import code_digest
 from ..jobs.parcel import user_code_digest
 from ..jobs.work import Job, key
 from ..judging.trials import trial_of
-from .episodes import Episode, episode_seeds, episodes
+from .episodes import Episode, Noise, episode_seeds, episodes
 
 CHUNK: Final = 512
 """Approximate number of throws of a job: a job takes seconds, because it is repeated when its machine dies."""
@@ -104,6 +105,7 @@ class Collection:
         recipe: the controller.
         role: purpose of the throws, which separates their random streams.
         seed: seed of the throws.
+        noise: standard deviations of the noise on the actions, one chunk after the other in turn; none without noise.
     """
 
     env: str
@@ -114,6 +116,7 @@ class Collection:
     recipe: ControllerRecipe
     role: Role
     seed: int
+    noise: tuple[float, ...] = ()
 
     def jobs(self, name: str, throws: int) -> list[Job]:
         """Jobs of the chunks that hold a number of throws together, in order; the last episode is completed."""
@@ -131,11 +134,18 @@ class Collection:
             env=self.env,
             level=level_data,
             files=[hashlib.sha256(bytes_of(file, MOST_NUMBERS)).hexdigest() for file in files],
-            settings=[self.mode, self.num_envs, self.role, self.seed],
+            settings=[self.mode, self.num_envs, self.role, self.seed, *self.noise],
             thrower=self.recipe.digest(),
             code=code_digest(_CODE, ["agents.data.collection"]),
             own=[user_code_digest(name) for name in self.modules],
         )
+
+    def chunk_noise(self, number: int) -> Noise | None:
+        """Noise on the actions of a chunk, from a random stream that no other draws share; None without noise."""
+        if not self.noise:
+            return None
+        stream = np.random.default_rng([self.seed, zlib.crc32(f"noise {self.role}".encode()), number])
+        return Noise(self.noise[number % len(self.noise)], stream)
 
     @property
     def modules(self) -> list[str]:
@@ -150,7 +160,8 @@ def collect(collection: Collection, number: int, throws: int, _folder: Path) -> 
     rows = min(collection.num_envs, -(-throws // collection.episode))  # further rows would simulate unneeded throws
     with closing(make_vector(collection.env, collection.level, rows, 1, collection.mode)) as env:
         controller = collection.recipe.build(env, stream_seed(role, seed, number))
-        return pack_episodes(episodes(controller, env, throws, episode_seeds(role, seed, number)))
+        noise = collection.chunk_noise(number)
+        return pack_episodes(episodes(controller, env, throws, episode_seeds(role, seed, number), noise))
 
 
 def pack_episodes(episode_stream: Iterable[Episode]) -> bytes:

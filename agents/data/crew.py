@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
+from gymnasium.spaces import Box, Space
 
 from ..controllers.protocol import Controller, Learner
 from ..ground.cli import UsageError
@@ -27,6 +29,8 @@ from .tally import Scores
 
 EXPERT: Final = "expert"
 """As `--controller`: the controller that `--expert` names."""
+MOST_NOISE: Final = 10.0
+"""Largest standard deviation of noise on actions; the span of an action is 2."""
 CORE_ATTRIBUTES: Final = ("config", "cell", "item_names")
 """Attributes that the core of an environment must have for a dataset's metadata."""
 
@@ -52,9 +56,11 @@ class Crew:
         seed: seed of the throws.
         trust: load policies that run code.
         practice: number of practice throws before; None for the usual number.
+        noise: standard deviations of the noise on the actions of `thrower`, one chunk after the other in turn.
 
     Raises:
-        UsageError: there is no such controller, or the environment lacks `SAID`.
+        UsageError: there is no such controller, the environment lacks one of `CORE_ATTRIBUTES`, or the noise is out of
+            range or has no effect.
     """
 
     def __init__(
@@ -67,12 +73,15 @@ class Crew:
         seed: int,
         trust: bool = False,
         practice: int | None = None,
+        noise: Sequence[float] = (),
     ) -> None:
+        _check_noise(noise, trial.env.single_action_space, env_id)
         missing = [part for part in CORE_ATTRIBUTES if not hasattr(trial.core, part)]
         if missing:
             raise UsageError(f"environment {env_id!r} cannot be collected: its core has no {' and no '.join(missing)}")
         self.trial, self.env_id, self.seed = trial, env_id, seed
         self._trust, self._practice = trust, practice
+        self.noise = tuple(noise)
         expert = expert or trial.expert(env_id)
         chosen = expert if controller == EXPERT else controller
         self.chosen = (expert, chosen)
@@ -83,9 +92,13 @@ class Crew:
                 f"--practice has no effect: {' and '.join(names)} learn{'s' if len(names) == 1 else ''} nothing that "
                 "could be sent to the processes that collect, by `state` and `restore`"
             )
-        self.label = EXPERT if controller == EXPERT else self.thrower.name
+        self.label = (EXPERT if controller == EXPERT else self.thrower.name) + ("_noisy" if noise else "")
         """Part of the dataset's name."""
         self.expert, self.algorithm = _describe(self.highest, expert), _describe(self.thrower, chosen)
+
+    def throws(self) -> Collection:
+        """Collection of the dataset's throws."""
+        return replace(self.collection(self.thrower, self.chosen[1], "dataset"), noise=self.noise)
 
     def collection(self, controller: Controller, policy_name: str, role: Role) -> Collection:
         """Collection of throws by one of the controllers, which first practises if it learns."""
@@ -144,7 +157,7 @@ class EpisodeStore:
         plans = (
             ("random", crew.collection(crew.lowest, "random", "evaluate"), score_throws),
             ("expert", crew.collection(crew.highest, crew.chosen[0], "evaluate"), score_throws),
-            ("throws", crew.collection(crew.thrower, crew.chosen[1], "dataset"), throws),
+            ("throws", crew.throws(), throws),
         )
         jobs = {name: collection.jobs(name, throws) for name, collection, throws in plans}
         modules = sorted({module for _, collection, _ in plans for module in collection.modules})
@@ -180,6 +193,19 @@ class EpisodeStore:
             file.unlink(missing_ok=True)
         with suppress(OSError):  # the folder holds other files
             self._folder.rmdir()
+
+
+def _check_noise(noise: Sequence[float], space: Space[Any], env_id: str) -> None:
+    """Make sure that noise can act on the actions of an environment.
+
+    Raises:
+        UsageError: a deviation is out of range, or the actions are choices.
+    """
+    for deviation in noise:
+        if not 0.0 <= deviation <= MOST_NOISE:
+            raise UsageError(f"--noise is {deviation:g}; it must be from 0 to {MOST_NOISE:g}")
+    if noise and not isinstance(space, Box):
+        raise UsageError(f"--noise has no effect: actions of environment {env_id!r} are choices, not numbers")
 
 
 def _describe(controller: Controller, policy_name: str) -> str:

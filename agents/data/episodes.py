@@ -67,7 +67,23 @@ def episode_seeds(role: Role, seed: int, chunk: int) -> Iterator[int]:
         yield int(draws.integers(LEAST_SEED, MOST_SEED))
 
 
-def episodes(controller: Controller, env: Env, throws: int, seeds: Iterator[int]) -> Iterator[Episode]:
+@final
+@dataclass(frozen=True)
+class Noise:
+    """Normal noise on continuous actions, as a behaviour policy that explores."""
+
+    deviation: float
+    """Standard deviation, in units of an action."""
+    generator: np.random.Generator
+
+    def shift_actions(self, actions: Any) -> NDArray[np.float64]:
+        """Actions with noise; they may lie outside of the space."""
+        return np.asarray(actions) + self.deviation * self.generator.standard_normal(np.shape(actions))
+
+
+def episodes(
+    controller: Controller, env: Env, throws: int, seeds: Iterator[int], noise: Noise | None = None
+) -> Iterator[Episode]:
     """Let a controller throw whole episodes, and yield them in the order of their seeds.
 
     Args:
@@ -75,10 +91,11 @@ def episodes(controller: Controller, env: Env, throws: int, seeds: Iterator[int]
         env: a vector environment with SAME_STEP autoreset; a row takes the next seed when its episode ends.
         throws: number of throws of all episodes together; the last episode is completed.
         seeds: seeds of the episodes.
+        noise: noise on the controller's actions; None for none.
     """
     throws_done = following = 0
     finished: dict[int, Episode] = {}
-    for number, ended in _play_episodes(controller, env, seeds):
+    for number, ended in _play_episodes(controller, env, seeds, noise):
         finished[number] = ended
         while following in finished:
             episode = finished.pop(following)
@@ -115,7 +132,9 @@ class _OpenEpisode:
         )
 
 
-def _play_episodes(controller: Controller, env: Env, seeds: Iterator[int]) -> Iterator[tuple[int, Episode]]:
+def _play_episodes(
+    controller: Controller, env: Env, seeds: Iterator[int], noise: Noise | None
+) -> Iterator[tuple[int, Episode]]:
     """Endless episodes as they end, each with its index among the seeds."""
     begun = zip(count(), seeds, strict=False)
     cores, over = cores_of(env), np.ones(env.num_envs, dtype=np.bool_)
@@ -123,7 +142,8 @@ def _play_episodes(controller: Controller, env: Env, seeds: Iterator[int]) -> It
     observations, coming = _begin_episodes(env, rows, over, {})
     while True:
         kind = coming.get("kind", np.zeros(env.num_envs))
-        action = _clip_actions(env.single_action_space, controller.act(observed(observations, kind)))
+        chosen = controller.act(observed(observations, kind))
+        action = _clip_actions(env.single_action_space, chosen if noise is None else noise.shift_actions(chosen))
         hidden = _concatenate_rows([get_hidden(core) for core in cores])
         observations, reward, terminated, truncated, info = env.step(action)
         over, infos, last = (

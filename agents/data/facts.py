@@ -41,6 +41,7 @@ def facts_of(
         "seed": crew.seed,
         "num_envs": crew.trial.env.num_envs,
         "practice": crew.practice(crew.thrower),
+        "noise": list(crew.noise),
         "expert": crew.expert,
         "items": list(core.item_names),
         "level": core.config.model_dump(mode="json"),
@@ -56,7 +57,8 @@ def description(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]
     quantities = merge_numbered(getattr(core.cell, "hidden", ()))
     hidden = "; ".join(f"{quantity.name} [{quantity.unit}], {quantity.meaning}" for quantity in quantities)
     parts = [
-        f"Throws of {crew.env_id}, level {core.config.name}, action mode {core.action_mode}, by {crew.algorithm}.",
+        f"Throws of {crew.env_id}, level {core.config.name}, action mode {core.action_mode}, by {crew.algorithm}"
+        f"{_noise_text(crew)}.",
         "Reset the recovered environment with the seed of an episode and give it its actions: with the packages of "
         "`requirements`, observations and rewards are the same bit for bit.",
         "In `infos`, entry k + 1 is of throw k, and entry 0, of the reset, NaN or False; what a reset tells too is of "
@@ -67,3 +69,10 @@ def description(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]
         "episodes.",
     ]
     return " ".join(filter(None, parts))
+
+
+def _noise_text(crew: Crew) -> str:
+    """Noise on the actions in words; empty without noise."""
+    deviations = ", ".join(f"{deviation:g}" for deviation in crew.noise)
+    in_turn = ", in turn" if len(crew.noise) > 1 else ""
+    return f" with normal noise on the actions (standard deviation {deviations}{in_turn})" if crew.noise else ""

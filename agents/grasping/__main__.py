@@ -33,6 +33,8 @@ class Arguments:
 
     level: str = "grasp"
     """Level of PnTGrasp-v0 with surfaces, on whose objects places are tried."""
+    drawn: int = 0
+    """Kinds that are drawn at random, each with a shape, a surface and a look, and tried beside those of the level."""
     tries: int = 20_000
     """Tries, of which the first 30 % are at random places."""
     sees: Literal["all", "local", "depth", "pixels"] = "local"
@@ -48,21 +50,23 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Practise, save, and compare."""
-    at_least(vars(arguments), tries=1, seed=0, judge=0)
+    at_least(vars(arguments), drawn=0, tries=1, seed=0, judge=0)
     check_ending("--out", arguments.out, (".npz",))
     check_writable(arguments.out)
     check_libraries("torch")
     from .fcn import EPOCHS, learn_maps  # noqa: PLC0415 - help comes first
     from .features import SIGHTS  # noqa: PLC0415 - as above
+    from .kinds import with_drawn_kinds  # noqa: PLC0415 - as above
     from .practice import practise  # noqa: PLC0415 - as above
 
-    practice = practise(arguments.level, arguments.tries, arguments.seed, SIGHTS.get(arguments.sees, SIGHTS["local"]))
+    level = with_drawn_kinds(arguments.level, arguments.drawn, arguments.seed)
+    practice = practise(level, arguments.tries, arguments.seed, SIGHTS.get(arguments.sees, SIGHTS["local"]))
     count = max(arguments.tries // 5, 1)
     first, last = practice.held[:count].mean(), practice.held[-count:].mean()
     print(f"held: {first:.1%} of the first {count} tries, {last:.1%} of the last")
     network = practice.network
     if arguments.sees == "pixels":
-        network = learn_maps(practice, arguments.level, with_features=False, seed=arguments.seed, epochs=EPOCHS)
+        network = learn_maps(practice, level, with_features=False, seed=arguments.seed, epochs=EPOCHS)
     if arguments.out is not None:
         deliver(arguments.out, network.save)
     if arguments.judge > 0:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
@@ -66,7 +67,9 @@ def cut_patches(maps: NDArray[np.float32], pixel: Ints) -> tuple[NDArray[np.floa
     return np.moveaxis(patches, -1, 1), pixel + PATCH - begin
 
 
-def learn_maps(practice: Practice, level: str, *, with_features: bool, seed: int, epochs: int) -> PlaceMaps:
+def learn_maps(
+    practice: Practice, level: str | GraspConfig, *, with_features: bool, seed: int, epochs: int
+) -> PlaceMaps:
     """Fit the network to the tries of a practice on a level, from pixels alone or with the features of places."""
     parts: list[tuple[NDArray[np.float32], Ints]] = []
     begin = 0
@@ -116,9 +119,13 @@ class PlaceMaps:
 
     def places(self, maps: NDArray[np.float32], features: PlaceFeatures) -> Floats:
         """The places on objects with the highest expected worths (N, 2) [m], averaged over the cup's error."""
+        return best_places(self.worth_maps(maps, features))
+
+    def worth_maps(self, maps: NDArray[np.float32], features: PlaceFeatures) -> Floats:
+        """Expected worths on objects (N, 48, 48), averaged over the cup's error; 0 elsewhere."""
         worth = self.predict(maps)
         row, column = features.pixel.T
-        return best_places(blur_maps(features.maps(worth[features.picture, row, column], 0.0)))
+        return blur_maps(features.maps(worth[features.picture, row, column], 0.0))
 
     def save(self, path: Path) -> None:
         """Write the arrays to a file."""

@@ -52,6 +52,16 @@ class PlaceFeatures(NamedTuple):
         """The places from the middles of their pictures, along the world's axes (T, 2) [m]."""
         return pixel_places()[self.pixel[:, 0], self.pixel[:, 1]]
 
+    def apart_from(self, places: Floats, radius: Floats) -> PlaceFeatures:
+        """The places that are not within a radius (N,) [m] of a place (N, 2) [m] in each picture, NaN for no place.
+
+        A picture whose places are all within the radius keeps all of them.
+        """
+        away = self.places() - places[self.picture]
+        is_apart = ~(np.hypot(away[:, 0], away[:, 1]) < radius[self.picture])
+        is_apart |= (np.bincount(self.picture[is_apart], minlength=self.pictures) == 0)[self.picture]
+        return PlaceFeatures(self.picture[is_apart], self.pixel[is_apart], self.values[is_apart], self.pictures)
+
     def best_rows(self, score: Floats) -> Ints:
         """Rows of the highest score (T,) in each picture that has places, in the order of the pictures."""
         order = np.lexsort((-score, self.picture))

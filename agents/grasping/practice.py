@@ -8,6 +8,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.grasp.config import GraspConfig
 
 from .features import NAMES, PlaceFeatures, place_features
 from .maps import best_places, blur_maps
@@ -42,7 +43,7 @@ class Practice:
     """Number of tries and seed of the objects of each round."""
 
 
-def practise(level: str, tries: int, seed: int, columns: tuple[int, ...] | None = None) -> Practice:
+def practise(level: str | GraspConfig, tries: int, seed: int, columns: tuple[int, ...] | None = None) -> Practice:
     """Try places on fresh objects of a level, one try an object, and learn from the results alone.
 
     Args:

@@ -56,13 +56,18 @@ def rule_scores(features: PlaceFeatures, weights: Weights) -> Floats:
     return -np.asarray(sum(weight * term for weight, term in zip(weights, terms, strict=True) if weight != 0.0))
 
 
-def rule_places(features: PlaceFeatures, weights: Weights = TUNED) -> Floats:
-    """The places with the highest scores (N, 2) [m], of scores averaged over the error of the cup's place."""
+def mean_scores(features: PlaceFeatures, weights: Weights = TUNED) -> Floats:
+    """Scores (T,) of places, averaged over the error of the cup's place."""
     row, column = features.pixel.T
     scores = blur_maps(features.maps(rule_scores(features, weights), 0.0))
     # Places beside the object have no score, so a mean is one over the places that have.
     weight = blur_maps(features.maps(np.ones(len(row)), 0.0))
-    return features.best(scores[features.picture, row, column] / weight[features.picture, row, column])
+    return scores[features.picture, row, column] / weight[features.picture, row, column]
+
+
+def rule_places(features: PlaceFeatures, weights: Weights = TUNED) -> Floats:
+    """The places with the highest mean scores (N, 2) [m]."""
+    return features.best(mean_scores(features, weights))
 
 
 def flattest_places(features: PlaceFeatures) -> Floats:

@@ -73,9 +73,9 @@ class Scenes:
     """True place of the cup from where it was sent (N, 2) [m]."""
 
     @classmethod
-    def draw(cls, level: str, count: int, seed: int) -> Self:
+    def draw(cls, level: str | GraspConfig, count: int, seed: int) -> Self:
         """Draw objects of a level with surfaces."""
-        config = GraspConfig.load(level)
+        config = level if isinstance(level, GraspConfig) else GraspConfig.load(level)
         random = np.random.default_rng(seed)
         objects, pick = PickPlanner(config).draw_picks([random], np.zeros(count, dtype=np.int64))
         error = -objects.grasp

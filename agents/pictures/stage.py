@@ -8,10 +8,12 @@ from typing import Any, Final, final
 
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.view import record_video
+from pnt_gym.cells.grasp.core import GraspCore
 
 from ..ground.outputs import deliver
 from ..judging.trials import open_trial
 from ..learning.trained import resolve_task
+from .seen import SeenController, SeenView
 
 RATE: Final = 60
 """Frames per second from which a picture's frame is chosen."""
@@ -54,6 +56,11 @@ class Stage:
             actor.reset(seed)
             actor = self._trial.practise(actor, self._trial.practice(actor), seed)
             self.view: Any = self.core.view()
+            self._shown: Any = self.view
+            self.seen: SeenController | None = None
+            if isinstance(self.core, GraspCore):
+                actor = self.seen = SeenController(actor, self.core)
+                self._shown = SeenView(self.view, self.seen)
         except BaseException:
             self._trial.close()
             raise
@@ -68,7 +75,7 @@ class Stage:
             slow: factor by which the video is slower than real time.
         """
         steps = self._trial.film_steps(self.steps, picks)
-        deliver(file, lambda path: record_video(self.view, steps, path, slow=slow))
+        deliver(file, lambda path: record_video(self._shown, steps, path, slow=slow))
 
     def advance(self, moment: float) -> None:
         """Carry out steps until a picture at a moment [s] can be drawn."""
@@ -82,7 +89,7 @@ class Stage:
     def _save_picture(self, path: Path, moment: float) -> None:
         from PIL import Image  # noqa: PLC0415 - only pictures need it
 
-        Image.fromarray(self.view.at(moment, RATE)).save(path)
+        Image.fromarray(self._shown.at(moment, RATE)).save(path)
 
     def close(self) -> None:
         """Close the view and the environment; safe to call twice."""

@@ -6,6 +6,7 @@ import copy
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Final, final
 
 import numpy as np
@@ -13,7 +14,7 @@ from mujoco.studio import app, launch_passive, messages, plugin, viewer_protocol
 from mujoco.studio.dear_imgui import dear_imgui as imgui
 
 from pnt_gym.arrays import concatenate_records
-from pnt_gym.cells.base.canvas import Marker
+from pnt_gym.cells.base.canvas import Frame, Marker
 from pnt_gym.cells.base.view import Scene, ThrowView
 from pnt_gym.engine import mujoco
 from pnt_gym.errors import PntGymError
@@ -27,6 +28,8 @@ from .stage import Stage
 RATE: Final = 60
 """Scenes shown per second."""
 TITLE: Final = "Sorting by throwing"
+SIDE, ZOOM = 72, 1.5
+"""Sides of the pictures of a grasp, in their own pixels, and the size of such a pixel on the screen."""
 SHAPE: Final = ("geom_type", "geom_size", "geom_pos", "geom_quat", "geom_rgba")
 """Arrays of a MuJoCo model that may differ between throws."""
 STATE: Final = int(mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -44,11 +47,12 @@ class Choice(messages.Event):
 @final
 @dataclass(frozen=True)
 class Shown(messages.Snapshot):
-    """Markers and text shown beside the simulation, and MuJoCo's camera on the cell."""
+    """Markers, text and small pictures shown beside the simulation, and MuJoCo's camera on the cell."""
 
     shapes: Sequence[Marker]
     lines: Sequence[str]
     camera: Any
+    pictures: Sequence[Frame] = ()
 
 
 @final
@@ -83,7 +87,7 @@ class Panel(plugin.ViewerPlugin):
     def on_build_gui(self, _: messages.BuildGuiEvent) -> None:
         """Draw the panel."""
         imgui.SetNextWindowPos(imgui.Vec2(16, 70), imgui.Cond.Once)
-        imgui.SetNextWindowSize(imgui.Vec2(360, 150), imgui.Cond.Once)
+        imgui.SetNextWindowSize(imgui.Vec2(360, 280), imgui.Cond.Once)
         if imgui.Begin(TITLE):
             for name, offered in self._offered.items():
                 changed, index = imgui.Combo(name, offered.index(getattr(self._choice, name)), offered)
@@ -92,6 +96,10 @@ class Panel(plugin.ViewerPlugin):
                     self.viewer.send_to_sim(self._choice)
             for line in self._shown.lines if self._shown else ():
                 imgui.TextUnformatted(line)
+            for number, picture in enumerate(self._shown.pictures if self._shown else ()):
+                if number > 0:
+                    imgui.SameLine()
+                _draw_picture(picture)
         imgui.End()
 
 
@@ -136,13 +144,13 @@ class Film:
         self._first: Any = None
         self._hidden: Any = None
 
-    def show(self, scene: Scene, lines: Sequence[str]) -> None:
-        """Show one moment of a throw, with lines of text."""
+    def show(self, scene: Scene, lines: Sequence[str], pictures: Sequence[Frame] = ()) -> None:
+        """Show one moment of a throw, with lines of text and small pictures."""
         model, data, markers = scene
         self._hide(model)
         separate = np.flatnonzero(self._hidden & (model.geom_rgba[:, 3] > 0.0))
         shapes = [*markers, *(_shape(model, data, int(geom)) for geom in separate)]
-        self._viewer.send_to_viewer(Shown(shapes, lines, self._camera))
+        self._viewer.send_to_viewer(Shown(shapes, lines, self._camera, pictures))
         state = np.empty(mujoco.mj_stateSize(model, STATE))
         mujoco.mj_getState(model, data, state, STATE)
         mujoco.mj_setState(self._viewer.model, self._viewer.data, state, STATE)
@@ -198,11 +206,13 @@ def _play(viewer: Any, stage: Stage, requests: ViewerRequests, note: str) -> boo
     for throw in stage.steps:
         throws.append(throw)
         lines = [*_summary_lines(throws, stage.core.item_names), note]
+        grasp = None if stage.seen is None else stage.seen.grasp
+        pictures = [] if grasp is None else grasp.panels(SIDE)
         for scene in stage.view.scenes(RATE):
             credit -= 1.0
             while credit < 0.0:
                 began = time.perf_counter()
-                film.show(scene, lines)
+                film.show(scene, lines, pictures)
                 if not viewer.is_running() or requests.choice != chosen:
                     return viewer.is_running()
                 time.sleep(max(1.0 / RATE - (time.perf_counter() - began), 0.0))
@@ -222,6 +232,21 @@ def _summary_lines(throws: Sequence[Throws], item_names: Sequence[str]) -> list[
         f"success {rate.value:.0%} ({rate.low:.0%} to {rate.high:.0%})",
         f"{pace.attempted:.1f} picks/min, {pace.sorted:.1f} sorted/min",
     ]
+
+
+def _draw_picture(picture: Frame) -> None:
+    """Draw a picture in the panel, neighbours of one colour in a row as one rectangle."""
+    corner, drawing = imgui.GetCursorScreenPos(), imgui.GetWindowDrawList()
+    colours = picture.astype(np.int64) @ [1, 256, 65536] + 0xFF000000
+    for row, line in enumerate(colours):
+        edges = [0, *(np.flatnonzero(np.diff(line)) + 1).tolist(), len(line)]
+        for begin, end in pairwise(edges):
+            drawing.AddRectFilled(
+                imgui.Vec2(corner.x + ZOOM * begin, corner.y + ZOOM * row),
+                imgui.Vec2(corner.x + ZOOM * end, corner.y + ZOOM * (row + 1)),
+                int(line[begin]),
+            )
+    imgui.Dummy(imgui.Vec2(ZOOM * picture.shape[1], ZOOM * len(picture)))
 
 
 def _geom(marker: Marker) -> Any:

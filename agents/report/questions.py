@@ -80,6 +80,7 @@ QUESTIONS: Final = (
             "benchmark": "Every controller on every level",
             "benchmark_goal": "The virtual goal and its gain K",
             "training": "Learning from flights",
+            "offline": "Learning from given throws",
             "oracle": "What the oracle leaves",
             "sequential": "How many throws a comparison takes",
         },

@@ -10,6 +10,7 @@ from ..ground import metrics
 from ..ground.tables import Grid, percent
 from ..judging.record import Figure
 from ..judging.throws.record import ThrowRecord
+from .by_kind import kind_table
 
 Data = Mapping[str, Any]
 WHO = ("controller", "throws to learn")
@@ -38,6 +39,7 @@ def benchmark_grids(data: Data) -> list[Grid]:
             comparison_table(data, level, ThrowRecord.figures),
             failure_table(data, level),
             sorting_table(data, level),
+            kind_table(data, level),
         ]
     return [grid for grid in grids if grid.rows]
 
@@ -155,15 +157,22 @@ def sorting_table(data: Data, level: str) -> Grid:
     """What a sorter is judged by beside its pace; no rows where the cell does not tell."""
     level_rows = [row for row in rows_of(data, [level]) if any(name in row for name in SHARES)]
     shares = {name: text for name, text in SHARES.items() if any(name in row for row in level_rows)}
+    has_tries = any("tries_per_pick" in row for row in level_rows)
     rows = [
-        [*who(row), *(percent(row.get(name)) for name in shares), f"{row['energy_per_pick_j']:.1f} J"]
+        [
+            *who(row),
+            *(percent(row.get(name)) for name in shares),
+            *([f"{row['tries_per_pick']:.2f}"] if has_tries else []),
+            f"{row['energy_per_pick_j']:.1f} J",
+        ]
         for row in level_rows
     ]
     note = (
         "*Purity*: share of the objects in bins that belong there. *Energy*: positive work of the motors, without "
         "recuperation."
     )
-    return Grid(f"What a sorter is judged by, level {level}", [*WHO, *shares.values(), "energy per pick"], rows, note)
+    header = [*WHO, *shares.values(), *(["tries a pick"] if has_tries else []), "energy per pick"]
+    return Grid(f"What a sorter is judged by, level {level}", header, rows, note)
 
 
 def who(row: Data) -> list[str]:

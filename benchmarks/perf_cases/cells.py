@@ -64,7 +64,10 @@ class Tap:
     @property
     def steps(self) -> int:
         """Physics steps of all simulations."""
-        return sum(int(args[0]) * len(options["ids"]) for _, args, options in self.calls)
+        return sum(
+            int(args[0]) * (self._batch.nsim if options["ids"] is None else len(options["ids"]))
+            for _, args, options in self.calls
+        )
 
 
 class Vector:

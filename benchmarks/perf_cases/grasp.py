@@ -4,17 +4,57 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from statistics import mean
+from typing import Any
 
+import gymnasium as gym
 import numpy as np
 
 from agents.grasping.features import place_features
 from agents.grasping.scenes import Scenes
+from agents.ground.infos import rows_thrown
+from benchmarks.checks import random_action
 from benchmarks.timing import Count, Options, Row, Timing
 from pnt_gym.arrays import take
+from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.images import clean_images, draw_images
 from pnt_gym.cells.grasp.surfaces import IMAGE, draw_surfaces, object_keys, seal_at, surface_table
 
 OBJECTS, PLACES, SEED = 1000, 24, 0
+ACTIONS = 0.1
+"""Random actions up to this, so that cups stay on their objects."""
+STEPS = 12
+
+
+class Picks:
+    """A vector environment whose picks are counted; a pick takes two steps or more where it begins with a grasp."""
+
+    def __init__(self, env_id: str, level: dict[str, Any], cells: int) -> None:
+        self._env, self._cells = gym.make_vec(env_id, num_envs=cells, level=level), cells
+        self._info, self._random = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
+        self._picks: list[int] = []
+
+    def step(self) -> None:
+        """One step of all cells."""
+        self._info = self._env.step(random_action(self._env, self._info, self._random, ACTIONS))[-1]
+        self._picks.append(int(rows_thrown(self._info, self._cells).sum()))
+
+    def per_step(self) -> float:
+        """Picks that ended in a step, on average; without the first step, which warms up."""
+        return mean(self._picks[1:])
+
+
+def picks_rows(options: Options) -> Iterator[Row]:
+    """Rows of picks per second, that are grasped by pictures and then thrown, beside picks that are thrown alone."""
+    items = GraspConfig.load("grasp").items
+    alone = {"base": "waste", "items": items, "limits": {"percent": [60]}}
+    for fidelity in ("flight", "full"):
+        grasps = Picks("PnTGrasp-v0", {"base": "grasp", "fidelity": fidelity}, options.cells)
+        throws = Picks("PnTRelease-v0", {**alone, "fidelity": fidelity}, options.cells)
+        seen, thrown = (fidelity, "picks_per_s"), (fidelity, "picks_of_throws_alone_per_s")
+        yield Timing(seen, grasps.step, "1/s", grasps.per_step, STEPS, mean)
+        yield Timing(thrown, throws.step, "1/s", throws.per_step, STEPS, mean)
+        yield Timing((fidelity, "over_throws_alone"), thrown, "x", throws.per_step, STEPS, mean, over=seen)
 
 
 def grasp(options: Options) -> Iterator[Row]:
@@ -30,5 +70,6 @@ def grasp(options: Options) -> Iterator[Row]:
     yield Timing(("noisy_images_per_s",), partial(draw_images, table, pairs, middles, keys), "1/s", count)
     yield Timing(("clean_images_per_s",), partial(clean_images, table, pairs, middles), "1/s", count)
     yield Timing(("images_with_features_per_s",), partial(place_features, scenes.images, scenes.radius), "1/s", count)
+    yield from picks_rows(options)
     columns = (getattr(scenes.surfaces, name) for name in ("count", "com", "body", "zones"))
     yield Count(("bytes_of_a_surface",), sum(column[0].nbytes for column in columns))

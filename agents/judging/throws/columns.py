@@ -48,7 +48,7 @@ def _counts(throws: Throws) -> dict[str, float]:
     info, counts = throws.info, dict[str, float]()
     if "belongs" in info:
         counts |= {"ended": int((info["ended_in"] >= 0).sum()), "belong": int(info["belongs"].sum())}
-    for name in ("passed", "dropped"):
+    for name in ("passed", "dropped", "tries"):
         if name in info:
             counts[name] = int(info[name].sum())
     return counts | ({"energy_j": round(float(info["energy"].sum()), 1)} if "energy" in info else {})

@@ -137,6 +137,8 @@ def sorting(throws: Throws) -> dict[str, float | int | None]:
     if "dropped" in info:
         picked = throws.picked
         figures["drop_rate"] = float(info["dropped"][picked].mean()) if picked.any() else None
+    if "tries" in info:
+        figures["tries_per_pick"] = float(info["tries"].mean())
     if "energy" in info:
         figures["energy_per_pick_j"] = float(info["energy"].mean())
     return figures
@@ -146,6 +148,18 @@ def purity_by_bin(throws: Throws, names: Sequence[str]) -> dict[str, float | Non
     """Share of the objects in each bin that belong there, by the bin's name; None for an empty bin."""
     purity = metrics.purity(throws.info["ended_in"], throws.info["belongs"], len(names))
     return {name: _finite(share) for name, share in zip(names, purity.by_bin, strict=True)}
+
+
+def by_kind(throws: Throws, names: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Shares of the objects of each kind that were held, dropped on the way, and sorted, by the kind's name."""
+    shares: dict[str, dict[str, float]] = {}
+    for kind in np.unique(throws.item):
+        rows = throws.item == kind
+        columns = {"held": throws.picked, "dropped": throws.info["dropped"], "sorted": throws.sorted}
+        shares[str(names[int(kind)])] = {"picks": float(rows.sum())} | {
+            name: float(column[rows].mean()) for name, column in columns.items()
+        }
+    return shares
 
 
 def _finite(value: float) -> float | None:

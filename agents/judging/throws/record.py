@@ -15,7 +15,7 @@ from ..figure import Figure
 from ..measures import Measure
 from ..record import Record, Result, Row, Summary
 from .columns import columns
-from .data import Throws, purity_by_bin, summary, throw_records
+from .data import Throws, by_kind, purity_by_bin, summary, throw_records
 from .paired import MEASURES, observations
 from .results import by_shift, summarise
 from .tables import comparison_table, summary_table
@@ -68,6 +68,7 @@ class ThrowRecord(Record):
         return {
             **self.summary(),
             **({"purity_by_bin": purity_by_bin(self.throws, names)} if names else {}),
+            **({"by_kind": by_kind(self.throws, self._core.item_names)} if "tries" in self.throws.info else {}),
             "dwell_s": self._core.dwell,
             **self._settings,
             "action_mode": self._core.action_mode,

@@ -14,7 +14,7 @@ from ..record import Result
 from .columns import OUTCOMES
 from .data import over_the_shift
 
-COUNTS: Final = ("passed", "ended", "belong", "dropped", "energy_j")
+COUNTS: Final = ("passed", "ended", "belong", "dropped", "tries", "energy_j")
 """Columns of a result that hold totals of all its throws."""
 
 
@@ -112,6 +112,8 @@ def _sorting(results: Sequence[Result], letters: str) -> dict[str, float]:
     picked_count, figures = len(letters) - letters.count(OUTCOMES["unpicked"]), dict[str, float]()
     if "passed" in total:
         figures["recovery"] = sorted_count / (len(letters) + total["passed"])
+    if "tries" in total:
+        figures["tries_per_pick"] = total["tries"] / len(letters)
     if total.get("ended"):
         figures["purity"] = total["belong"] / total["ended"]
     if "dropped" in total and picked_count:

@@ -45,6 +45,7 @@ def summary_table(title: str, summary: Summary) -> Table:
         *(scatter_row(summary, key) for key in summary if key.startswith("bias_") and "seen" not in key),
         ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
         *((text, percent(summary[key])) for key, text in SORTING.items() if key in summary),
+        *([("tries to grasp a pick", f"{summary['tries_per_pick']:.2f}")] if "tries_per_pick" in summary else []),
         *((f"purity of bin {name}", percent(share)) for name, share in summary.get("purity_by_bin", {}).items()),
         *([("energy per pick", f"{summary['energy_per_pick_j']:.1f} J")] if "energy_per_pick_j" in summary else []),
         *((text, percent(summary[key])) for key, text in FAILURES.items() if key in summary),

@@ -95,7 +95,7 @@ def corrected(
     """
     plans = mode.plan(planner, context, actions * scale)
     clipped = ~plans.feasible
-    rows = np.flatnonzero(clipped)
+    rows = clipped.nonzero()[0]
     if rows.size == 0:
         return plans, clipped
     context_rows, action_rows = take(context, rows), actions[rows]
@@ -169,7 +169,7 @@ def clip_actions(actions: object, count: int, size: int, mode: str) -> Floats:
     if bad.any():
         row = int(np.argwhere(bad)[0][0])
         raise ActionError(f"action of cell {row} is {array[row].tolist()}; it must be finite and within [-1, 1]")
-    return np.clip(array, -1.0, 1.0)
+    return np.minimum(np.maximum(array, -1.0), 1.0)
 
 
 def pad_residual(residual: Floats, size: int) -> Floats:
@@ -197,5 +197,5 @@ def require_feasible(plans: Plans) -> None:
         PlanningError: the plan of a cell is not feasible.
     """
     if not plans.feasible.all():
-        row = int(np.flatnonzero(~plans.feasible)[0])
+        row = int((~plans.feasible).nonzero()[0][0])
         raise PlanningError(f"the plan of cell {row} is not feasible; throw only plans whose `feasible` is True")

@@ -62,7 +62,7 @@ def restore_rows(cell: RandomCell, waiting: Bools) -> Generator[None]:
         cell: the cell that steps in the context.
         waiting: the waiting rows (N,).
     """
-    context, generators = cell.context, [cell.generators[row] for row in np.flatnonzero(waiting)]
+    context, generators = cell.context, [cell.generators[row] for row in waiting.nonzero()[0]]
     states = [generator.bit_generator.state for generator in generators]
     yield
     cell.context = replace_rows(cell.context, waiting, take(context, waiting))
@@ -95,7 +95,7 @@ class Episodes:
         self._throws[rows] = self._successes[rows] = 0
         draw = seeded | ~self._fresh[rows]
         self._fresh[rows] = False
-        return np.flatnonzero(draw)
+        return draw.nonzero()[0]
 
     def count_throws(self, early: Bools | None = None, waiting: Bools | None = None) -> Bools:
         """Count one throw in every cell; returns which episodes are over (N,).

@@ -11,8 +11,8 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints
 
 
-def work_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float) -> Floats:
-    """Positive work in simulated steps (N,) [J].
+def loads_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float) -> tuple[Floats, Floats]:
+    """Largest torques (N,) [N m] and positive works (N,) [J] in simulated steps.
 
     Args:
         torque: of each motor in each step (N, M, J) [N m].
@@ -21,19 +21,23 @@ def work_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float) -> Fl
         steps: number of steps that count, for each simulation (N,).
         step: length of a step [s].
     """
-    counts = np.arange(torque.shape[1], dtype=np.int64) < steps[:, None]
-    before = np.concatenate([speed[:, :1], speed[:, :-1]], axis=1)
-    power = np.maximum(torque * ((before + speed) / 2.0), 0.0).sum(axis=-1)
-    return _total(np.where(counts, power, 0.0) * step)
+    from pnt_gym.cells.base.energy_kernel import fill_loads_of_steps  # noqa: PLC0415 - numba takes a while
+
+    largest, work = np.empty(len(torque)), np.empty(len(torque))
+    fill_loads_of_steps(torque, speed, steps, step, largest, work)
+    return largest, work
 
 
-def work_between(torque: Floats, speed: Floats, times: Floats) -> Floats:
-    """Positive work of planned motions (N,) [J], from torque and speed (N, K, J) at increasing times (N, K) [s]."""
-    # Trapezoidal rule over power.
-    power = np.maximum(torque * speed, 0.0).sum(axis=-1)
-    return _total((power[:, 1:] + power[:, :-1]) / 2.0 * np.diff(times, axis=1))
+def loads_between(torque: Floats, speed: Floats, times: Floats) -> tuple[Floats, Floats]:
+    """Largest torques (N,) [N m] and positive works (N,) [J] of planned motions.
 
+    Args:
+        torque: of each motor at each moment (N, K, J) [N m].
+        speed: of the motor's joint (N, K, J) [rad/s].
+        times: the moments, which increase (N, K) [s].
+    """
+    from pnt_gym.cells.base.energy_kernel import fill_loads_between  # noqa: PLC0415 - numba takes a while
 
-def _total(parts: Floats) -> Floats:
-    """Sums (N,) of parts (N, M) from left to right, so that zeros at the end change no bit."""
-    return np.cumsum(parts, axis=1)[:, -1] if parts.shape[1] > 0 else np.zeros(len(parts))
+    largest, work = np.empty(len(torque)), np.empty(len(torque))
+    fill_loads_between(torque, speed, times, largest, work)
+    return largest, work

@@ -79,11 +79,9 @@ class FeatureTable:
 
     def encode(self, throws: Any) -> NDArray[np.float32]:
         """Observations (N, D) of coming throws, float32 within [-CLIP, CLIP]."""
-        columns: list[Floats] = []
-        for feature in self._features:
-            columns.append(feature.value(throws))
-        scaled = (np.moveaxis(np.array(columns, dtype=np.float64), 0, -1) - self._centre) / self._scale
-        return np.clip(scaled, -CLIP, CLIP).astype(np.float32)
+        values = np.array([feature.value(throws) for feature in self._features], dtype=np.float64)
+        scaled = (values.transpose(*range(1, values.ndim), 0) - self._centre) / self._scale
+        return np.minimum(np.maximum(scaled, -CLIP), CLIP).astype(np.float32)
 
     def decode(self, observation: NDArray[np.floating]) -> dict[str, Floats]:
         """Physical values by feature name from observations (..., D); clipped entries stay clipped."""

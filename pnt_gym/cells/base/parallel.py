@@ -1,20 +1,32 @@
-"""Threads over parts of the rows: one part is written or judged while another part is in the engine.
+"""Threads over parts of the rows: one part is written or judged while another part is in the engine or in machine code.
 
 A row's result does not depend on the other rows, so the parts do not change a bit of the results.
 """
 
 from __future__ import annotations
 
+import os
+from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
+from functools import cache, partial
 from itertools import pairwise
-from typing import Final, TypeVar
+from queue import SimpleQueue
+from threading import Thread
+from typing import Final, TypeAlias, TypeVar
+
+import numpy as np
+
+from pnt_gym.arrays import Ints
 
 LEAST_ROWS: Final = 16
 """Fewest rows of a part: smaller parts lose more by the fixed cost of a throw, which each part pays, than they gain."""
+LEAST_LINES: Final = 8
+"""Fewest lines of a part; a call takes as long as some lines."""
 
 ResultT = TypeVar("ResultT")
+Job: TypeAlias = tuple[Callable[[int], None], deque[int], SimpleQueue[None]]
+"""Work, the parts that no thread has taken yet, and a report of each part that a helping thread has finished."""
 
 
 def split_rows(count: int, threads: int) -> list[slice]:
@@ -23,16 +35,83 @@ def split_rows(count: int, threads: int) -> list[slice]:
     return [slice(begin, end) for begin, end in pairwise(count * k // parts for k in range(parts + 1))]
 
 
-def call_in_threads(calls: Sequence[Callable[[], ResultT]]) -> list[ResultT]:
-    """Results of functions that run at the same time, the first one in this thread, the others in new threads.
+def work_in_parts(work: Callable[[Ints], None], lines: Ints, threads: int) -> None:
+    """Call a function on parts of some lines, in several threads.
 
-    The threads end before this function does, also with an error. Numpy's settings of floating-point errors are those
-    of the caller in all threads.
+    Args:
+        work: works on a part of the lines (K,), independently of the other parts.
+        lines: indices of the lines.
+        threads: number of threads at most.
+    """
+    count = min(threads, len(lines) // LEAST_LINES)
+    if count < 2:
+        work(lines)
+    else:
+        call_in_threads([partial(work, part) for part in np.array_split(lines, count)])
+
+
+def call_in_threads(calls: Sequence[Callable[[], ResultT]]) -> list[ResultT]:
+    """Results of functions that run at the same time, in this thread and in threads that help.
+
+    A thread that wakes late leaves its function to the others. All functions have ended when this function ends, also
+    with an error. Numpy's settings of floating-point errors are those of the caller in all threads.
 
     Raises:
-        Exception: of the first function, in the order of `calls`, that raises one.
+        BaseException: of the first function, in the order of `calls`, that raises one.
     """
-    with ThreadPoolExecutor(len(calls), thread_name_prefix="pnt_gym part") as pool:
-        running = [pool.submit(copy_context().run, call) for call in calls[1:]]
-        first = calls[0]()
-    return [first, *(call.result() for call in running)]
+    if len(calls) == 1:
+        return [calls[0]()]
+    contexts, results, errors = [copy_context() for _ in calls], dict[int, ResultT](), dict[int, BaseException]()
+
+    def work(part: int) -> None:
+        try:
+            results[part] = contexts[part].run(calls[part])
+        except BaseException as error:  # raised below, in the caller's thread
+            errors[part] = error
+
+    parts, reports, awaited = deque(range(len(calls))), SimpleQueue[None](), len(calls)
+    for number in range(len(calls) - 1):
+        _helper(number).put((work, parts, reports))
+    try:
+        while (part := _take_part(parts)) is not None:
+            awaited -= 1
+            work(part)
+    finally:
+        while _take_part(parts) is not None:
+            awaited -= 1
+        for _ in range(awaited):
+            reports.get()
+    if errors:
+        raise errors[min(errors)]
+    return [results[part] for part in range(len(calls))]
+
+
+@cache
+def _helper(number: int) -> SimpleQueue[Job]:
+    """Queue of the jobs of one helping thread of this process; the thread begins when it is needed first."""
+    jobs: SimpleQueue[Job] = SimpleQueue()
+    Thread(target=_help, args=(jobs,), name=f"pnt_gym part {number}", daemon=True).start()
+    return jobs
+
+
+# Threads do not survive a fork, which Windows does not have.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_helper.cache_clear)
+
+
+def _help(jobs: SimpleQueue[Job]) -> None:
+    """Take parts of one job after the other, without end."""
+    while True:
+        work, parts, reports = jobs.get()
+        while (part := _take_part(parts)) is not None:
+            work(part)
+            reports.put(None)
+        # A waiting thread keeps no cell alive.
+        del work, parts, reports, part
+
+
+def _take_part(parts: deque[int]) -> int | None:
+    try:
+        return parts.popleft()
+    except IndexError:
+        return None

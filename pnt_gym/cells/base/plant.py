@@ -166,10 +166,14 @@ def roll_out(
     simulations = np.arange(len(steps)) if ids is None else ids
     batch.warning[:] = 0
     start = 0
-    for end in np.unique(steps).tolist():
-        rows = np.flatnonzero(steps > start)
+    for end in sorted(set(steps.tolist())):
+        rows = (steps > start).nonzero()[0]
         part = batch.rollout(
-            end - start, control[rows, start:end], control_spec=_INPUTS, record=tuple(names), ids=simulations[rows]
+            end - start,
+            control[rows, start:end],
+            control_spec=_INPUTS,
+            record=tuple(names),
+            ids=simulation_ids(batch, simulations[rows]),
         )
         if (len(rows), end - start) == control.shape[:2]:  # one stage for all needs no copy
             record = part
@@ -181,6 +185,11 @@ def roll_out(
         start = end
     check_warnings(batch)
     return record
+
+
+def simulation_ids(batch: Any, rows: Ints) -> Ints | None:
+    """Simulations for a call of the engine; None where these are all, which the engine need not check."""
+    return None if rows.size == batch.nsim else rows
 
 
 def check_warnings(batch: Any) -> None:

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.plant import check_warnings
+from pnt_gym.cells.base.plant import check_warnings, simulation_ids
 
 DECISION_INTERVAL: Final = 0.008
 """Time that the engine simulates between two checks [s]: longer than the spring of a contact is bent."""
@@ -97,13 +97,14 @@ def settle(
     state, steps, verdict, simulated = state.copy(), steps.copy(), np.full(len(rows), FALLING), np.zeros_like(rows)
     energy, qpos, qvel = np.full(len(rows), -np.inf), batch.bind("qpos"), batch.bind("qvel")
     follow(state, *flying, *vicinity, step, energy, steps, verdict)
-    falling = np.flatnonzero(verdict == FALLING)
+    falling = (verdict == FALLING).nonzero()[0]
     if falling.size > 0:
         write(falling, state[falling])
         batch.warning[:] = 0
     while falling.size > 0:
-        simulations, late = rows[falling], np.flatnonzero(steps[falling] <= chunk)
-        record = batch.rollout(chunk, record=("qpos", "qvel") if late.size > 0 else (), ids=simulations)
+        simulations, late = rows[falling], (steps[falling] <= chunk).nonzero()[0]
+        names = ("qpos", "qvel") if late.size > 0 else ()
+        record = batch.rollout(chunk, record=names, ids=simulation_ids(batch, simulations))
         state[falling, :7], state[falling, 7:] = qpos[simulations], qvel[simulations]
         if late.size > 0:
             # The state at the beginning of the throw's last step is recorded at the end of the step before.
@@ -113,7 +114,7 @@ def settle(
         steps[falling] -= chunk
         simulated[falling] += chunk
         follow(state, *flying, *vicinity, step, energy, steps, verdict)
-        falling = np.flatnonzero(verdict == FALLING)
+        falling = (verdict == FALLING).nonzero()[0]
         simulations = rows[falling]
         qpos[simulations], qvel[simulations] = state[falling, :7], state[falling, 7:]
     check_warnings(batch)

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Final, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, recompute_rows
+from pnt_gym.arrays import Bools, Floats, Ints, recompute_rows, stand_ins, take_rows
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.cell import Cell, Generators
@@ -87,6 +87,8 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         self.plant = ConveyorPlant(config, count, threads)
         self._set_up(self.generators)
         self.context = self.first(np.arange(count))
+        self._thrown: Ints = np.arange(count)
+        """Rows whose throws are simulated (K,)."""
         self.upstream: tuple[Objects, Floats] | None = None
         """Objects on the belt when the recorded throw began, and their centres (K, 3) [m]; for pictures."""
 
@@ -130,9 +132,14 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
 
     @contextmanager
     def hold_back(self, rows: Bools) -> Generator[None]:
-        """Context at whose end belts and bins of some rows (N,) are as at its beginning, whatever was thrown."""
+        """Context in which some rows (N,) throw nothing, and at whose end their belts and bins are as before.
+
+        The outcomes of these rows mean nothing.
+        """
         with self.source.hold_back(rows), self._bins.hold_back(rows):
+            self._thrown = np.flatnonzero(~rows)
             yield
+        self._thrown = np.arange(self.count)
 
     def ride(self, rows: Ints, time: float) -> None:
         """Move the belts of some rows on for a time [s], in which the hands try to grasp again."""
@@ -216,9 +223,15 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
         grip_results: Grips,
         planned_results: PlannedResults,
     ) -> Outcome:
-        """Simulate throws and returns, and judge them."""
+        """Simulate throws and returns, and judge them; only rows that are not held back are simulated."""
+        rows, count = self._thrown, len(context.pick)
+        context, plans = take_rows(context, rows, count), take_rows(plans, rows, count)
+        motion, back = take_rows(motion, rows, count), take_rows(back, rows, count)
+        grip_results = take_rows(grip_results, rows, count)
+        planned_results = take_rows(planned_results, rows, count)
         begin = motion.pick_velocity
         path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
-        simulated = self.plant.fly(context, HandCycle(plans, motion.release_time, path, grip_results))
+        simulated = self.plant.fly(context, HandCycle(plans, motion.release_time, path, grip_results), rows)
         cycle = path.duration + self.dwell + context.spent
-        return judge(simulated, context, self.config, self.planner.accepts, cycle, planned_results)
+        outcome = judge(simulated, context, self.config, self.planner.accepts, cycle, planned_results)
+        return take_rows(outcome, stand_ins(rows, count), len(rows))

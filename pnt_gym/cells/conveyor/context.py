@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Self, final
+from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.records import Record
+
+_AXES: Final = np.arange(3)
 
 
 @final
@@ -133,7 +135,7 @@ class Context(Record):
             spent=np.zeros(len(pick)),
         )
 
-    @property
+    @cached_property
     def kind(self) -> Ints:
         """Item that the classifier sees in each object: index into the cell's items (N,)."""
         return self.objects.measured.kind
@@ -188,8 +190,8 @@ class Context(Record):
         """
         mass, arm = self.objects.mass[:, None], self.arm
         inertia = (-mass * arm)[:, :, None] * arm[:, None, :]
-        np.einsum("nkk->nk", inertia)[:] += self.objects.inertia + mass * dot(arm, arm)[:, None]
-        return 1.0 / np.einsum("nkk->nk", np.linalg.inv(inertia))
+        inertia[:, _AXES, _AXES] += self.objects.inertia + mass * dot(arm, arm)[:, None]
+        return 1.0 / np.linalg.inv(inertia)[:, _AXES, _AXES]
 
     @cached_property
     def cup_offset(self) -> Floats:
@@ -198,7 +200,7 @@ class Context(Record):
         offset[:, 2] = self.objects.known_depth
         return offset
 
-    @property
+    @cached_property
     def measured(self) -> Measured:
         """Measurements of the objects."""
         return self.objects.measured

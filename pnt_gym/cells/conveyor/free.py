@@ -6,9 +6,9 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, length, take
+from pnt_gym.arrays import Bools, Floats, Ints, join_columns, length, take
 from pnt_gym.cells.base.alone import Fall, fall, write_object
-from pnt_gym.cells.base.plant import Touchdown
+from pnt_gym.cells.base.plant import Touchdown, simulation_ids
 from pnt_gym.cells.base.settling import Airborne, FallEnd, Vicinity, settle
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA
@@ -39,9 +39,7 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
     write_object(batch, rows, scene.object_body, geom, o.mass, o.inertia, o.placement, o.fluid)
     batch.expand("geom_pos")[rows, geom, 2] = o.com_depth - LIP_GAP - o.size[:, 2] / 2
     # MuJoCo's order: sliding, torsional [m], rolling [m].
-    batch.expand("geom_friction")[rows, geom] = np.stack(
-        [o.friction, 0.1 * o.rolling_friction, o.rolling_friction], axis=-1
-    )
+    batch.expand("geom_friction")[rows, geom] = join_columns(o.friction, 0.1 * o.rolling_friction, o.rolling_friction)
     batch.expand("geom_solref")[rows, geom] = o.solref
     batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
@@ -58,8 +56,9 @@ def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bi
     batch.expand("geom_pos")[geoms] = middle
     batch.expand("geom_rbound")[geoms] = length(half)
     expanded = batch.expand("geom_aabb")
-    aabb = np.concatenate([np.zeros_like(half), half], axis=-1)
-    expanded[geoms] = aabb.reshape(len(rows), 5, *expanded.shape[2:])
+    bounds = np.zeros((len(rows), 5, 6))
+    bounds[..., 3:] = half
+    expanded[geoms] = bounds.reshape(len(rows), 5, *expanded.shape[2:])
 
 
 def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
@@ -111,7 +110,7 @@ class FreeObjects:
         position = np.concatenate([landing, rim[:, None]], axis=1)
         velocity = np.zeros_like(position)
         touched = clock.meets(context, (records[..., :3], records[..., 7:10], records[..., 3:7]), steps)
-        rows = np.flatnonzero(self._near(context, landing) & ~touched)
+        rows = (self._near(context, landing) & ~touched).nonzero()[0]
         if rows.size > 0:
             level = context.target[:, 2] + farthest_points(context)
             first = _last_moment_above(level, records[..., 2])[rows]
@@ -144,7 +143,7 @@ class FreeObjects:
         """Set up some of the simulations with the objects of N picks in states qpos (N, 7) and qvel (N, 6)."""
         batch = self.batch
         write_models(batch, rows, self._scene, context, self._config)
-        batch.set_const(rows)
+        batch.set_const(simulation_ids(batch, rows))
         batch.state[rows] = 0.0
         batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
 

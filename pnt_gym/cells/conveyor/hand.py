@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final, final
 
 import numpy as np
@@ -96,7 +97,7 @@ class ThrowClock:
         swung = swing_objects(context, spring, parting, clock.hand, release, clock.stride, config)
         return replace(clock, parting=swung, spring=spring)
 
-    @property
+    @cached_property
     def stride(self) -> int:
         """Steps between two samples of the hand's path."""
         return max(round(KNOT_SPACING / self.step), 1)
@@ -140,7 +141,7 @@ class ThrowClock:
         Contacts while the object leaves the cup do not count.
         """
         touched = self.may_meet(context, motion, self.release, count, 0.0)
-        rows = np.flatnonzero(touched)
+        rows = touched.nonzero()[0]
         if rows.size > 0:
             position, _, attitude = motion
             steps = np.arange(position.shape[1], dtype=np.int64) * self.stride

@@ -170,7 +170,7 @@ class PickPlanner:
         good = can_hold & accepted
         attempts, last, count = [first], np.arange(len(good)), len(good)
         for attempt in range(1, bins.bin.shape[1]):
-            rows = np.flatnonzero(~good)
+            rows = (~good).nonzero()[0]
             if rows.size == 0:
                 break
             tried, accepted = self._retry(take(first, rows), take(bins, rows), attempt)
@@ -221,7 +221,7 @@ class PickPlanner:
         """Limits at which measured objects stay under the cup, and which objects the cup can hold (N,)."""
         safety, limits = self.config.grip.safety, LimitRows.t3kr(objects.percent)
         if safety is None:
-            return limits, np.full(len(objects.measured.kind), True)
+            return limits, np.ones(len(objects.measured.kind), dtype=np.bool_)
         required = self._table.safety[objects.measured.kind] if safety == "surface" else safety
         largest = measured_hold(objects, belt_shift(objects, pick, self.config.belt)).acceleration(required)
         slow = np.minimum(limits.acceleration, np.maximum(largest, LEAST_ACCELERATION))
@@ -245,7 +245,7 @@ class PickPlanner:
         emptied = self.config.bins.emptied
         if emptied is None:
             return np.full(objects.draws.fill.shape, self.config.bins.depth)
-        area = self.areas if self.config.bins.fixed else np.prod(opening, axis=1, keepdims=True)
+        area = self.areas if self.config.bins.fixed else opening[:, :1] * opening[:, 1:]
         return draw_fill(objects.draws.fill, emptied, self._volumes).depth(area, self.config)
 
     def _mover(self, name: str) -> Mover:

@@ -10,17 +10,18 @@ again, the whole throw is simulated with the robot.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from typing import Any, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, compute_by_mask, concatenate_records, length, recompute_rows, take
 from pnt_gym.cells.base.alone import Fall
-from pnt_gym.cells.base.energy import work_between, work_of_steps
+from pnt_gym.cells.base.energy import loads_between, loads_of_steps
 from pnt_gym.cells.base.parallel import call_in_threads, split_rows
-from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, roll_out, touching
+from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, roll_out, simulation_ids, touching
 from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -66,13 +67,28 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.parts = [(part, ConveyorPlant(config, part.stop - part.start)) for part in rows] if len(rows) > 1 else []
         """Rows and plants that simulate at the same time, one thread each; empty where this plant simulates all."""
 
-    def fly(self, context: Context, plans: HandCycle) -> SimulatedThrows:
-        """Simulate one throw in every simulation, for N picks and the motions of the hands."""
-        if self.record_row is not None:
-            self._keep_throw(self.record_row, context, plans)
+    def fly(self, context: Context, plans: HandCycle, cells: Ints | None = None) -> SimulatedThrows:
+        """Simulate one throw for each of N picks and motions of the hands.
+
+        Args:
+            context: the picks.
+            plans: the motions.
+            cells: the cells of the picks, ascending (N,); None for all cells.
+        """
+        cells = np.arange(len(context.pick)) if cells is None else cells
+        if self.record_row is not None and self.record_row in cells:
+            self._keep_throw(int(np.searchsorted(cells, self.record_row)), context, plans)
         if self.parts:
+            ends = np.searchsorted(cells, [part.stop for part, _ in self.parts])
+            shares = zip(pairwise([0, *map(int, ends)]), self.parts, strict=True)
             return concatenate_records(
-                call_in_threads([partial(self._fly_part, *part, context, plans) for part in self.parts])
+                call_in_threads(
+                    [
+                        partial(self._fly_part, slice(first, end), *part, context, plans)
+                        for (first, end), part in shares
+                        if end > first
+                    ]
+                )
             )
         clock = ThrowClock.of(context, plans, self.config)
         context = context.without_spin(clock.grips.unthrown)
@@ -81,12 +97,14 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
             clock.grips.picked, self._simulate_throws, self._results_without_object, rows, context, clock
         )
 
-    def _fly_part(self, rows: slice, plant: ConveyorPlant, context: Context, plans: HandCycle) -> SimulatedThrows:
-        """Simulate the throws of a part of the rows; an error of the physics says which rows the part has."""
+    def _fly_part(
+        self, rows: slice, cells: slice, plant: ConveyorPlant, context: Context, plans: HandCycle
+    ) -> SimulatedThrows:
+        """Simulate the rows that belong to a part of the cells; an error of the physics says which cells these are."""
         try:
             return plant.fly(take(context, rows), take(plans, rows))
         except PhysicsError as error:
-            raise PhysicsError(f"in the part of cells {rows.start} to {rows.stop - 1}: {error}") from error
+            raise PhysicsError(f"in the part of cells {cells.start} to {cells.stop - 1}: {error}") from error
 
     def follow(self, context: Context, plans: HandCycle) -> FullSimulation:
         """Simulate throws as `fly`, with the robot to the end and with the hand's positions recorded."""
@@ -107,7 +125,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         rows = np.arange(len(context.pick)) if rows is None else rows
         write_models(batch, rows, scene, context, self.config)
         self._write_grip_point(rows, context, None if clock is None else clock.spring)
-        batch.set_const(rows)
+        batch.set_const(simulation_ids(batch, rows))
         batch.state[rows] = 0.0
         cup, first, qpos = context.pick + context.cup_offset, scene.object_qpos, np.zeros((len(rows), scene.model.nq))
         if clock is not None and self.config.belt.tracking:
@@ -156,8 +174,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.write(context, rows, clock)
         clear, scene = clock.clear(context), self.scene
         robot_record = self._roll_out_robot(rows, context, clock, clear)
-        moment = np.arange(len(rows)), clear - 1  # recorded at the end of a step
-        qpos, qvel = robot_record["qpos"][moment], robot_record["qvel"][moment]
+        qpos, qvel = self.batch.bind("qpos")[rows], self.batch.bind("qvel")[rows]
         q, v = (slice(first, first + size) for first, size in ((scene.object_qpos, 7), (scene.object_qvel, 6)))
         fallen = self.free.fall(rows, context, qpos[:, q], qvel[:, v], clock.end - clear)
         sensors = fallen.sensors[:, :: clock.stride]
@@ -182,9 +199,8 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         return self._record_to_the_end(rows, context, clock).flown
 
     def _keep_throw(self, index: int, context: Context, plans: HandCycle) -> None:
-        """Keep a recording of the throw of one row."""
-        row = np.array([index])
-        context, plans = take(context, row), take(plans, row)
+        """Keep a recording of the throw at an index of the picks, which is that of the recorded cell."""
+        context, plans, row = take(context, [index]), take(plans, [index]), np.array([self.record_row])
         clock, plan = ThrowClock.of(context, plans, self.config), plans.release
         context = context.without_spin(clock.grips.unthrown)
         self.write(context, row, clock)
@@ -193,9 +209,9 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.record_throw(self.scene.object_body, control[0], flight, context.target[0])
 
     def _roll_out_robot(self, rows: Ints, context: Context, clock: ThrowClock, until: Ints) -> dict[str, Floats]:
-        """Roll out some rows with the robot up to a step of each (N,); returns the recorded fields."""
+        """Roll out some rows with the robot up to a step of each (N,), where they stay; returns the recorded fields."""
         control = self._references(rows, context, clock, int(until.max()))
-        return roll_out(self.batch, control, until, ("sensordata", "qpos", "qvel"), rows)
+        return roll_out(self.batch, control, until, ("sensordata", "qvel"), rows)
 
     def _record_to_the_end(self, rows: Ints, context: Context, clock: ThrowClock) -> FullSimulation:
         """Simulate the throws of some rows, which are already set up, with the robot to the end."""
@@ -216,9 +232,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
     def _effort(self, record: dict[str, Floats], end: Ints, step: float) -> Effort:
         """Effort of the motors in recorded fields (N, M, columns), up to a step of each (N,)."""
         torque, speed = record["sensordata"][..., SENSORS["torque"]], record["qvel"][..., self._motors]
-        counts = np.arange(torque.shape[1], dtype=np.int64) < end[:, None]
-        largest = np.where(counts, np.abs(torque).max(axis=2), 0.0).max(axis=1)
-        return Effort(largest, work_of_steps(torque, speed, end, step))
+        return Effort(*loads_of_steps(torque, speed, end, step))
 
     def _effort_of_plan(self, clock: ThrowClock, clear: Ints) -> Effort:
         """Effort of the motors in the planned motions from a step of each on (N,), without the object's mass."""
@@ -227,7 +241,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
         loads = joint_loads(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
         speed, torque = (load.transpose(1, 2, 0) for load in loads)
-        return Effort(np.abs(torque).max(axis=(1, 2)), work_between(torque, speed, steps * clock.step))
+        return Effort(*loads_between(torque, speed, steps * clock.step))
 
     def _references(self, rows: Ints, context: Context, clock: ThrowClock, steps: int) -> Floats:
         """Controls (N, steps, nu + neq) of some rows: motors, spin and grip, every other equality active."""
@@ -236,7 +250,8 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         stride = clock.stride
         knots = self._knots(clock, np.arange(knot_count(steps, stride), dtype=np.int64) * stride)
         weak = 1.0 - self.config.mismatch * self.config.spread.feedforward
-        upsample(replace(knots, torque=knots.torque * weak), stride * clock.step, stride, control)
+        knots = JointMotion(knots.position, knots.velocity, knots.acceleration, knots.torque * weak)
+        upsample(knots, stride * clock.step, stride, control)
         grip = int(self.scene.model.nu) + self.scene.grip_equality
         control[..., grip] = np.arange(steps, dtype=np.int64) < clock.release[:, None]
         torque = context.objects.inertia * to_body_axes(context.objects.spin, context.objects.yaw) / clock.step

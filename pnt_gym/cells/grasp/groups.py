@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-from contextlib import contextmanager
 from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, put_rows, replace_rows, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt.sources import MOST_DRAWS, IndependentPicks
 from pnt_gym.cells.conveyor.context import Context
@@ -44,20 +42,12 @@ class GroupPicks(IndependentPicks):
         for _ in range(MOST_DRAWS):
             pending = np.flatnonzero(~good)
             if pending.size == 0:
-                self.groups = replace_rows(self.groups, rows, groups)
+                self.groups = put_rows(self.groups, rows, groups, len(self._generators))
                 return take(groups, (np.arange(len(rows)), np.zeros(len(rows), dtype=np.int64)))
             group, fits = self._drawn(rows[pending], self._generators)
             groups = replace_rows(groups, pending, group)
             good[pending] = fits
         raise self._impossible()
-
-    @contextmanager
-    def hold_back(self, rows: Bools) -> Generator[None]:
-        """Context at whose end the groups of some rows (N,) are as at its beginning."""
-        before, held = self.groups, np.flatnonzero(rows)
-        with super().hold_back(rows):
-            yield
-        self.groups = replace_rows(self.groups, held, take(before, held))
 
     def _drawn(self, rows: Ints, generators: Generators) -> tuple[Context, Bools]:
         """Drawn groups (K, M), and which have a feasible throw for all their objects (K,)."""

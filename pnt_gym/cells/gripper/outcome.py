@@ -8,7 +8,7 @@ from typing import Final, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.energy import work_of_steps
+from pnt_gym.cells.base.energy import loads_of_steps
 from pnt_gym.cells.base.plant import Landed, ObjectFlight, touching
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.motion import TossPlans
@@ -76,7 +76,7 @@ class RecordedThrows:
             lifted=position[rows, open_step, 2] - position[rows, 0, 2],
             slip=np.hypot(*(relative_position[rows, open_step] - relative_position[rows, off_table_step])[:, [0, 2]].T),
             peak_torque=np.abs(sensordata[..., SENSORS["torque"]]).max(axis=(1, 2)),
-            energy=work_of_steps(sensordata[..., SENSORS["torque"]], speed, last_step + 1, step),
+            energy=loads_of_steps(sensordata[..., SENSORS["torque"]], speed, last_step + 1, step)[1],
         )
 
 

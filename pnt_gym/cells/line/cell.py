@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.cells.base.cell import MOST_CELLS, Generators, check_whole_number
 from pnt_gym.cells.base.features import Quantity
+from pnt_gym.cells.base.parallel import work_in_parts
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle, record_cycle
@@ -22,7 +23,6 @@ from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
 from pnt_gym.cells.line.observation import Observer, empty_observations
-from pnt_gym.cells.line.pool import work_in_parts
 from pnt_gym.cells.line.state import Fate, LineState
 from pnt_gym.cells.line.stream import Stream, StreamSampler, redraw
 from pnt_gym.cells.line.throws import (

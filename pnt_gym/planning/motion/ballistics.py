@@ -49,8 +49,7 @@ def flight_state(position: Floats, velocity: Floats, time: ArrayLike) -> tuple[F
 def landing_point(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Floats:
     """Return the points (..., 3) [m] where objects come down through the plane; NaN for an object that never does."""
     landing, _ = flight_state(position, velocity, flight_time(position, velocity, plane_z))
-    plane = np.broadcast_to(np.asarray(plane_z, dtype=np.float64), landing.shape[:-1])
-    landing[..., 2] = np.where(np.isnan(landing[..., 2]), np.nan, plane)
+    landing[..., 2] = np.where(np.isnan(landing[..., 2]), np.nan, plane_z)
     return landing
 
 

@@ -171,7 +171,7 @@ def _close_loops(
     Rows with a NaN are NaN.
     """
     arm, *rod = joints
-    chains = np.stack([arm, *rod * rods_per_arm], axis=-1).transpose(1, 0, 2).reshape(len(hand), -1)
+    chains = np.array([arm, *rod * rods_per_arm]).transpose(2, 1, 0).reshape(len(hand), -1)
     values = np.concatenate([chains, hand, np.full((len(hand), len(platform)), platform)], axis=1)
     values[np.isnan(values).any(axis=1)] = np.nan
     return values

@@ -41,6 +41,39 @@ def test_chunks_follow_each_other_and_each_throws_otherwise(here: Path, monkeypa
     assert replayed(dataset) == [(True, False)] * dataset.storage.metadata["total_episodes"]
 
 
+def test_noise_shifts_the_planners_actions_and_chunks_take_deviations_in_turn(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("agents.data.collection.CHUNK", 6)
+    dataset = collected("--controller", "analytic", "--noise", "0", "0.2", "--throws", "18")
+    actions = np.concatenate([episode.actions for episode in dataset.iterate_episodes()])
+    assert (actions[:6] == 0.0).all()
+    assert (actions[12:] == 0.0).all()
+    assert (actions[6:12] != 0.0).all()
+    assert 0.08 < actions[6:12].std() < 0.4
+    assert replayed(dataset) == [(True, False)] * 18
+    assert dataset.storage.metadata["pnt_gym"]["noise"] == [0.0, 0.2]
+    assert (
+        "by analytic with normal noise on the actions (standard deviation 0, 0.2, in turn)."
+        in (dataset.storage.metadata["description"])
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--noise", "0.1", "-0.2"), "--noise is -0.2; it must be from 0 to 10"),
+        (("--noise", "nan"), "--noise is nan; it must be from 0 to 10"),
+        (
+            ("--env", "PnTLine-v0", "--level", "single", "--noise", "0.1"),
+            "--noise has no effect: actions of environment 'PnTLine-v0' are choices, not numbers",
+        ),
+    ],
+)
+def test_noise_that_cannot_act_is_refused(here: Path, options: tuple[str, ...], sentence: str) -> None:
+    assert answered("agents.dataset", *options) == (2, f"error: {sentence}\n")
+
+
 @pytest.mark.parametrize("after", [0, 4])
 def test_what_is_stopped_goes_on_and_leaves_no_dataset(here: Path, monkeypatch: pytest.MonkeyPatch, after: int) -> None:
     def stopped(name: str, env: Any, episodes: Iterator[Episode], *_: Any) -> None:

@@ -103,3 +103,15 @@ def test_the_best_place_is_that_of_the_highest_score(features):
     maps = features.maps(score, -1.0)
     expected = pixel_places().reshape(-1, 2)[maps.reshape(300, -1).argmax(axis=1)]
     assert same_bits(features.best(score), expected)
+
+
+def test_places_apart_from_one_are_those_outside_of_the_radius(features):
+    places, radius = np.full((300, 2), np.nan), np.full(300, 0.02)
+    places[:100] = features.best(features.column("valid_in"))[:100]
+    radius[:50] = 1.0  # beyond all places of a picture, so all remain
+    apart = features.apart_from(places, radius)
+    for picture in range(0, 300, 10):
+        before, after = (one.places()[one.picture == picture] for one in (features, apart))
+        away = np.hypot(*(before - places[picture]).T)
+        expected = before[away >= 0.02] if 50 <= picture < 100 else before
+        assert same_bits(after, expected)

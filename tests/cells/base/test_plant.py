@@ -127,3 +127,13 @@ def test_a_record_depends_on_no_other_row_and_has_zeros_after_its_own_steps():
         assert (one < 0.0).all()
         np.testing.assert_array_equal(many[row, :own], one[0])
         assert not many[row, own:].any()
+
+
+def test_a_step_reads_no_clock():
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><body><freejoint/><geom size='0.1'/></body></worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data)
+    assert data.timer[0].number == 1
+    assert not any(timer.duration for timer in data.timer)

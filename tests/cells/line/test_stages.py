@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import take
-from pnt_gym.cells.line import choosing, pool
+from pnt_gym.cells.base import parallel
+from pnt_gym.cells.line import choosing
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
@@ -122,7 +123,7 @@ def _at(objects: Any, percent: Any) -> Any:
 @pytest.mark.parametrize(("threads", "name"), [(2, "settings"), (3, "mixed"), (3, "careful"), (5, "mixed")])
 def test_threads_change_nothing(threads, name, tables):
     level = with_table({**LEVELS[name], "duration": 12.0}, tables)
-    lines = 5 * pool.LEAST_LINES
+    lines = 5 * parallel.LEAST_LINES
     alone, together = begun(level, lines, 2), begun(level, lines, 2, threads)
     random = np.random.default_rng(2)
     while not alone.over.all():
@@ -150,7 +151,7 @@ def test_a_shift_by_table_is_that_of_whole_observations(tables):
 
 def test_parts_together_are_all_lines_and_a_failure_is_raised():
     seen = np.zeros(50, dtype=np.int64)
-    pool.work_in_parts(lambda lines: np.add.at(seen, lines, 1), np.arange(50), 4)
+    parallel.work_in_parts(lambda lines: np.add.at(seen, lines, 1), np.arange(50), 4)
     assert (seen == 1).all()
 
     def fail(lines):
@@ -159,7 +160,7 @@ def test_parts_together_are_all_lines_and_a_failure_is_raised():
 
     for lines in (np.arange(50), np.arange(50)[::-1]):  # in a helping thread, and in the caller's
         with pytest.raises(ValueError, match="the last line"):
-            pool.work_in_parts(fail, lines, 4)
+            parallel.work_in_parts(fail, lines, 4)
 
 
 def _step_in_child(cell: LineCell, results: Any) -> None:

@@ -62,7 +62,7 @@ def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: 
 def _outlines(objects: Footprints) -> tuple[Bools, Floats, Floats]:
     """Which objects are ellipses in top view, their sizes and yaws, in flat arrays."""
     return (
-        np.ascontiguousarray(objects.shape == ELLIPSOID),
+        objects.shape == ELLIPSOID,
         np.ascontiguousarray(objects.size),
         np.ascontiguousarray(objects.yaw),
     )

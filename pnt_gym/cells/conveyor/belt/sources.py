@@ -5,12 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take, take_rows
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, stand_ins, take, take_rows
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt.neighbours import course, sweeps_through
 from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream
@@ -76,7 +76,7 @@ class RankedPicks:
         """Picks of the objects at one place per row; the last pick stands in for index -1, as not throwable."""
         index = self.index[rows, places]
         picks = take(self.picks, index)
-        return replace(picks, throwable=picks.throwable & (index >= 0))
+        return PlannedPicks(picks.reach, picks.context, picks.throwable & (index >= 0))
 
     def motions(self, rows: Ints, places: Ints) -> ThrowMotion:
         """Motions of throwable objects at one place per row."""
@@ -91,6 +91,8 @@ class PickSource(ABC):
         self._generators = generators
         self.passed: Ints = np.zeros(len(generators), dtype=np.int64)
         """Number of objects that left unpicked since the previous throw, or since the episode began (N,)."""
+        self._held: Bools = np.zeros(len(generators), dtype=np.bool_)
+        """Rows that `hold_back` holds back (N,)."""
 
     @abstractmethod
     def first(self, rows: Ints) -> Context:
@@ -121,9 +123,9 @@ class PickSource(ABC):
     @contextmanager
     def hold_back(self, rows: Bools) -> Generator[None]:
         """Context at whose end the objects around the picks of some rows (N,) are as at its beginning."""
-        passed = self.passed.copy()
+        passed, self._held = self.passed.copy(), rows
         yield
-        self.passed = np.where(rows, passed, self.passed)
+        self.passed, self._held = np.where(rows, passed, self.passed), np.zeros_like(rows)
 
     def ride(self, rows: Ints, time: float) -> None:
         """Move the belts of some rows on for a time [s], in which their hands ride with them."""
@@ -145,7 +147,7 @@ class IndependentPicks(PickSource):
         """One independent pick per row; objects are drawn until their throw is feasible."""
         context, good = self._attempt(rows)
         for _ in range(MOST_DRAWS):
-            pending = np.flatnonzero(~good)
+            pending = (~good).nonzero()[0]
             if pending.size == 0:
                 return context
             attempt, fits = self._attempt(rows[pending])
@@ -154,13 +156,19 @@ class IndependentPicks(PickSource):
         raise self._impossible()
 
     def following(self, motion: ThrowMotion, limits: LimitRows, standing: Floats) -> NextPick:
-        """New picks that do not depend on the previous throws."""
+        """New picks that do not depend on the previous throws; a row that is held back has another row's pick."""
         belt, (low, high) = self._planner.config.belt, self._planner.config.lift_x
         x = low + (high - low) * standing[:, 0]
         y = belt.lane_y[0] + (belt.lane_y[1] - belt.lane_y[0]) * standing[:, 1]
         position = np.stack([x, y, np.full_like(x, belt.height + STANDING_HEIGHT)], axis=-1)
         back = self._planner.mover.back(motion, position, limits)
-        return NextPick(np.zeros_like(x), self.first(np.arange(len(x))), back)
+        return NextPick(np.zeros_like(x), self._drawn_next(), back)
+
+    def _drawn_next(self) -> Context:
+        """First picks of all rows, drawn in those that are not held back; one of these stands in for the others."""
+        rows = np.flatnonzero(~self._held)
+        picks = self.first(rows)
+        return take_rows(picks, stand_ins(rows, len(self._held)), len(rows))
 
     def _attempt(self, rows: Ints) -> tuple[Context, Bools]:
         return self._planner.plan(*self._planner.draw_picks(self._generators, rows))
@@ -280,7 +288,7 @@ class BeltPicks(PickSource):
     @contextmanager
     def hold_back(self, rows: Bools) -> Generator[None]:
         """Context at whose end the belts of some rows (N,) are as at its beginning."""
-        stream, held = self.stream, np.flatnonzero(rows)
+        stream, held = self.stream, rows.nonzero()[0]
         objects, x, knocked = take(stream.objects, held), stream.x[held], stream.knocked[held]
         with super().hold_back(rows):
             yield
@@ -299,7 +307,7 @@ class BeltPicks(PickSource):
         The check uses measured values of all objects; objects that are not `good` are skipped. The motions are those of
         the good throws; None: plan them here.
         """
-        candidates = np.flatnonzero(good)
+        candidates = good.nonzero()[0]
         rows, at, throws = rows[candidates], at[candidates], take_rows(context, candidates, len(good))
         if motion is None:
             motion = self._planner.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
@@ -346,7 +354,7 @@ class BeltPicks(PickSource):
     def _priorities(self, picks: PlannedPicks) -> tuple[Floats, ThrowMotion]:
         """Priorities of picks by the rule (P,), and the motions of those that are throwable."""
         reach, context, good = picks.reach, picks.context, picks.throwable
-        throws, throwing = take_rows(context, np.flatnonzero(good), len(good)), np.zeros(len(good))
+        throws, throwing = take_rows(context, good.nonzero()[0], len(good)), np.zeros(len(good))
         motion = self._estimator.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
         throwing[good] = motion.stop_time
         start = reach.time + self._dwell

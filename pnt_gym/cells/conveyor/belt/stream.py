@@ -82,22 +82,21 @@ class BeltStream:
             elapsed: the time that passes (K,) [s].
         """
         new = gone + (picked < self.length)
-        for count in np.unique(new):
+        for count in sorted(set(new.tolist())):
             same_count = new == count
-            self._ride(rows[same_count], picked[same_count], gone[same_count], elapsed[same_count], int(count))
+            self._ride(rows[same_count], picked[same_count], gone[same_count], elapsed[same_count], count)
 
     def _ride(self, rows: Ints, picked: Ints, gone: Ints, elapsed: Floats, count: int) -> None:
         """Move belts on as `ride`, in rows that all need `count` new objects."""
-        new, places = self._draw_objects(rows, count), self.x.shape[1]
-        x = self.x[rows] + self._belt.speed * elapsed[:, None]
-        new_x = self._positions_behind(new, x[:, -1], half_extent(take(self.objects, (rows, -1))))
-        old_places = gone[:, None] + np.arange(places - count, dtype=np.int64)
+        new, kept = self._draw_objects(rows, count), self.x.shape[1] - count
+        self.x[rows] += self._belt.speed * elapsed[:, None]
+        new_x = self._positions_behind(new, self.x[rows, -1], half_extent(take(self.objects, (rows, -1))))
+        old_places = gone[:, None] + np.arange(kept, dtype=np.int64)
         old_places += old_places >= PASSED_PLACES + picked[:, None]
-        old = take(self.objects, (rows[:, None], old_places))
-        self.objects.overwrite(rows, concatenate_records([old, new], axis=1))
-        self.x[rows] = np.concatenate([np.take_along_axis(x, old_places, axis=1), new_x], axis=1)
-        old_knocked = np.take_along_axis(self.knocked[rows], old_places, axis=1)
-        self.knocked[rows] = np.concatenate([old_knocked, np.zeros_like(new_x, dtype=np.bool_)], axis=1)
+        old = rows[:, None], old_places
+        self.objects.overwrite(rows, concatenate_records([take(self.objects, old), new], axis=1))
+        self.x[rows, :kept], self.x[rows, kept:] = self.x[old], new_x
+        self.knocked[rows, :kept], self.knocked[rows, kept:] = self.knocked[old], False
 
     def _positions_behind(self, objects: Objects, x: Floats, half: Floats) -> Floats:
         """Positions along the belt (K, C) [m] of objects behind an object at x (K,) with half extent `half` (K,)."""

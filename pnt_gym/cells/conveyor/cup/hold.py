@@ -62,7 +62,7 @@ def seal_chance(context: Context) -> Floats:
     """
     objects = context.objects
     inside, radius = inside_outline(objects, -context.grasp), objects.cup_radius
-    return objects.pick_chance * np.clip((inside + radius) / (2.0 * radius), 0.0, 1.0)
+    return objects.pick_chance * np.minimum(np.maximum((inside + radius) / (2.0 * radius), 0.0), 1.0)
 
 
 def grips(context: Context, sealed: Bools, path: HandPath, release_time: Floats, config: ConveyorConfig) -> Grips:

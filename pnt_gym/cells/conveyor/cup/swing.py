@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Final, NamedTuple, final
 
 import numpy as np
@@ -80,8 +79,7 @@ def swing_objects(
     """
     motion = hand(np.arange(int(release.max()) + 1, dtype=np.int64))
     state, attitudes = _swing(context, spring, motion, release, stride, config)
-    parting = _part(context, hanging, state)
-    return replace(parting, unsure=_touches_solid(context, attitudes, motion, release, stride, config))
+    return _part(context, hanging, state, _touches_solid(context, attitudes, motion, release, stride, config))
 
 
 def _swing(
@@ -101,8 +99,8 @@ def _swing(
     return state, attitudes
 
 
-def _part(context: Context, hanging: Parting, state: Floats) -> Parting:
-    """The release of objects that have swung to states (N, STATE)."""
+def _part(context: Context, hanging: Parting, state: Floats, unsure: Bools) -> Parting:
+    """The release of objects that have swung to states (N, STATE); which of them touched something solid (N,)."""
     from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
 
     yaw, rotation, rate = context.objects.yaw, state[:, 3:7], state[:, 10:13]
@@ -110,7 +108,7 @@ def _part(context: Context, hanging: Parting, state: Floats) -> Parting:
     kernel.part_objects(
         rotation, rate, context.arm, hanging.attitude, np.cos(yaw), np.sin(yaw), centre, velocity, attitude
     )
-    return replace(hanging, centre=centre, velocity=velocity, attitude=attitude, rate=hanging.rate + rate)
+    return Parting(centre, velocity, attitude, hanging.rate + rate, hanging.push, unsure)
 
 
 def _touches_solid(

@@ -198,7 +198,7 @@ class StraightMover(Mover):
         limits, top = context.throw_limits, context.ceiling + slack
         angle = np.where(context.plan.feasible, context.plan.angle, 0.0)
         release = aim_lines(context.pick, goal, limits, angle)
-        rows = np.flatnonzero(release.feasible & (release.position[:, 2] > top))
+        rows = (release.feasible & (release.position[:, 2] > top)).nonzero()[0]
         if rows.size == 0:
             return release
         angle[rows] = _lower_elevation(context.pick[rows], goal[rows], take(limits, rows), angle[rows], top[rows])

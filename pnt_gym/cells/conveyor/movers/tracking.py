@@ -111,13 +111,16 @@ class TrackingMover(Mover):
         fading, left = self._fade(limits, len(pick))
         motion = self._mover.throw(_virtual_pick(pick, fading), release, left, ceiling)
         delay = np.maximum(fading.time - motion.release_time, 0.0)
-        return replace(
-            motion,
+        return ThrowMotion(
             pick=pick,
             segments=superpose(motion.segments.delay(delay), fading.fade_out()),
             release_time=motion.release_time + delay,
+            stop=motion.stop,
             stop_time=motion.stop_time + delay,
-            pick_velocity=np.tile(self._speed * DOWNSTREAM, (len(pick), 1)),
+            velocity=motion.velocity,
+            roof=motion.roof,
+            placed=motion.placed,
+            pick_velocity=np.full((len(pick), 3), self._speed * DOWNSTREAM),
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
+from pnt_gym.cells.base.plant import roll_out
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_LENGTH
 from pnt_gym.cells.conveyor.cup.swing import LARGEST_PHASE, springs
@@ -265,7 +266,8 @@ def test_heavy_objects_meet_the_solid_part_of_a_soft_cup():
     assert clock.parting.unsure.all()
     plant = core.cell.plant
     plant.write(core.context)
-    held = plant._roll_out_robot(np.arange(20), core.context, clock, clock.release + 1)
+    control = plant._references(np.arange(20), core.context, clock, int(clock.release.max()) + 1)
+    held = roll_out(plant.batch, control, clock.release + 1, ("qpos",))
     first = plant.scene.object_qpos
     up = vertical(held["qpos"][:, : int(clock.release.min()), first + 3 : first + 7])[..., 2]
     steepest = LIP_LENGTH / core.context.objects.cup_radius[0]
