@@ -79,9 +79,9 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
-    from .fitting.recorder import Recorder
     from .ground.starters import assumed_values, show_assumed
     from .judging.evaluation import judge
+    from .judging.throws.recorder import Recorder
     from .judging.trials import check_options, controller_with, open_trial
     from .learning.trained import resolve_task
     from .pictures.stage import Stage
@@ -117,7 +117,7 @@ def main(arguments: Arguments) -> None:
             stage.film(arguments.video)
         console().print(f"a film of the first {trial.step}s is in {arguments.video}")
     if arguments.log is not None and recorder is not None:
-        deliver_text(arguments.log, recorder.text(record, arguments.seed))
+        deliver_text(arguments.log, recorder.text(record.throws, arguments.seed))
     if arguments.json is not None:
         deliver_json(arguments.json, {"env": env_id, "controller": arguments.controller, **report})
         console().print(f"every {trial.step} is in {arguments.json}")

@@ -12,8 +12,9 @@ import tyro
 
 from .ground.cli import UsageError, at_least, check_libraries, option, run
 from .ground.environments import find_environment
-from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable
+from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable, deliver_text
 from .ground.tables import console
+from .judging.throws.recorder import Recorder
 from .learning.trained import resolve_task
 from .pictures.stage import Stage
 from .pictures.studio import load_viewer
@@ -46,6 +47,8 @@ class Arguments:
     """Write a video to this file."""
     picture: Annotated[Path | None, option("none", "FILE.png")] = None
     """Write one picture of the first throw in flight to this file."""
+    log: Annotated[Path | None, option("none", "FILE.csv")] = None
+    """Write a log of the filmed throws, as a real cell would measure them, for `pnt-gym fit`."""
     viewer: Annotated[Literal["native", "web"] | None, option("none", "native|web", VIEWER)] = None
     throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
     """How throws of a line are computed: by its table of chances, with flights simulated, or in the full physics."""
@@ -67,7 +70,7 @@ def main(arguments: Arguments) -> None:
     outputs = [w for w in (arguments.video, arguments.picture, arguments.viewer) if w is not None]
     if len(outputs) != 1:
         raise UsageError("give one of --video FILE.mp4, --picture FILE.png and --viewer native|web")
-    check_writable(arguments.video, arguments.picture)
+    check_writable(arguments.video, arguments.picture, arguments.log)
     check_ending("video", arguments.video, VIDEOS)
     check_ending("picture", arguments.picture, PICTURES)
     _check_effects(arguments)
@@ -79,11 +82,24 @@ def main(arguments: Arguments) -> None:
         return
     with closing(open_stage(arguments, arguments.controller, arguments.level)) as stage:
         if arguments.video is not None:
-            stage.film(arguments.video, arguments.picks, arguments.slow)
-            console().print(f"video in {arguments.video}")
+            _film(stage, arguments, arguments.video)
         elif arguments.picture is not None:
             stage.draw(arguments.picture, arguments.at)
             console().print(f"picture of a throw in {arguments.picture}")
+
+
+def _film(stage: Stage, arguments: Arguments, file: Path) -> None:
+    """Film the throws, and write their log if asked for."""
+    if arguments.log is None:
+        stage.film(file, arguments.picks, arguments.slow)
+    else:
+        recorder = Recorder(stage.core)
+        stage.begin_watched(recorder.watch)
+        stage.steps = recorder.keep(stage.steps)
+        stage.film(file, arguments.picks, arguments.slow)
+        deliver_text(arguments.log, recorder.all_text(arguments.seed))
+        console().print(f"log in {arguments.log}")
+    console().print(f"video in {file}")
 
 
 def _check_effects(arguments: Arguments) -> None:
@@ -93,7 +109,7 @@ def _check_effects(arguments: Arguments) -> None:
         UsageError: an option goes with another output.
     """
     usual = {field.name: field.default for field in fields(Arguments)}
-    for name, output in (("picks", "video"), ("slow", "video"), ("at", "picture")):
+    for name, output in (("picks", "video"), ("slow", "video"), ("log", "video"), ("at", "picture")):
         if getattr(arguments, name) != usual[name] and getattr(arguments, output) is None:
             raise UsageError(f"--{name} goes with --{output}, and has no effect here")
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 import gymnasium as gym
 import numpy as np
 
-from agents.line.plan import line_up
+from agents.line.plans import line_up
 from benchmarks.checks import choices, memory
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.chances import table_path

@@ -25,7 +25,7 @@ from agents.jobs.code import code_digest
 from agents.report.study_plan import Case, Part, StudyPlan, read_study, shipped_study
 from benchmarks.studies.cells import Amount, Figures
 
-ROOMS: Final = ("judging", "controllers", "dispatchers", "grasping", "learning", "training", "fitting")
+ROOMS: Final = ("judging", "controllers", "dispatchers", "grasping", "learning", "training", "fit")
 """Rooms of agents on which figures depend."""
 CODE: Final = (
     "pnt_gym/**/*.py",
@@ -53,6 +53,10 @@ class Arguments:
     """Measure this part of the plan alone; may be given several times."""
     threads: int = 2
     """Threads of the simulation; results do not depend on this number."""
+    share: Annotated[str, option("1/1", "K/N")] = "1/1"
+    """Measure only the K-th of every N cases, so that N processes or machines share a study."""
+    join: Annotated[tuple[Path, ...], option("none", "FILE ...")] = ()
+    """Begin with what these files hold of the same study."""
 
 
 def main(arguments: Arguments) -> None:
@@ -62,22 +66,61 @@ def main(arguments: Arguments) -> None:
     plan = read_study(Path(arguments.plan)) if arguments.plan.endswith(".yaml") else shipped_study(arguments.plan)
     throws = plan.throws if arguments.throws is None else arguments.throws
     seed = plan.seed if arguments.seed is None else arguments.seed
+    first, count = read_share(arguments.share)
+    cases = chosen_cases(plan, arguments.parts)[first - 1 :: count]
     result = load_progress(arguments.json, head(plan, throws, seed))
-    if unknown := [name for name in arguments.parts if name not in plan.parts]:
+    join_rows(plan, result, arguments.join)
+    if arguments.json is not None:
+        write_json(arguments.json, result)
+    for part, case in cases:
+        if not is_held(case, result["rows"]):
+            amount = Amount(part.count(throws), seed, arguments.threads)
+            rows = [{**case.labels, **figures} for figures in as_rows(measurement(part)(case.settings, amount))]
+            check_numbers(case, rows)
+            print("\n".join(map(line, rows)), flush=True)
+            result["rows"] += rows
+            if arguments.json is not None:
+                write_json(arguments.json, result)
+
+
+def chosen_cases(plan: StudyPlan, names: Iterable[str]) -> list[tuple[Part, Case]]:
+    """Cases of the parts of these names, or of all parts without a name.
+
+    Raises:
+        UsageError: the study has no such part.
+    """
+    if unknown := [name for name in names if name not in plan.parts]:
         raise UsageError(f"--part is {unknown[0]!r}; parts of {plan.study} are {', '.join(plan.parts)}")
-    for name, part in plan.parts.items():
-        if arguments.parts and name not in arguments.parts:
-            continue
-        measure = measurement(part)
-        for case in plan.cases(name):
-            if not is_held(case, result["rows"]):
-                amount = Amount(part.count(throws), seed, arguments.threads)
-                rows = [{**case.labels, **figures} for figures in as_rows(measure(case.settings, amount))]
-                check_numbers(case, rows)
-                print("\n".join(map(line, rows)), flush=True)
-                result["rows"] += rows
-                if arguments.json is not None:
-                    write_json(arguments.json, result)
+    parts = {name: part for name, part in plan.parts.items() if not names or name in names}
+    return [(part, case) for name, part in parts.items() for case in plan.cases(name)]
+
+
+def read_share(text: str) -> tuple[int, int]:
+    """K and N of a share K/N.
+
+    Raises:
+        UsageError: the text is no such share.
+    """
+    first, slash, count = text.partition("/")
+    if not (slash and first.isdecimal() and count.isdecimal() and 1 <= int(first) <= int(count)):
+        raise UsageError(f"--share is {text!r}; it must be K/N with K from 1 to N, for instance 2/16")
+    return int(first), int(count)
+
+
+def join_rows(plan: StudyPlan, result: dict[str, Any], files: Iterable[Path]) -> None:
+    """Add the rows of other files of the same study, and put all rows in the order of their cases.
+
+    Raises:
+        UsageError: a file is of another study, or of other code, versions or amounts.
+    """
+    about = {name: value for name, value in result.items() if name != "rows"}
+    for file in files:
+        data = read_json(file)
+        if not isinstance(data, dict) or {**about, "rows": data.get("rows")} != data:
+            raise UsageError(f"--join: {str(file)!r} is of another study, or of other code, versions or amounts")
+        result["rows"] += [row for row in data["rows"] if row not in result["rows"]]
+    cases = [case for name in plan.parts for case in plan.cases(name)]
+    result["rows"] = [row for case in cases for row in result["rows"] if case.labels.items() <= row.items()]
 
 
 def head(plan: StudyPlan, throws: int, seed: int) -> dict[str, Any]:

@@ -6,6 +6,7 @@ begin of a shift, every throw simulated.
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import closing
@@ -14,6 +15,7 @@ from functools import partial
 from io import BytesIO
 from itertools import islice
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 import numpy as np
@@ -26,6 +28,7 @@ sys.path.insert(0, str(ROOT))
 from agents.ground.drawings import svg  # noqa: E402
 from agents.ground.files import replace_file, write_text  # noqa: E402
 from agents.judging.trials import open_trial  # noqa: E402
+from agents.line import plan  # noqa: E402
 from agents.pictures.places import places_figure  # noqa: E402
 from agents.pictures.stage import Stage  # noqa: E402
 from pnt_gym.cells.base.canvas import Picture  # noqa: E402
@@ -86,6 +89,7 @@ def main() -> None:
         path = FOLDER / f"{env_id}.webp"
         if env_id == LINE[0]:
             who_took_what()
+            plans_of_the_plant()
         size = save(list(line_at_work() if env_id == LINE[0] else frames(env_id, FILMS[env_id])), path)
         print(f"{path.relative_to(ROOT)}: {size / 1000:.0f} KB")
 
@@ -114,6 +118,19 @@ def who_took_what() -> None:
     with closing(open_trial(env_id, level, 1, 1)) as trial:
         drawing = trial.run(trial.controller(name), 1, 0).picture()
     write_text(FOLDER / "line_gantt.svg", str(drawing))
+
+
+def plans_of_the_plant() -> None:
+    """Plans of the plant on the page of levels, at two limits of its robots."""
+    text = re.search(r'^```yaml title="plant.yaml"\n(.*?)^```$', (ROOT / "docs" / "levels.md").read_text(), re.M | re.S)
+    assert text is not None
+    with TemporaryDirectory() as folder:
+        level, drawing = Path(folder) / "plant.yaml", Path(folder) / "plans.svg"
+        write_text(level, text[1])
+        plan.main(
+            plan.Arguments(str(level), robots=(2, 3, 4), percents=(30.0, 60.0), picture=drawing, tables=Path(folder))
+        )
+        write_text(FOLDER / "line_plan.svg", drawing.read_text())
 
 
 def save(pictures: list[NDArray[np.uint8]], path: Path) -> int:

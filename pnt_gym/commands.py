@@ -60,7 +60,7 @@ def compare(a: Any, b: Any, env: Any, budget: int | None = None, seed: int = 0, 
 def fit(log: str | Path, level: str | Path = "waste", **options: Any) -> dict[str, Any]:
     """Fit a conveyor level to a log of throws.
 
-    Every argument is as for `agents.fitting.report.fit`.
+    Every argument is as for `agents.fit.report.fit`.
 
     Args:
         log: CSV file with a row for each throw.
@@ -73,7 +73,27 @@ def fit(log: str | Path, level: str | Path = "waste", **options: Any) -> dict[st
     Raises:
         PntGymError: the log or the level does not describe throws of one cell.
     """
-    return command_module("fitting.report").fit(log, level, **options)
+    return command_module("fit.report").fit(log, level, **options)
+
+
+def plan_line(level: str | Path = "skills3", **options: Any) -> dict[str, Any]:
+    """Judge plans of a line of robots over one stream of objects.
+
+    Every argument is as for `agents.line.verdict.plan_line`.
+
+    Args:
+        level: name or file of a level of the line.
+        options: recovery, release, robots, speeds, percents, skills, minutes, burst and down; controller, shifts, seed,
+            throws, tables and threads.
+
+    Returns:
+        `plans`, the figures of each plan; and `sentences`: the plan that is enough or the best one, the reason why it
+        does not sort more, and what air jets would sort.
+
+    Raises:
+        PntGymError: the level, a plan or an option is unknown or impossible.
+    """
+    return command_module("line.verdict").plan_line(level, **options)
 
 
 def shipped_policy(name: str) -> Path:

@@ -133,6 +133,26 @@ def test_a_study_that_was_killed_goes_on_with_the_rows_that_it_has(small, tmp_pa
     assert capsys.readouterr().out == ""
 
 
+def test_processes_share_a_study_and_one_takes_over_all_rows_in_order(small, tmp_path, capsys):
+    whole, parts = tmp_path / "whole.json", [tmp_path / f"{number}.json" for number in (1, 2, 3)]
+    measure(small, "--json", whole)
+    for number, part in enumerate(parts, 1):
+        measure(small, "--json", part, "--share", f"{number}/3")
+    assert sorted(len(rows_of(part)) for part in parts) == [1, 1, 2]
+    capsys.readouterr()
+    together = tmp_path / "together.json"
+    measure(small, "--json", together, "--join", *reversed(parts))
+    assert capsys.readouterr().out == "", "nothing is measured again"
+    assert json.loads(together.read_text()) == json.loads(whole.read_text())
+    measure(small, "--json", parts[0], "--throws", 2)
+    assert "is of another study, or of other code" in refusal(capsys, small, "--join", parts[0])
+
+
+@pytest.mark.parametrize("share", ["0/2", "3/2", "1", "a/2", "1/0"])
+def test_a_wrong_share_is_refused(small, capsys, share):
+    assert f"--share is '{share}'; it must be K/N" in refusal(capsys, small, "--share", share)
+
+
 def test_rows_of_another_seed_or_of_other_code_are_not_gone_on_with(small, tmp_path, monkeypatch):
     file = tmp_path / "s.json"
     measure(small, "--json", file, "--throws", 2)

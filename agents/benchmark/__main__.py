@@ -14,6 +14,7 @@ from ..ground.places import MADE, SHIPPED
 from ..ground.tables import console
 from ..ground.versions import versions
 from ..jobs.cluster import Needs, pool
+from ..jobs.parcel import arithmetic
 from ..jobs.work import do_missing
 from .compare import assemble
 from .kept import KeptRows, choose_pieces, keep_rows
@@ -56,7 +57,7 @@ def main(arguments: Arguments) -> None:
     parts = do_missing(planned, work, workers, unit=f"{trial_of_plan(plan).step}s")
     results = [*kept.rows, *(result for part in parts for result in part["results"])]
     comparison = assemble(plan, results)
-    head = {"plan": plan.model_dump(mode="json"), "versions": versions()}
+    head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "arithmetic": arithmetic()}
     seconds = kept.seconds + sum(part["seconds"] for part in parts)
     deliver_json(out, {**head, "seconds": seconds, **comparison, "results": results}, indent=None)
     show(plan, comparison["table"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from collections.abc import Mapping
@@ -17,25 +16,20 @@ from pydantic import Field, ValidationError, model_validator
 
 from pnt_gym.cells.base.config import FileName, LevelConfig, Section
 from pnt_gym.cells.base.problems import describe_problems
-from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers.protocol import Controller
 from ..ground.cli import UsageError, check_libraries
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
-from ..ground.shipped import module_of, policy_place
+from ..ground.shipped import is_shipped, module_of
 from ..jobs.cluster import Needs
-from ..jobs.code import code_digest
 from ..jobs.parcel import user_code_digest
 from ..jobs.work import key
 from ..judging.trial import Trial
 from ..judging.trials import check_options, controller_with, open_trial, trial_class
-from ..learning.runs import POLICY
+from .digests import file_digest, results_code
 from .entries import EACH, LEARNED_BY, TRAINED, Choice, Count, Entry, Several, is_learned, labels_of, settings_of
-
-_CODE = ("pnt_gym/**/*.py", "agents/controllers/*.py", "agents/dispatchers/*.py")
-"""Code on which results depend and which is loaded by a name; all other code is found by following imports."""
 
 
 @final
@@ -138,6 +132,8 @@ class Piece:
     """Digest of everything that the results depend on."""
     name: str
     """Name of the piece, for people and file names."""
+    code: str
+    """Digest of the code alone."""
     cost: int
     """Number of throws or decisions to be simulated; those of slow controllers count several times."""
 
@@ -175,7 +171,7 @@ def pieces(plan: Plan) -> list[Piece]:
     _check_keys(plan, kind)
     for level in plan.evaluation_levels:
         _check_level(plan, level)
-    code = code_digest(_CODE, ["agents.benchmark.run"])
+    code = results_code()
     work: list[Piece] = []
     for entry, where in _entries_by_level(plan):
         learns = any(entry.throws)
@@ -227,26 +223,20 @@ def _piece(
     user_configs = {level: config for level, config in configs.items() if _is_user_level(plan, level, config)}
     efforts = (kind.effort(entry.controller, configs[level], counts[level], plan.num_envs) for level in levels)
     cost = max(throws) + len(throws) * len(labels_of(entry)) * sum(efforts)
-    return Piece(plan, entry, throws, seed, levels, train_level, user_configs, key(**inputs), name, cost)
+    return Piece(plan, entry, throws, seed, levels, train_level, user_configs, key(**inputs), name, code, cost)
 
 
 def _dependencies(kind: type[Trial], entry: Entry, levels: list[Any], throws: tuple[int, ...]) -> list[Any]:
     """Dependencies of an entry's figures beside code and levels: shipped settings and files, and trained policies."""
     names = [value for _, value in _artefact_settings(kind, entry, levels)]
     parts = [kind.dependencies(name, levels, entry.options, throws) for name in (entry.controller, *names)]
-    learned = [_digest(name) for name in (entry.controller, *names) if is_learned(name)]
+    learned = [file_digest(name) for name in (entry.controller, *names) if is_learned(name)]
     return [*parts, kind.dependencies(entry.over, levels, {}, (0,)), *learned]
 
 
 def _artefact_settings(kind: type[Trial], entry: Entry, levels: list[Any]) -> list[tuple[str, str]]:
     """Settings of an entry by which its controller reads further files, and their values."""
     return kind.artefact_settings(entry.controller, levels, entry.options)
-
-
-def _digest(name: str) -> str:
-    """Digest of a trained policy: of its file, or of the policy in a run folder."""
-    place = policy_place(name)
-    return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
 
 
 def _check_keys(plan: Plan, kind: type[Trial]) -> None:
@@ -340,8 +330,8 @@ def needs(plan: Plan) -> Needs:
 
 
 def _is_local_file(name: str, value: Any) -> bool:
-    """Whether an entry's setting names a file that other machines lack; they have the shipped hyperparameters."""
+    """Whether an entry's setting names a file that other machines lack; they have what ships."""
     if name in ("controller", "guide"):
-        return is_learned(str(value))
+        return is_learned(str(value)) and not is_shipped(str(value))
     ships = name == "config" and at(str(value)).resolve().is_relative_to(SHIPPED / "configs")
     return isinstance(value, str) and os.path.isfile(value) and not ships

@@ -8,7 +8,7 @@ from contextlib import closing
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from ..controllers import Learner
 from ..controllers.apart import SeparateControllers
@@ -17,11 +17,28 @@ from ..jobs.work import Job
 from ..judging.trial import Trial
 from ..judging.trials import open_trial
 from ..learning.runs import RunFolder
+from .digests import bytes_digest, level_digest, policy_digest
 from .entries import TRAINED, labels_of, settings_of
 from .plan import Piece, entry_controller
 
 ControllerFactory: TypeAlias = Callable[[str, Trial], Controller]
 """Returns the trained controller of a name for the trial that evaluates it."""
+
+
+class Lesson(NamedTuple):
+    """A controller that has learned, or need not.
+
+    Attributes:
+        throws: number of throws that the controller learned from.
+        seconds: time of learning.
+        make_controller: returns the controller for a trial.
+        policy: digest of the controller; None if each controller of a name has one of its own.
+    """
+
+    throws: int
+    seconds: float
+    make_controller: ControllerFactory
+    policy: str | None = None
 
 
 def jobs(planned: Iterable[Piece]) -> list[Job]:
@@ -34,14 +51,17 @@ def run_piece(piece: Piece, folder: Path) -> dict[str, Any]:
     plan, entry = piece.plan, piece.entry
     results: list[dict[str, Any]] = []
     names = list(zip(labels_of(entry), (entry.controller, *entry.also), strict=True))
-    for throws, seconds, make_controller in _learn(piece, folder):
+    for lesson in _learn(piece, folder):
         for level, (label, name) in product(piece.levels, names):
             with closing(_trial(piece, level)) as trial:
                 count = plan.count_of(type(trial), level, entry)
-                record = trial.run(make_controller(name, trial), count, plan.seed, online=entry.online)
-            head = {"label": label, "controller": name, "throws": throws}
-            details = {"seed": piece.seed, "level": level, "train_level": piece.train_level, "learn_seconds": seconds}
-            results.append({**head, **details, "columns": record.columns()})
+                controller = lesson.make_controller(name, trial)
+                policy = lesson.policy or policy_digest(name, controller)
+                record = trial.run(controller, count, plan.seed, online=entry.online)
+                digests = {"policy": policy, "level": level_digest(trial.core.config), "code": piece.code}
+            head = {"label": label, "controller": name, "throws": lesson.throws, "seed": piece.seed}
+            details = {"level": level, "train_level": piece.train_level, "learn_seconds": lesson.seconds}
+            results.append({**head, **details, "digests": digests, "columns": record.columns()})
     return {"results": results}
 
 
@@ -50,8 +70,8 @@ def _trial(piece: Piece, level: str, count: int | None = None) -> Trial:
     return open_trial(piece.plan.env, place, count or piece.plan.num_envs, 1, piece.entry.action_mode)
 
 
-def _learn(piece: Piece, folder: Path) -> Iterator[tuple[int, float, ControllerFactory]]:
-    """Throws learned from, seconds of learning, and a factory of trained controllers, for each count of the piece."""
+def _learn(piece: Piece, folder: Path) -> Iterator[Lesson]:
+    """A lesson for each number of throws of the piece."""
     if piece.entry.controller in TRAINED:
         yield from _train(piece, folder)
         return
@@ -62,13 +82,13 @@ def _learn(piece: Piece, folder: Path) -> Iterator[tuple[int, float, ControllerF
         learner = trial.practise(controller, piece.throws[0], piece.seed)
         seconds = round(time.perf_counter() - began, 1)
     if learner is controller:
-        yield piece.throws[0], seconds, partial(_transfer, controller, piece)
+        yield Lesson(piece.throws[0], seconds, partial(_transfer, controller, piece))
     else:  # the controller that a search returns acts on every level alike
-        yield piece.throws[0], seconds, lambda name, trial: learner
+        yield Lesson(piece.throws[0], seconds, lambda name, trial: learner)
 
 
-def _train(piece: Piece, folder: Path) -> Iterator[tuple[int, float, ControllerFactory]]:
-    """Train, or resume training, and yield a factory of the policy at each count of throws or decisions."""
+def _train(piece: Piece, folder: Path) -> Iterator[Lesson]:
+    """Train, or resume training, and yield the policy at each count of throws or decisions."""
     from ..learning.progress import Stop  # noqa: PLC0415 - imports torch
     from ..training.session import Session  # noqa: PLC0415 - as above
 
@@ -93,7 +113,8 @@ def _train(piece: Piece, folder: Path) -> Iterator[tuple[int, float, ControllerF
                     session.learn(model, run, Stop(), checkpoint_every=throws, until=throws, quiet=True)
                 seconds = round(time.perf_counter() - began, 1)
                 place = next(p for p in run.checkpoints if int(p.name) >= throws)
-                yield throws, seconds, partial(_checkpoint_policy, run, place, session.run_args)
+                policy = bytes_digest(run.policy_file(place).read_bytes())
+                yield Lesson(throws, seconds, partial(_checkpoint_policy, run, place, session.run_args), policy)
 
 
 def _checkpoint_policy(run: RunFolder, place: Path, run_args: dict[str, Any], name: str, trial: Trial) -> Controller:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Ints
-from pnt_gym.cells.line.core import LineCore
+from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.throws import Release
 
 from ..controllers import make_controller
@@ -16,17 +16,17 @@ from ..ground.environments import make_vector
 ENV = "PnTRelease-v0"
 
 
-def make_release(name: str, core: LineCore) -> Release:
+def make_release(name: str, config: LineConfig) -> Release:
     """Function that corrects throws by a controller of `PnTRelease-v0`.
 
     Args:
         name: name of a controller that needs no practice, or a run folder.
-        core: core of the lines.
+        config: level of the line.
 
     Raises:
         UsageError: the controller does not exist, or belongs to another environment.
     """
-    env = make_vector(ENV, core.config.cell_of(0), 1, 1)
+    env = make_vector(ENV, config.cell_of(0), 1, 1)
     controller = make_controller(name, env)
     env.close()
 

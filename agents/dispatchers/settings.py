@@ -1,13 +1,16 @@
-"""Shipped settings of rules and planners of a line, level by level, from `pnt-gym line tune`."""
+"""Settings of rules and planners of a line, level by level, from `pnt-gym line tune`: shipped ones and a user's own."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any, Final
 
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED
 
 FILE: Final = SHIPPED / "configs" / "line_rules.yaml"
+MADE: Final = Path("runs") / "line_rules.yaml"
+"""File of the settings that `pnt-gym line tune` finds, in the working folder; shipped ones come first."""
 USUAL: Final = {"atc": {"patience": 1.0}, "price": {"patience": 1.0, "share": 0.5}}
 """Settings on levels without tuned ones."""
 PLANNERS: Final = ("beam", "price_beam", "joint_beam", "guided_beam")
@@ -15,9 +18,12 @@ PLANNERS: Final = ("beam", "price_beam", "joint_beam", "guided_beam")
 
 
 def read_settings() -> dict[str, Any]:
-    """All shipped settings, by level."""
-    content: Any = read_yaml(FILE, "settings of rules") if FILE.is_file() else {}
-    return dict(content or {})
+    """All settings by level: those in the working folder, and the shipped ones."""
+    levels: dict[str, Any] = {}
+    for file in (MADE, FILE):
+        content: Any = read_yaml(file, "settings of rules") if file.is_file() else {}
+        levels |= dict(content or {})
+    return levels
 
 
 def settings(level: str, name: str, robots: int = 1) -> dict[str, Any]:

@@ -53,6 +53,15 @@ def tile_panels(count: int, columns: int, size: tuple[float, float], **options: 
     return figure, panels[:count]
 
 
+def stacked_panels(width: float, heights: Sequence[float]) -> tuple[Figure, list[Any]]:
+    """A figure of a width in inches, and its parts below one another, each of a height in inches."""
+    from matplotlib.figure import Figure as MatplotlibFigure  # noqa: PLC0415 - heavy, needed for reports only
+
+    figure = MatplotlibFigure(figsize=(width, sum(heights)), layout="constrained")
+    parts = figure.subfigures(len(heights), 1, squeeze=False, height_ratios=list(heights))
+    return figure, list(parts.ravel())
+
+
 def dress(
     axes: Axes, across: str, up: str, title: str = "", *, legend: LegendLocType | None = None, **options: Any
 ) -> None:

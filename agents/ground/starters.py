@@ -91,7 +91,8 @@ def assumed_text(config: LevelConfig) -> str:
 def assumed_values(config: Any) -> dict[str, Any]:
     """What is assumed of a level's own items, as an entry of a result; empty where nothing is."""
     values = config.assumed() if isinstance(config, LevelConfig) else {}
-    return {"assumed": values} if values else {}
+    items = {name: {key: _plain(value) for key, value in of_item.items()} for name, of_item in values.items()}
+    return {"assumed": items} if items else {}
 
 
 def show_assumed(config: Any) -> None:
@@ -101,5 +102,14 @@ def show_assumed(config: Any) -> None:
         console().print(text)
 
 
+def _plain(value: Any) -> Any:
+    """A value of a level as a value of JSON."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json")
+    return [_plain(part) for part in value] if isinstance(value, tuple) else value
+
+
 def _short(value: Any) -> str:
+    if isinstance(value, tuple) and any(isinstance(part, BaseModel) for part in value):
+        return f"({len(value)} of them)"
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -20,8 +20,8 @@ from ..ground.places import CHECKOUT, CODE
 from ..ground.versions import versions
 from .code import code_digest
 
-PARTS: Final = ("pnt_gym", "agents", "configs", "pyproject.toml") if CHECKOUT else ("pnt_gym",)
-"""Parts below `CODE` that are sent: the code and the files it reads, but no results, tests or environments."""
+PARTS: Final = ("pnt_gym", "agents", "configs", "results/policies", "pyproject.toml") if CHECKOUT else ("pnt_gym",)
+"""Parts below `CODE` that are sent: the code, the files it reads and the shipped policies, but no other results."""
 _TEXTS: Final = ("pnt_gym/**/*.py", "pnt_gym/**/*.y*ml", "agents/**/*.py", "configs/**/*.y*ml")
 _MOST: Final = 200_000_000
 """Largest size of a user's module that is sent [bytes]."""
@@ -108,13 +108,13 @@ def _identity(modules: Iterable[str], torch: bool) -> Iterator[tuple[str, str]]:
     # A machine that received the code need not have the package installed.
     yield from ((name, version) for name, version in versions().items() if name != "pnt_gym")
     yield from ((f"module {name}", user_code_digest(name)[:12]) for name in modules)
-    yield "arithmetic", _arithmetic()
+    yield "arithmetic", arithmetic()
     if torch:
         yield "torch's arithmetic", _torch_arithmetic()
 
 
 @cache
-def _arithmetic() -> str:
+def arithmetic() -> str:
     """Fingerprint of some throws and of the learners' arithmetic, in which processors round differently."""
     random = np.random.default_rng(0)
     numbers, square = random.standard_normal(999), random.standard_normal((24, 24))

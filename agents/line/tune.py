@@ -15,7 +15,7 @@ from pnt_gym.reading import yaml_text
 
 from ..dispatchers import search as tuning
 from ..dispatchers.search import Bench, SettingsResult
-from ..dispatchers.settings import FILE, rate, settings
+from ..dispatchers.settings import FILE, MADE, rate, settings
 from ..ground.cli import UsageError, at_least, check_libraries, option
 from ..ground.environments import stream_seed
 from ..ground.files import read_yaml
@@ -55,7 +55,7 @@ class Arguments:
     """Begin the search at the level's shipped index, not at the ATC rule; give another --seed for other shifts."""
     seed: int = 0
     """Seed of the shifts."""
-    out: Annotated[Path | None, option("configs/line_rules.yaml", "FILE.yaml")] = None
+    out: Annotated[Path | None, option("runs/line_rules.yaml, where rules and planners find them", "FILE.yaml")] = None
     """File of the settings by level; settings of other levels in the file stay."""
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write every tried setting, and its value per minute in each shift, to this file."""
@@ -67,7 +67,7 @@ def main(arguments: Arguments) -> None:
     check_libraries(*(["cma"] if "index" in arguments.what else []))
     if arguments.out is not None and arguments.shifts < ENOUGH:
         raise UsageError(f"--shifts is {arguments.shifts}; settings are saved to --out from {ENOUGH} shifts on")
-    place = FILE if arguments.out is None else arguments.out
+    place = MADE if arguments.out is None else arguments.out
     check_writable(place, arguments.json)
     level, by_level = LineConfig.load(arguments.level, throws="table"), read_settings(place)
     results = try_settings(level, arguments)
@@ -81,6 +81,8 @@ def main(arguments: Arguments) -> None:
     )
     message = f"{arguments.shifts} shifts are too few, so no settings were saved; set --shifts to {ENOUGH} or more"
     console().print(f"the best settings are in {place}" if enough else message)
+    if enough and arguments.out is None and level.name in (read_settings(FILE) if FILE.is_file() else {}):
+        console().print(f"level {level.name} has shipped settings, which stay in force")
     if arguments.json is not None:
         console().print(f"all tried settings are in {arguments.json}")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final, final
 
@@ -10,6 +10,7 @@ from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.grasp.core import GraspCore
 
+from ..controllers.protocol import Controller
 from ..ground.outputs import deliver
 from ..judging.trials import open_trial
 from ..learning.trained import resolve_task
@@ -64,7 +65,12 @@ class Stage:
         except BaseException:
             self._trial.close()
             raise
+        self._actor, self._seed = actor, seed
         self.steps: Iterator[Any] = self._trial.steps(actor, seed)
+
+    def begin_watched(self, watch: Callable[[Controller], Controller]) -> None:
+        """Begin the steps anew, with the controller inside another one that watches the controller."""
+        self.steps = self._trial.steps(watch(self._actor), self._seed)
 
     def film(self, file: Path, picks: int | None = None, slow: int = 1) -> None:
         """Film a number of throws or decisions.

@@ -19,10 +19,12 @@ from .contents import read_results
 from .kinds import kind_of
 from .methods import methods_figures
 from .page import Chapter, html_page, index_page, sections, tables_page
+from .pays import crossover_grid, curves_figures, improvement_grid, mismatch_figures
 from .questions import QUESTIONS
 from .reproduction import is_reproduction, paper_chapters
 from .speeds import TABLES
 from .study import is_study, study_grids
+from .submissions import BLOCK, TITLE, submissions_grid
 
 
 @dataclass(frozen=True)
@@ -39,8 +41,10 @@ INDEX = "README.md"
 """Page of the results folder that lists the questions."""
 ENTRIES = ("quantity", "published", "reproduced", "unit", "verdict", "note")
 """What `python -m agents.reproduce` and others alike say of a figure."""
-DRAWN = {"methods": methods_figures}
+DRAWN = {"methods": methods_figures, "curves": curves_figures, "mismatch": mismatch_figures}
 """Figures of studies that have any."""
+COMPUTED = {"curves": (improvement_grid,), "mismatch": (crossover_grid,)}
+"""Tables of studies that their plans cannot describe."""
 
 
 def main(arguments: Arguments) -> None:
@@ -98,7 +102,8 @@ def read_chapters(results: Path) -> list[Chapter]:
     for path, data in files:
         with check_form(path):
             chapters += _with_names(_chapters(path.stem, data, results), path.stem) if isinstance(data, dict) else []
-    return chapters
+    handed_in = submissions_grid(results)
+    return [*chapters, *([Chapter(TITLE, (handed_in,), name=BLOCK, source=BLOCK)] if handed_in.rows else [])]
 
 
 def _with_names(chapters: Sequence[Chapter], file: str) -> list[Chapter]:
@@ -114,7 +119,8 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
         return [benchmark_chapter(name, data)]
     if is_study(data):
         drawn = DRAWN[data["study"]](data) if data["study"] in DRAWN else {}
-        return [Chapter(name, tuple(study_grids(data)), drawn)]
+        computed = [table(data) for table in COMPUTED.get(data["study"], ())]
+        return [Chapter(name, (*study_grids(data), *computed), drawn)]
     if grids := tuple(table(data) for names, table in TABLES if names <= set(data)):
         return [Chapter(name, grids)]
     rows = data.get("rows")

@@ -15,11 +15,14 @@ from ..ground.tables import Grid, markdown_text
 from .contents import read_results
 from .headline import headline_failures, headline_table
 from .line import gains_table, line_table, seeds_table
+from .peers import peers_table
 from .questions import QUESTIONS
 from .reproduction import table as reproduced_table
 from .speeds import environment_table, planner_table
 from .study import study_grid
 from .study_plan import STUDIES, read_study
+from .submissions import BLOCK as SUBMISSIONS
+from .submissions import submissions_grid
 from .tables import benchmark_table, first_shift_table
 
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
@@ -33,6 +36,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "line-learned": ("benchmark_line.json", seeds_table),
     "adapting": ("benchmark_adapt.json", first_shift_table),
     "failures": ("benchmark.json", headline_failures),
+    "peers": ("benchmark_peers.json", peers_table),
 }
 """Tables in documents by name: the file of results, and what makes the table; plans of studies name further ones, and
 those of papers are "paper/table"."""
@@ -80,6 +84,8 @@ def _table_text(name: str, results: Path) -> str:
 
 
 def _table(name: str, results: Path) -> Grid:
+    if name == SUBMISSIONS:
+        return submissions_grid(results)
     tables = {**BLOCKS, **study_blocks()}
     if name in tables:
         file, make_table = tables[name]

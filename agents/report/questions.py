@@ -78,11 +78,18 @@ QUESTIONS: Final = (
         command="make bench",
         chapters={
             "benchmark": "Every controller on every level",
+            "curves": "Every learner after 1 to 10,000 throws",
+            "mismatch": "Where learning begins to pay",
+            "processors": "The same throws on another processor",
+            "precise": "A level that separates good controllers",
+            "benchmark_precise": "Every controller on `precise`",
+            "benchmark_peers": "Cells of other papers",
             "benchmark_goal": "The virtual goal and its gain K",
             "training": "Learning from flights",
             "offline": "Learning from given throws",
             "oracle": "What the oracle leaves",
             "sequential": "How many throws a comparison takes",
+            "submissions": "What others have handed in",
         },
     ),
     Question(
@@ -96,6 +103,7 @@ QUESTIONS: Final = (
             "benchmark_adapt": "Every controller under every drift",
             "adaptation": "Cameras and new kinds of items",
             "fit": "What 40 landings tell of a cell",
+            "fit_use": "What a fitted level is worth",
         },
     ),
     Question(

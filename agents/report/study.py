@@ -6,9 +6,11 @@ import math
 import re
 import string
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from typing import Any, Final
 
+from ..ground.metrics import wilson
 from ..ground.tables import Grid
 from .study_plan import StudyPlan, Table, shipped_study
 
@@ -63,11 +65,27 @@ def _head(plan: StudyPlan, table: Table, data: Data) -> dict[str, Any]:
     return {"throws": part.count(data["throws"]), "settings": part.settings}
 
 
+def share(cases: Sequence[bool]) -> dict[str, float]:
+    """Share of true cases with Wilson's interval, as a figure of a row; shares of rows that meet are pooled."""
+    return _share(sum(cases), len(cases))
+
+
+def _share(true: int, count: int) -> dict[str, float]:
+    return {**asdict(wilson(true, count)), "true": true, "count": count}
+
+
 def mean(rows: Sequence[Data]) -> Data:
-    """Rows as one, each number the mean of theirs."""
+    """Rows as one, each number the mean of theirs, and each share that of all their cases."""
     first = rows[0]
+    if len(rows) == 1:
+        return first
     numbers = [name for name, value in first.items() if isinstance(value, float)]
-    return first if len(rows) == 1 else {**first, **{n: sum(row[n] for row in rows) / len(rows) for n in numbers}}
+    shares = [name for name, value in first.items() if isinstance(value, Mapping) and "count" in value]
+    return {
+        **first,
+        **{name: sum(row[name] for row in rows) / len(rows) for name in numbers},
+        **{name: _share(*(sum(row[name][part] for row in rows) for part in ("true", "count"))) for name in shares},
+    }
 
 
 def cell(text: str, row: Data, names: Mapping[str, Mapping[Any, str]]) -> str:

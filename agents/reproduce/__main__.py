@@ -16,7 +16,7 @@ from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
 from ..jobs.work import Job, do_missing, processes
-from .papers import PAPERS, describe_parts, duration, jobs
+from .papers import PAPERS, describe_parts, duration, jobs, needs_optima
 from .record import assemble, headlines
 
 ALL = "all"
@@ -57,6 +57,8 @@ def main(arguments: Arguments) -> None:
     chosen = check(arguments)
     work = arguments.work or MADE / "runs" / "reproduce"
     planned = select([job for paper in chosen for job in jobs(paper)], [*chain(*arguments.only)])
+    if needs_optima(planned):
+        check_libraries("casadi")
     parts = do_missing(planned, work, processes(arguments.jobs or available()), fresh=arguments.fresh)
     findings = {job.name: part for job, part in zip(planned, parts, strict=True)}
     record, drawings = assemble(f"python -m agents.reproduce {arguments.paper}", findings)

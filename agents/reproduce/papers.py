@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, Protocol, cast
@@ -39,6 +39,15 @@ PART_NAMES: Final = {
     ),
 }  # fmt: skip
 """Parts of each paper, for the help: to import the papers would take seconds."""
+
+
+OPTIMA: Final = {
+    "hassan": ("free-direction", "free-direction-constant-jerk", "headroom-hand-cap-", "headroom-window-"),
+    "choe": ("speed", "joints", "fig-8-times", "example-times", "long-times", "simulated"),
+    "miyashita": ("example", "formulas"),
+    "leveziel": (),
+}  # fmt: skip
+"""Parts, or beginnings of the names of parts, that plan motions as one optimum, for which casadi is needed."""
 
 
 class Paper(Protocol):
@@ -89,6 +98,11 @@ def jobs(name: str) -> list[Job]:
     files = ("pnt_gym/**/*.py", f"configs/cells/{PAPERS[name]}/*.yaml")
     digest = key(code=code_digest(files, [f"papers.{name}"], CODE))
     return [Job(f"{name}/{part}", digest, partial(run_part, name, part)) for part in parts]
+
+
+def needs_optima(planned: Sequence[Job]) -> bool:
+    """Whether one of the jobs of papers plans motions as one optimum."""
+    return any(part.startswith(OPTIMA[paper]) for paper, part in (job.name.split("/") for job in planned))
 
 
 def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:

@@ -47,7 +47,7 @@ def release(settings: Settings, amount: Amount) -> Iterator[Figures]:
     with closing(make_vector(ENV, level, settings["rows"], amount.threads)) as env:
         core = line_core(env)
         for label, name in settings["releases"].items():
-            core.use(make_release(str(at(name)) if "/" in name else name, core))
+            core.use(make_release(str(at(name)) if "/" in name else name, core.config))
             for order in settings["orders"]:
                 shifts = _shifts(_controller(order, level["base"], core), env, amount)
                 first = shifts if first is None else first

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from agents.fitting.log import COLUMNS
-from agents.fitting.parameters import PARAMETERS
+from agents.judging.throws.log import COLUMNS
+from agents.fit.parameters import PARAMETERS
 
 from .marks import table
 

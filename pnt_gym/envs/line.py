@@ -71,8 +71,9 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     `shift_objects` (those that were taken or have passed the end), `shift_sorted`, `shift_misplaced` (in a bin that
     takes other things), `shift_on_floor`, `shift_passed`, `shift_recovery` and `shift_value_recovery` (share of those
     objects, and of their value, that was sorted), `shift_purity` (share of what lies in bins that belongs there),
-    `shift_recovery_by_item`, `shift_passed_by_item`, `shift_passed_value_per_min` and `shift_passed_tried` (value of
-    the objects that passed the end, and the share of them that a robot had tried to lift),
+    `shift_recovery_by_item`, `shift_passed_value_per_min` and `shift_passed_tried` (value of the objects that passed
+    the end, and the share of them that a robot had tried to lift), `shift_sorted_by_item`, `shift_misplaced_by_item`,
+    `shift_on_floor_by_item`, `shift_passed_by_item` and `shift_passed_tried_by_item` (numbers of objects),
     `shift_picks_by_robot` and `shift_utilisation` (share of the time that each robot works, standstill above the belt
     not included).
 

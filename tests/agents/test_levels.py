@@ -4,9 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from agents.ground.files import json_text
 from agents.ground.levels import FAMILIES, shipped_levels
+from agents.ground.starters import assumed_text, assumed_values
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.reading import yaml_of
+from pnt_gym.reading import parsed_json, yaml_of
 from tests.tools.commands import output_of, refused
 from tests.tools.plant import plant_text
 
@@ -34,6 +36,15 @@ def test_a_level_is_printed_in_full_by_name_or_file(here: Path) -> None:
     (here / "full.yaml").write_text(text)
     assert LineConfig.load("full.yaml") == LineConfig.load("plant.yaml")
     assert yaml_of("full.yaml")["cell"]["extra_items"][0]["assumed"][0] == "drag"
+
+
+def test_what_is_assumed_is_short_on_the_terminal_and_whole_in_a_file(here: Path) -> None:
+    (here / "plant.yaml").write_text(plant_text())
+    config = LineConfig.load("plant.yaml")
+    assert "zones (3 of them)" in assumed_text(config)
+    written = parsed_json(json_text(assumed_values(config)))["assumed"]["alu"]
+    assert [zone["chance"] for zone in written["zones"]] == [0.8, 0.7, 0.4]
+    assert written["drag"] == 1.15
 
 
 WRONG = {

@@ -44,7 +44,7 @@ def commands():
 
 
 def reads_a_file(block):
-    """Whether a block reads a dataset or a log; tests/agents/dataset and tests/agents/fitting have these files."""
+    """Whether a block reads a dataset or a log; tests/agents/dataset and tests/agents/fit have these files."""
     return any(page in block.id for page in ("datasets", "docs/fit"))
 
 

@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
+from pnt_gym.cells.line.core import LineCore
 
 from ...controllers.protocol import Controller
 from ...dispatchers.decisions import work_shifts
+from ...dispatchers.registry import line_core
 from ...ground.environments import Env
 from ...ground.infos import results
 
@@ -38,6 +40,8 @@ RECORDED: Final = (
     "is_success", "sorted", "ended_in",
 )  # fmt: skip
 """Info keys that are kept for each decision."""
+SIMULATED: Final = ("energy", "lost", "miss_x", "miss_y")
+"""Columns of decisions that only simulated throws have."""
 
 
 @final
@@ -78,14 +82,16 @@ def run_shifts(
     """
     rows = env.num_envs
     figures_by_shift, decisions = dict[str, dict[int, Any]](), list[dict[str, Any]]()
-    seconds, invalid = 0.0, 0
+    seconds, invalid, core = 0.0, 0, line_core(env)
     for step in work_shifts(controller.act, env, env_seed, -(-shifts // rows)):
         number = np.arange(rows) + rows * step.shift
         info, counted = results(step.info, rows), number < shifts
         seconds += step.seconds
         invalid += int(info["invalid_action"][counted].sum())
         valid = counted & ~info["invalid_action"]
-        decisions.append({"shift": number[valid], **{name: info[name][valid] for name in RECORDED}})
+        info |= _simulated(info, core)
+        names = [name for name in (*RECORDED, *SIMULATED) if name in info]
+        decisions.append({"shift": number[valid], **{name: info[name][valid] for name in names}})
         ended = np.flatnonzero(step.over & counted)
         for row in ended:
             for name, values in step.info["final_info"].items():
@@ -96,6 +102,14 @@ def run_shifts(
     columns = {name: np.concatenate([part[name] for part in decisions]) for name in decisions[0]}
     figures = {name: np.array([of[k] for k in sorted(of)]) for name, of in figures_by_shift.items()}
     return Shifts(figures, columns, invalid, len(decisions) * rows, seconds)
+
+
+def _simulated(info: dict[str, Any], core: LineCore) -> dict[str, NDArray[Any]]:
+    """Further results of simulated throws (N,); nothing where a table gives the results."""
+    if "energy" not in info or core.last is None:
+        return {}
+    results = core.last.results
+    return {"lost": results.lost, "miss_x": results.miss[:, 0], "miss_y": results.miss[:, 1]}
 
 
 def mean(values: NDArray[Any]) -> NDArray[Any]:

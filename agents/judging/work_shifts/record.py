@@ -20,6 +20,7 @@ from ..measures import Measure
 from ..record import Record, Result, Row, Summary
 from .data import LISTS, MEANS, Shifts, mean
 from .gantt import gantt
+from .losses import losses_summary
 from .results import columns, paired_columns, summarise
 from .tables import shifts_comparison, shifts_table
 
@@ -93,7 +94,8 @@ class ShiftRecord(Record):
         lists["wait_by_robot_s"] = [float(waits.mean()) if waits.size else None for waits in by_robot]
         names = {"items": list(core.item_names), "robots": [robot.name for robot in core.config.robots]}
         shifts = {name.removeprefix("shift_"): jsonable(values) for name, values in figures.items()}
-        return {**head, **lists, **names, **_bins(decisions, core), "by_shift": shifts}
+        losses = losses_summary(record, core.config)
+        return {**head, **lists, **names, **_bins(decisions, core), **losses, "by_shift": shifts}
 
     def report(self) -> dict[str, Any]:
         """Summary, settings, and under `throws` a mapping for each decision."""

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, Final
 
 from rich.table import Table
 
 from ...ground import metrics
 from ...ground.tables import Grid, gain_text, interval_text, percent, success_text, value_table
 from ..record import Row, Summary
+from .fates import fate_words
+
+ENERGY: Final = {"energy_per_pick_j": "energy per pick", "energy_per_sorted_j": "energy per sorted object"}
+"""Labels of the figures of energy, which a table without counts of energy lacks."""
 
 
 def shifts_table(title: str, summary: Summary) -> Table:
@@ -22,13 +26,10 @@ def shifts_table(title: str, summary: Summary) -> Table:
         ("success", success_text(summary)),
         ("recovery: sorted of all that came", percent(summary["recovery"])),
         ("recovery of value", percent(summary["value_recovery"])),
-        *(
-            (f"{item}: recovery, passed the end in a shift", f"{percent(share)}, {passed:.1f}")
-            for item, share, passed in _together(summary, "items", "recovery_by_item", "passed_by_item")
-        ),
+        *_loss_rows(summary),
         ("value that passed the end, per minute", f"{summary['passed_value_per_min']:.1f}"),
         ("tried in vain, of what passed it", percent(summary["passed_tried"])),
-        ("purity: share of what is in bins", percent(summary["purity"])),
+        (_purity_label(summary), percent(summary["purity"])),
         *((f"purity of bin {name}", percent(share)) for name, share in summary["purity_by_bin"].items() if share < 1.0),
         ("picks that sealed", percent(summary["pick_rate"])),
         *(
@@ -42,10 +43,28 @@ def shifts_table(title: str, summary: Summary) -> Table:
         ),
         ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
         ("standstill above the belt, mean", f"{summary['wait_time_mean_s']:.3f} s"),
+        *((text, f"{summary[key]:.1f} J") for key, text in ENERGY.items() if summary.get(key) is not None),
         ("time of a decision", f"{summary['ms_per_decision']:.2f} ms"),
         ("choices that were not there", str(summary["invalid_actions"])),
     ]
     return value_table(title, rows)
+
+
+def _loss_rows(summary: Summary) -> Iterator[tuple[str, str]]:
+    """Rows of the causes for which objects were not sorted, and of the items, the worst one first."""
+    for name, share in summary["fates"].items():
+        if name != "sorted" and (name != "lost" or summary["fates_split"]):
+            yield f"failed: {fate_words(name, summary['fates_split'])}", percent(share)
+    for item, shares in sorted(summary["fates_by_item"].items(), key=lambda entry: entry[1]["sorted"]):
+        loss = max((name for name in shares if name != "sorted"), key=shares.__getitem__)
+        words = f"{percent(shares[loss])} {fate_words(loss, summary['fates_split'])}"
+        yield f"{item}: recovery, largest loss", f"{percent(shares['sorted'])}, {words}"
+
+
+def _purity_label(summary: Summary) -> str:
+    """Label of the purity; a table of throws knows no strays."""
+    strays = "" if summary["simulated"] else ", without strays"
+    return f"purity: share of what is in bins{strays}"
 
 
 def _together(summary: Summary, *names: str) -> Iterator[tuple[Any, ...]]:

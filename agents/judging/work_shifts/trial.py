@@ -108,7 +108,7 @@ class ShiftTrial(Trial):
         """Let a controller of PnTRelease-v0 correct the throws, where throws are simulated."""
         self._settings = {"release": release or PLANNER}
         if release is not None:
-            self.core.use(make_release(release, self.core))
+            self.core.use(make_release(release, self.core.config))
 
     def expert(self, env_id: str) -> str:
         """Name of the guided planner."""

@@ -135,7 +135,9 @@ class ItemsConfig(LevelConfig):
 
     def problems(self) -> Iterator[str]:
         """Everything that does not fit together in this level, a clause each."""
-        definitions = self.item_definitions()
+        definitions, names = self.item_definitions(), [item.name for item in self.extra_items]
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            yield f"extra_items: {list_names(twice)} {'stands' if len(twice) == 1 else 'stand'} there more than once"
         if unknown := [name for name in self.items if name not in definitions]:
             alike = [match for name in unknown for match in get_close_matches(name, definitions, 1, 0.7)]
             hint = f"perhaps {list_names(alike)}" if alike else f"known are {', '.join(sorted(definitions))}"

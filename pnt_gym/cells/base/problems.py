@@ -101,7 +101,8 @@ def _message(problem: ErrorDetails, place: Place, kind: type[BaseModel]) -> str:
         section = _section_at(kind, place)
         return f"input should be a section{'' if section is None else f', with {_first_keys(section)}'}"
     if problem["type"] == "tuple_type":
-        return f"input should be a list, as in [{one_sentence(problem['input'], 40)}]"
+        example = "" if problem["input"] is None else f", as in [{one_sentence(problem['input'], 40)}]"
+        return f"input should be a list{example}"
     unit = f" {_unit_at(kind, place)}" if problem["type"] in _BOUNDS else ""
     return f"{problem['msg'][0].lower()}{problem['msg'][1:]}{unit}".rstrip()
 

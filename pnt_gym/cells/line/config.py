@@ -11,11 +11,11 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.config import Finite, Label, LevelConfig, NonNegative, Positive, Section, locate_files
+from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate_files
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.problems import check_all, list_names
-from pnt_gym.cells.base.sorting import Bin
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, Value
 from pnt_gym.errors import ConfigError, one_sentence
 
 MOST_ROBOTS: Final = 4
@@ -25,69 +25,8 @@ SPARE: Final = 6.0
 """Standard deviations of the number of objects that are drawn beyond the mean, so that no belt runs empty."""
 MOST_OBJECTS: Final = 400_000
 """Objects that are drawn for a shift at most: four hours of 20 a second are 300,000, some 250 MB."""
-FARTHEST: Final = 2e5
-"""Robots stand no farther from the origin along the belt, where doubles still resolve 3e-11 m [m]."""
 _GHOSTS: Final = {"belt": {"neighbours": "ghosts"}}
 """Neighbours on a line, where carried objects pass over the objects on the belt."""
-Percents = tuple[Annotated[float, Field(ge=1, le=100)], ...]
-
-
-@final
-class Robot(Section):
-    """One robot of the line."""
-
-    name: Label = Field(description="Name of the robot.")
-    x: Finite = Field(
-        ge=-FARTHEST, le=FARTHEST, description="Position of the robot's base along the belt, downstream positive [m]."
-    )
-    skills: tuple[str, ...] = Field(
-        default=(),
-        description="Items that the robot takes, as classified by the camera; empty: all items that its bins accept.",
-    )
-    bins: tuple[Bin, ...] = Field(
-        default=(), description="Bins of the robot, with positions from its base; empty: the bins of the `cell`."
-    )
-    percent: Percents = Field(
-        default=(), description="Speed settings from which the robot chooses; empty: the settings of the `cell` [%]."
-    )
-
-
-@final
-class Arrivals(Section):
-    """Arrival of objects along the belt."""
-
-    rate: Annotated[float, Field(gt=0, le=20)] = Field(
-        default=1.5, description="Mean number of objects per second [1/s]."
-    )
-    regularity: Annotated[float, Field(ge=0.1, le=100)] = Field(
-        default=1.0,
-        description="Shape of the gamma distribution of the gaps: 1 is a Poisson stream, values below 1 make bursts.",
-    )
-    gap: Annotated[float, Field(ge=0, le=1)] = Field(
-        default=0.01,
-        description="Least distance between objects, along the belt or across it; a closer object moves upstream [m].",
-    )
-
-
-@final
-class Value(Section):
-    """Value of an object in a bin that takes the object."""
-
-    of: dict[str, NonNegative] = Field(default={}, description="Value by item; an item that is not listed is worth 1.")
-    spread: Annotated[float, Field(ge=0, le=2)] = Field(
-        default=0.0,
-        description="Spread of the lognormal distribution of single objects' values, whose mean is the item's value; "
-        "the camera sees the value of each object.",
-    )
-
-
-@final
-class Down(Section):
-    """Standstill of one robot for a part of the work shift."""
-
-    robot: str = Field(min_length=1, description="Name of the robot that stands still.")
-    start: NonNegative = Field(description="Start of the standstill, from the beginning of the work shift on [s].")
-    end: Positive = Field(description="End of the standstill, from the beginning of the work shift on [s].")
 
 
 def _random_bins_error(level: object) -> str:
@@ -109,7 +48,9 @@ class LineConfig(LevelConfig):
     folder: ClassVar[str | Path] = "line"
     trial: ClassVar[str] = "work_shifts"
 
-    rules: ClassVar[MergeRules] = MergeRules(wholes=frozenset({"value.of"}), dependents={"cell.items": ("value.of",)})
+    rules: ClassVar[MergeRules] = MergeRules(
+        wholes=frozenset({"value.of", "cost.per_tonne"}), dependents={"cell.items": ("value.of", "cost.per_tonne")}
+    )
 
     cell: ConveyorConfig = Field(
         description="A level of the conveyor: its name, a YAML file, or differences from the `cell` of the line's "
@@ -123,6 +64,7 @@ class LineConfig(LevelConfig):
     )
     arrivals: Arrivals = Arrivals()
     value: Value = Value()
+    cost: Cost = Cost()
     down: tuple[Down, ...] = Field(default=(), description="Standstills of robots.")
     camera: Positive = Field(
         default=1.0, le=20, description="Distance of the camera upstream of the first robot's window [m]."
@@ -249,6 +191,7 @@ class LineConfig(LevelConfig):
             for bin_ in robot.bins:
                 yield from self._strangers(f"bin {bin_.name!r} of robot {robot.name!r}", bin_.accepts)
         yield from self._strangers("value.of", self.value.of)
+        yield from self._strangers("cost.per_tonne", self.cost.per_tonne)
 
     def _strangers(self, where: str, names: Iterable[str]) -> Iterator[str]:
         if strangers := [name for name in names if name not in self.cell.items]:

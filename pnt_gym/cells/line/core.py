@@ -52,6 +52,8 @@ class LineCore:
         self.observation_space = Box(-CLIP, CLIP, (ENTRIES,), np.float32)
         self.action_space = Discrete(CHOICES)
         self._decisions, self._successes = np.zeros((2, count), dtype=np.int64)
+        self.last: Decisions | None = None
+        """The latest decisions, with all results of their throws; None before the first step."""
 
     def use(self, release: Release) -> None:
         """Correct throws by a policy of `PnTRelease-v0`.
@@ -120,7 +122,7 @@ class LineCore:
             ActionError: the actions are not whole numbers from 0 to `CHOICES` - 1.
         """
         with nullcontext() if waiting is None else restore_rows(self.cell, waiting):
-            decisions = self.cell.take(_check_choices(actions, self.count))
+            self.last = decisions = self.cell.take(_check_choices(actions, self.count))
             reward = decisions.value - self.config.price_of_time * decisions.elapsed
             ended = self.cell.over
             shift_info = self._shift_info(ended)

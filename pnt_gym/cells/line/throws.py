@@ -45,12 +45,23 @@ class ThrowResults:
     """Distance from the target (N,) [m]; NaN where nothing was simulated or picked."""
     energy: Floats
     """Positive work of the motors for the throw and the way back (N,) [J]; NaN where nothing was simulated."""
+    lost: Bools
+    """Whether the object left the cup before its release (N,); False where nothing was simulated."""
+    miss: Floats
+    """Where a thrown object came down at the height of the opening, from the middle of the opening along x and y (N, 2)
+    [m]; NaN for lost objects, and where nothing was simulated or picked."""
+
+    @classmethod
+    def by_table(cls, picked: Bools, is_success: Bools, sorted_: Bools, ended_in: Ints) -> Self:
+        """Results S of throws that are not simulated."""
+        nan, lost = np.full(picked.shape, np.nan), np.zeros(picked.shape, dtype=np.bool_)
+        return cls(picked, is_success, sorted_, ended_in, nan, nan.copy(), lost, np.full((*picked.shape, 2), np.nan))
 
     @classmethod
     def nothing(cls, count: int) -> Self:
         """Results without any attempt."""
-        never, nan = np.zeros(count, dtype=np.bool_), np.full(count, np.nan)
-        return cls(never, never.copy(), never.copy(), np.full(count, -1), nan, nan.copy())
+        never = np.zeros(count, dtype=np.bool_)
+        return cls.by_table(never, never.copy(), never.copy(), np.full(count, -1))
 
 
 @final
@@ -165,17 +176,14 @@ class TableThrows(ThrowExecutor):
             objects.kind, objects.pick_draw, stream.luck, state.books.read().attempts, STRETCH,
             self._accepts, chances.percent, chances.edges, chances.picked, chances.landed, results, ended_in,
         )  # fmt: skip
-        nan = np.full(len(ended_in), np.nan)
-        seals, hits, belongs = results
-        return ThrowResults(seals, hits, belongs, ended_in, nan, nan.copy())
+        return ThrowResults.by_table(results[0], results[1], results[2], ended_in)
 
     def predict(self, robots: Ints, bins: Ints, objects: Objects, distance: Floats, luck: Floats) -> ThrowResults:
         """Results of throws by the table, S."""
         picked = objects.pick_draw >= 1.0 - self._chances.picked[objects.kind]
         success = picked & (luck < self._chances.landing_chance(objects.kind, objects.percent, distance))
         accepted = self._accepts[robots, objects.kind, bins]
-        nan = np.full(luck.shape, np.nan)
-        return ThrowResults(picked, success, success & accepted, np.where(success, bins, -1), nan, nan.copy())
+        return ThrowResults.by_table(picked, success, success & accepted, np.where(success, bins, -1))
 
 
 @final
@@ -226,6 +234,8 @@ class SimulatedThrows(ThrowExecutor):
         outcome = core.preview(action, jitter=True)
         if cell.plant.record_row is not None:
             self.recording = cell.plant.recording
+        lost = outcome.picked & outcome.dropped
+        flown = (outcome.picked & ~lost)[:, None]
         return ThrowResults(
             picked=outcome.picked[rows],
             is_success=outcome.is_success[rows],
@@ -233,6 +243,8 @@ class SimulatedThrows(ThrowExecutor):
             ended_in=outcome.ended_in[rows],
             landing_error=outcome.landing_error[rows],
             energy=outcome.energy[rows],
+            lost=lost[rows],
+            miss=np.where(flown, outcome.landing - cell.context.target[:, :2], np.nan)[rows],
         )
 
 

@@ -278,6 +278,10 @@ def test_what_was_learned_on_this_machine_stays_here() -> None:
     with pytest.raises(UsageError, match=r"entry 'scorer': controller .* lies on this machine alone"):
         needs(Plan.model_validate(alone))
     guided = {"label": "guided", "controller": "guided_beam", "options": {"guide": SCORER}, "levels": ["one.yaml"]}
+    shipped = {"label": "shipped", "controller": "shipped:line/value-imitation", "levels": ["one.yaml"]}
+    assert not needs(Plan.model_validate({**alone, "entries": [shipped]})).torch
+    guided_by = {**shipped, "controller": "guided_beam", "options": {"guide": "shipped:line/value"}}
+    assert not needs(Plan.model_validate({**alone, "entries": [guided_by]})).modules
     with pytest.raises(UsageError, match=r"entry 'guided': guide .* lies on this machine alone"):
         needs(Plan.model_validate({**alone, "entries": [guided]}))
 

@@ -115,3 +115,53 @@ def test_a_row_of_no_entry_is_one_sentence(data: dict[str, Any]) -> None:
     data["results"][0]["seed"] = 7
     Path("file.json").write_text(json.dumps(data))
     assert "seed 7, level" in refused("agents.benchmark.verify", "file.json")
+
+
+def test_rows_name_their_policy_level_and_code(data: dict[str, Any]) -> None:
+    digests = [row["digests"] for row in data["results"]]
+    assert len({digest["code"] for digest in digests}) == 1
+    assert len({digest["level"] for digest in digests}) == 2
+    policies = {(row["label"], row["throws"], row["seed"]): row["digests"]["policy"] for row in data["results"]}
+    assert len(set(policies.values())) == len(policies), "one planner, and four fits that differ"
+
+
+@pytest.mark.parametrize("name", ["policy", "level"])
+def test_another_policy_or_level_than_the_row_says_is_different(data: dict[str, Any], name: str) -> None:
+    data["results"][3]["digests"][name] = "0" * 32
+    code, verdicts = verify(data, "--rows", "99")
+    assert code == 1
+    (row,) = [row for row in verdicts if row["verdict"] != "equal"]
+    assert (row["verdict"], row["difference"]["column"]) == ("different", name)
+
+
+def test_of_other_code_throws_alone_count(data: dict[str, Any]) -> None:
+    for row in data["results"]:
+        row["digests"] = {"policy": "0", "level": "0", "code": "0"}
+    assert {row["verdict"] for row in verify(data, "--rows", "99")[1]} == {"equal"}
+    data["results"][0]["columns"]["cycle_s"][0] += 1.0
+    _, verdicts = verify(data, "--rows", "99")
+    assert [row["verdict"] for row in verdicts].count("made by another version") == 1
+
+
+def test_the_first_throws_alone_are_compared(data: dict[str, Any]) -> None:
+    cycles = data["results"][0]["columns"]["cycle_s"]
+    cycles[20] += 1.0
+    assert {row["verdict"] for row in verify(data, "--rows", "99", "--throws", "16")[1]} == {"equal"}
+    cycles[15] += 1.0
+    _, verdicts = verify(data, "--rows", "99", "--throws", "16")
+    (row,) = [row for row in verdicts if row["verdict"] != "equal"]
+    assert (row["difference"]["column"], row["difference"]["at"]) == ("cycle_s", 15)
+
+
+def test_rows_of_another_processor_may_differ_within_bounds(data: dict[str, Any]) -> None:
+    data["arithmetic"] = "of another processor"
+    for row in data["results"]:
+        row["columns"]["error_m" if "error_m" in row["columns"] else "along_m"][0] += 5e-5
+    code, verdicts = verify(data, "--rows", "99")
+    assert code == 0
+    assert {row["verdict"] for row in verdicts} == {"equal within the bounds"}
+    assert all(row["difference"]["at"] == 0 for row in verdicts)
+    data["results"][0]["columns"]["cycle_s"][0] += 1.0  # one throw of 24 is more than a hundredth
+    code, verdicts = verify(data, "--rows", "99")
+    assert code == 1
+    assert [row["verdict"] for row in verdicts].count("different") == 1

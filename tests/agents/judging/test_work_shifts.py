@@ -10,11 +10,17 @@ from rich.console import Console
 from agents.dispatchers.registry import line_controller
 from agents.dispatchers.rules import IndexRule
 from agents.ground.cli import UsageError
+from agents.ground.files import json_text
 from agents.judging.evaluation import evaluate
 from agents.judging.trials import trial_of
+from agents.judging.work_shifts.counted import Counted
 from agents.judging.work_shifts.data import Shifts, run_shifts
+from agents.judging.work_shifts.fates import Fates
+from agents.judging.work_shifts.losses import energy_summary
 from agents.judging.work_shifts.record import ShiftRecord
+from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.observation import decoded
+from pnt_gym.reading import parsed_json
 from tests.tools.commands import figures_of
 from tests.tools.line import vector_lines
 
@@ -73,7 +79,9 @@ def by_hand():
         "passed_tried": [0.2, np.nan], "utilisation": [[1.0, 0.5, 0.0], [0.5, 0.5, 0.0]],
         "picks_by_robot": [[3, 1, 0], [1, 2, 0]],
         "recovery_by_item": [[0.5, np.nan, 1.0, 0.0], [0.1, np.nan, 0.0, 0.0]],
-        "passed_by_item": [[2, 0, 0, 1], [0, 0, 4, 1]],
+        "passed_by_item": [[2, 0, 0, 1], [0, 0, 4, 1]], "passed_tried_by_item": [[1, 0, 0, 0], [0, 0, 1, 0]],
+        "sorted_by_item": [[1, 0, 2, 0], [1, 0, 0, 0]], "misplaced_by_item": [[1, 0, 0, 0], [0, 0, 0, 0]],
+        "on_floor_by_item": [[0, 0, 0, 0], [0, 1, 0, 0]],
     }  # fmt: skip
     decisions = {
         "shift": [0, 0, 0, 0, 1, 1, 1], "by": [0, 0, 1, 0, 0, 1, 1], "object": range(7), "item": [2, 0, 0, 0, 2, 0, 1],
@@ -105,25 +113,85 @@ def test_figures_of_shifts_by_hand():
     assert found["purity_by_bin"] == {"first/paper": 1.0, "first/trays": 0.0, "second/trays": 1.0}
 
 
-def test_the_table_has_every_figure():
+def test_every_object_has_one_fate(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # a table that somebody counted in the working folder would split the misses
+    _, core = vector_lines({"base": "skills3", "duration": 10.0}, 1)
+    found = ShiftRecord(by_hand(), core, {}).summary()
+    counts = {"sorted": 4, "misplaced": 1, "missed": 1, "lost": 0, "unsealed": 2, "passed": 6}
+    assert found["fates"] == {name: pytest.approx(count / 14) for name, count in counts.items()}
+    assert (found["simulated"], found["fates_split"], found["energy_per_pick_j"]) == (False, False, None)
+    assert found["fates_by_item"]["tray"] == {
+        "sorted": 0.4, "misplaced": 0.2, "missed": 0.0, "lost": 0.0, "unsealed": 0.2, "passed": 0.2
+    }  # fmt: skip
+    assert found["fates_by_item"]["can"]["missed"] == 1.0
+
+
+def test_counted_throws_split_what_a_table_cannot_tell():
+    shifts = by_hand()
+    nothing = np.zeros(4, dtype=np.int64)
+    counted = Counted(
+        missed=nothing + 1, lost=nothing + 2, strayed=nothing + 1, percent=np.array([40.0]),
+        energy=np.array([[10.0], [20.0], [30.0], [np.nan]]), landings=(np.zeros((0, 2)),) * 4,
+    )  # fmt: skip
+    fates = Fates.of_shifts(shifts, LineConfig.load("skills3"), counted)
+    assert fates.splits
+    assert fates.counts.sum(axis=0)[1].tolist() == [0.0, 0.25, 0.25, 0.5, 0.0, 0.0]
+    assert fates.counts.sum() == 14.0
+    energy = energy_summary(shifts, counted)
+    # Three papers of 30 J, three trays of 10 J and a can of 20 J; four objects were sorted.
+    assert energy == {"energy_per_pick_j": pytest.approx(20.0), "energy_per_sorted_j": pytest.approx(35.0)}
+    assert Counted.of_entry(parsed_json(json_text(counted.entry()))).energy[:3].tolist() == [[10.0], [20.0], [30.0]]
+
+
+def test_simulated_throws_tell_causes_and_energy():
+    level = {"base": "skills3", "duration": 8.0, "throws": "flight", "cell": {"limits": {"percent": [60]}}}
+    _, core = lines = vector_lines(level)
+    record = trial_of(lines[0]).run(line_controller("atc", core), 4, 0)
+    found, throws = record.summary(), record.shifts.decisions
+    assert (found["simulated"], found["fates_split"]) == (True, True)
+    in_time = throws["start"] + throws["cycle_time"] <= 8.0
+    floor = in_time & throws["picked"] & (throws["ended_in"] < 0)
+    arrived = sum(found["by_shift"]["objects"])
+    assert floor.sum() == sum(found["by_shift"]["on_floor"]) > 0
+    assert found["fates"]["lost"] * arrived == pytest.approx((floor & throws["lost"]).sum())
+    assert found["fates"]["missed"] * arrived == pytest.approx((floor & ~throws["lost"]).sum())
+    assert sum(found["fates"].values()) == pytest.approx(1.0)
+    hits = throws["is_success"].astype(bool)
+    assert hits.any()
+    openings = np.array([bin_.size for bin_ in core.config.cell.bins.fixed])[throws["bin"][hits]]
+    miss = np.stack([throws["miss_x"], throws["miss_y"]], axis=1)
+    assert (np.abs(miss[hits]) <= openings / 2).all()
+    flown = throws["picked"].astype(bool) & ~throws["lost"]
+    np.testing.assert_array_equal(np.isfinite(miss).all(axis=1), flown)
+    assert found["energy_per_pick_j"] == pytest.approx(np.nanmean(throws["energy"]))
+
+
+def test_the_table_has_every_figure(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     _, core = vector_lines({"base": "skills3", "duration": 10.0}, 1)
     found = ShiftRecord(by_hand(), core, {}).summary()
     shown = Console(width=120, record=True, file=StringIO())
     shown.print(ShiftRecord.table("x", found))
     lines_of = [" ".join(line.replace("│", " ").split()) for line in shown.export_text().splitlines()]
     for line in (
-        "tray: recovery, passed the end in a shift 30.0 %, 1.0",
-        "can: recovery, passed the end in a shift -, 0.0",
+        "failed: in a wrong bin 7.1 %",
+        "failed: missed the bin, or lost on the way 7.1 %",
+        "failed: passed the end, cup did not seal 14.3 %",
+        "failed: passed the end, not tried 42.9 %",
+        "tray: recovery, largest loss 40.0 %, 20.0 % in a wrong bin",
+        "can: recovery, largest loss 0.0 %, 100.0 % missed the bin, or lost on the way",
         "value that passed the end, per minute 20.0",
         "tried in vain, of what passed it 20.0 %",
-        "purity: share of what is in bins 75.0 %",
+        "purity: share of what is in bins, without strays 75.0 %",
         "purity of bin first/trays 0.0 %",
         "robot first: at work, picks in a shift, standstill for each 75.0 %, 2, 0.200 s",
         "robot third: at work, picks in a shift, standstill for each 0.0 %, 0, -",
         "time of a decision 5.00 ms",
     ):
         assert line in lines_of
-    assert not any("first/paper" in line for line in lines_of)
+    assert not any("first/paper" in line or "energy" in line for line in lines_of)
+    items = [line.split(":")[0] for line in lines_of if "largest loss" in line]
+    assert items == ["can", "yoghurt_cup", "paper_ball", "tray"]  # the worst one first
 
 
 def test_purity_by_bin_is_that_of_all_bins():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.line.calibrate import random_throws
+from agents.line.thrown import CHANCES, random_throws
 from pnt_gym.cells.line.chances import Chances, digest, shipped_table
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import answered, output_of, refused
@@ -42,7 +42,7 @@ def test_the_table_is_what_the_throws_of_the_seed_say(made):
     config = LineConfig.load(LEVEL, throws="full", chances=None)
     told = list(random_throws(config, throws=120, seed=0, num_envs=8, threads=1))
     columns = {name: np.concatenate([part[name] for part in told]) for name in told[0]}
-    again = Chances.from_throws(config.cell, **columns)
+    again = Chances.from_throws(config.cell, **{name: columns[name] for name in CHANCES})
     written = json.loads((folder / "table.json").read_text())
     for name in ("percent", "edges", "picked", "landed"):
         np.testing.assert_allclose(written[name], getattr(again, name), atol=5.1e-6)

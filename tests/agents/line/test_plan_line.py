@@ -2,17 +2,23 @@
 
 import json
 
+import numpy as np
 import pytest
 
-from agents.line.plan import Arguments, down, line_up, make_plans
+import pnt_gym
+from agents.ground.cli import UsageError
+from agents.judging.work_shifts.data import Shifts
+from agents.judging.work_shifts.fates import FATES
+from agents.line.planned import Planned, money_per_hour
+from agents.line.plans import Sweep, down, line_up, make_plans
+from agents.line.reasons import chosen_plan, plans_table, reason
+from pnt_gym.cells.line.chances import shipped_table
 from pnt_gym.cells.line.config import LineConfig
-from tests.tools.commands import output_of
+from pnt_gym.errors import ConfigError
+from tests.tools.commands import output_of, refused
+from tests.tools.plant import plant, plant_text
 
 LEVEL = LineConfig.load("skills3")
-
-
-def asked(**changes):
-    return Arguments(level="skills3", **changes)
 
 
 def test_more_robots_than_a_level_has_stand_on_as_its_last():
@@ -24,7 +30,7 @@ def test_more_robots_than_a_level_has_stand_on_as_its_last():
 
 def test_every_combination_is_a_plan_with_the_stream_of_the_level():
     plans = list(
-        make_plans(LEVEL, asked(robots=(2, 3), speeds=(0.3, 0.4), percents=(30.0, 40.0), skills=("level", "all")))
+        make_plans(LEVEL, Sweep(robots=(2, 3), speeds=(0.3, 0.4), percents=(30.0, 40.0), skills=("level", "all")))
     )
     assert len(plans) == 16
     for told, config in plans:
@@ -36,17 +42,148 @@ def test_every_combination_is_a_plan_with_the_stream_of_the_level():
 
 
 def test_a_robot_is_down_from_the_middle_of_the_shift_on():
-    config = down(LEVEL, asked(minutes=30.0, down="second:10"))
+    config = down(LEVEL, Sweep((3,), minutes=30.0, down="second:10"))
     assert [(one.robot, one.start, one.end) for one in config.down] == [("second", 900.0, 1500.0)]
-    assert down(LEVEL, asked(down="nobody:10")) is LEVEL
+    assert down(LEVEL, Sweep((3,), down="nobody:10")) is LEVEL
 
 
-def test_it_says_which_plan_is_enough_and_writes_what_it_found(tmp_path):
-    line = "line plan --level skills3 --robots 1 3 --shifts 2 --minutes 0.2 --recovery 0.2"
-    said = output_of(f"{line} --json plans.json --picture plans.svg", tmp_path)
+def planned(recovery, *items, robots=3, work=(0.95, 0.5, 0.5), **numbers):
+    """A plan of the plant, whose items have these percentages of each fate, in the order of `FATES`."""
+    config, arrived = LineConfig.load(plant()), [50.0, 30.0, 20.0]
+    shares = {
+        name: dict(zip(FATES, np.array(fates) / 100.0, strict=True))
+        for name, fates in zip(config.cell.items, items, strict=True)
+    }
+    fates = {fate: float(np.dot([of[fate] for of in shares.values()], arrived)) / 100.0 for fate in FATES}
+    row = {"robots": robots, "belt_speed": 0.4, "percent": 60.0, "skills": "level", **numbers}
+    row |= {"recovery": recovery, "recovery_low": recovery - 0.02, "recovery_high": recovery + 0.02}
+    row |= {"fates": fates, "fates_by_item": shares, "arrived": arrived, "utilisation": work, "value_per_min": 9.0}
+    row |= {"energy_per_sorted_j": 40.0, "money_per_hour": None}
+    return Planned(config, None, row)
+
+
+WELL = (97, 0, 1, 0, 1, 1)
+
+
+def test_a_light_item_that_every_throw_misses_is_the_reason():
+    plan = planned(0.75, WELL, WELL, (3, 0, 94, 0, 1, 2))
+    twin = planned(0.93, WELL, WELL, (94, 0, 3, 0, 1, 2))
+    assert plan.thrown_badly(2) == pytest.approx(94 / 97)
+    assert plan.bound == pytest.approx(0.8 * 97 / 98 + 0.2 * 3 / 97)
+    text = reason(plan, [plan], 0.95, "analytic", ("learned", twin))
+    assert text == (
+        "the reason: alu is thrown and misses (96.9 %), so more robots do not help: with every object picked these "
+        "throws sort 79.8 %; release learned loses 3.1 % of alu, and the plan sorts 93.0 % instead of 75.0 % with "
+        "analytic"
+    )
+
+
+def test_throws_are_named_only_as_far_as_they_matter():
+    plan = planned(0.8, (60, 0, 0, 38, 1, 1), WELL, (20, 0, 77, 0, 1, 2))
+    text = reason(plan, [plan], 0.95, "analytic", ("learned", plan))
+    assert "alu is thrown and misses (79.4 %) and hdpe is thrown and is lost on the way (38.8 %), so more" in text
+    good_enough = planned(0.9, (90, 0, 6, 0, 2, 2), WELL, WELL)
+    text = reason(good_enough, [good_enough], 0.91, "analytic", ("learned", good_enough))
+    assert "hdpe is thrown and misses (6.2 %), so better throws help more than more robots:" in text
+
+
+def test_objects_that_nobody_tries_are_the_reason():
+    two = planned(0.6, WELL, (40, 0, 1, 0, 2, 57), WELL, robots=2, work=(0.97, 0.96))
+    plan = planned(0.7, WELL, (50, 0, 1, 0, 2, 47), WELL, work=(0.97, 0.96, 0.4))
+    text = reason(plan, [two, plan], 0.95, "analytic", ("learned", plan))
+    assert text == (
+        "the reason: 47.0 % of brick pass the end, not tried; taken by first, second, at work 97.0 %, 96.0 %: more "
+        "robots, or faster ones, help (from 2 to 3 recovery went up by 10.0 points)"
+    )
+    idle = planned(0.7, WELL, (50, 0, 1, 0, 2, 47), WELL, work=(0.5, 0.6, 0.4))
+    assert "have time left, so gaps and bursts" in reason(idle, [idle], 0.95, "analytic", ("learned", idle))
+
+
+def test_cups_that_do_not_seal_are_the_reason():
+    plan = planned(0.8, WELL, (60, 0, 1, 0, 30, 9), WELL, work=(0.5, 0.6, 0.4))
+    text = reason(plan, [plan], 0.95, "analytic", ("learned", plan))
+    assert text.startswith("the reason: cups do not seal on brick, and 30.0 % of it pass the end after a try: its")
+
+
+def test_the_table_names_causes_and_the_worst_item():
+    plans = [planned(0.97, WELL, WELL, WELL, robots=4), planned(0.7, WELL, (50, 0, 1, 0, 2, 47), WELL)]
+    assert chosen_plan(plans, 0.9) == (plans[0], True)
+    assert chosen_plan(plans, 0.99) == (plans[0], False)
+    table = plans_table("x", plans, 0.9)
+    assert not {"skills", "money/h"} & set(table.header)
+    second = dict(zip(table.header, table.rows[1], strict=True))
+    assert (second["worst item"], second["missed"], second["not tried"]) == ("brick 50.0", "1.0", "14.8")
+    assert [row[-1] for row in table.rows] == ["yes", "no"]
+
+
+def test_money_is_proceeds_less_hours_and_energy():
+    costs = {"robot_hour": 12.0, "joule": 1e-5, "per_tonne": {"alu": 1000.0, "hdpe": 300.0}}
+    config = LineConfig.load({**plant(), "cost": costs, "duration": 120.0})
+    figures = {"shift_sorted_by_item": np.array([[20, 9, 30], [30, 9, 20]])}
+    decisions = {"energy": np.array([3000.0, np.nan, 5000.0])}
+    shifts = Shifts({**figures, "shift_value_per_min": np.zeros(2)}, decisions, 0, 3, 0.0)
+    # 25 hdpe of 60 g and 25 alu of 8 g in 1/30 h; three robots; 4000 J a shift.
+    money = 30.0 * (25 * 60e-6 * 300.0 + 25 * 8e-6 * 1000.0) - 3 * 12.0 - 1e-5 * 30.0 * 4000.0
+    assert money_per_hour(shifts, config, None) == pytest.approx(money)
+    assert money_per_hour(shifts, LineConfig.load(plant()), None) is None
+    with pytest.raises(ConfigError, match=r"cost\.per_tonne: 'tin' is not among the cell's items"):
+        LineConfig.load({**plant(), "cost": {"per_tonne": {"tin": 1.0}}})
+
+
+@pytest.fixture(scope="module")
+def planned_plant(tmp_path_factory):
+    """What the command says and writes on the plant, thrown fast, in a folder of its own."""
+    folder = tmp_path_factory.mktemp("plant")
+    (folder / "plant.yaml").write_text(plant_text())
+    line = "line plan --level plant.yaml --robots 3 --percents 60 --shifts 3 --minutes 1 --throws 200"
+    return folder, output_of(f"{line} --json plans.json --picture plans.svg", folder)
+
+
+def test_the_light_item_of_the_plant_is_the_reason(planned_plant):
+    folder, said = planned_plant
+    told, words = json.loads((folder / "plans.json").read_text()), " ".join(said.split())
+    plan, twin = told["plans"][0], told["other_release"]
+    assert "no plan reaches a recovery of 95.0 %; the best plan, 3 robots at 60 %" in words
+    assert "the reason: alu is thrown and misses (" in words and "so more robots do not help" in words
+    assert "arm against jet: the arms sort" in words
+    assert plan["fates_by_item"]["alu"]["missed"] > 0.5
+    assert twin["release"] == "shipped:waste-sac"
+    assert twin["fates_by_item"]["alu"]["sorted"] > plan["fates_by_item"]["alu"]["sorted"]
+    assert plan["recovery_low"] <= plan["recovery"] <= plan["recovery_high"]
+    assert sum(plan["fates"].values()) == pytest.approx(1.0)
+    assert 50.0 < plan["energy_per_sorted_j"] < 200.0
+    assert (folder / "plans.svg").read_text().startswith("<?xml")
+
+
+def test_tables_of_plans_are_kept_in_the_working_folder(planned_plant):
+    folder, _ = planned_plant
+    names = sorted(path.name.partition("-")[2][:17] for path in (folder / "runs" / "chances").iterdir())
+    assert names == ["", "shipped-waste-sac"]
+
+
+def test_it_says_which_plan_is_enough(tmp_path):
+    line = "line plan --level skills3 --robots 1 3 --shifts 2 --minutes 0.2 --recovery 0.2 --throws 100"
+    said = output_of(f"{line} --json plans.json", tmp_path)
     plans = json.loads((tmp_path / "plans.json").read_text())["plans"]
     assert [plan["robots"] for plan in plans] == [1, 3]
     assert plans[1]["recovery"] > plans[0]["recovery"] > 0.0
-    assert all(plan["recovery_low"] <= plan["recovery"] <= plan["recovery_high"] for plan in plans)
     assert "the smallest plan with a recovery of 20.0 %:" in " ".join(said.split())
-    assert (tmp_path / "plans.svg").read_text().startswith("<?xml")
+    assert not list(shipped_table(LEVEL).parent.glob("*waste-sac*"))
+
+
+def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(tmp_path):
+    assert "unknown shipped policy 'shipped:nobody'" in refused("agents.line plan", "--release", "shipped:nobody")
+    line = "line plan --level skills3 --robots 3 --shifts 1 --minutes 0.1 --throws 100 --release mean_lead"
+    output_of(f"{line} --json plans.json", tmp_path)
+    told = json.loads((tmp_path / "plans.json").read_text())
+    assert (told["release"], told["other_release"]["release"]) == ("mean_lead", "analytic")
+
+
+def test_from_python(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = pnt_gym.plan_line("skills3", robots=(2,), shifts=1, minutes=0.1, throws=100, threads=1)
+    assert [plan["robots"] for plan in found["plans"]] == [2]
+    assert len(found["sentences"]) == 3
+    for options, said in (({"robot": 2}, "no option 'robot'"), ({"recovery": 2.0}, "recovery is 2")):
+        with pytest.raises(UsageError, match=said):
+            pnt_gym.plan_line("skills3", **options)

@@ -168,6 +168,22 @@ def test_what_a_guided_beam_makes_of_its_plans_is_sought_with_the_guide_that_the
         assert [one.settings for one in tried] == [{**given, "trust": trust} for trust in tuning.TRUST]
 
 
+def test_settings_go_into_the_working_folder_where_rules_find_them(
+    short: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tuning, "PATIENCE", (0.5,))
+    shipped = FILE.read_bytes()
+    level = str(tmp_path / "mine.yaml")
+    Path(level).write_text(f"base: {short}\nname: mine\n")
+    main(Arguments(level=level, what=("atc",), shifts=32))
+    assert FILE.read_bytes() == shipped
+    assert yaml.safe_load(Path("runs/line_rules.yaml").read_text())["mine"]["atc"] == {"patience": 0.5}
+    assert (settings("mine", "atc"), settings("elsewhere", "atc")) == ({"patience": 0.5}, {"patience": 1.0})
+    Path("runs/line_rules.yaml").write_text("single: {atc: {patience: 77.0}}")
+    assert settings("single", "atc")["patience"] != 77.0
+
+
 def test_few_shifts_are_shown_and_not_kept(short: str, tmp_path: Path) -> None:
     said = output_of(f"line tune --level {short} --what atc --shifts 2", tmp_path)
     assert "patience" in said

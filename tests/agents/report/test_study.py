@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from agents.report.methods import methods_figure, methods_figures
-from agents.report.study import cell, study_grid
+from agents.report.study import cell, mean, share, study_grid
 from agents.report.study_plan import StudyPlan, Table, shipped_study
 
 ROW = {
@@ -79,6 +79,14 @@ def test_a_table_shows_the_rows_that_it_asks_for_and_its_note_tells_counts_and_s
     grid = study_grid(plan(), wanted, data())
     assert grid.rows == [["`waste`"], ["`waste`"]]
     assert grid.note == "4 of 3 shifts, seed 2"
+
+
+def test_shares_that_meet_are_those_of_all_cases() -> None:
+    rows = [{"part": "one", "share": share([True] * 3)}, {"part": "one", "share": share([True, False, False])}]
+    pooled = mean(rows)["share"]
+    assert (pooled["true"], pooled["count"]) == (4, 6)
+    assert pooled == share([True] * 4 + [False] * 2)
+    assert cell("{share:.0%}", {"share": pooled}, {}) == "67 % (30..90)"
 
 
 def methods() -> dict[str, Any]:

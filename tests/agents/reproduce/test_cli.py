@@ -1,6 +1,7 @@
 """`python -m agents.reproduce` as a user meets it, and how finished parts are kept."""
 
 import importlib
+import importlib.util
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +17,7 @@ from agents.jobs.code import module_files
 from agents.reproduce import papers, record
 from agents.reproduce.__main__ import Arguments, main
 from agents.reproduce.finding import Findings, Overview, Row
-from agents.reproduce.papers import PAPERS, jobs, package, run_part
+from agents.reproduce.papers import OPTIMA, PAPERS, PART_NAMES, jobs, needs_optima, package, run_part
 from agents.reproduce.record import assemble, headlines
 from pnt_gym.errors import PntGymError
 from tests.tools.commands import figures_of, output_of, run_python
@@ -30,6 +31,20 @@ def test_help_names_the_papers(tmp_path: Path) -> None:
     said = output_of("reproduce --help", tmp_path)
     for word in (*PAPERS, "--json FILE", "--figures FOLDER", "--jobs N", "--fresh"):
         assert word in said
+
+
+def test_what_a_part_needs_at_its_end_is_checked_at_its_beginning(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    present = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "casadi" else present(name))
+    for paper, part in (("choe", "long-times"), ("hassan", "headroom-hand-cap-0"), ("miyashita", "formulas")):
+        with pytest.raises(ModuleNotFoundError, match="casadi"):
+            main(Arguments(paper, only=((part,),), work=tmp_path / "work"))
+    assert not list(tmp_path.iterdir())
+    assert not needs_optima([job for job in jobs("choe") if job.name in ("choe/example", "choe/length")])
+    for paper, parts in OPTIMA.items():
+        assert all(any(name.startswith(part) for name in PART_NAMES[paper]) for part in parts)
 
 
 def test_a_package_without_the_papers_says_where_they_are(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -11,9 +11,9 @@ from tests.tools.throws import item, make_core
 
 PLAIN = tuple(f"{name}_plain" for name in ("fast", "nominal", "tight", "unseen", "waste"))
 DRIFTING = ("day", "steps", "drift_mix", "day_far", "steps_far", "drift_mix_far")
-LEVELS = tuple(
-    sorted((*PLAIN, *DRIFTING, "dense", "fast", "ideal", "light", "newcomers", "nominal", "tight", "unseen", "waste"))
-)
+PEERS = ("boxes", "cubes")
+ALONE = ("dense", "fast", "ideal", "light", "newcomers", "nominal", "precise", "tight", "unseen", "waste")
+LEVELS = tuple(sorted((*PLAIN, *DRIFTING, *PEERS, *ALONE)))
 BIN = {"name": "box", "x": 0.3, "y": 0.4}
 SMALLEST = {"bins": {"fixed": [BIN]}}
 
@@ -32,6 +32,17 @@ def test_levels_use_the_items_they_are_meant_for():
     assert set(ConveyorConfig.load("waste").items) == set(ConveyorConfig.load("tight").items) == set(SEEN_ITEMS)
     assert set(ConveyorConfig.load("unseen").items) == set(HELD_OUT_ITEMS)
     assert not set(ConveyorConfig.load("waste").items) & set(ConveyorConfig.load("unseen").items)
+
+
+def test_cells_of_peers_have_their_openings_and_objects():
+    cubes, boxes = (ConveyorConfig.load(name) for name in ("cubes", "boxes"))
+    assert {b.size for b in cubes.bins.fixed} == {(0.21, 0.72)}
+    assert {b.size for b in boxes.bins.fixed} == {(0.25, 0.15)}
+    assert len(boxes.bins.fixed) == 12
+    edges = [item.size for item in cubes.extra_items]
+    assert all(len(set(size)) == 1 for size in edges)
+    assert [size[0] for size in edges] == pytest.approx([0.040, 0.045, 0.050, 0.055, 0.060])
+    assert cubes.belt.speed <= 0.02
 
 
 def test_unseen_and_tight_differ_from_waste_in_one_respect_each():

@@ -98,6 +98,11 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
         {"cell.items": plant()["cell"]["extra_items"], "cell.extra_items": GONE},
         "input should be a list of names; describe an item of your own in extra_items and name it here",
     ),
+    "an item described twice": (
+        {"cell.extra_items.1.name": "hdpe"},
+        "extra_items: 'hdpe' stands there more than once; items: unknown item 'brick'",
+    ),
+    "no items": ({"cell.items": None}, "items is None: input should be a list"),
     "mass in grams": (
         {"cell.extra_items.0.mass": 60},
         "extra_items.0.mass is 60: input should be less than or equal to 5",

@@ -1,0 +1,113 @@
+"""Fit a level to measured throws: `python -m agents.fit LOG.csv --level mine.yaml --out fitted.yaml`."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import tyro
+
+from ..ground.cli import UsageError, at_least, option, read_settings, run
+from ..ground.outputs import check_ending, check_writable, deliver_json, deliver_text
+from ..ground.tables import console
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+    from .fitted import Fitted
+    from .parameters import Parameter
+
+MISFIT: Final = 1
+"""Exit code where the model does not fit the log."""
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Fit a conveyor level to logged throws: valve, vacuum, drag, camera, encoder and lip, with intervals.
+
+    Exit code 1 says that the model does not fit the log; the results are written all the same.
+    """
+
+    log: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="LOG.csv", name="log")] = None
+    """Log of throws, one row a throw; none for --design or --twins alone."""
+    level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "waste"
+    """The level that describes the cell so far; priors lie about its values."""
+    out: Annotated[Path | None, option("none", "FILE.yaml")] = None
+    """Write the fitted level, with intervals in comments."""
+    page: Annotated[Path | None, option("none", "FILE.html")] = None
+    """Write a page with predicted and measured landings."""
+    json: Annotated[Path | None, option("none", "FILE")] = None
+    """Write all figures to this file."""
+    free: Annotated[tuple[str, ...] | None, option("all", "NAME")] = None
+    """Parameters that are not known: valve, tau, drag, camera_x, camera_y, encoder, stiffness."""
+    prior: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, option("see docs/fit.md", "NAME=SD")] = ()
+    """Standard deviation of a prior, such as camera_x=0.003 [m]; of the logarithm for tau, drag and stiffness."""
+    design: Annotated[int | None, option("none", "N")] = None
+    """Choose the next N throws that tell most, beside what the log tells already."""
+    plan: Annotated[Path | None, option("none", "FILE.csv")] = None
+    """Write the throws of --design to this file, in the form of a log without results."""
+    twins: Annotated[int | None, option("none", "N")] = None
+    """Fit N simulated cells with hidden parameters, and print how often intervals hold the truth."""
+    landings: int = 40
+    """Landings of each twin's log."""
+    seed: int = 0
+    """Seed of --design and --twins."""
+
+
+def main(arguments: Arguments) -> None:
+    """Fit the log, print what it tells, and write the files asked for."""
+    from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+    from .design import plan_throws
+    from .parameters import priors
+    from .report import plan_grid, twins_grid
+
+    at_least(vars(arguments), design=1, twins=1, seed=0, landings=10)
+    check_writable(arguments.out, arguments.page, arguments.json, arguments.plan)
+    check_ending("out", arguments.out, (".yaml", ".yml"))
+    design, twins, seed = arguments.design, arguments.twins, arguments.seed
+    if arguments.log is None and design is None and twins is None:
+        raise UsageError("give a log, or --design N, or --twins N")
+    config = ConveyorConfig.load(arguments.level).model_copy(update={"fidelity": "flight"})
+    parameters = priors(config, arguments.free, read_settings(arguments.prior))
+    fitted = None if arguments.log is None else _fit(arguments, config, parameters, arguments.log)
+    if design is not None:
+        throws = plan_throws(config, parameters, design, seed, fitted)
+        console().print(plan_grid(throws, config).terminal())
+        if arguments.plan is not None:
+            deliver_text(arguments.plan, throws.text(config.items))
+    if twins is not None:
+        grid = twins_grid(config, twins, seed, arguments.landings, planned=design is not None)
+        console().print(grid.terminal())
+    if fitted is not None and not fitted.fits:
+        sys.exit(MISFIT)
+
+
+def _fit(arguments: Arguments, config: ConveyorConfig, parameters: tuple[Parameter, ...], path: Path) -> Fitted:
+    """Fit a log, print what it tells, and write the files asked for."""
+    from .fitted import fit_log
+    from .reading import read_log
+    from .report import report
+    from .words import sentences, tables
+    from .writing import level_text, page
+
+    fitted = fit_log(read_log(path, config), config, parameters)
+    samples = fitted.posterior.samples()
+    for grid in tables(fitted, samples):
+        console().print(grid.terminal())
+    for sentence in sentences(fitted, samples):
+        console().print(sentence, highlight=False, markup=False, soft_wrap=True)
+    source = f"pnt-gym fit {path.name} --level {arguments.level}"
+    if arguments.out is not None:
+        deliver_text(arguments.out, level_text(fitted, samples, arguments.level, arguments.out, source))
+    if arguments.page is not None:
+        deliver_text(arguments.page, page(fitted, samples, source))
+    if arguments.json is not None:
+        deliver_json(arguments.json, {"level": arguments.level, **report(fitted, samples)})
+    return fitted
+
+
+if __name__ == "__main__":
+    run(main, Arguments, "agents.fit")

@@ -1,0 +1,121 @@
+"""The fit of one log: posterior, chances of seals, what is known in combination, and whether the model fits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+from ..judging.throws.log import ThrowLog
+from .combinations import combinations
+from .misfit import LEVEL, TESTS, Finding, find_misfit, scatter_factor
+from .parameters import Parameter
+from .posterior import Posterior, posterior
+from .seals import SealChance
+
+ENDS: Final = (0.025, 0.975)
+"""Ends of the intervals."""
+
+
+@final
+@dataclass(frozen=True)
+class Estimate:
+    """A figure with its 95 % interval, in the unit that people read."""
+
+    label: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    deviation: float
+    """Standard deviation of the posterior."""
+    share: float
+    """The same as a share of the prior's."""
+
+    @property
+    def text(self) -> str:
+        """The figure with its interval."""
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{self.value:.3g} ({self.low:.3g}..{self.high:.3g}){unit}"
+
+
+@final
+@dataclass(frozen=True)
+class Fitted:
+    """A cell as one log tells of it."""
+
+    log: ThrowLog
+    config: ConveyorConfig
+    """The level from which the fit began."""
+    posterior: Posterior
+    seals: list[SealChance]
+    misfit: list[Finding]
+    scatter: float
+    """Scatter of the throws relative to that of the level."""
+
+    @property
+    def level(self) -> ConveyorConfig:
+        """The level with the fitted values."""
+        return self.posterior.level
+
+    @property
+    def fits(self) -> bool:
+        """Whether no test speaks against the model."""
+        return not any(finding.alarms for finding in self.misfit)
+
+    def estimates(self, samples: Floats) -> dict[str, Estimate]:
+        """Each free parameter by its name, from samples of the posterior (S, P)."""
+        estimates = {}
+        for index, parameter in enumerate(self.posterior.parameters):
+            scaled = parameter.scale * parameter.value(samples[:, index])
+            low, high = np.quantile(scaled, ENDS)
+            value = parameter.scale * self.posterior.values[parameter.name]
+            share = float(samples[:, index].std())
+            estimates[parameter.name] = Estimate(
+                parameter.label, parameter.unit, value, float(low), float(high), float(scaled.std()), share
+            )
+        return estimates
+
+    def combinations(self, samples: Floats) -> dict[str, Estimate]:
+        """What is known of parameters together, by name, from samples of the posterior (S, P)."""
+        parameters = self.posterior.parameters
+        usual = np.random.default_rng(1).standard_normal(samples.shape)
+        drawn, prior = (
+            {p.name: p.value(scores[:, k]) for k, p in enumerate(parameters)} for scores in (samples, usual)
+        )
+        estimates = {}
+        for part in combinations(self.log, self.config):
+            if set(part.needs) <= drawn.keys():
+                figure, spread = part.of(drawn), float(np.std(part.of(prior)))
+                low, high = np.quantile(figure, ENDS)
+                value, deviation = float(part.of(self.posterior.values)), float(figure.std())
+                estimates[part.name] = Estimate(
+                    part.label, part.unit, value, float(low), float(high), deviation, deviation / spread
+                )
+        return estimates
+
+
+def fit_log(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parameter]) -> Fitted:
+    """The fit of one log.
+
+    Throws that scatter far more than the level says are fitted again with their scatter; a smaller excess widens the
+    intervals.
+
+    Args:
+        log: the throws.
+        config: the level, about whose values the priors lie.
+        parameters: the free parameters.
+    """
+    whole, seals = posterior(log, config, parameters)
+    misfit, scatter = find_misfit(whole.density, whole.best), 1.0
+    factor, chance = scatter_factor(whole.best)
+    if chance < LEVEL / len(TESTS):
+        whole, seals = posterior(log, config, parameters, factor)
+        scatter, (factor, _) = factor, scatter_factor(whole.best)
+    whole = replace(whole, inflation=max(factor, 1.0))
+    return Fitted(log, config, whole, seals, misfit, float(np.sqrt(scatter * max(factor, 1.0))))

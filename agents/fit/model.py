@@ -1,0 +1,271 @@
+"""Predicted outcomes of logged throws in a cell with given parameters: the planner's and the flight's own equations.
+
+No hidden value of a simulation comes in here: objects are made from what the log's gauges read (`hidden`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final, cast, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, length, take
+from pnt_gym.cells.base.grip import CUP_RADIUS
+from pnt_gym.cells.base.items import ItemTable, item_arrays
+from pnt_gym.cells.base.settling import Airborne
+from pnt_gym.cells.conveyor.bias import apply_bias, constant_bias, unseen_grasp
+from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.cup.hold import Grips, true_hold
+from pnt_gym.cells.conveyor.cup.swing import body_constants
+from pnt_gym.cells.conveyor.free import cross_rims
+from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
+from pnt_gym.cells.conveyor.objects.drawing import random_spin, release_delay, spin_at_grasp
+from pnt_gym.cells.conveyor.objects.outline import inside_outline
+from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Draws, Measured, Objects
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.planning.motion.ballistics import landing_point
+from pnt_gym.planning.straight.plan import ReleaseBatch
+
+from ..ground.cli import UsageError
+from ..judging.throws.log import ThrowLog
+from .hidden import Hidden, draw_hidden, standard_draws
+
+PLANNERS: Final = ("straight", "straight_flying")
+"""Planners whose throws follow from pick and release alone."""
+DRAWS: Final = 32
+"""Draws of each throw's hidden values."""
+CHUNK: Final = 256
+"""Throws simulated at once, so that their arrays stay in the processor's cache."""
+SPEED_TOLERANCE: Final = 0.05
+"""Largest relative difference of a logged release speed from that of the level's limits."""
+COARSE: Final = 0.004
+"""Time between two accelerations at which a grip is judged [s]."""
+QUICK: Final = 2
+"""Physics steps of the level in one step of a quick prediction; its error of a millimetre is the same for all draws."""
+
+
+@final
+@dataclass(frozen=True)
+class Outcomes:
+    """Predicted outcomes of M throws."""
+
+    landing: Floats
+    """Where an object that is thrown, and not touched again, crosses the plane of the rims (M, 2) [m]."""
+    touched: Bools
+    """Whether the cup touches the object again after the release (M,)."""
+    sealed: Floats
+    """Chance that the cup seals (M,)."""
+    holds: Bools
+    """Whether a cup that has sealed holds the object until the release (M,)."""
+
+
+@final
+class ThrowModel:
+    """Predicts the outcomes of logged throws.
+
+    Args:
+        log: the throws.
+        config: the cell, whose parameters a call may replace.
+        draws: draws of each throw's hidden values, an even number.
+        seed: of these draws, which are the same at all parameters.
+
+    Raises:
+        UsageError: the level's planner, or a release that its limits do not give.
+    """
+
+    def __init__(self, log: ThrowLog, config: ConveyorConfig, draws: int = DRAWS, seed: int = 0) -> None:
+        if config.planner not in PLANNERS:
+            raise UsageError(f"planner is {config.planner!r}; `fit` knows the throws of {' and '.join(PLANNERS)} alone")
+        self.log, self.config, self.draws = log, config, draws
+        self._table = item_arrays(config.item_list())
+        self.flown = ~((log.sealed == 0.0) | (log.lost == 1.0))
+        """Which throws have a flight; others have NaN landings (N,)."""
+        self.chances = self._table.pick_chance.copy()
+        """Chance of each item that a cup well inside its outline seals (K,)."""
+        normals = standard_draws(len(log), draws, seed)
+        self._hidden = {
+            "mean": draw_hidden(log, config, np.zeros_like(normals[:, :1])),
+            "draws": draw_hidden(log, config, normals),
+        }
+        self._objects = {name: _objects(hidden, log, config, self._table) for name, hidden in self._hidden.items()}
+        self._set_up_motions(PickPlanner(config))
+
+    def _set_up_motions(self, planner: PickPlanner) -> None:
+        """Motions of the hands, from the commanded releases."""
+        log, config, objects = self.log, self.config, self._objects["mean"]
+        pick, count = _picks(log, config), len(log)
+        limits, _ = planner.grip_limits(objects, pick)
+        rim = np.full(count, config.bins.rim)
+        target = np.concatenate([landing_point(log.release, log.velocity, rim)[:, :2], rim[:, None]], axis=1)
+        target = np.where(np.isfinite(target), target, log.release)
+        self._picks = Context.new(
+            objects, pick, target, np.ones((count, 2)), np.zeros(count, dtype=np.int64), np.ones((count, 1)),
+            throw_limits=limits, plan=cast("ReleaseBatch", None), ceiling=pick[:, 2] + config.motion.ceiling,
+            belt=config.belt,
+        )  # fmt: skip
+        self.releases = planner.mover.release_at(self._picks, log.release)
+        _check_speeds(log, self.releases)
+        motion = planner.mover.throw(pick, self.releases, limits, self._picks.ceiling)
+        self._path, self._release_time = motion.path, motion.release_time
+        times = COARSE * np.arange(int(np.floor(motion.release_time.max() / COARSE)) + 1)
+        self._loads = motion.path.sample(np.minimum(times, motion.release_time[:, None])).acceleration
+        self._load_counts = (times <= motion.release_time[:, None]).sum(axis=1)
+
+    def landings(self, config: ConveyorConfig, draught: tuple[float, float] = (0.0, 0.0)) -> Floats:
+        """Landings (N, 2) [m] of throws at the conditional means of their hidden values; NaN without a flight."""
+        context = self._context("mean", config)
+        if any(draught):
+            wind = np.tile(np.array(draught), (len(context.pick), 1))
+            context = context.replace(drift=context.drift._replace(draught=wind))
+        return self._fly(context, self._hidden["mean"].row, config)[0]
+
+    def quick_landings(self, configs: Sequence[ConveyorConfig]) -> Floats:
+        """Landings (C, N, 2) [m] of the same throws in C cells, by longer steps; changes from cell to cell are true."""
+        landing = np.empty((len(configs), len(self.log), 2))
+        for cup in {config.cup.stiffness for config in configs}:
+            # Cells with the same lip swing in one batch.
+            alike = [index for index, config in enumerate(configs) if config.cup.stiffness == cup]
+            contexts = concatenate_records([self._context("mean", configs[index]) for index in alike])
+            rows = np.tile(self._hidden["mean"].row, len(alike))
+            flown, _ = self._fly(contexts, rows, _with_longer_steps(configs[alike[0]]))
+            landing[alike] = flown.reshape(len(alike), -1, 2)
+        return landing
+
+    def outcomes(self, config: ConveyorConfig) -> Outcomes:
+        """Outcomes (N x K,) of throws at the draws of their hidden values, K of each throw in a row."""
+        context, row = self._context("draws", config), self._hidden["draws"].row
+        landing, touched = self._fly(context, row, _with_longer_steps(config), watch=True)
+        landing += (self.landings(config) - self.quick_landings([config])[0])[row]
+        return Outcomes(landing, touched, self.seals(config), self._holds(context, row, config))
+
+    def seals(self, config: ConveyorConfig) -> Floats:
+        """Chances that the cups seal at the draws of hidden values (N x K,)."""
+        if not config.pick.fails:
+            return np.ones(len(self._hidden["draws"].row))
+        chance = self.chances[self._objects["draws"].kind] * self._overhangs(config)
+        return np.clip(1.0 - config.mismatch * (1.0 - chance), 0.0, 1.0)
+
+    def overhang(self, config: ConveyorConfig) -> Floats:
+        """Mean share of an item's seal chance that is left where the lip overhangs the outline (N,)."""
+        return self._overhangs(config).reshape(-1, self.draws).mean(axis=1)
+
+    def _overhangs(self, config: ConveyorConfig) -> Floats:
+        """Shares of the items' seal chances at the draws of hidden values (N x K,); as of `cup.hold.seal_chance`."""
+        hidden, objects = self._hidden["draws"], self._objects["draws"]
+        pick = self._picks.pick[hidden.row]
+        grasp = hidden.grasp + unseen_grasp(constant_bias(config, len(pick)), pick, config.belt)
+        grasp[:, 0] += hidden.belt_error * (pick[:, 0] - config.belt.camera_x)
+        inside, radius = inside_outline(objects, -grasp), objects.cup_radius
+        return np.clip((inside + radius) / (2.0 * radius), 0.0, 1.0)
+
+    def _context(self, name: str, config: ConveyorConfig) -> Context:
+        """Picks of objects with hidden values, in a cell with given parameters."""
+        hidden, base, m = self._hidden[name], self._objects[name], config.mismatch
+        delay = m * (release_delay(base.seal, base.mass, config.suction) + self._table.clings[base.kind])
+        spin = spin_at_grasp(base.replace(grasp=np.zeros_like(hidden.grasp)), hidden.grasp, config)
+        if not config.cup.peel:
+            spin = spin + random_spin(hidden.spin, np.zeros_like(hidden.grasp))
+        objects = base.replace(delay=np.maximum(delay + hidden.jitter, 0.0), spin=spin)
+        picks = take(self._picks.replace(objects=self._objects["mean"], plan=self.releases), hidden.row)
+        shift = hidden.belt_error * (picks.pick[:, 0] - config.belt.camera_x)
+        return apply_bias(picks.replace(objects=objects, belt_shift=shift), config)
+
+    def _fly(self, context: Context, row: Ints, config: ConveyorConfig, watch: bool = False) -> tuple[Floats, Bools]:
+        """Landings of throws (M, 2) [m], and if watched, which objects the cup touches again (M,)."""
+        landing, touched = np.full((len(row), 2), np.nan), np.zeros(len(row), dtype=np.bool_)
+        flown = np.flatnonzero(self.flown[row])
+        for start in range(0, len(flown), CHUNK):
+            part = flown[start : start + CHUNK]
+            landing[part], touched[part] = self._fly_part(take(context, part), row[part], config, watch)
+        return landing, touched
+
+    def _fly_part(self, context: Context, row: Ints, config: ConveyorConfig, watch: bool) -> tuple[Floats, Bools]:
+        count = len(row)
+        holds = Grips(np.full(count, np.inf), np.full(count, -1, dtype=np.int64), np.ones(count, dtype=np.bool_))
+        path, release_time = take(self._path, row), self._release_time[row]
+        clock = ThrowClock.of(context, HandCycle(take(self.releases, row), release_time, path, holds), config)
+        flying = Airborne(body_constants(context), context.drift.draught, config.mismatch)
+        landing, records, steps = cross_rims(flying, clock, context.target[:, 2].copy())
+        if not watch:
+            return landing, np.zeros(count, dtype=np.bool_)
+        motion = records[..., :3], records[..., 7:10], records[..., 3:7]
+        return landing, clock.meets(context, motion, steps)
+
+    def _holds(self, context: Context, row: Ints, config: ConveyorConfig) -> Bools:
+        if not config.grip.limit:
+            return np.ones(len(row), dtype=np.bool_)
+        hold = true_hold(context)
+        return hold.smallest_margin(self._loads[row], self._load_counts[row], config.mismatch)[1] < 0
+
+
+def _with_longer_steps(config: ConveyorConfig) -> ConveyorConfig:
+    return config.model_copy(update={"timestep": QUICK * config.timestep})
+
+
+def _picks(log: ThrowLog, config: ConveyorConfig) -> Floats:
+    """Lifts (N, 3) [m]; a height that the log lacks is that of the belt and the object."""
+    table = item_arrays(config.item_list())
+    height = np.where(np.isfinite(log.size[:, 2]), log.size[:, 2], table.size[log.kind, 2])
+    top = config.belt.height + height + LIP_GAP
+    return join_columns(log.pick[:, 0], log.pick[:, 1], 0.0) + join_columns(
+        np.zeros(len(log)), 0.0, np.where(np.isfinite(log.pick[:, 2]), log.pick[:, 2], top)
+    )
+
+
+def _check_speeds(log: ThrowLog, releases: ReleaseBatch) -> None:
+    """Make sure that the level's limits give the logged releases.
+
+    Raises:
+        UsageError: they do not.
+    """
+    logged = length(log.velocity)
+    wrong = ~(np.abs(np.nan_to_num(releases.speed) - logged) <= SPEED_TOLERANCE * logged)
+    if wrong.any():
+        first = int(np.flatnonzero(wrong)[0])
+        raise UsageError(
+            f"{wrong.sum()} of {len(log)} releases do not have the speed that the level's limits give on the way from "
+            f"the pick (throw {first + 1}: {logged[first]:.2f} m/s logged, {releases.speed[first]:.2f} m/s by the "
+            "level); check percent, belt.speed, and that pick and release are the cup's"
+        )
+
+
+def _objects(hidden: Hidden, log: ThrowLog, config: ConveyorConfig, table: ItemTable) -> Objects:
+    """Objects with hidden values; delay and spin, which depend on the parameters, are zero."""
+    row, count = hidden.row, len(hidden.row)
+    kind, zeros, units = log.kind[row], np.zeros(count), np.ones(count)
+    bins = max(len(config.bins.fixed), 1)
+    draws = Draws(
+        zeros, zeros, np.zeros((count, 4)), np.zeros((count, TARGET_DRAWS, 3)), np.zeros((count, bins))
+    )  # fmt: skip
+    return Objects(
+        kind=kind, shape=table.shape[kind], size=hidden.size, mass=hidden.mass, drag=hidden.drag,
+        com_depth=hidden.com_depth, known_depth=max(1.0 - config.mismatch, 0.0) * hidden.com_depth, seal=hidden.seal,
+        delay=zeros, jitter=hidden.jitter, friction=table.friction[kind], cup_friction=table.cup_friction[kind],
+        cup_radius=table.cup_radius[kind] if config.cup.fitted else CUP_RADIUS * units,
+        rolling_friction=table.rolling_friction[kind], solref=table.solref[kind], yaw=hidden.yaw, grasp=hidden.grasp,
+        belt_error=hidden.belt_error, spin=np.zeros((count, 3)), pick_chance=table.pick_chance[kind], pick_draw=units,
+        percent=log.percent[row], measured=_gauge_readings(take(log, row), table), draws=draws,
+    )  # fmt: skip
+
+
+def _gauge_readings(log: ThrowLog, table: ItemTable) -> Measured:
+    """What the gauges read, or the item's own values where the log lacks them."""
+    kind = log.kind
+
+    def reading_or(read: Floats, usual: Any) -> Floats:
+        return np.where(np.isfinite(read), read, usual)
+
+    return Measured(
+        kind=kind, shape=table.shape[kind], size=reading_or(log.size, table.size[kind]),
+        mass=reading_or(log.mass, table.mass[kind]), seal=reading_or(log.seal, table.seal_force[kind]),
+        yaw=reading_or(log.yaw, 0.0), friction=table.cup_friction[kind], grasp_noise=reading_or(log.grasp, 0.0),
+    )  # fmt: skip
+
+
+def without_landings(log: ThrowLog) -> ThrowLog:
+    """A log as it is before its throws."""
+    empty = np.full(len(log), np.nan)
+    return replace(log, sealed=empty, lost=empty, landing=np.full((len(log), 2), np.nan))

@@ -1,0 +1,158 @@
+"""The posterior of a cell's parameters: a profile over the lip's stiffness, and normal given the stiffness.
+
+An object swings under a lip, and the phase of the swing at the release repeats: very different stiffnesses may explain
+the same landings. So the stiffness goes through a grid of nodes. At each node the other parameters have their maximum
+and a Laplace approximation there; between nodes log density, means and covariances are interpolated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+from ..judging.throws.log import ThrowLog
+from .density import Density, Mode, Node
+from .model import DRAWS, ThrowModel
+from .parameters import Parameter, values_at
+from .seals import SealChance, seal_chances
+
+COARSE: Final = np.linspace(-2.5, 2.5, 12)
+"""Scores of the stiffness at the first nodes."""
+FINER: Final = 3
+"""Parts into which the gap beside a probable node is divided."""
+PROBABLE: Final = 9.0
+"""Cost above the least at which a node is still refined."""
+WIDE: Final = 25.0
+"""Factor of the covariances with which the search begins, so that landings far from a first guess still pull."""
+PROFILE_DRAWS: Final = 16
+"""Draws of hidden values at a node."""
+SAMPLES: Final = 4000
+"""Samples of a posterior."""
+
+
+@final
+@dataclass(frozen=True)
+class Posterior:
+    """Posterior of the parameters of one log."""
+
+    density: Density
+    nodes: tuple[Node, ...]
+    """Maxima at fixed stiffnesses in ascending order; none where the stiffness is not free."""
+    best: Mode
+    """The maximum."""
+    inflation: float
+    """Factor of covariances, for throws that scatter more than the level says; at least 1."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The free parameters."""
+        return self.density.parameters
+
+    @property
+    def values(self) -> dict[str, float]:
+        """SI values at the maximum, by name."""
+        return values_at(self.parameters, self.best.z)
+
+    @property
+    def level(self) -> ConveyorConfig:
+        """The cell at the maximum."""
+        return self.density.level(self.best.z)
+
+    def samples(self, count: int = SAMPLES, seed: int = 0) -> Floats:
+        """Samples of the standard scores (S, P)."""
+        random, size = np.random.default_rng(seed), len(self.parameters)
+        normal = random.standard_normal((count, size))
+        fixed = stiffness_column(self.parameters)
+        if not fixed.any():
+            return self.best.z + normal @ np.linalg.cholesky(self.inflation * self.best.covariance).T
+        place, share = self._places(random, count)
+        means, roots = np.stack([node.z for node in self.nodes]), []
+        for node in self.nodes:
+            root = np.zeros((size, size))
+            root[np.ix_(~fixed, ~fixed)] = np.linalg.cholesky(self.inflation * node.covariance)
+            roots.append(root)
+        mean = (1.0 - share)[:, None] * means[place] + share[:, None] * means[place + 1]
+        nearest = place + (share > 0.5)
+        return mean + np.einsum("sij,sj->si", np.stack(roots)[nearest], normal)
+
+    def _places(self, random: np.random.Generator, count: int) -> tuple[np.ndarray, Floats]:
+        """Gaps between nodes, and shares of the way through them (S,), drawn from the density of the stiffness."""
+        fixed = stiffness_column(self.parameters)
+        score = np.array([node.z[fixed][0] for node in self.nodes])
+        log_density = profile(self.nodes) / self.inflation
+        fine = np.linspace(score[0], score[-1], 1001)
+        density = np.exp(np.interp(fine, score, log_density))
+        cumulated = np.cumsum(density) / density.sum()
+        drawn = np.interp(random.random(count), cumulated, fine)
+        place = np.clip(np.searchsorted(score, drawn) - 1, 0, len(score) - 2)
+        return place, (drawn - score[place]) / (score[place + 1] - score[place])
+
+
+def stiffness_column(parameters: Sequence[Parameter]) -> Bools:
+    """Which of the parameters is the lip's stiffness (P,)."""
+    return np.array([parameter.name == "stiffness" for parameter in parameters])
+
+
+def profile(nodes: Sequence[Node]) -> Floats:
+    """Ln of the marginal density of the fixed score at nodes (K,), relative to the largest."""
+    volume = [np.linalg.slogdet(node.covariance)[1] for node in nodes]
+    log_density = (np.array(volume) - np.array([node.cost for node in nodes])) / 2.0
+    return log_density - log_density.max()
+
+
+def posterior(
+    log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parameter], spread: float = 1.0
+) -> tuple[Posterior, list[SealChance]]:
+    """The posterior of one log, and the chances of its items' seals.
+
+    Args:
+        log: the throws.
+        config: the level, about whose values the priors lie.
+        parameters: the free parameters.
+        spread: factor of the covariance of the throws.
+    """
+    model = ThrowModel(log, config, DRAWS)
+    seals = seal_chances(model, config)
+    density = Density(model, parameters, spread)
+    quick = ThrowModel(log, config, PROFILE_DRAWS)
+    quick.chances = model.chances
+    fixed, nodes = stiffness_column(parameters), ()
+    middle = np.where(fixed, COARSE[len(COARSE) // 2], 0.0)
+    start = Density(quick, parameters, WIDE * spread).node(middle, ~fixed).z
+    if fixed.any():
+        nodes = _nodes(Density(quick, parameters, spread), fixed, start)
+        start = min(nodes, key=lambda node: node.cost).z
+    return Posterior(density, nodes, density.search(start), 1.0), seals
+
+
+def _nodes(density: Density, fixed: Bools, begin: Floats) -> tuple[Node, ...]:
+    """Maxima at fixed stiffnesses: a coarse grid from the middle outwards, and a finer one where it is probable.
+
+    Args:
+        density: the density.
+        fixed: which of the scores is the stiffness (P,).
+        begin: scores from which the search of the middle node begins (P,).
+    """
+    middle = len(COARSE) // 2
+    nodes: dict[float, Node] = {}
+    for half in (COARSE[middle:], COARSE[:middle][::-1]):
+        z = nodes[COARSE[middle]].z if nodes else begin
+        for score in half:
+            nodes[score] = density.node(np.where(fixed, score, z), ~fixed)
+            z = nodes[score].z
+    least = min(node.cost for node in nodes.values())
+    for low, high in pairwise(COARSE):
+        near = min((nodes[low], nodes[high]), key=lambda node: node.cost)
+        if near.cost < least + PROBABLE:
+            for share in np.arange(1, FINER) / FINER:
+                score = low + share * (high - low)
+                start = (1.0 - share) * nodes[low].z + share * nodes[high].z
+                nodes[score] = density.node(np.where(fixed, score, start), ~fixed)
+    return tuple(nodes[score] for score in sorted(nodes))

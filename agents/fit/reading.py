@@ -1,0 +1,236 @@
+"""Reads a user's log: every mistake is one sentence, and what is odd but usable is a warning."""
+
+from __future__ import annotations
+
+import csv
+import warnings
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from pnt_gym.arrays import Bools, Floats, take
+from pnt_gym.cells.base.problems import list_names
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.errors import one_sentence
+from pnt_gym.planning.motion.ballistics import landing_point
+
+from ..ground.cli import UsageError
+from ..judging.throws.log import COLUMNS, GROUPS, ThrowLog
+
+FEWEST: Final = 10
+"""Fewest landings of a fit."""
+FEW: Final = 25
+"""Landings below which a warning says that intervals are wide."""
+MOST: Final = 400
+"""Throws of a fit; of a longer log so many are drawn by chance."""
+LARGEST: Final = 5.0
+"""Largest coordinate of a cell [m]."""
+MARGIN: Final = 0.15
+"""Distance beyond the belt's lanes and window at which a pick is none of this cell [m]."""
+ASTRAY: Final = 0.35
+"""Median distance of landings from the drag-free ones beyond which something else was logged [m]."""
+SEPARATORS: Final = (";", "\t", "|")
+"""Separators of columns that other programs write."""
+SPEED_SHARE: Final = 0.02
+"""Relative difference of a logged belt speed from the level's that does not matter."""
+
+
+def read_log(path: Path, config: ConveyorConfig) -> ThrowLog:
+    """The log in a CSV file, checked against the level.
+
+    Raises:
+        UsageError: the file is no log of this cell's throws, with the reason.
+    """
+    try:
+        rows = list(_rows(path))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or one_sentence(error)
+        raise UsageError(f"cannot read log {str(path)!r}: {reason}") from None
+    if not rows or not rows[0]:
+        raise UsageError(f"log {str(path)!r} is empty; its first line must name the columns")
+    header, *body = rows
+    names = [name.strip() for name in header]
+    if len(names) == 1 and (marks := [mark for mark in SEPARATORS if mark in names[0]]):
+        raise UsageError(
+            f"columns of log {str(path)!r} are separated by {marks[0]!r}; they must be by commas, with decimal points"
+        )
+    missing = [name for name, column in COLUMNS.items() if column.required and name not in names]
+    if missing:
+        raise UsageError(f"log {str(path)!r} lacks the columns {list_names(missing)}; `docs/fit.md` lists all")
+    if unknown := [name for name in names if name and name not in COLUMNS]:
+        warnings.warn(f"columns {list_names(unknown)} of the log are not read", stacklevel=2)
+    if not body:
+        raise UsageError(f"log {str(path)!r} has no throws below its header")
+    log = _log_of(names, body, config)
+    return check_log(_drop_duplicates(log), config)
+
+
+def _rows(path: Path) -> Iterator[list[str]]:
+    """The header and at most `MOST` rows of a file."""
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        count = sum(1 for line in file if line.strip()) - 1
+        file.seek(0)
+        lines = (line for line in file if line.strip())
+        if count > MOST:
+            warnings.warn(f"{MOST} of the log's {count:,} throws are used, drawn by chance", stacklevel=3)
+        drawn = np.random.default_rng(0).choice(count, MOST, replace=False) if count > MOST else ()
+        chosen = {0, *(1 + int(index) for index in drawn)} if count > MOST else None
+        yield from csv.reader(line for number, line in enumerate(lines) if chosen is None or number in chosen)
+
+
+def _log_of(names: Sequence[str], body: Sequence[Sequence[str]], config: ConveyorConfig) -> ThrowLog:
+    """A log from rows of text."""
+    kinds: list[int] = []
+    table = {name: np.full(len(body), np.nan) for name in COLUMNS if name != "item"}
+    for index, row in enumerate(body):
+        if len(row) != len(names):
+            raise UsageError(f"throw {index + 1} of the log has {len(row)} values for {len(names)} columns")
+        for name, text in zip(names, row, strict=True):
+            if name == "item":
+                kinds.append(_kind(text.strip(), index, config))
+            elif name in table:
+                table[name][index] = _number(text.strip(), name, index)
+    fields = {field: _join([table[name] for name in columns]) for field, columns in GROUPS.items()}
+    return ThrowLog(kind=np.array(kinds, dtype=np.int64), **fields)
+
+
+def _join(columns: Sequence[Floats]) -> Floats:
+    return columns[0] if len(columns) == 1 else np.stack(columns, axis=1)
+
+
+def _kind(name: str, index: int, config: ConveyorConfig) -> int:
+    if name not in config.items:
+        items = list_names(config.items)
+        raise UsageError(f"throw {index + 1} of the log is of item {name!r}; items of the level are {items}")
+    return config.items.index(name)
+
+
+def _number(text: str, name: str, index: int) -> float:
+    """A number of a row; empty text and nan are NaN, where the column may be unknown."""
+    if text.lower() in ("", "nan", "none", "null"):
+        if COLUMNS[name].required and not name.startswith("landing"):
+            raise UsageError(f"throw {index + 1} of the log has no {name}; only measured values may be missing")
+        return np.nan
+    words = {"true": 1.0, "false": 0.0}
+    try:
+        value = words[text.lower()] if text.lower() in words else float(text)
+    except ValueError:
+        raise UsageError(f"throw {index + 1} of the log: {name} is {one_sentence(text, 40)!r}, no number") from None
+    if not np.isfinite(value):
+        raise UsageError(f"throw {index + 1} of the log: {name} is {text}; it must be finite")
+    if COLUMNS[name].unit == "0 or 1" and value not in (0.0, 1.0):
+        raise UsageError(f"throw {index + 1} of the log: {name} is {text}; it must be 0 or 1")
+    if COLUMNS[name].positive and value <= 0.0:
+        raise UsageError(f"throw {index + 1} of the log: {name} is {text}; it must be above 0")
+    return value
+
+
+def _drop_duplicates(log: ThrowLog) -> ThrowLog:
+    """The log without throws that repeat the landing of another one, and all else."""
+    whole = np.column_stack([log.kind, *(getattr(log, field).reshape(len(log), -1) for field in GROUPS)])
+    _, first = np.unique(np.nan_to_num(whole, nan=-1e9), axis=0, return_index=True)
+    # Two picks alike may both fail; two landings alike are one that was written twice.
+    rows = np.union1d(first, np.flatnonzero(~log.has_landing))
+    if len(rows) < len(log):
+        warnings.warn(f"{len(log) - len(rows)} of {len(log)} throws repeat another one, and count once", stacklevel=3)
+    return take(log, rows)
+
+
+def check_log(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
+    """A log whose units, axes and results make sense in a cell, with what the level knows filled in.
+
+    Raises:
+        UsageError: they do not, with the reason.
+    """
+    _check_units(log)
+    _check_picks(log, config)
+    log = _fill(log, config)
+    landed = log.has_landing
+    count = int(landed.sum())
+    if count == 0:
+        raise UsageError("the log has no landings: landing_x and landing_y are empty, and a fit lives on them")
+    if count < FEWEST:
+        raise UsageError(f"the log has {count} landings; a fit needs at least {FEWEST}, and 40 are usual")
+    if bool((landed & ((log.sealed == 0.0) | (log.lost == 1.0))).any()):
+        raise UsageError("the log has landings of objects that were not sealed or were lost; leave these empty")
+    _check_landings(log, config, landed)
+    if count < FEW:
+        warnings.warn(f"the log has {count} landings; with 40 intervals are about half as wide", stacklevel=3)
+    if len(np.unique(log.kind[landed])) == 1:
+        name = config.items[int(log.kind[np.argmax(landed)])]
+        warnings.warn(
+            f"all landings are of {name}: one item does not tell the valve from the vacuum's decay, nor the lip's "
+            "stiffness; throw other items too",
+            stacklevel=3,
+        )
+    return log
+
+
+def _check_units(log: ThrowLog) -> None:
+    for field in ("pick", "release", "landing", "target", "size", "grasp"):
+        for name, values in zip(GROUPS[field], getattr(log, field).T, strict=True):
+            largest = np.nanmax(np.abs(values), initial=0.0)
+            if largest > LARGEST:
+                raise UsageError(f"{name} reaches {largest:g}; lengths are in metres, and these look like millimetres")
+    if np.nanmax(np.abs(log.yaw), initial=0.0) > 2.0 * np.pi:
+        raise UsageError("yaw goes beyond a full turn; angles are in radians, and these look like degrees")
+    if np.nanmax(log.mass, initial=0.0) > LARGEST:
+        raise UsageError("mass goes beyond 5; masses are in kilograms, and these look like grams")
+
+
+def _check_picks(log: ThrowLog, config: ConveyorConfig) -> None:
+    def inside(x: Floats, y: Floats) -> float:
+        window, lane = config.belt.pick_x, config.belt.lane_y
+        fits_x = (x > window[0] - MARGIN) & (x < window[1] + MARGIN)
+        return float((fits_x & (y > lane[0] - MARGIN) & (y < lane[1] + MARGIN)).mean())
+
+    x, y = log.pick[:, 0], log.pick[:, 1]
+    if inside(x, y) < 0.5:
+        hint = "; pick_x and pick_y look swapped" if inside(y, x) > 0.9 else ""
+        belt = config.belt
+        raise UsageError(
+            f"most picks lie outside of the level's belt, pick_x {belt.pick_x} and lane_y {belt.lane_y} m{hint}"
+        )
+
+
+def _fill(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
+    """The log with speed settings and results that follow from the level and from the other columns."""
+    percent, sealed = log.percent.copy(), log.sealed.copy()
+    if not np.isfinite(percent).all():
+        if len(config.limits.percent) > 1:
+            raise UsageError(f"percent is empty, and the level has several speed settings, {config.limits.percent}")
+        percent[~np.isfinite(percent)] = min(config.limits.percent)
+    speed = log.belt_speed[np.isfinite(log.belt_speed)]
+    if speed.size and np.abs(speed / config.belt.speed - 1.0).max() > SPEED_SHARE:
+        raise UsageError(
+            f"belt_speed goes from {speed.min():g} to {speed.max():g} m/s, and belt.speed of the level is "
+            f"{config.belt.speed:g}; fit each speed alone, with a level that has it"
+        )
+    sealed[log.has_landing & ~np.isfinite(sealed)] = 1.0
+    if unknown := int((~np.isfinite(sealed)).sum()):
+        warnings.warn(f"{unknown} throws have neither a landing nor a word whether the cup sealed", stacklevel=3)
+    return ThrowLog(**{**vars(log), "percent": percent, "sealed": sealed})
+
+
+def _check_landings(log: ThrowLog, config: ConveyorConfig, landed: Bools) -> None:
+    """Make sure that landings are near those without air, by their median."""
+    rim = np.full(len(log), config.bins.rim)
+
+    def median_miss(landing: Floats, velocity: Floats) -> float:
+        plain = landing_point(log.release, velocity, rim)[landed, :2]
+        return float(np.median(np.hypot(*(landing[landed] - plain).T)))
+
+    miss = median_miss(log.landing, log.velocity)
+    if not miss < ASTRAY:
+        swaps = {
+            "landing_x and landing_y": median_miss(log.landing[:, ::-1], log.velocity),
+            "release_vx and release_vy": median_miss(log.landing, log.velocity[:, [1, 0, 2]]),
+        }
+        name = min(swaps, key=lambda name: swaps[name])
+        hint = f"; {name} look swapped" if swaps[name] < 0.6 * miss else ""
+        raise UsageError(
+            f"half of the landings lie {miss:.2f} m or farther from where the releases throw without air; check frame, "
+            f"units and columns of landings and releases{hint}"
+        )

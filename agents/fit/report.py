@@ -1,0 +1,103 @@
+"""Figures of a fit as JSON values, and tables of plans and twins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+from ..ground.tables import Grid, throws_bar
+from ..judging.throws.log import ThrowLog
+from .fitted import Fitted, fit_log
+from .parameters import PARAMETERS, priors
+from .reading import read_log
+from .twins import judge_fit, study_twin
+from .words import sentences
+
+
+def fit(
+    log: str | Path,
+    level: str | Path = "waste",
+    *,
+    free: Sequence[str] | None = None,
+    prior: Mapping[str, float] | None = None,
+) -> dict[str, Any]:
+    """Fit a conveyor level to a log of throws; return the figures that `agents.fit --json` writes.
+
+    Args:
+        log: CSV file with a row for each throw, see `agents.judging.throws.log.COLUMNS`.
+        level: name or file of the level about whose values the priors lie.
+        free: names of the parameters that are not known; None for all.
+        prior: standard deviations of priors by name, in SI units; of the logarithm for tau, drag and stiffness.
+
+    Raises:
+        UsageError: the log is none of this cell's throws, or there is no such parameter.
+        ConfigError: there is no such level.
+    """
+    config = ConveyorConfig.load(level).model_copy(update={"fidelity": "flight"})
+    parameters = priors(config, free, prior)
+    fitted = fit_log(read_log(Path(log), config), config, parameters)
+    return {"level": str(level), **report(fitted, fitted.posterior.samples())}
+
+
+def report(fitted: Fitted, samples: Floats) -> dict[str, Any]:
+    """All figures of a fit, as JSON values."""
+    level = fitted.level
+    return {
+        "throws": len(fitted.log),
+        "landings": int(fitted.log.has_landing.sum()),
+        "parameters": {name: asdict(part) for name, part in fitted.estimates(samples).items()},
+        "combinations": {name: asdict(part) for name, part in fitted.combinations(samples).items()},
+        "seals": [asdict(seal) for seal in fitted.seals],
+        "tests": {finding.name: {"p": finding.chance, "alarm": finding.alarms} for finding in fitted.misfit},
+        "fits": fitted.fits,
+        "scatter": fitted.scatter,
+        "differences": {
+            "suction": {"valve": level.suction.valve, "tau": level.suction.tau},
+            **({"cup": {"stiffness": level.cup.stiffness}} if level.cup.stiffness is not None else {}),
+            "bias": level.bias.model_dump(mode="json"),
+        },
+        "sentences": sentences(fitted, samples),
+    }
+
+
+def plan_grid(log: ThrowLog, config: ConveyorConfig) -> Grid:
+    """Table of planned throws."""
+    rows = [
+        (
+            str(row + 1), config.items[log.kind[row]], f"{log.pick[row, 0]:.2f}, {log.pick[row, 1]:.2f}",
+            f"{log.percent[row]:g} %", f"{log.target[row, 0]:.2f}, {log.target[row, 1]:.2f}",
+            ", ".join(f"{value:.3f}" for value in log.release[row]),
+        )
+        for row in range(len(log))
+    ]  # fmt: skip
+    header = ("", "item", "pick x, y [m]", "speed", "bin x, y [m]", "release x, y, z [m]")
+    return Grid(f"The next {len(log)} throws", header, rows)
+
+
+def twins_grid(config: ConveyorConfig, count: int, seed: int, landings: int, *, planned: bool) -> Grid:
+    """Table of the coverage and the errors of fits of twins, with a progress bar; arguments as of `make_twin`."""
+    judged, alarms = list[dict[str, Any]](), 0
+    with throws_bar() as bar:
+        task = bar.add_task("twins", total=count)
+        for twin in range(count):
+            cell, fitted, _ = study_twin(config, seed + twin, landings, planned=planned)
+            judged.append(judge_fit(cell, fitted))
+            alarms += not fitted.fits
+            bar.advance(task)
+    labels = {**{p.name: p.label for p in PARAMETERS}, "camera_at_picks": "camera and encoder at the picks [mm]"}
+    groups = {label: [twin[name] for twin in judged if name in twin] for name, label in labels.items()}
+    groups["delays of items [ms]"] = [part for twin in judged for name, part in twin.items() if name[:6] == "delay_"]
+    rows = [
+        (label, f"{np.mean([p['holds'] for p in parts]):.0%}", f"{np.median([p['error'] for p in parts]):.2f}")
+        for label, parts in groups.items()
+        if parts
+    ]
+    title = f"{count} twins, {alarms / count:.0%} with an alarm; errors of parameters in deviations of the prior"
+    return Grid(title, ("parameter", "95 % intervals hold", "median error"), rows)

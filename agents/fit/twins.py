@@ -1,0 +1,155 @@
+"""Blind twins: cells with hidden parameters drawn from the priors, whose logs are fitted as if they were real."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Any, Final, final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats, take
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+
+from ..controllers import make_controller
+from ..controllers.protocol import Actions, Controller, Observation
+from ..ground.cli import UsageError
+from ..judging.throws.log import ThrowLog
+from ..judging.throws.recorder import Recorder
+from ..judging.trials import open_trial
+from .combinations import combinations
+from .design import DesignPool, optimal_throws
+from .fitted import Fitted, fit_log
+from .parameters import Parameter, level_at, priors, values_at
+
+ENV: Final = "PnTRelease-v0"
+"""Environment of the twins."""
+CELLS: Final = 16
+"""Cells side by side."""
+MOST_THROWS: Final = 20
+"""Throws of a twin per landing that its log must have, at most."""
+
+
+@final
+@dataclass(frozen=True)
+class Twin:
+    """A cell with hidden parameters, and its log."""
+
+    scores: Floats
+    """Standard scores of the hidden parameters (P,)."""
+    truth: ConveyorConfig
+    log: ThrowLog
+
+
+@final
+class Draughty(Controller):
+    """A controller in a cell through which air moves, which no level without drift can say.
+
+    Args:
+        controller: the controller that acts.
+        core: the cells.
+        draught: velocity of the air along x, y [m/s].
+    """
+
+    def __init__(self, controller: Controller, core: Any, draught: Floats) -> None:
+        self.name, self._inner, self._core, self._draught = controller.name, controller, core, draught
+
+    def act(self, observation: Observation) -> Actions:
+        """Actions of the inner controller (N, A), after the air has begun to move."""
+        context = self._core.cell.context
+        wind = np.tile(self._draught, (len(context.pick), 1))
+        self._core.cell.context = context.replace(drift=context.drift._replace(draught=wind))
+        return self._inner.act(observation)
+
+
+def draw_scores(parameters: tuple[Parameter, ...], random: np.random.Generator) -> Floats:
+    """Standard scores of hidden parameters (P,), with a valve whose delay is above zero."""
+    while True:
+        scores = random.standard_normal(len(parameters))
+        if values_at(parameters, scores).get("valve", 1.0) > 0.0:
+            return scores
+
+
+def make_twin(
+    config: ConveyorConfig,
+    seed: int,
+    landings: int,
+    *,
+    hidden: Mapping[str, Any] | None = None,
+    draught: float = 0.0,
+    planned: bool = False,
+) -> Twin:
+    """A twin of a level, and its log of a number of landings.
+
+    Args:
+        config: the level that is known of the cell.
+        seed: of hidden parameters, objects and noise.
+        landings: number of landings; the log has more throws.
+        hidden: further sections of the true level, such as another jitter, of which the fit does not know.
+        draught: speed of air that moves through the cell in a drawn direction [m/s].
+        planned: whether throws are those of a plan for such a cell, and not those that come.
+    """
+    parameters, random = priors(config), np.random.default_rng((seed, 1))
+    scores = draw_scores(parameters, random)
+    drawn = level_at(config, values_at(parameters, scores)).model_dump(exclude_unset=True)
+    truth = ConveyorConfig.load(ConveyorConfig.merge(drawn, hidden or {}))
+    angle = random.uniform(0.0, 2.0 * np.pi)
+    air = draught * np.array([np.cos(angle), np.sin(angle)])
+    log = log_plan(config, truth, seed, landings) if planned else log_throws(truth, seed, landings, air)
+    last = np.flatnonzero(log.has_landing)[landings - 1]
+    return Twin(scores, truth, take(log, slice(int(last) + 1)))
+
+
+def log_throws(truth: ConveyorConfig, seed: int, landings: int, draught: Floats) -> ThrowLog:
+    """Log of at least a number of landings of the analytic planner in a cell."""
+    with closing(open_trial(ENV, truth, CELLS, 1)) as trial:
+        controller: Controller = make_controller("analytic", trial.env)
+        if draught.any():
+            controller = Draughty(controller, trial.core, draught)
+        recorder = Recorder(trial.core)
+        for throws in range(2 * landings, MOST_THROWS * landings, landings):
+            record: Any = trial.run(recorder.watch(controller), throws, seed)
+            log = recorder.log(record.throws, seed)
+            if log.has_landing.sum() >= landings:
+                return log
+        raise UsageError(f"twin {seed} has fewer than {landings} landings in {MOST_THROWS * landings} throws")
+
+
+def log_plan(config: ConveyorConfig, truth: ConveyorConfig, seed: int, landings: int) -> ThrowLog:
+    """Log of the throws that a plan chooses for a level, thrown in a cell; enough for a number of landings."""
+    with closing(DesignPool(truth, seed)) as pool:
+        order = optimal_throws(pool.log, config, priors(config), 2 * landings)
+        return take(pool.throw(seed), order)
+
+
+def judge_fit(twin: Twin, fitted: Fitted) -> dict[str, Any]:
+    """What a fit says of a twin, against the truth: error in prior deviations and whether the interval holds it."""
+    samples = fitted.posterior.samples()
+    parameters = fitted.posterior.parameters
+    low, high = np.quantile(samples, (0.025, 0.975), axis=0)
+    names = [parameter.name for parameter in parameters]
+    figures: dict[str, Any] = {
+        name: {
+            "error": float(abs(fitted.posterior.best.z[k] - twin.scores[k])),
+            "holds": bool(low[k] <= twin.scores[k] <= high[k]),
+        }
+        for k, name in enumerate(names)
+    }
+    true = values_at(parameters, twin.scores)
+    estimates = fitted.combinations(samples)
+    for part in combinations(fitted.log, fitted.config):
+        estimate, value = estimates[part.name], float(part.of(true))
+        figures[part.name] = {
+            "error": abs(estimate.value - value), "holds": bool(estimate.low <= value <= estimate.high)
+        }  # fmt: skip
+    return figures
+
+
+def study_twin(config: ConveyorConfig, seed: int, landings: int, **options: Any) -> tuple[Twin, Fitted, float]:
+    """A twin, its fit, and the processor time of the fit [s]; options as of `make_twin`."""
+    twin = make_twin(config, seed, landings, **options)
+    begin = time.process_time()
+    fitted = fit_log(twin.log, config, priors(config))
+    return twin, fitted, time.process_time() - begin

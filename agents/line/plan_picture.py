@@ -1,0 +1,118 @@
+"""Picture of a line's plans: the line to scale, fates of objects, energy, and where each item lands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+
+from ..ground.drawings import COLOURS, Axes, dress, stacked_panels, svg
+from ..ground.tables import percent
+from ..judging.work_shifts.fates import FATES, WORDS
+from .plan_view import draw_line
+from .planned import Planned
+from .verdict import Verdict
+
+WIDTH: Final = 6.4
+"""Width of the picture, at which its words are read on a narrow screen too [in]."""
+FATE_COLOURS: Final = ("#55a868", "#8172b3", "#c44e52", "#dd8452", "#ccb974", "#b0b0b0")
+"""Colours of the fates, in their order."""
+ROW: Final = 0.3
+"""Height of a plan's bar [in]."""
+EDGE: Final = 1.5
+"""Least half width of a panel of landings over half the opening."""
+FARTHEST: Final = 4.0
+"""Largest half width of a panel of landings over half the opening; farther landings are drawn at the edge."""
+NOWHERE: Final = np.zeros((0, 2))
+"""No landings."""
+
+
+def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) -> str:
+    """Picture of all plans and, in more detail, of the plan of their verdict, as SVG; with the recovery to reach."""
+    plan = verdict.plan
+    releases = (verdict.release, plan), (verdict.other_release, verdict.twin)
+    ordered = sorted(plans, key=lambda each: _place(each.row))
+    items = len(plan.config.cell.items)
+    landing_rows = -(-items // 2)
+    figure, (view, bars, landings) = stacked_panels(WIDTH, (2.7, 2.0 + ROW * len(plans), 0.4 + 2.7 * landing_rows))
+    draw_line(view, plan.config, f"The line to scale: {_row_text(plan.row, plans)}")
+    fates, energy = bars.subplots(1, 2, sharey=True, width_ratios=(3, 1))
+    _draw_fates(fates, ordered, recovery)
+    _draw_energy(energy, ordered)
+    fates.set_yticks(np.arange(len(plans)), labels=[_row_text(each.row, plans) for each in ordered], fontsize=8)
+    fates.invert_yaxis()
+    bars.legend(*fates.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
+    panels = np.ravel(landings.subplots(landing_rows, 2, squeeze=False))
+    for item, axes in enumerate(panels[:items]):
+        _draw_landings(axes, item, releases)
+    for axes in panels[items:]:
+        axes.set_visible(False)
+    landings.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
+    return svg(figure)
+
+
+def _place(row: dict[str, Any]) -> tuple[Any, ...]:
+    """Order of plans from top to bottom."""
+    return row["robots"], row["skills"], row["percent"], row["belt_speed"]
+
+
+def _row_text(row: dict[str, Any], plans: Sequence[Planned]) -> str:
+    """Words for a plan: what differs among the plans, and robots, belt speed and limits always."""
+    skills = {plan.row["skills"] for plan in plans}
+    robots = "1 robot" if row["robots"] == 1 else f"{row['robots']} robots"
+    text = f"{robots}, {row['belt_speed']:.2f} m/s, {row['percent']:g} %"
+    return text if len(skills) == 1 else f"{text}, skills {row['skills']}"
+
+
+def _draw_fates(axes: Axes, plans: Sequence[Planned], recovery: float) -> None:
+    """Recovery by number of robots and belt speed, with the causes of losses stacked behind it."""
+    left = np.zeros(len(plans))
+    splits = any(plan.row["fates"]["lost"] > 0.0 for plan in plans)
+    for fate, colour in zip(FATES, FATE_COLOURS, strict=True):
+        share = np.array([100.0 * plan.row["fates"][fate] for plan in plans])
+        words = WORDS[fate] if splits or fate != "missed" else "thrown, missed the bin or lost"
+        axes.barh(np.arange(len(plans)), share, left=left, color=colour, label=words, height=0.75)
+        left += share
+    for index, plan in enumerate(plans):
+        axes.text(1.0, index, percent(plan.row["recovery"]), va="center", fontsize=8, color="white")
+    axes.axvline(100.0 * recovery, color="black", linewidth=0.8, linestyle="--")
+    title = f"What became of the objects (dashed: {percent(recovery)})"
+    dress(axes, "share of the objects that came [%]", "", title, xlim=(0.0, 100.0))
+
+
+def _draw_energy(axes: Axes, plans: Sequence[Planned]) -> None:
+    """Joules for each sorted object."""
+    joules = [plan.row["energy_per_sorted_j"] for plan in plans]
+    values = [0.0 if value is None else value for value in joules]
+    axes.barh(np.arange(len(plans)), values, color=COLOURS[0], height=0.75)
+    for index, value in enumerate(joules):
+        axes.text(0.0, index, "  unknown" if value is None else f"  {value:.1f} J", va="center", fontsize=8)
+    dress(axes, "J", "", "Energy each", xlim=(0.0, 1.2 * max(values) + 1.0))
+
+
+def _draw_landings(axes: Axes, item: int, releases: Sequence[tuple[str, Planned]]) -> None:
+    """Where an item comes down around the middle of its bin's opening, with two releases; lost objects do not."""
+    plan = releases[0][1]
+    name, opening = plan.config.cell.items[item], 1000.0 * _opening(plan, item)
+    half = EDGE * opening.max() / 2.0
+    from matplotlib.patches import Rectangle  # noqa: PLC0415 - heavy, needed for reports only
+
+    points = [1000.0 * planned.counted.landings[item] if planned.counted else NOWHERE for _, planned in releases]
+    half = min(max(half, 1.1 * np.abs(np.concatenate(points)).max(initial=0.0)), FARTHEST * opening.max() / 2.0)
+    outline = {"fill": False, "linewidth": 1.5, "label": "opening of the bin"}
+    axes.add_patch(Rectangle((-opening[0] / 2, -opening[1] / 2), *opening, **outline))
+    for (release, _), places, colour, mark in zip(releases, points, (COLOURS[3], COLOURS[0]), ("x", "o"), strict=True):
+        axes.scatter(*np.clip(places, -half, half).T, s=10, color=colour, marker=mark, linewidths=0.8, label=release)
+    failed, other = (percent(planned.thrown_badly(item)) for _, planned in releases)
+    title = f"{name}: {failed} of throws fail,\n{other} with {releases[1][0]}"
+    dress(axes, "along the belt [mm]", "across [mm]", title, xlim=(-half, half), ylim=(-half, half), aspect="equal")
+
+
+def _opening(plan: Planned, item: int) -> Floats:
+    """Opening of the first bin that takes an item [m]."""
+    name, config = plan.config.cell.items[item], plan.config
+    bins = [bin_ for index in range(len(config.robots)) for bin_ in config.cell_of(index).bins.fixed]
+    return np.array(next(bin_.size for bin_ in bins if not bin_.accepts or name in bin_.accepts))

@@ -1,0 +1,122 @@
+"""What a plan of a line brings: recovery, causes, energy and money, from simulated work shifts."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pnt_gym.cells.line.chances import MADE
+from pnt_gym.cells.line.config import LineConfig
+
+from ..dispatchers.registry import ENV, line_controller, line_core
+from ..ground.environments import make_vector, stream_seed
+from ..ground.metrics import mean_interval
+from ..ground.tables import throws_bar
+from ..judging.work_shifts.counted import Counted
+from ..judging.work_shifts.data import Shifts, run_shifts
+from ..judging.work_shifts.fates import FATES, Fates
+from ..judging.work_shifts.losses import decision_energy, energy_summary
+from .jets import compare_stations
+from .thrown import with_table
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """How plans are judged."""
+
+    controller: str = "price"
+    shifts: int = 16
+    seed: int = 0
+    throws: int = 1000
+    """Throws to count for a table that does not exist yet."""
+    tables: Path = MADE
+    """Folder of such tables."""
+    threads: int = 2
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A judged plan."""
+
+    config: LineConfig
+    """The line with its table of chances."""
+    counted: Counted | None
+    """What became of the throws behind the table."""
+    row: dict[str, Any]
+    """Figures by the names of the JSON contract."""
+
+    def shares(self, item: int) -> dict[str, float]:
+        """Shares of the fates of an item's objects."""
+        return self.row["fates_by_item"][self.config.cell.items[item]]
+
+    def thrown_badly(self, item: int) -> float:
+        """Share of the thrown objects of an item that do not end in their bin; 0 where none was thrown."""
+        shares = self.shares(item)
+        bad = shares["misplaced"] + shares["missed"] + shares["lost"]
+        return bad / (bad + shares["sorted"]) if bad > 0.0 else 0.0
+
+    @property
+    def bound(self) -> float:
+        """Recovery if every object were picked, and thrown as well as those of its item that were."""
+        arrived = np.array(self.row["arrived"])
+        good = np.array([1.0 - self.thrown_badly(item) for item in range(len(arrived))])
+        return float(arrived @ good / arrived.sum())
+
+
+def judge_plan(
+    numbers: dict[str, Any], config: LineConfig, conditions: Conditions, release: str | None = None
+) -> Planned:
+    """Work the shifts of a plan, with throws by the table of a release."""
+    line, counted = with_table(
+        config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads
+    )
+    with closing(make_vector(ENV, line, conditions.shifts, conditions.threads)) as env, throws_bar() as bar:
+        core = line_core(env)
+        task = bar.add_task("shifts", total=conditions.shifts)
+        controller = line_controller(conditions.controller, core)
+        seed = stream_seed("evaluate", conditions.seed)
+        env.reset(seed=seed)
+        stream = core.cell.stream
+        shifts = run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
+    figures = plan_figures(shifts, line, counted)
+    return Planned(line, counted, {**numbers, **figures, "against": compare_stations(stream, line)})
+
+
+def plan_figures(shifts: Shifts, config: LineConfig, counted: Counted | None) -> dict[str, Any]:
+    """Figures of a plan from its shifts."""
+    recovery, value = mean_interval(shifts.figures["shift_recovery"]), mean_interval(shifts.value)
+    fates = Fates.of_shifts(shifts, config, counted)
+    by_item = zip(config.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
+    return {
+        "recovery": recovery.value,
+        "recovery_low": recovery.low,
+        "recovery_high": recovery.high,
+        "value_per_min": value.value,
+        "value_per_min_low": value.low,
+        "value_per_min_high": value.high,
+        "utilisation": shifts.figures["shift_utilisation"].mean(axis=0).tolist(),
+        "fates": fates.shares(),
+        "fates_by_item": {item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item},
+        "arrived": fates.arrived.tolist(),
+        **energy_summary(shifts, counted),
+        "money_per_hour": money_per_hour(shifts, config, counted),
+    }
+
+
+def money_per_hour(shifts: Shifts, config: LineConfig, counted: Counted | None) -> float | None:
+    """Money that a plan earns an hour: proceeds less the robots' hours and energy; None without costs or energy."""
+    cost, hours = config.cost, config.duration / 3600.0
+    if not cost.applies:
+        return None
+    energy = decision_energy(shifts, counted)
+    if energy is None and cost.joule > 0.0:
+        return None
+    tonnes = [item.mass / 1000.0 for item in config.cell.item_list()]
+    prices = [cost.per_tonne.get(name, 0.0) for name in config.cell.items]
+    proceeds = float(shifts.figures["shift_sorted_by_item"].mean(axis=0) @ np.multiply(tonnes, prices)) / hours
+    joules = 0.0 if energy is None else float(np.nansum(energy)) / len(shifts.value) / hours
+    return proceeds - cost.robot_hour * len(config.robots) - cost.joule * joules

@@ -1,0 +1,71 @@
+"""Plans of a line: combinations of robots, skills, belt speeds and limits over one stream of objects."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.sections import Robot
+
+from ..ground.cli import UsageError
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Values that plans combine; None stands for the value of the level."""
+
+    robots: Sequence[int] = (1, 2, 3, 4)
+    speeds: Sequence[float] | None = None
+    percents: Sequence[float] | None = None
+    skills: Sequence[Literal["level", "all"]] = ("level",)
+    minutes: float = 2.0
+    burst: float | None = None
+    down: str | None = None
+
+
+def make_plans(level: LineConfig, sweep: Sweep) -> Iterator[tuple[dict[str, Any], LineConfig]]:
+    """Numbers and level of every plan."""
+    speeds = sweep.speeds or (level.cell.belt.speed,)
+    percents = sweep.percents or (None,)
+    for count, speed, limit, skills in itertools.product(sweep.robots, speeds, percents, sweep.skills):
+        changes = level.model_dump(mode="json", exclude_unset=True)
+        changes |= {"name": f"{level.name}, a plan", "duration": 60.0 * sweep.minutes}
+        overrides = {} if skills == "level" else {"skills": []}
+        changes["robots"] = [{**robot.model_dump(mode="json"), **overrides} for robot in line_up(level, count)]
+        cell = changes["cell"]
+        cell["belt"] = {**cell.get("belt", {}), "speed": speed}
+        if limit is not None:
+            cell["limits"] = {"percent": [limit]}
+        if sweep.burst is not None:
+            changes["arrivals"] = {**changes.get("arrivals", {}), "regularity": sweep.burst}
+        config = LineConfig.load({"base": "nominal", **changes})
+        numbers = {"robots": count, "belt_speed": speed, "percent": max(config.cell.limits.percent), "skills": skills}
+        yield numbers, down(config, sweep)
+
+
+def line_up(level: LineConfig, count: int) -> list[Robot]:
+    """The first `count` robots of the level; further robots copy its last robot, at the distance of its first two."""
+    robots = list(level.robots[:count])
+    low, high = level.cell.belt.pick_x
+    step = robots[1].x - robots[0].x if len(robots) > 1 else 2.0 * (high - low)
+    for index in range(len(robots), count):
+        last = robots[-1]
+        robots.append(last.model_copy(update={"name": f"{level.robots[-1].name}_{index + 1}", "x": last.x + step}))
+    return robots
+
+
+def down(config: LineConfig, sweep: Sweep) -> LineConfig:
+    """The line with a standstill of the robot of `--down`, if the line has this robot."""
+    if sweep.down is None:
+        return config
+    name, _, minutes = sweep.down.partition(":")
+    try:
+        start, still = 30.0 * sweep.minutes, 60.0 * float(minutes)
+    except ValueError:
+        raise UsageError(f"--down is {sweep.down!r}; it must be ROBOT:MINUTES") from None
+    if name not in [robot.name for robot in config.robots]:
+        return config
+    return LineConfig.load(config, down=[{"robot": name, "start": start, "end": start + still}])

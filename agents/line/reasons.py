@@ -1,0 +1,165 @@
+"""Table of a line's plans, the smallest plan that is enough, and the reason why it is not: in counted causes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from ..ground.tables import Grid, percent
+from .planned import Planned
+
+MAJOR: Final = 0.25
+"""Share of all objects thrown in vain from which on an item is named as a reason."""
+BUSY: Final = 0.9
+"""Share of time at work from which on a robot has no time for more objects."""
+THROWN: Final = ("misplaced", "missed", "lost")
+"""Fates of objects that were thrown in vain."""
+
+
+def plans_table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
+    """Table of all plans, with the causes for which objects were not sorted."""
+    header = ["robots", "skills", "belt", "limits", "recovery", "value/min", "at work"]
+    header += ["missed", "unsealed", "not tried", "worst item", "J/sorted", "money/h", "enough"]
+    rows = [_cells(plan, recovery) for plan in plans]
+    # Skills that are the same in all plans, and money that no level names, would only take room.
+    idle = {"skills"} if len({plan.row["skills"] for plan in plans}) == 1 else set[str]()
+    idle |= {"money/h"} if all(plan.row["money_per_hour"] is None for plan in plans) else set()
+    kept = [index for index, name in enumerate(header) if name not in idle]
+    return Grid(title, [header[index] for index in kept], [[row[index] for index in kept] for row in rows])
+
+
+def _cells(plan: Planned, recovery: float) -> list[str]:
+    row, fates = plan.row, plan.row["fates"]
+    worst = _worst_item(plan)
+    energy, money = row["energy_per_sorted_j"], row["money_per_hour"]
+    return [
+        str(row["robots"]),
+        row["skills"],
+        f"{row['belt_speed']:.2f} m/s",
+        f"{row['percent']:g} %",
+        f"{100 * row['recovery']:.1f} ({100 * row['recovery_low']:.1f}..{100 * row['recovery_high']:.1f})",
+        f"{row['value_per_min']:.1f}",
+        " ".join(f"{100 * share:.0f}" for share in row["utilisation"]),
+        *(f"{100 * share:.1f}" for share in (sum(fates[n] for n in THROWN), fates["unsealed"], fates["passed"])),
+        f"{worst} {100 * row['fates_by_item'][worst]['sorted']:.1f}",
+        "-" if energy is None else f"{energy:.1f}",
+        "-" if money is None else f"{money:.2f}",
+        "yes" if row["recovery_low"] >= recovery else "no",
+    ]
+
+
+def _worst_item(plan: Planned) -> str:
+    """The item of which the least share is sorted, among those that came."""
+    came = [item for item, count in zip(plan.config.cell.items, plan.row["arrived"], strict=True) if count > 0.0]
+    return min(came, key=lambda item: plan.row["fates_by_item"][item]["sorted"])
+
+
+def chosen_plan(plans: Sequence[Planned], recovery: float) -> tuple[Planned, bool]:
+    """The smallest plan that reaches a recovery, or else the best plan; and whether the plan reaches it."""
+    enough = [plan for plan in plans if plan.row["recovery_low"] >= recovery]
+    if not enough:
+        return max(plans, key=lambda plan: plan.row["recovery"]), False
+    return min(enough, key=lambda plan: (plan.row["robots"], plan.row["percent"], plan.row["belt_speed"])), True
+
+
+def answer(plan: Planned, is_enough: bool, recovery: float) -> str:
+    """The smallest plan that reaches the recovery, or the best one, in one sentence."""
+    if is_enough:
+        return f"the smallest plan with a recovery of {percent(recovery)}: {plan_text(plan.row)}"
+    return (
+        f"no plan reaches a recovery of {percent(recovery)}; the best plan, {plan_text(plan.row)}, reaches "
+        f"{percent(plan.row['recovery'])}"
+    )
+
+
+def plan_text(row: dict[str, Any]) -> str:
+    """A plan in words."""
+    robots = "1 robot" if row["robots"] == 1 else f"{row['robots']} robots"
+    return f"{robots} at {row['percent']:g} % and a belt at {row['belt_speed']:g} m/s"
+
+
+def is_thrown_badly(plan: Planned) -> bool:
+    """Whether throws cost a plan more objects than all that pass the end."""
+    fates = plan.row["fates"]
+    return sum(fates[name] for name in THROWN) > fates["passed"] + fates["unsealed"]
+
+
+def worst_throws(plan: Planned) -> list[int]:
+    """Indices of the items that make up most of the objects thrown in vain, the one that misses most often first."""
+    losses = np.array(plan.row["arrived"]) * [plan.thrown_badly(item) for item in range(len(plan.row["arrived"]))]
+    return sorted(np.flatnonzero(losses >= MAJOR * losses.sum()).tolist(), key=plan.thrown_badly, reverse=True)
+
+
+def reason(plan: Planned, plans: Sequence[Planned], recovery: float, release: str, twin: tuple[str, Planned]) -> str:
+    """What keeps a plan from sorting more, in one sentence that follows from counted causes.
+
+    Args:
+        plan: the plan.
+        plans: all plans.
+        recovery: recovery to reach.
+        release: name of the plan's release.
+        twin: name of another release, and the same plan with it.
+    """
+    fates = plan.row["fates"]
+    if is_thrown_badly(plan) or plan.bound < recovery:
+        return _throws_reason(plan, recovery, release, twin)
+    cause = max(("passed", "unsealed"), key=fates.__getitem__)
+    items = plan.config.cell.items
+    weight = [count * plan.shares(index)[cause] for index, count in enumerate(plan.row["arrived"])]
+    worst = int(np.argmax(weight))
+    share = percent(plan.shares(worst)[cause])
+    if cause == "unsealed":
+        tries = "a second try needs time" if _is_busy(plan, worst) else "its surface or the cup is the matter"
+        return f"the reason: cups do not seal on {items[worst]}, and {share} of it pass the end after a try: {tries}"
+    takers = _takers(plan, worst)
+    names = ", ".join(plan.config.robots[index].name for index in takers)
+    work = ", ".join(percent(plan.row["utilisation"][index]) for index in takers)
+    head = f"the reason: {share} of {items[worst]} pass the end, not tried; taken by {names}, at work {work}"
+    if _is_busy(plan, worst):
+        return f"{head}: more robots, or faster ones, help{_gain(plan, plans)}"
+    return f"{head}: robots have time left, so gaps and bursts of the stream, windows and skills are the matter"
+
+
+def _throws_reason(plan: Planned, recovery: float, release: str, twin: tuple[str, Planned]) -> str:
+    name, other = twin
+    helps = "more robots do not help" if plan.bound < recovery else "better throws help more than more robots"
+    worst, items = worst_throws(plan), plan.config.cell.items
+    texts = [_throws_text(plan, index) for index in worst]
+    others = [f"{percent(other.thrown_badly(index))} of {items[index]}" for index in worst]
+    return (
+        f"the reason: {' and '.join(texts)}, so {helps}: with every object picked these throws sort "
+        f"{percent(plan.bound)}; release {name} loses {' and '.join(others)}, and the plan sorts "
+        f"{percent(other.row['recovery'])} instead of {percent(plan.row['recovery'])} with {release}"
+    )
+
+
+def _throws_text(plan: Planned, item: int) -> str:
+    """How an item is thrown in vain, in words."""
+    shares, name = plan.shares(item), plan.config.cell.items[item]
+    cause = max(THROWN, key=shares.__getitem__)
+    verb = {"misplaced": "ends in wrong bins", "missed": "misses", "lost": "is lost on the way"}[cause]
+    return f"{name} is thrown and {verb} ({percent(plan.thrown_badly(item))})"
+
+
+def _takers(plan: Planned, item: int) -> list[int]:
+    """Indices of the robots that take an item."""
+    return [int(index) for index in np.flatnonzero(plan.config.can_take()[:, item])]
+
+
+def _is_busy(plan: Planned, item: int) -> bool:
+    """Whether the robots that take an item have no time left."""
+    return bool(np.mean([plan.row["utilisation"][index] for index in _takers(plan, item)]) >= BUSY)
+
+
+def _gain(plan: Planned, plans: Sequence[Planned]) -> str:
+    """What the last robot of a plan brought over the same plan with fewer robots, if there is one."""
+    same = ("belt_speed", "percent", "skills")
+    fewer = [other for other in plans if all(other.row[key] == plan.row[key] for key in same)]
+    fewer = [other for other in fewer if other.row["robots"] < plan.row["robots"]]
+    if not fewer:
+        return ""
+    before = max(fewer, key=lambda other: other.row["robots"])
+    points = 100.0 * (plan.row["recovery"] - before.row["recovery"])
+    return f" (from {before.row['robots']} to {plan.row['robots']} recovery went up by {points:.1f} points)"

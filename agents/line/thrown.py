@@ -1,0 +1,145 @@
+"""Throws of a line at random in the full physics, and the table of chances that they give."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from pnt_gym.cells.line.cell import Decisions, LineCell
+from pnt_gym.cells.line.chances import MADE, Chances, digest, format_table, made_table, shipped_table
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.throws import SimulatedThrows
+from pnt_gym.reading import MOST_NUMBERS, bytes_of
+
+from ..controllers import NAMES
+from ..dispatchers.release import make_release
+from ..ground.cli import UsageError
+from ..ground.environments import stream_seed
+from ..ground.outputs import deliver_text
+from ..ground.shipped import policy_place
+from ..ground.tables import throws_bar
+from ..ground.versions import versions
+from ..judging.work_shifts.counted import ENTRY, Counted, read_counted
+from ..learning.runs import POLICY
+
+NUM_ENVS: Final = 32
+MOST_EMPTY: Final = 200
+"""Number of consecutive shifts without a throw that ends the calibration. If one shift in ten had throws, so many
+shifts without any would come once in a billion times."""
+CHANCES: Final = ("kind", "percent", "distance", "hits", "picked")
+"""Columns of throws that make a table of chances."""
+COUNTED: Final = ("kind", "percent", "hits", "picked", "lost", "ended_in", "energy", "miss")
+"""Columns of throws that say what became of them."""
+
+
+def table_place(config: LineConfig, release: str | None, folder: Path = MADE) -> Path:
+    """File of a line's table that a command makes, with throws corrected by a release or by nothing."""
+    place = made_table(config, folder)
+    return place if release is None else place.with_stem(f"{place.stem}-{_release_text(release)}")
+
+
+def _release_text(release: str) -> str:
+    """Name of a release for files; a policy's file may change under its name, so its digest belongs to the name."""
+    text = re.sub(r"[^A-Za-z0-9]+", "-", release).strip("-")[-60:]
+    if release in NAMES:
+        return text
+    file = policy_place(release) / POLICY
+    return f"{text}-{hashlib.sha256(bytes_of(file, MOST_NUMBERS)).hexdigest()[:8]}" if file.is_file() else text
+
+
+def with_table(
+    config: LineConfig, release: str | None, folder: Path, throws: int, seed: int, threads: int
+) -> tuple[LineConfig, Counted | None]:
+    """The line with its table of chances for a release, and what became of the throws that were counted.
+
+    A missing table is made in `folder`. A shipped table says nothing of failures and energy, so throws are counted
+    there for these figures, while the shipped chances hold.
+    """
+    place = table_place(config, release, folder)
+    if not place.is_file():
+        calibrate(config, place, throws, seed, threads=threads, release=release)
+    with_chances = LineConfig.load(config, chances=str(place))
+    counted = read_counted(with_chances)
+    return (config if release is None and shipped_table(config).is_file() else with_chances), counted
+
+
+def calibrate(
+    config: LineConfig,
+    place: Path,
+    throws: int,
+    seed: int,
+    num_envs: int = NUM_ENVS,
+    threads: int = 2,
+    release: str | None = None,
+) -> str:
+    """Make the table of a line and write it to a file; a summary in one sentence."""
+    config = LineConfig.load(config, throws="full", chances=None)
+    batches = list(random_throws(config, throws, seed, num_envs, threads, release))
+    columns = {name: np.concatenate([part[name] for part in batches]) for name in batches[0]}
+    head = {"digest": digest(config), "throws": len(columns["kind"]), "seed": seed, "versions": versions()}
+    head |= {} if release is None else {"release": release}
+    chances = Chances.from_throws(config.cell, **{name: columns[name] for name in CHANCES})
+    counted = Counted.from_throws(len(config.cell.items), **{name: columns[name] for name in COUNTED})
+    text = format_table(chances, **head, items=list(config.cell.items), **{ENTRY: counted.entry()})
+    deliver_text(place, text)
+    success_share = columns["hits"].sum() / columns["picked"].sum()
+    return (
+        f"{len(columns['kind'])} throws: {columns['picked'].mean():.1%} of the picks succeeded, and "
+        f"{success_share:.1%} of the picked objects ended in their bins; the table is in {place}"
+    )
+
+
+def random_throws(
+    config: LineConfig, throws: int, seed: int, num_envs: int, threads: int, release: str | None = None
+) -> Iterator[dict[str, Any]]:
+    """Columns of the throws of robots that choose at random, batch by batch.
+
+    Raises:
+        UsageError: no robot throws in `MOST_EMPTY` consecutive shifts.
+    """
+    first = stream_seed("practice", seed)
+    cell, generator = LineCell(config, num_envs, threads), np.random.default_rng(first)
+    if release is not None and isinstance(cell.throws, SimulatedThrows):
+        cell.throws.release = make_release(release, config)
+    cell.reset(np.arange(num_envs), [np.random.default_rng(first + row) for row in range(num_envs)])
+    with throws_bar() as bar:
+        task = bar.add_task("throws", total=throws)
+        count = empty = 0
+        while count < throws:
+            real = cell.state.choices.real
+            attempts = cell.take(np.where(real, generator.random(real.shape), -1.0).argmax(axis=1))
+            yield _table_columns(attempts)
+            throws_now, over = int(attempts.valid.sum()), np.flatnonzero(cell.over)
+            count += throws_now
+            bar.advance(task, throws_now)
+            empty = empty + over.size if throws_now == 0 else 0
+            if empty >= MOST_EMPTY:
+                raise UsageError(_no_throw_text(config, empty))
+            if over.size > 0:
+                cell.reset(over, [cell.generators[row] for row in over])
+
+
+def _no_throw_text(config: LineConfig, shifts: int) -> str:
+    return (
+        f"level {config.name!r}: no robot threw an object in {shifts} shifts of {config.duration:g} s; arrivals.rate "
+        f"is {config.arrivals.rate:g} objects a second, or {config.arrivals.rate * config.duration:.3g} objects a shift"
+    )
+
+
+def _table_columns(attempts: Decisions) -> dict[str, Any]:
+    """Columns of the table's counts, for the valid attempts of one batch."""
+    objects, outcomes = attempts.context.objects, attempts.results
+    columns = {
+        "kind": objects.kind,
+        "percent": objects.percent,
+        "distance": attempts.context.distance,
+        "hits": outcomes.is_success,
+        "picked": outcomes.picked,
+        **{name: getattr(outcomes, name) for name in ("lost", "ended_in", "energy", "miss")},
+    }
+    return {name: values[attempts.valid] for name, values in columns.items()}

@@ -1,0 +1,145 @@
+"""The verdict on a line's plans: which plan is enough, or why none is, and whether air jets could do it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
+
+from ..dispatchers.registry import NAMES
+from ..dispatchers.release import make_release
+from ..ground.cli import UsageError, at_least
+from ..ground.versions import versions
+from .jets import stations_text
+from .planned import Conditions, Planned, judge_plan
+from .plans import Sweep, make_plans
+from .reasons import answer, chosen_plan, reason
+
+ANALYTIC: Final = "analytic"
+LEARNED: Final = "shipped:waste-sac"
+"""Release with which the analytic one is compared."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Verdict on plans with one release, compared with another release."""
+
+    plan: Planned
+    """The smallest plan that reaches the recovery, or else the best one."""
+    release: str
+    twin: Planned
+    """The same plan with the other release."""
+    other_release: str
+    sentences: tuple[str, ...]
+    """The plan, the reason why it does not sort more, and arm against jet."""
+
+    @property
+    def entries(self) -> dict[str, Any]:
+        """The verdict by the names of the JSON contract."""
+        other = {"release": self.other_release, **self.twin.row}
+        return {"release": self.release, "sentences": list(self.sentences), "other_release": other}
+
+
+def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditions, release: str | None) -> Verdict:
+    """The verdict on plans; judges the chosen plan once more, with another release.
+
+    Args:
+        plans: all plans, with one release.
+        recovery: recovery to reach.
+        conditions: how plans are judged.
+        release: the plans' release; None for the analytic one.
+    """
+    plan, is_enough = chosen_plan(plans, recovery)
+    name, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
+    config = plan.config.model_copy(update={"chances": None})
+    numbers = {key: plan.row[key] for key in ("robots", "belt_speed", "percent", "skills")}
+    twin = judge_plan(numbers, config, conditions, None if other == ANALYTIC else other)
+    sentences = (
+        answer(plan, is_enough, recovery),
+        reason(plan, plans, recovery, name, (other, twin)),
+        stations_text(plan.row["against"], plan.row["recovery"], plan.row["energy_per_sorted_j"]),
+    )
+    return Verdict(plan, name, twin, other, sentences)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Judged plans of a line."""
+
+    level: LineConfig
+    conditions: Conditions
+    plans: Sequence[Planned]
+    verdict: Verdict
+
+    @property
+    def entries(self) -> dict[str, Any]:
+        """All figures by the names of the JSON contract."""
+        head = {"level": self.level.name, "controller": self.conditions.controller, "seed": self.conditions.seed}
+        return {**head, "versions": versions(), "plans": [plan.row for plan in self.plans], **self.verdict.entries}
+
+
+def plan_line(
+    level: str | Path = "skills3", *, recovery: float = 0.95, release: str | None = None, **options: Any
+) -> dict[str, Any]:
+    """Judge plans of a line; returns what `pnt-gym line plan --json` writes.
+
+    Args:
+        level: a shipped level's name or a YAML file.
+        recovery: recovery to reach.
+        release: controller that corrects the throws; None for the analytic one.
+        options: robots, speeds, percents, skills, minutes, burst, down; controller, shifts, seed, throws, tables and
+            threads, as the command takes them.
+
+    Raises:
+        PntGymError: the level, a plan or an option is unknown or impossible.
+    """
+    known = (*Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
+    if strangers := [name for name in options if name not in known]:
+        raise UsageError(f"plan_line has no option {strangers[0]!r}; options are {', '.join(known)}")
+    at_least(options, shifts=1, seed=0, throws=100, threads=1)
+    sweep = Sweep(**{name: options[name] for name in Sweep.__dataclass_fields__ if name in options})
+    conditions = Conditions(**{name: options[name] for name in Conditions.__dataclass_fields__ if name in options})
+    check_plans(recovery, sweep.robots, conditions.controller)
+    return judge_line(load_line(level, release), sweep, conditions, recovery, release).entries
+
+
+def load_line(level: str | Path, release: str | None) -> LineConfig:
+    """The level of a line, with throws by tables; makes sure that the release exists and fits the line."""
+    config = LineConfig.load(level, throws="table")
+    if release is not None:
+        make_release(release, config)
+    return config
+
+
+def judge_line(
+    level: LineConfig,
+    sweep: Sweep,
+    conditions: Conditions,
+    recovery: float,
+    release: str | None,
+    tell: Callable[[str], object] = lambda text: None,
+) -> Judged:
+    """Judge every plan of a line, and give the verdict; `tell` is called with the words for each plan."""
+    asked, plans = list(make_plans(level, sweep)), list[Planned]()
+    for number, (numbers, config) in enumerate(asked, 1):
+        text = ", ".join(f"{name} {value}" for name, value in numbers.items())
+        tell(f"plan {number} of {len(asked)}: {text}")
+        plans.append(judge_plan(numbers, config, conditions, release))
+    return Judged(level, conditions, plans, give_verdict(plans, recovery, conditions, release))
+
+
+def check_plans(recovery: float, robots: Sequence[int], controller: str) -> None:
+    """Make sure that a recovery, numbers of robots and a controller are possible.
+
+    Raises:
+        UsageError: one of them is not.
+    """
+    if not 0.0 < recovery < 1.0:
+        raise UsageError(f"--recovery is {recovery:g}; it must lie between 0 and 1")
+    if not (robots and all(1 <= count <= MOST_ROBOTS for count in robots)):
+        raise UsageError(f"--robots is {robots}; a line has 1 to {MOST_ROBOTS} robots")
+    if controller not in NAMES:
+        raise UsageError(f"--controller is {controller!r}; it must be one of {', '.join(NAMES)}")

@@ -1,0 +1,120 @@
+"""Submissions beside the benchmark's own controllers, compared throw by throw with the analytic planner."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+
+from ..ground import metrics
+from ..ground.files import check_form
+from ..ground.tables import Grid, millimetres, percent
+from ..judging.throws.record import ThrowRecord
+from .contents import read_results
+
+Data = Mapping[str, Any]
+BLOCK: Final = "submissions"
+"""Name of the table in documents, and of its chapter."""
+FOLDER: Final = "submissions"
+"""Folder of the submissions below that of the results."""
+OURS: Final = ("analytic", "virtual_goal", "ridge", "mlp", "sac", "oracle")
+"""Controllers of the benchmark beside which submissions stand, each after the most throws that it learned from."""
+REFERENCE: Final = "analytic"
+"""The controller with which all others are compared, throw by throw."""
+TITLE: Final = "What others have handed in"
+PROJECT: Final = "the project"
+HEADER: Final = (
+    "level",
+    "controller",
+    "by",
+    "throws to learn",
+    "landing error",
+    "success",
+    "sorted/min",
+    "landing, less the planner's",
+    "sorted/min, less the planner's",
+    "code",
+)
+
+
+def submissions_grid(results: Path) -> Grid:
+    """The table of all submissions in a folder of results; without rows where there are none."""
+    files = sorted((results / FOLDER).glob("*.json"))
+    if not files or not (results / "benchmark.json").is_file():
+        return Grid(TITLE, HEADER, [])
+    benchmark = read_results(results / "benchmark.json")
+    lines: list[list[str]] = []
+    with check_form(results / "benchmark.json"):
+        shown = list(_last_rows(benchmark, OURS))
+        references = {level: _results(benchmark, row) for level, row in shown if row["label"] == REFERENCE}
+        ours = [[level, *_line(row, PROJECT, benchmark, references[level])] for level, row in shown]
+    for file in files:
+        submission = read_results(file)
+        with check_form(file):
+            for level, row in _last_rows(submission, [file.stem]):
+                lines.append([level, *_line(row, submission["by"], submission, references[level])])
+    levels = benchmark["plan"]["levels"]
+    rows = sorted([*ours, *lines], key=lambda line: levels.index(line[0]))
+    note = (
+        f"{benchmark['plan']['picks']} held-out throws per seed on `{benchmark['plan']['env']}`, the same objects for "
+        "all. Differences to the analytic planner have 95 % intervals, paired throw by throw. *Code*: whether a row is "
+        "of the same code as the planner's; rows of other code are compared only if their objects are the same."
+    )
+    return Grid(TITLE, HEADER, rows, note)
+
+
+def _last_rows(data: Data, labels: Sequence[str]) -> Iterator[tuple[str, Data]]:
+    """Level and row of each label, after the most throws that it learned from."""
+    for level in data["plan"]["levels"]:
+        last = {row["label"]: row for row in sorted(data["table"], key=_throws) if row["level"] == level}
+        yield from ((level, last[label]) for label in labels if label in last)
+
+
+def _throws(row: Data) -> int:
+    return int(row["throws"])
+
+
+def _results(data: Data, row: Data) -> list[Data]:
+    """Results of a row of the table, one for each seed."""
+    keys = ("label", "throws", "level", "train_level")
+    return [result for result in data["results"] if all(result[key] == row[key] for key in keys)]
+
+
+def _line(row: Data, by: str, data: Data, reference: Sequence[Data]) -> list[str]:
+    results = _results(data, row)
+    success = metrics.Interval(row["success_rate"], row["success_low"], row["success_high"])
+    codes = [[result.get("digests", {}).get("code") for result in side] for side in (results, reference)]
+    return [
+        row["label"],
+        by,
+        f"{row['throws']:,}" if row["throws"] else "-",
+        millimetres(row["landing_error_mean_m"]),
+        f"{percent(success.value)} ({100 * success.low:.1f}..{100 * success.high:.1f})",
+        f"{row['sorted_per_min']:.1f}",
+        *_differences(results, reference, data["plan"]["num_envs"]),
+        "the same" if codes[0] == codes[1][:1] * len(codes[0]) and codes[0][0] is not None else "other",
+    ]
+
+
+def _differences(results: Sequence[Data], reference: Sequence[Data], num_envs: int) -> list[str]:
+    """Paired differences with intervals; a dash for the reference, and where the objects are not the same."""
+    objects = [ThrowRecord.objects(side[0]["columns"]) for side in (results, reference)]
+    if results[0]["label"] == REFERENCE or objects[0] != objects[1]:
+        return ["-", "-"]
+    sides = (results, reference)
+    mine, theirs = (ThrowRecord.paired_columns(side, sides, num_envs) for side in sides)
+    texts: list[str] = []
+    for name, figure in ThrowRecord.figures.items():
+        left, right = _means(mine[name]), _means(theirs[name])
+        difference = metrics.mean_difference if len(left) == 1 else metrics.rate_difference
+        texts.append(figure.interval(difference(*left, *right)))
+    return texts
+
+
+def _means(columns: Sequence[Floats]) -> list[Floats]:
+    """Columns (S, N) averaged over the seeds (N,)."""
+    return [np.mean(column, axis=0) for column in columns]

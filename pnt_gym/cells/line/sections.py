@@ -1,0 +1,93 @@
+"""Sections of a line's level: robots, arrivals, values, costs and standstills."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final, final
+
+from pydantic import Field
+
+from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Section
+from pnt_gym.cells.base.sorting import Bin
+
+FARTHEST: Final = 2e5
+"""Robots stand no farther from the origin along the belt, where doubles still resolve 3e-11 m [m]."""
+Percents = tuple[Annotated[float, Field(ge=1, le=100)], ...]
+
+
+@final
+class Robot(Section):
+    """One robot of the line."""
+
+    name: Label = Field(description="Name of the robot.")
+    x: Finite = Field(
+        ge=-FARTHEST, le=FARTHEST, description="Position of the robot's base along the belt, downstream positive [m]."
+    )
+    skills: tuple[str, ...] = Field(
+        default=(),
+        description="Items that the robot takes, as classified by the camera; empty: all items that its bins accept.",
+    )
+    bins: tuple[Bin, ...] = Field(
+        default=(), description="Bins of the robot, with positions from its base; empty: the bins of the `cell`."
+    )
+    percent: Percents = Field(
+        default=(), description="Speed settings from which the robot chooses; empty: the settings of the `cell` [%]."
+    )
+
+
+@final
+class Arrivals(Section):
+    """Arrival of objects along the belt."""
+
+    rate: Annotated[float, Field(gt=0, le=20)] = Field(
+        default=1.5, description="Mean number of objects per second [1/s]."
+    )
+    regularity: Annotated[float, Field(ge=0.1, le=100)] = Field(
+        default=1.0,
+        description="Shape of the gamma distribution of the gaps: 1 is a Poisson stream, values below 1 make bursts.",
+    )
+    gap: Annotated[float, Field(ge=0, le=1)] = Field(
+        default=0.01,
+        description="Least distance between objects, along the belt or across it; a closer object moves upstream [m].",
+    )
+
+
+@final
+class Value(Section):
+    """Value of an object in a bin that takes the object."""
+
+    of: dict[str, NonNegative] = Field(default={}, description="Value by item; an item that is not listed is worth 1.")
+    spread: Annotated[float, Field(ge=0, le=2)] = Field(
+        default=0.0,
+        description="Spread of the lognormal distribution of single objects' values, whose mean is the item's value; "
+        "the camera sees the value of each object.",
+    )
+
+
+@final
+class Cost(Section):
+    """Costs and proceeds of a line, in any currency; `pnt-gym line plan` computes the money that a plan earns an hour.
+
+    A plan earns what its sorted objects bring, less its robots' hours and its motors' energy.
+    """
+
+    robot_hour: NonNegative = Field(default=0.0, description="Cost of an hour of one robot [1/h].")
+    joule: NonNegative = Field(
+        default=0.0, description="Cost of a joule of the motors' work; 0.30 a kWh are 8.3e-8 [1/J]."
+    )
+    per_tonne: dict[str, NonNegative] = Field(
+        default={}, description="Proceeds of a sorted tonne by item; an item that is not listed brings nothing [1/t]."
+    )
+
+    @property
+    def applies(self) -> bool:
+        """Whether the level names any cost or proceeds."""
+        return bool(self.robot_hour or self.joule or any(self.per_tonne.values()))
+
+
+@final
+class Down(Section):
+    """Standstill of one robot for a part of the work shift."""
+
+    robot: str = Field(min_length=1, description="Name of the robot that stands still.")
+    start: NonNegative = Field(description="Start of the standstill, from the beginning of the work shift on [s].")
+    end: Positive = Field(description="End of the standstill, from the beginning of the work shift on [s].")

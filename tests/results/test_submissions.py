@@ -1,0 +1,37 @@
+"""Guards of what others handed in: its form, and its first throws."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from agents.benchmark.submission import read_submission
+from agents.ground.places import SHIPPED as ROOT
+from tests.tools.commands import answered
+
+FOLDER = ROOT / "results" / "submissions"
+FILES = sorted(FOLDER.glob("*.json"))
+EXAMPLE = ROOT / "examples" / "05_my_controller.py"
+
+
+def test_there_is_one() -> None:
+    assert "two_centimetres_shorter" in {file.stem for file in FILES}
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_its_first_throws_are_thrown_again(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    read_submission(file)
+    code, text = answered("agents.benchmark.verify", str(file), "--trust", "--rows", "1", "--throws", "48")
+    assert code == 0, f"{text}; the command in {file.name} measures it again after a change of the throws"
+
+
+def test_the_first_one_is_the_example() -> None:
+    names = (EXAMPLE, FOLDER / "two_centimetres_shorter.py")
+    classes = [_class(file.read_text(encoding="utf-8")) for file in names]
+    assert classes[0] == classes[1]
+
+
+def _class(text: str) -> str:
+    (node,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
+    return ast.dump(node)
