@@ -97,7 +97,7 @@ class PictureSAC(SAC):
     """SAC whose extractor learns from the critics alone, and whose actor begins to learn after its critics.
 
     Before `learning_starts` steps nothing learns, and before twice as many the critics alone; it acts as its untrained
-    policy until then. Later the actor takes one gradient step after those of the critics, or its means would swing.
+    policy until then.
 
     Args:
         arguments: arguments of `SAC`.
@@ -122,15 +122,14 @@ class PictureSAC(SAC):
         self.policy.set_training_mode(True)
         temperature: Any = self.ent_coef_optimizer
         self._update_learning_rate([self.actor.optimizer, self.critic.optimizer, temperature])
-        acts = self.num_timesteps >= 2 * self.learning_starts  # before, critics mislead the actor
-        losses = [self._descend(batch_size, acts and k == gradient_steps - 1) for k in range(gradient_steps)]
+        losses = [self._descend(batch_size) for _ in range(gradient_steps)]
         self._n_updates += gradient_steps
         self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
         for name, values in zip(LOSSES, zip(*losses, strict=True), strict=True):
             self.logger.record(f"train/{name}", np.mean([value.item() for value in values]))
 
-    def _descend(self, batch_size: int, acts: bool) -> tuple[Any, ...]:
-        """Take one gradient step of the critics, and one of the actor if it acts; returns the values of `LOSSES`."""
+    def _descend(self, batch_size: int) -> tuple[Any, ...]:
+        """Take one gradient step; returns the values of `LOSSES`."""
         memory, coefficient, entropy = self.replay_buffer, self.log_ent_coef, self.target_entropy
         assert memory is not None and isinstance(coefficient, Tensor) and isinstance(entropy, float)
         batch: Any = memory.sample(batch_size)
@@ -147,7 +146,7 @@ class PictureSAC(SAC):
         descend(self.critic.optimizer, 0.5 * critic_loss)
         least = torch.cat(self._values(self.critic, seen, vectors, chosen), dim=1).min(dim=1, keepdim=True).values
         actor_loss = (ent_coef * log_prob - least).mean() + self.pull * mean.square().sum(dim=1).mean()
-        if acts:
+        if self.num_timesteps >= 2 * self.learning_starts:  # before, critics mislead the actor
             descend(self.ent_coef_optimizer, ent_coef_loss)
             descend(self.actor.optimizer, actor_loss)
         polyak_update(self.critic.parameters(), self.critic_target.parameters(), self.tau)
