@@ -84,11 +84,11 @@ def plan_line(level: str | Path = "skills3", **options: Any) -> dict[str, Any]:
     Args:
         level: name or file of a level of the line.
         options: recovery, release, robots, speeds, percents, skills, minutes, burst and down; controller, shifts, seed,
-            throws, tables and threads.
+            throws, tables, check and threads.
 
     Returns:
-        `plans`, the figures of each plan; and `sentences`: the plan that is enough or the best one, the reason why it
-        does not sort more, and what air jets would sort.
+        `plans`, the figures of each plan; and `sentences`: the plan that is enough or the best one, some of its shifts
+        in the full physics, the reason why it does not sort more, and what air jets would sort.
 
     Raises:
         PntGymError: the level, a plan or an option is unknown or impossible.

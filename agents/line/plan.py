@@ -51,6 +51,8 @@ class Arguments:
     """Controller that corrects the throws of all plans: a controller or a policy of PnTRelease-v0."""
     throws: int = 1000
     """Throws in the full physics to count for a table of chances that does not exist yet."""
+    check: int = 4
+    """Shifts that the chosen plan works in the full physics as well; 0 for none."""
     seed: int = 0
     """Seed of the objects."""
     json: Annotated[Path | None, option("none", "FILE")] = None
@@ -65,7 +67,7 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Judge every plan, and report the smallest one that reaches the recovery, the reason, and what air jets sort."""
-    at_least(vars(arguments), shifts=1, seed=0, throws=100, threads=1)
+    at_least(vars(arguments), shifts=1, seed=0, throws=100, check=0, threads=1)
     check_plans(arguments.recovery, arguments.robots, arguments.controller)
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)

@@ -90,7 +90,7 @@ def _draw_energy(axes: Axes, plans: Sequence[Planned]) -> None:
     axes.barh(np.arange(len(plans)), values, color=COLOURS[0], height=0.75)
     for index, value in enumerate(joules):
         axes.text(0.0, index, "  unknown" if value is None else f"  {value:.1f} J", va="center", fontsize=8)
-    dress(axes, "J", "", "Energy each", xlim=(0.0, 1.2 * max(values) + 1.0))
+    dress(axes, "energy [J]", "", "Per sorted object", xlim=(0.0, 1.2 * max(values) + 1.0))
 
 
 def _draw_landings(axes: Axes, item: int, releases: Sequence[tuple[str, Planned]]) -> None:

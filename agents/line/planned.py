@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.chances import MADE
 from pnt_gym.cells.line.config import LineConfig
 
 from ..dispatchers.registry import ENV, line_controller, line_core
+from ..dispatchers.release import make_release
 from ..ground.environments import make_vector, stream_seed
 from ..ground.metrics import mean_interval
 from ..ground.tables import throws_bar
@@ -35,6 +37,8 @@ class Conditions:
     """Throws to count for a table that does not exist yet."""
     tables: Path = MADE
     """Folder of such tables."""
+    check: int = 4
+    """Shifts that a chosen plan works in the full physics as well."""
     threads: int = 2
 
 
@@ -48,6 +52,8 @@ class Planned:
     """What became of the throws behind the table."""
     row: dict[str, Any]
     """Figures by the names of the JSON contract."""
+    recovery: Floats
+    """Recovery of each shift (S,)."""
 
     def shares(self, item: int) -> dict[str, float]:
         """Shares of the fates of an item's objects."""
@@ -83,18 +89,44 @@ def judge_plan(
         stream = core.cell.stream
         shifts = run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
     figures = plan_figures(shifts, line, counted)
-    return Planned(line, counted, {**numbers, **figures, "against": compare_stations(stream, line)})
+    row = {**numbers, **figures, "against": compare_stations(stream, line)}
+    return Planned(line, counted, row, shifts.figures["shift_recovery"].astype(np.float64))
+
+
+def check_plan(plan: Planned, conditions: Conditions, release: str | None = None) -> dict[str, Any] | None:
+    """Recovery of a plan's first shifts in the full physics, and less that by the table; None for no shift to check."""
+    count = min(conditions.check, conditions.shifts)
+    if count == 0:
+        return None
+    config = LineConfig.load(plan.config, throws="full")
+    with closing(make_vector(ENV, config, count, conditions.threads)) as env, throws_bar() as bar:
+        core = line_core(env)
+        if release is not None:
+            core.use(make_release(release, config))
+        task = bar.add_task("shifts in the full physics", total=count)
+        controller, seed = line_controller(conditions.controller, core), stream_seed("evaluate", conditions.seed)
+        shifts = run_shifts(controller, env, count, seed, lambda number: bar.advance(task, number))
+    simulated = shifts.figures["shift_recovery"].astype(np.float64)
+    figures = {"recovery": mean_interval(simulated), "over_table": mean_interval(simulated - plan.recovery[:count])}
+    ends = ("value", "low", "high")
+    return {"shifts": count} | {
+        f"{name}{'' if end == 'value' else f'_{end}'}": getattr(interval, end)
+        for name, interval in figures.items()
+        for end in ends
+    }
 
 
 def plan_figures(shifts: Shifts, config: LineConfig, counted: Counted | None) -> dict[str, Any]:
     """Figures of a plan from its shifts."""
     recovery, value = mean_interval(shifts.figures["shift_recovery"]), mean_interval(shifts.value)
     fates = Fates.of_shifts(shifts, config, counted)
+    # A shipped table is larger than the one whose throws say what became of them.
+    spread = 0.0 if counted is None or config.chances is None else table_spread(fates, counted)
     by_item = zip(config.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
     return {
         "recovery": recovery.value,
-        "recovery_low": recovery.low,
-        "recovery_high": recovery.high,
+        "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
+        "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
         "value_per_min": value.value,
         "value_per_min_low": value.low,
         "value_per_min_high": value.high,
@@ -105,6 +137,16 @@ def plan_figures(shifts: Shifts, config: LineConfig, counted: Counted | None) ->
         **energy_summary(shifts, counted),
         "money_per_hour": money_per_hour(shifts, config, counted),
     }
+
+
+def table_spread(fates: Fates, counted: Counted) -> float:
+    """Half of the 95 % interval of a recovery that comes from the counts of the table: sums of binomial variances."""
+    counts = fates.counts.sum(axis=0)
+    sorted_, vain = counts[:, 0], counts[:, 1:4].sum(axis=1)  # misplaced, missed and lost
+    thrown = sorted_ + vain
+    chance = np.divide(sorted_, thrown, out=np.ones_like(thrown), where=thrown > 0.0)
+    variance = (thrown / counts.sum()) ** 2 * chance * (1.0 - chance) / np.maximum(counted.held, 1)
+    return float(1.96 * np.sqrt(variance.sum()))
 
 
 def money_per_hour(shifts: Shifts, config: LineConfig, counted: Counted | None) -> float | None:

@@ -21,7 +21,7 @@ THROWN: Final = ("misplaced", "missed", "lost")
 def plans_table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
     """Table of all plans, with the causes for which objects were not sorted."""
     header = ["robots", "skills", "belt", "limits", "recovery", "value/min", "at work"]
-    header += ["missed", "unsealed", "not tried", "worst item", "J/sorted", "money/h", "enough"]
+    header += ["missed", "unsealed", "not tried", "worst item", "J each", "money/h", "enough"]
     rows = [_cells(plan, recovery) for plan in plans]
     # Skills that are the same in all plans, and money that no level names, would only take room.
     idle = {"skills"} if len({plan.row["skills"] for plan in plans}) == 1 else set[str]()
@@ -71,6 +71,19 @@ def answer(plan: Planned, is_enough: bool, recovery: float) -> str:
     return (
         f"no plan reaches a recovery of {percent(recovery)}; the best plan, {plan_text(plan.row)}, reaches "
         f"{percent(plan.row['recovery'])}"
+    )
+
+
+def check_text(checked: dict[str, Any]) -> str:
+    """Figures of a plan in the full physics, in one sentence."""
+    low, high = checked["over_table_low"], checked["over_table_high"]
+    points = 100.0 * checked["over_table"]
+    verdict = f"{abs(points):.1f} points {'more' if points > 0.0 else 'less'} than by the table"
+    if low <= 0.0 <= high:
+        verdict = "which agrees with the table"
+    return (
+        f"in the full physics {checked['shifts']} of these shifts sort {percent(checked['recovery'])} "
+        f"({100.0 * checked['recovery_low']:.1f}..{100.0 * checked['recovery_high']:.1f}), {verdict}"
     )
 
 

@@ -14,9 +14,9 @@ from ..dispatchers.release import make_release
 from ..ground.cli import UsageError, at_least
 from ..ground.versions import versions
 from .jets import stations_text
-from .planned import Conditions, Planned, judge_plan
+from .planned import Conditions, Planned, check_plan, judge_plan
 from .plans import Sweep, make_plans
-from .reasons import answer, chosen_plan, reason
+from .reasons import answer, check_text, chosen_plan, reason
 
 ANALYTIC: Final = "analytic"
 LEARNED: Final = "shipped:waste-sac"
@@ -33,14 +33,21 @@ class Verdict:
     twin: Planned
     """The same plan with the other release."""
     other_release: str
+    checked: dict[str, Any] | None
+    """Figures of the plan's first shifts in the full physics; None if no shift was checked."""
     sentences: tuple[str, ...]
-    """The plan, the reason why it does not sort more, and arm against jet."""
+    """The plan, its shifts in the full physics, the reason why it does not sort more, and arm against jet."""
 
     @property
     def entries(self) -> dict[str, Any]:
         """The verdict by the names of the JSON contract."""
         other = {"release": self.other_release, **self.twin.row}
-        return {"release": self.release, "sentences": list(self.sentences), "other_release": other}
+        return {
+            "release": self.release,
+            "sentences": list(self.sentences),
+            "checked": self.checked,
+            "other_release": other,
+        }
 
 
 def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditions, release: str | None) -> Verdict:
@@ -57,12 +64,14 @@ def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditio
     config = plan.config.model_copy(update={"chances": None})
     numbers = {key: plan.row[key] for key in ("robots", "belt_speed", "percent", "skills")}
     twin = judge_plan(numbers, config, conditions, None if other == ANALYTIC else other)
+    checked = check_plan(plan, conditions, release)
     sentences = (
         answer(plan, is_enough, recovery),
+        *([] if checked is None else [check_text(checked)]),
         reason(plan, plans, recovery, name, (other, twin)),
         stations_text(plan.row["against"], plan.row["recovery"], plan.row["energy_per_sorted_j"]),
     )
-    return Verdict(plan, name, twin, other, sentences)
+    return Verdict(plan, name, twin, other, checked, sentences)
 
 
 @dataclass(frozen=True)
@@ -90,8 +99,8 @@ def plan_line(
         level: a shipped level's name or a YAML file.
         recovery: recovery to reach.
         release: controller that corrects the throws; None for the analytic one.
-        options: robots, speeds, percents, skills, minutes, burst, down; controller, shifts, seed, throws, tables and
-            threads, as the command takes them.
+        options: robots, speeds, percents, skills, minutes, burst, down; controller, shifts, seed, throws, tables,
+            check and threads, as the command takes them.
 
     Raises:
         PntGymError: the level, a plan or an option is unknown or impossible.
@@ -99,7 +108,8 @@ def plan_line(
     known = (*Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
     if strangers := [name for name in options if name not in known]:
         raise UsageError(f"plan_line has no option {strangers[0]!r}; options are {', '.join(known)}")
-    at_least(options, shifts=1, seed=0, throws=100, threads=1)
+    least = {"shifts": 1, "seed": 0, "throws": 100, "check": 0, "threads": 1}
+    at_least(options, **{name: bound for name, bound in least.items() if name in options})
     sweep = Sweep(**{name: options[name] for name in Sweep.__dataclass_fields__ if name in options})
     conditions = Conditions(**{name: options[name] for name in Conditions.__dataclass_fields__ if name in options})
     check_plans(recovery, sweep.robots, conditions.controller)

@@ -23,6 +23,8 @@ LANDINGS: Final = 60
 class Counted:
     """Failures, energy and landings of throws by item K and speed setting P."""
 
+    held: Ints
+    """Objects that were held, and so thrown or lost (K,)."""
     missed: Ints
     """Held objects that ended in no bin, without those that were lost (K,)."""
     lost: Ints
@@ -59,6 +61,7 @@ class Counted:
         strayed, lost_count, missed = (np.bincount(kind[group], minlength=items) for group in groups)
         landed = np.isfinite(miss).all(axis=1)
         return cls(
+            held=np.bincount(kind[picked], minlength=items),
             missed=missed,
             lost=lost_count,
             strayed=strayed,
@@ -70,6 +73,7 @@ class Counted:
     def entry(self) -> dict[str, Any]:
         """The counts as values of JSON."""
         return {
+            "held": self.held.tolist(),
             "missed": self.missed.tolist(),
             "lost": self.lost.tolist(),
             "strayed": self.strayed.tolist(),
@@ -82,7 +86,7 @@ class Counted:
     def of_entry(cls, entry: Any) -> Self:
         """Counts from values of JSON."""
         return cls(
-            **{name: np.array(entry[name], dtype=np.int64) for name in ("missed", "lost", "strayed")},
+            **{name: np.array(entry[name], dtype=np.int64) for name in ("held", "missed", "lost", "strayed")},
             percent=np.array(entry["percent"], dtype=np.float64),
             energy=np.array(entry["energy"], dtype=np.float64),
             landings=tuple(np.array(points, dtype=np.float64).reshape(-1, 2) for points in entry["landings"]),

@@ -191,7 +191,8 @@ class Context(Record):
         mass, arm = self.objects.mass[:, None], self.arm
         inertia = (-mass * arm)[:, :, None] * arm[:, None, :]
         inertia[:, _AXES, _AXES] += self.objects.inertia + mass * dot(arm, arm)[:, None]
-        return 1.0 / np.linalg.inv(inertia)[:, _AXES, _AXES]
+        inverse = np.asarray(np.linalg.inv(inertia), dtype=np.float64)
+        return 1.0 / inverse[:, _AXES, _AXES]
 
     @cached_property
     def cup_offset(self) -> Floats:

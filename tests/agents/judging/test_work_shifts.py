@@ -130,7 +130,7 @@ def test_counted_throws_split_what_a_table_cannot_tell():
     shifts = by_hand()
     nothing = np.zeros(4, dtype=np.int64)
     counted = Counted(
-        missed=nothing + 1, lost=nothing + 2, strayed=nothing + 1, percent=np.array([40.0]),
+        held=nothing + 9, missed=nothing + 1, lost=nothing + 2, strayed=nothing + 1, percent=np.array([40.0]),
         energy=np.array([[10.0], [20.0], [30.0], [np.nan]]), landings=(np.zeros((0, 2)),) * 4,
     )  # fmt: skip
     fates = Fates.of_shifts(shifts, LineConfig.load("skills3"), counted)

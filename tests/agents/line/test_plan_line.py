@@ -7,11 +7,12 @@ import pytest
 
 import pnt_gym
 from agents.ground.cli import UsageError
+from agents.judging.work_shifts.counted import Counted
 from agents.judging.work_shifts.data import Shifts
-from agents.judging.work_shifts.fates import FATES
-from agents.line.planned import Planned, money_per_hour
+from agents.judging.work_shifts.fates import FATES, Fates
+from agents.line.planned import Planned, money_per_hour, table_spread
 from agents.line.plans import Sweep, down, line_up, make_plans
-from agents.line.reasons import chosen_plan, plans_table, reason
+from agents.line.reasons import check_text, chosen_plan, plans_table, reason
 from pnt_gym.cells.line.chances import shipped_table
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError
@@ -59,7 +60,7 @@ def planned(recovery, *items, robots=3, work=(0.95, 0.5, 0.5), **numbers):
     row |= {"recovery": recovery, "recovery_low": recovery - 0.02, "recovery_high": recovery + 0.02}
     row |= {"fates": fates, "fates_by_item": shares, "arrived": arrived, "utilisation": work, "value_per_min": 9.0}
     row |= {"energy_per_sorted_j": 40.0, "money_per_hour": None}
-    return Planned(config, None, row)
+    return Planned(config, None, row, np.full(16, recovery))
 
 
 WELL = (97, 0, 1, 0, 1, 1)
@@ -116,6 +117,26 @@ def test_the_table_names_causes_and_the_worst_item():
     assert [row[-1] for row in table.rows] == ["yes", "no"]
 
 
+def test_the_full_physics_is_said_to_agree_or_not():
+    close = {"shifts": 4, "recovery": 0.66, "recovery_low": 0.64, "recovery_high": 0.68}
+    close |= {"over_table": -0.01, "over_table_low": -0.03, "over_table_high": 0.01}
+    assert check_text(close) == (
+        "in the full physics 4 of these shifts sort 66.0 % (64.0..68.0), which agrees with the table"
+    )
+    far = {**close, "over_table": -0.03, "over_table_low": -0.04, "over_table_high": -0.02}
+    assert check_text(far).endswith("(64.0..68.0), 3.0 points less than by the table")
+
+
+def test_few_counted_throws_make_wide_intervals_by_hand():
+    # Of 100 objects 40 and 20 are thrown, half and all of them sorted: 0.4^2 x 0.25 / 25 is the whole variance.
+    counts = np.array([[[20.0, 5.0, 10.0, 5.0, 10.0, 30.0], [20.0, 0.0, 0.0, 0.0, 0.0, 0.0]]])
+    nothing = np.zeros(2, dtype=np.int64)
+    counted = Counted(
+        np.array([25, 9]), nothing, nothing, nothing, np.ones(1), np.ones((2, 1)), (np.zeros((0, 2)),) * 2
+    )
+    assert table_spread(Fates(counts, True), counted) == pytest.approx(1.96 * 0.4 * 0.5 / 5.0)
+
+
 def test_money_is_proceeds_less_hours_and_energy():
     costs = {"robot_hour": 12.0, "joule": 1e-5, "per_tonne": {"alu": 1000.0, "hdpe": 300.0}}
     config = LineConfig.load({**plant(), "cost": costs, "duration": 120.0})
@@ -135,7 +156,7 @@ def planned_plant(tmp_path_factory):
     """What the command says and writes on the plant, thrown fast, in a folder of its own."""
     folder = tmp_path_factory.mktemp("plant")
     (folder / "plant.yaml").write_text(plant_text())
-    line = "line plan --level plant.yaml --robots 3 --percents 60 --shifts 3 --minutes 1 --throws 200"
+    line = "line plan --level plant.yaml --robots 3 --percents 60 --shifts 3 --minutes 0.5 --throws 300 --check 1"
     return folder, output_of(f"{line} --json plans.json --picture plans.svg", folder)
 
 
@@ -146,10 +167,15 @@ def test_the_light_item_of_the_plant_is_the_reason(planned_plant):
     assert "no plan reaches a recovery of 95.0 %; the best plan, 3 robots at 60 %" in words
     assert "the reason: alu is thrown and misses (" in words and "so more robots do not help" in words
     assert "arm against jet: the arms sort" in words
-    assert plan["fates_by_item"]["alu"]["missed"] > 0.5
+    alu = plan["fates_by_item"]["alu"]
+    assert max(alu, key=alu.__getitem__) == "missed"
     assert twin["release"] == "shipped:waste-sac"
     assert twin["fates_by_item"]["alu"]["sorted"] > plan["fates_by_item"]["alu"]["sorted"]
     assert plan["recovery_low"] <= plan["recovery"] <= plan["recovery_high"]
+    checked = told["checked"]
+    assert (checked["shifts"], len(told["sentences"])) == (1, 4)
+    assert 0.4 < checked["recovery"] < 0.9
+    assert "in the full physics 1 of these shifts sort" in words
     assert sum(plan["fates"].values()) == pytest.approx(1.0)
     assert 50.0 < plan["energy_per_sorted_j"] < 200.0
     assert (folder / "plans.svg").read_text().startswith("<?xml")
@@ -162,7 +188,7 @@ def test_tables_of_plans_are_kept_in_the_working_folder(planned_plant):
 
 
 def test_it_says_which_plan_is_enough(tmp_path):
-    line = "line plan --level skills3 --robots 1 3 --shifts 2 --minutes 0.2 --recovery 0.2 --throws 100"
+    line = "line plan --level skills3 --robots 1 3 --shifts 2 --minutes 0.2 --recovery 0.2 --throws 100 --check 0"
     said = output_of(f"{line} --json plans.json", tmp_path)
     plans = json.loads((tmp_path / "plans.json").read_text())["plans"]
     assert [plan["robots"] for plan in plans] == [1, 3]
@@ -173,7 +199,7 @@ def test_it_says_which_plan_is_enough(tmp_path):
 
 def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(tmp_path):
     assert "unknown shipped policy 'shipped:nobody'" in refused("agents.line plan", "--release", "shipped:nobody")
-    line = "line plan --level skills3 --robots 3 --shifts 1 --minutes 0.1 --throws 100 --release mean_lead"
+    line = "line plan --level skills3 --robots 3 --shifts 1 --minutes 0.1 --throws 100 --check 1 --release mean_lead"
     output_of(f"{line} --json plans.json", tmp_path)
     told = json.loads((tmp_path / "plans.json").read_text())
     assert (told["release"], told["other_release"]["release"]) == ("mean_lead", "analytic")
@@ -181,9 +207,9 @@ def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(tmp_pa
 
 def test_from_python(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    found = pnt_gym.plan_line("skills3", robots=(2,), shifts=1, minutes=0.1, throws=100, threads=1)
+    found = pnt_gym.plan_line("skills3", robots=(2,), shifts=1, minutes=0.1, throws=100, check=0, threads=1)
     assert [plan["robots"] for plan in found["plans"]] == [2]
-    assert len(found["sentences"]) == 3
+    assert (len(found["sentences"]), found["checked"]) == (3, None)
     for options, said in (({"robot": 2}, "no option 'robot'"), ({"recovery": 2.0}, "recovery is 2")):
         with pytest.raises(UsageError, match=said):
             pnt_gym.plan_line("skills3", **options)

@@ -8,10 +8,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from agents.ground.metrics import wilson
+from pnt_gym.cells.base import alone
 from pnt_gym.cells.base.plant import Recording
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import landing_point
-from tests.tools.throws import NO_DELAY, NO_SPREAD, item, make_core, vary, with_objects
+from tests.tools.throws import NO_DELAY, NO_SPREAD, item, make_core, same_bits, vary, with_objects
 
 THROWS = 200
 AIR, VISCOSITY, GRAVITY = 1.2, 1.8e-5, 9.81
@@ -265,3 +266,12 @@ def test_a_deliberate_miss_misses_by_what_the_action_says():
     np.testing.assert_allclose(info["landing_along"][whole], 0.20, atol=0.01)
     np.testing.assert_allclose(info["landing_across"][whole], 0.06, atol=0.005)
     assert not info["is_success"].any()
+
+
+def test_falls_are_the_same_without_the_checks_above_the_rim(monkeypatch):
+    skipping = make_core("waste", 24).step(np.zeros((24, 2))).info
+    assert alone._shortest_time_above(np.array([0.2, 0.3]), np.array([0.0, 1.0])) == pytest.approx(np.sqrt(0.2 / 9.81))
+    assert alone._shortest_time_above(np.array([0.2, -0.1]), np.array([0.0, 1.0])) == 0.0
+    monkeypatch.setattr(alone, "FASTEST_FALL", 1e9)  # all checks
+    checking = make_core("waste", 24).step(np.zeros((24, 2))).info
+    assert all(same_bits(skipping[name], values) for name, values in checking.items())
