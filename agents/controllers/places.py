@@ -15,6 +15,7 @@ from pnt_gym.cells.grasp.observation import TABLE
 
 from ..grasping.fcn import PlaceMaps, input_maps
 from ..grasping.features import PlaceFeatures, place_features
+from ..grasping.maps import best_places
 from ..grasping.network import PlaceNetwork
 from ..grasping.practice import network_places, worth_maps
 from ..grasping.rules import (
@@ -54,33 +55,24 @@ RULES: Final[dict[str, Choice]] = {
 
 
 @final
-class PicturePlaces:
-    """Places that a rule or a network chooses in pictures.
+class Sight:
+    """Describes the places of pictures from which a cup's place is chosen.
 
     Args:
         core: the cells.
-        choice: chooses the places.
         avoid: distance of a further try from the place that failed last, in radii of the cup; 0 for any place.
 
     Raises:
         UsageError: `avoid` is negative.
     """
 
-    def __init__(self, core: GraspCore, choice: Choice, avoid: float = AVOID) -> None:
+    def __init__(self, core: GraspCore, avoid: float) -> None:
         if not 0.0 <= avoid < math.inf:
             raise UsageError(f"avoid is {avoid:g}; it must be 0 or a number of radii")
-        self._choice, self._avoid, self._rules = choice, avoid, core.config.grasp
+        self._avoid, self._rules = avoid, core.config.grasp
 
-    def places(self, observation: Observation, rows: Ints) -> Floats:
-        """Places of the cups for some rows (K, 2) [m]."""
-        return self._choice.places(self._features(observation, rows))
-
-    def maps(self, observation: Observation, rows: Ints) -> Floats:
-        """Scores by which the places for some rows are chosen (K, 48, 48)."""
-        return self._choice.maps(self._features(observation, rows))
-
-    def _features(self, observation: Observation, rows: Ints) -> PlaceFeatures:
-        """Features of the places from which to choose, for some rows."""
+    def features(self, observation: Observation, rows: Ints) -> PlaceFeatures:
+        """Features of the places for some rows."""
         assert observation.image is not None  # of this environment
         values = TABLE.decode(observation.features[rows])
         radius = values["cup_radius"]
@@ -93,26 +85,53 @@ class PicturePlaces:
 
 
 @final
+class PicturePlaces:
+    """Places that a rule or a network chooses in pictures.
+
+    Args:
+        core: the cells.
+        choice: chooses the places.
+        avoid: see `Sight`.
+    """
+
+    def __init__(self, core: GraspCore, choice: Choice, avoid: float = AVOID) -> None:
+        self._choice, self._sight = choice, Sight(core, avoid)
+
+    def places(self, observation: Observation, rows: Ints) -> Floats:
+        """Places of the cups for some rows (K, 2) [m]."""
+        return self._choice.places(self._sight.features(observation, rows))
+
+    def maps(self, observation: Observation, rows: Ints) -> Floats:
+        """Scores by which the places for some rows are chosen (K, 48, 48)."""
+        return self._choice.maps(self._sight.features(observation, rows))
+
+
+@final
 class PixelPlaces:
     """Places that a fully convolutional network chooses in pictures.
 
     Args:
         core: the cells.
         file: arrays of the network, as `agents.grasping --sees pixels` writes them; by default those that ship.
+        avoid: see `Sight`.
 
     Raises:
         UsageError: there is no such file, or the file holds no such network.
     """
 
-    def __init__(self, core: GraspCore, file: str | Path = GRASPING / "fcn.npz") -> None:
-        self._network, self._of_all = PlaceMaps.load(at(file)), core.config.grasp.objects > 1
+    def __init__(self, core: GraspCore, file: str | Path = GRASPING / "fcn.npz", avoid: float = AVOID) -> None:
+        self._network, self._sight = PlaceMaps.load(at(file)), Sight(core, avoid)
 
     def places(self, observation: Observation, rows: Ints) -> Floats:
         """Places of the cups for some rows (K, 2) [m]."""
+        return best_places(self.maps(observation, rows))
+
+    def maps(self, observation: Observation, rows: Ints) -> Floats:
+        """Scores by which the places for some rows are chosen (K, 48, 48)."""
         assert observation.image is not None  # of this environment
-        images, radius = observation.image[rows], TABLE.decode(observation.features)["cup_radius"][rows]
-        features = place_features(images, radius, of_all=self._of_all)
-        return self._network.places(input_maps(images, radius), features)
+        radius = TABLE.decode(observation.features)["cup_radius"][rows]
+        inputs = input_maps(observation.image[rows], radius)
+        return self._network.worth_maps(inputs, self._sight.features(observation, rows))
 
 
 @final

@@ -119,9 +119,13 @@ class PlaceMaps:
 
     def places(self, maps: NDArray[np.float32], features: PlaceFeatures) -> Floats:
         """The places on objects with the highest expected worths (N, 2) [m], averaged over the cup's error."""
+        return best_places(self.worth_maps(maps, features))
+
+    def worth_maps(self, maps: NDArray[np.float32], features: PlaceFeatures) -> Floats:
+        """Expected worths on objects (N, 48, 48), averaged over the cup's error; 0 elsewhere."""
         worth = self.predict(maps)
         row, column = features.pixel.T
-        return best_places(blur_maps(features.maps(worth[features.picture, row, column], 0.0)))
+        return blur_maps(features.maps(worth[features.picture, row, column], 0.0))
 
     def save(self, path: Path) -> None:
         """Write the arrays to a file."""
