@@ -135,7 +135,7 @@ class Context(Record):
             spent=np.zeros(len(pick)),
         )
 
-    @cached_property
+    @property
     def kind(self) -> Ints:
         """Item that the classifier sees in each object: index into the cell's items (N,)."""
         return self.objects.measured.kind
