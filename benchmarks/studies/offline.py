@@ -45,24 +45,24 @@ def figures(settings: Settings, amount: Amount) -> Iterator[Figures]:
     seed, names = settings["seed"], settings["learners"]
     with closing(open_trial(settings["env"], settings["level"], NUM_ENVS, amount.threads)) as trial:
         crew = Crew(trial, settings["env"], settings["controller"], None, seed=seed, noise=settings["noise"])
-        outcome, rewards = join_throws(collect(crew, settings["collected"]), trial.env)
+        outcome = join_throws(collect(crew, settings["collected"]), trial.env)
         behaviour = float(np.linalg.norm(outcome.error, axis=1).mean())
         policies = {"analytic": "analytic", "expert": crew.chosen[0]}
         for name in names:
-            controller: Any = policies.get(name) or learn(name, outcome, rewards, trial.env, seed)
+            controller: Any = policies.get(name) or learn(name, outcome, trial.env, seed)
             judged = trial.run(trial.controller(controller), amount.throws, amount.seed).report()
             worth = {key: judged[key] for key in ("landing_error_mean_m", "success_rate", "sorted_per_min")}
-            yield {"learner": name, "throws": len(rewards), "behaviour_error_m": behaviour, **worth}
+            yield {"learner": name, "throws": len(outcome.action), "behaviour_error_m": behaviour, **worth}
 
 
-def learn(name: str, outcome: Outcome, rewards: Any, env: Env, seed: int) -> Controller | Function:
+def learn(name: str, outcome: Outcome, env: Env, seed: int) -> Controller | Function:
     """The controller or policy that a learner makes of throws."""
     if name in REGRESSIONS:
         controller = make_controller(REGRESSIONS[name], env)
         controller.reset(seed)
         controller.learn(outcome)
         return controller
-    return POLICIES[name](Lesson(outcome.observation.features, outcome.action, rewards), seed)
+    return POLICIES[name](Lesson(outcome.observation.features, outcome.action, outcome.reward.astype(np.float32)), seed)
 
 
 def collect(crew: Crew, throws: int) -> list[Episode]:
@@ -77,8 +77,8 @@ def collect(crew: Crew, throws: int) -> list[Episode]:
     return episodes
 
 
-def join_throws(episodes: list[Episode], env: Env) -> tuple[Outcome, Any]:
-    """Throws of all episodes whose objects were thrown, and their rewards (N,) as float32.
+def join_throws(episodes: list[Episode], env: Env) -> Outcome:
+    """Throws of all episodes whose objects were thrown.
 
     No action decides whether a pick fails or an object drops, so such throws teach nothing.
     """
@@ -98,5 +98,6 @@ def join_throws(episodes: list[Episode], env: Env) -> tuple[Outcome, Any]:
         is_success=info["is_success"][thrown] == 1.0,
         cycle_time=info["cycle_time"][thrown],
         clipped=np.zeros(len(features), dtype=np.bool_),
+        reward=rewards,
     )
-    return outcome, rewards
+    return outcome
