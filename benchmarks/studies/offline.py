@@ -98,6 +98,6 @@ def join_throws(episodes: list[Episode], env: Env) -> Outcome:
         is_success=info["is_success"][thrown] == 1.0,
         cycle_time=info["cycle_time"][thrown],
         clipped=np.zeros(len(features), dtype=np.bool_),
-        reward=rewards,
+        reward=rewards.astype(np.float64),
     )
     return outcome
