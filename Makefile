@@ -90,7 +90,7 @@ perf: dev ## planner, robot and environment speed and the checks of physics in r
 	$(BIN)/python benchmarks/study.py fidelity --json results/fidelity.json
 	$(BIN)/python benchmarks/line_exactness.py
 
-STUDIES ?= training oracle grip cup dispatch judged methods throwable neighbours adaptation line sequential fit fit_use grasping \
+STUDIES ?= training oracle grip cup dispatch judged methods throwable neighbours adaptation line sequential fit fit_full fit_use grasping \
 	offline
 
 studies: dev ## what plans in configs/studies find out, into results/ (hours; stop and resume): make studies STUDIES="grip cup"

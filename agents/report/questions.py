@@ -103,6 +103,7 @@ QUESTIONS: Final = (
             "benchmark_adapt": "Every controller under every drift",
             "adaptation": "Cameras and new kinds of items",
             "fit": "What 40 landings tell of a cell",
+            "fit_full": "The same of throws in full physics",
             "fit_use": "What a fitted level is worth",
         },
     ),
