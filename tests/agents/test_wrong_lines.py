@@ -120,7 +120,7 @@ benchmark --config far_plan.yaml | benchmark 'far_plan.yaml': picks is -11111111
 benchmark --config idle_plan.yaml | benchmark 'idle_plan.yaml': unknown controller 'nobody'; known
 benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': `stack`, `over` and `fidelity` can be used only
 benchmark --config over.yaml | benchmark 'over.yaml': entry 'a' has stack 8 over 'mlp'; it must be 1 to 100 over one of
-benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are day, day_far, dense, drift_mix
+benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are boxes, cubes, day, day_far
 reproduce nobody | unknown paper 'nobody'; known are hassan, choe, miyashita, l
 reproduce hassan --only nothing | unknown part 'nothing'; known are table1, free-direction, fr
 reproduce hassan --figures file | cannot write 'file/drawing.svg': File exists

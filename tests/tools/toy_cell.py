@@ -200,6 +200,7 @@ def outcome_of(observation: Observation, action: np.ndarray, error: np.ndarray) 
         is_success=np.ones(count, dtype=bool),
         cycle_time=np.ones(count),
         clipped=np.zeros(count, dtype=bool),
+        reward=np.zeros(count),
     )
 
 
