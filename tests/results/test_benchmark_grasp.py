@@ -49,5 +49,16 @@ def test_no_fixed_pace_reaches_the_pace_by_the_gauge() -> None:
 
 
 def test_a_second_try_at_the_same_place_costs_more_time_than_it_sorts() -> None:
-    assert PACE["grasp", "local_mlp_one_try"] > PACE["grasp", "local_mlp"]
-    assert SHARE["grasp", "local_mlp_one_try"] < SHARE["grasp", "local_mlp"]
+    assert PACE["grasp", "local_mlp_one_try"] > PACE["grasp", "local_mlp_same_place"]
+    assert SHARE["grasp", "local_mlp_one_try"] < SHARE["grasp", "local_mlp_same_place"]
+
+
+def test_a_second_try_elsewhere_sorts_more_than_one_at_the_same_place() -> None:
+    for level in ("grasp", "grasp_unseen"):
+        assert gain("local_mlp", "local_mlp_same_place", level)["low"] > 0.0
+        assert SHARE[level, "local_mlp"] > SHARE[level, "local_mlp_same_place"]
+
+
+@pytest.mark.parametrize("label", ["fitted_q", "fitted_q_seed_1", "fitted_q_seed_2"])
+def test_what_learned_from_rewards_alone_beats_the_tuned_rule(label: str) -> None:
+    assert gain(label, "flattest")["low"] > 0.03 * PACE["grasp", "flattest"]
