@@ -15,12 +15,10 @@ from .ground.outputs import VIDEOS, check_drawing, check_ending, check_writable,
 from .ground.tables import console
 
 CONTROLLERS = (
-    "A controller's name (analytic, analytic_height, mean_lead, mean_shift, virtual_goal, newton_goal, ridge, mlp, "
-    "oracle, random; at PnTAdapt-v0 also static, ema, kalman, recursive_ridge, in_context, oracle_drift; on a line "
-    "fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam, index, random, or a scorer's "
-    "FILE.npz), a policy that ships (shipped:waste-sac, shipped:line/skills3, ...), the folder of a training run, a "
-    "class of your own, or with --trust a stable-baselines3 model or the folder of an RL-Zoo training. `pnt-gym "
-    "controllers` lists the names."
+    "A controller's name (analytic, virtual_goal, ridge, mlp, oracle, on a line price, with pictures flattest, ...; "
+    "`pnt-gym controllers` lists all), a policy that ships (shipped:waste-sac, shipped:line/skills3, ...), the folder "
+    "of a training run, a class of your own, on a line a scorer's FILE.npz, or with --trust a stable-baselines3 model "
+    "or the folder of an RL-Zoo training."
 )
 
 
