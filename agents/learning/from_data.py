@@ -65,12 +65,14 @@ def td3_bc(lesson: Lesson, seed: int) -> Function:
     """
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        states, actions, _ = map(torch.as_tensor, lesson)
+        states, actions, rewards = map(torch.as_tensor, lesson)
         critic, policy = _fit_critic(lesson), _make_policy(lesson)
+        centre, scale = rewards.mean(), rewards.std()
 
         def loss(rows: Tensor) -> Tensor:
             chosen = policy(states[rows])
-            value = critic(torch.cat([states[rows], chosen], 1))
+            # In the unit of the reward, as in the paper: its mean decides how much the critic counts.
+            value = centre + scale * critic(torch.cat([states[rows], chosen], 1))
             greed = GREED / value.abs().mean().detach()
             return mse_loss(chosen, actions[rows]) - greed * value.mean()
 
