@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -114,8 +114,3 @@ def read_submission(path: Path) -> Mapping[str, Any]:
                 f"submission {str(path)!r} has {key} {getattr(plan, key)!r}; the benchmark has {getattr(frame, key)!r}"
             )
     return data
-
-
-def read_submissions(folder: Path) -> Sequence[Mapping[str, Any]]:
-    """The submissions in a folder, by the names of their files."""
-    return [read_submission(path) for path in sorted(folder.glob("*.json"))]

@@ -6,7 +6,7 @@ No hidden value of a simulation comes in here: objects are made from what the lo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Final, cast, final
 
 import numpy as np
@@ -263,9 +263,3 @@ def _gauge_readings(log: ThrowLog, table: ItemTable) -> Measured:
         mass=reading_or(log.mass, table.mass[kind]), seal=reading_or(log.seal, table.seal_force[kind]),
         yaw=reading_or(log.yaw, 0.0), friction=table.cup_friction[kind], grasp_noise=reading_or(log.grasp, 0.0),
     )  # fmt: skip
-
-
-def without_landings(log: ThrowLog) -> ThrowLog:
-    """A log as it is before its throws."""
-    empty = np.full(len(log), np.nan)
-    return replace(log, sealed=empty, lost=empty, landing=np.full((len(log), 2), np.nan))

@@ -30,7 +30,6 @@ POLICIES: Final[dict[str, Callable[[Lesson, int], Function]]] = {
 """Learners of rewards and actions."""
 REGRESSIONS: Final = {"ridge regression": "ridge", "MLP regression": "mlp"}
 """Controllers that learn from measured landings."""
-REFERENCES: Final = ("analytic", "expert")
 
 
 def figures(settings: Settings, amount: Amount) -> Iterator[Figures]:

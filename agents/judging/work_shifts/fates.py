@@ -91,15 +91,3 @@ def _count_lost(decisions: Mapping[str, NDArray[Any]], config: LineConfig, like:
     counts = np.zeros_like(like)
     np.add.at(counts, (decisions["shift"][rows], decisions["true_kind"][rows]), 1.0)
     return np.minimum(counts, like)
-
-
-def worst_item(shares: Floats) -> int | None:
-    """Index of the item with the least share of sorted objects, from the shares of fates (K, fates)."""
-    came = np.isfinite(shares[:, 0])
-    return int(np.where(came, shares[:, 0], np.inf).argmin()) if came.any() else None
-
-
-def largest_loss(shares: Floats) -> tuple[str, float]:
-    """The fate that costs an item the most objects, and its share, from the item's shares of fates (fates,)."""
-    index = 1 + int(np.nan_to_num(shares[1:]).argmax())
-    return FATES[index], float(shares[index])
