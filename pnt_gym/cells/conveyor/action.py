@@ -11,9 +11,9 @@ Modes, all but the last on the same planner:
   The minimum-time plan can jump between its flat and its steep branch when the goal moves a little.
 * `throw_or_place` (3 numbers, where the planner is `auto`): as `release_point`, and a third number above 1/2 puts the
   object down where the rule would throw it, or throws the object where the rule would put it down.
-* `fixed_throw` (3 numbers, where the planner throws on straight lines): the release itself, as bearing, way and rise from
-  the pick. Zero is one throw for all picks, straight across the belt. Nothing depends on the target, and the observation
-  shows nothing of the planner's throw.
+* `fixed_throw` (3 numbers, where the planner throws on straight lines): the release itself, as bearing, way and rise
+  from the pick. Zero is one throw for all picks, straight across the belt. Nothing depends on the target, and the
+  observation shows nothing of the planner's throw.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ FIXED_THROW: Final = "fixed_throw"
 STRAIGHT_PLANNERS: Final = ("straight", "straight_flying")
 """Planners whose hands move straight to the release, at a speed that follows from the way alone."""
 FIXED_WAY: Final = 0.20
-"""Horizontal way from the pick to the release of the fixed throw [m]. At this way, and half way up to the ceiling, all picks
-of all levels that ship have a feasible throw."""
+"""Horizontal way from the pick to the release of the fixed throw [m]; with half the rise to the ceiling, the throw is
+feasible at all picks of the levels that ship."""
 WIDEST: Final = np.pi / 3.0
 """Bearing of an action of 1, against straight across the belt [rad]; the planner's throws on `waste` stay within it."""
 WAY_FACTOR: Final = 4.0
@@ -129,7 +129,11 @@ MODES: Final = by_name(
     ActionMode("virtual_goal", ("target along the throw", "target to its left"), _offset_scale, _replan, ERRORS),
     ActionMode(
         FIXED_THROW,
-        ("bearing of the throw, to the left of straight across the belt", "logarithm of the way", "rise of the release"),
+        (
+            "bearing of the throw, to the left of straight across the belt",
+            "logarithm of the way",
+            "rise of the release",
+        ),
         _release_scale,
         _release_anywhere,
         unseen=FROM_PLANNER,
