@@ -9,7 +9,7 @@ import numpy as np
 
 from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg, tile_panels
 from ..ground.tables import Grid
-from .runs_compared import improvement_interval, performance_profile
+from .runs_compared import improvement_text, performance_profile
 
 Data = Mapping[str, Any]
 FIXED: Final = "fixed"
@@ -64,8 +64,7 @@ def improvement_grid(data: Data) -> Grid:
     rows: list[list[str]] = []
     for label, errors in scores.items():
         if label != REFERENCE and REFERENCE in scores:
-            interval = improvement_interval(errors, scores[REFERENCE])
-            text = f"{100 * interval.value:.0f} % ({100 * interval.low:.0f}..{100 * interval.high:.0f})"
+            text = improvement_text(errors, scores[REFERENCE])
             rows.append([label, str(len(errors)), f"{1000 * np.mean(errors):.1f} mm", text])
     note = (
         f"After about {last:,} throws of learning. *Probability of improvement*: that a run errs less than a run of "
