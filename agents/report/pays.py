@@ -54,7 +54,9 @@ def curves_answer(results: Data) -> str:
     )
     few = min((point for point in points if point[0] <= FEW), key=lambda point: point[1])
     near = next((point for point in points if point[1] <= NEAR * fixed["floor"]), None)
-    text = f"The planner lands {_mm(fixed['analytic'])} off. After {FEW} throws, {few[2]} is the nearest with {_mm(few[1])}; "
+    text = (
+        f"The planner lands {_mm(fixed['analytic'])} off. After {FEW} throws, {few[2]} is nearest with {_mm(few[1])}; "
+    )
     text += (
         "no learner comes" if near is None else f"{near[2]} comes first, after {near[0]:,} throws with {_mm(near[1])},"
     )
@@ -84,8 +86,8 @@ def mismatch_answer(results: Data) -> str:
     row = last[1][-1]
     return (
         f"Learning sorts more than the planner from a mismatch of {known[0][0]:g} ({known[0][1]}) to {known[-1][0]:g} "
-        f"({known[-1][1]}). At {row['mismatch']:g} with all effects together, the planner lands {_mm(row['analytic_m'])} "
-        f"off and {last[0]} after 1,000 flights {_mm(row['learned_m'])}."
+        f"({known[-1][1]}). At {row['mismatch']:g} with all effects together, the planner lands "
+        f"{_mm(row['analytic_m'])} off and {last[0]} after 1,000 flights {_mm(row['learned_m'])}."
     )
 
 
@@ -180,15 +182,15 @@ def crossover_grid(data: Data) -> Grid:
             rows.append([effect, label, *("-" if start is None else f"{start:g}" for start in starts), gain])
     header = ("effect", "learner", "errs less from", "sorts more from", "gain at the largest mismatch")
     note = (
-        "*Errs less from*, *sorts more from*: the smallest mismatch from which on the 95 % interval of the gain over the "
-        "planner lies above 0, in landing error and in sorted objects per minute. Beside every effect stand the air and "
-        "the place of the centre of mass under the cup."
+        "*Errs less from*, *sorts more from*: the smallest mismatch from which on the 95 % interval of the gain over "
+        "the planner lies above 0, in landing error and in sorted objects per minute. Beside every effect stand the "
+        "air and the place of the centre of mass under the cup."
     )
     return Grid("Where learning begins to pay", header, rows, note)
 
 
 def _crossover(rows: Sequence[Data], name: str, sign: float) -> float | None:
-    """The smallest mismatch from which on a figure is clearly larger than the planner's, or smaller for a sign of -1."""
+    """The smallest mismatch from which on a figure is clearly above the planner's, or below for a sign of -1."""
     start: float | None = None
     for row in reversed(rows):
         if min(sign * row[name]["low"], sign * row[name]["high"]) <= 0.0:

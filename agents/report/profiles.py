@@ -61,9 +61,9 @@ def _grid(data: Data, verb: str, scores: Mapping[str, Floats]) -> Grid:
     ]
     levels, runs = data["plan"]["levels"], next(iter(scores.values()))
     note = (
-        f"Probability that a run of the learner on the left {verb} less than a run of the one above, on the same level; "
-        f"ties count half. {len(runs)} runs of each on {' and '.join(levels)}, {data['plan']['picks']} held-out throws a "
-        "run, with 95 % intervals over runs that are resampled on each level (Agarwal et al. 2021)."
+        f"Probability that a run of the learner on the left {verb} less than a run of the one above, on the same "
+        f"level; ties count half. {len(runs)} runs of each on {' and '.join(levels)}, {data['plan']['picks']} held-out "
+        "throws a run, with 95 % intervals over runs that are resampled on each level (Agarwal et al. 2021)."
     )
     return Grid(f"Probability that a run {verb} less", ["learner", *scores], rows, note)
 

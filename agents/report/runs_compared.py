@@ -1,7 +1,7 @@
 """Statistics of runs that learn anew, in the field's form (Agarwal et al. 2021, arXiv 2108.13264; the library rliable).
 
-Scores are of runs (R,), or of runs on several levels (R, T). Every score is better when it is smaller, as landing errors
-are. Intervals are of the stratified bootstrap: the runs of each learner are resampled on each level by themselves.
+Scores are of runs (R,), or of runs on several levels (R, T). Every score is better when it is smaller, as landing
+errors are. Intervals are of the stratified bootstrap: the runs of each learner are resampled on each level by itself.
 """
 
 from __future__ import annotations

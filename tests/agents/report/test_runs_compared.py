@@ -17,8 +17,8 @@ RLIABLE = {
     "profile": [0.94444444, 0.44444444, 0.11111111],
     "profile_ends": [[0.83333333, 0.22222222, 0.0], [1.0, 0.66666667, 0.27777778]],
 }
-"""Of rliable 1.2.0 with arch 7.2.0 and pandas 2: `metrics.probability_of_improvement`, `library.get_interval_estimates` of
-it with 5,000 resamples, and `library.create_performance_profile` with 50,000."""
+"""Of rliable 1.2.0 with arch 7.2.0 and pandas 2: `metrics.probability_of_improvement`, `library.get_interval_estimates`
+of it with 5,000 resamples, and `library.create_performance_profile` with 50,000."""
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_the_sentence_of_the_curves_names_who_is_near_first() -> None:
     rows += [_curve("learners", "MLP", throws, error) for throws, error in ((10, 0.04), (100, 0.013), (1000, 0.0101))]
     text = curves_answer({"curves": {"rows": rows}})
     assert text == (
-        "The planner lands 50.0 mm off. After 10 throws, ridge is the nearest with 30.0 mm; ridge comes first, after "
+        "The planner lands 50.0 mm off. After 10 throws, ridge is nearest with 30.0 mm; ridge comes first, after "
         "1,000 throws with 12.0 mm, within a quarter of the floor, 10.0 mm."
     ).replace("ridge comes first, after 1,000 throws with 12.0 mm", "MLP comes first, after 1,000 throws with 10.1 mm")
     rows += [_curve("without a planner", "SAC alone", throws, error) for throws, error in ((300, 0.3), (3000, 0.09))]
