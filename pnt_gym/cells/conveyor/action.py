@@ -50,7 +50,7 @@ feasible at all picks of the levels that ship."""
 WIDEST: Final = np.pi / 3.0
 """Bearing of an action of 1, against straight across the belt [rad]; the planner's throws on `waste` stay within it."""
 WAY_FACTOR: Final = 8.0
-"""Way of an action of 1 over that of the fixed throw: to 0.80 m, and to 0.0125 m at -1; the planner's ways lie between."""
+"""Way of an action of 1 over that of the fixed throw: 0.80 m, and 0.0125 m at -1; the planner's ways lie between."""
 FROM_PLANNER: Final = (
     "release_speed", "elevation", "release_distance", "flight_time", "last_shift_along", "last_shift_across"
 )  # fmt: skip
