@@ -102,6 +102,13 @@ def test_out_of_reach_is_nan_for_all_arms():
     assert np.isnan(forward_kinematics(np.zeros(4), short_rods)).all()
 
 
+def test_one_arm_out_of_reach_makes_the_pose_unreachable():
+    reach = inverse_kinematics(np.random.default_rng(3).uniform(-2, 1, (4000, 3)))
+    bad = np.isnan(reach)
+    assert bad.any() and not bad.all()
+    assert (bad.all(axis=1) == bad.any(axis=1)).all()
+
+
 def test_the_ellipse_is_stricter_than_the_mechanism():
     corner = np.array([0.45, 0.65, -0.85])
     assert np.isfinite(inverse_kinematics(corner)).all()
