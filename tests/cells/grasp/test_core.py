@@ -244,16 +244,3 @@ def test_the_action_of_a_pixel_puts_the_cup_there() -> None:
 def test_a_level_in_which_a_grasp_makes_no_sense_is_refused(level: dict[str, Any], words: str) -> None:
     with pytest.raises(ConfigError, match=words):
         GraspConfig.load({"base": "grasp", **level})
-
-
-def test_bins_fill_by_the_throws_of_their_own_row() -> None:
-    """Rows that grasp while others throw keep what lies in their bins."""
-    bins = [{"name": name, "x": x, "y": 0.35, "size": [0.25, 0.25]} for name, x in (("a", -0.16), ("b", 0.16))]
-    level = {"grasp": {"picks": "belt"}, "bins": {"fixed": bins, "emptied": 60}, "picks_per_shift": 100}
-    batch, singles = cells(6, **level), [cells(1, seed=row, **level) for row in range(6)]
-    for _ in range(8):
-        for core in (batch, *singles):
-            step(core)
-    depth = batch.context.depth
-    assert len(np.unique(depth)) > 4
-    assert same_bits(depth, np.concatenate([core.context.depth for core in singles]))
