@@ -6,7 +6,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import tyro
 
@@ -18,13 +18,20 @@ from .ground.tables import Grid, console, throws_bar
 if TYPE_CHECKING:
     from .judging.comparison import Comparison
 
+FIGURES: Final = (
+    "Figures to compare, of which the first decides: landing_error_m, success, sorted_per_min; on a line "
+    "value_per_min, sorted_per_min, recovery, value_recovery."
+)
+
 
 @dataclass(frozen=True)
 class Arguments:
     """Let controllers throw the same held-out objects, and stop as soon as their difference is settled."""
 
     controllers: Annotated[
-        tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="A B [C ...]", name="controllers")
+        tuple[str, ...],
+        tyro.conf.Positional,
+        tyro.conf.arg(metavar="A B [C ...]", help_behavior_hint="(required)"),
     ] = ()
     """Two or more controllers, each as `--controller` of `evaluate` takes it."""
     trust: bool = False
@@ -33,9 +40,7 @@ class Arguments:
     """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
-    figures: Annotated[tuple[str, ...] | None, option("all", "NAME")] = None
-    """Figures to compare, of which the first decides: landing_error_m, success, sorted_per_min; on a line
-    value_per_min, sorted_per_min, recovery, value_recovery."""
+    figures: Annotated[tuple[str, ...] | None, option("all", "NAME ...", FIGURES)] = None
     margin: Annotated[float | None, option("none", "X")] = None
     """Stop also when the difference is settled to be smaller than this, in the unit of the first figure, such as mm."""
     cap: Annotated[float | None, option("100 mm of landing error", "X")] = None

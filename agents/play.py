@@ -32,7 +32,7 @@ class Arguments:
 
     Blue dots are the planned flight, orange dots the simulated flight, green is the target. Where a camera sees the
     objects, its colours, its depths and the controller's map of places stand at the right, with red rings around the
-    chosen place, and white ones around a place that failed before.
+    chosen place, and white rings around a place that failed before.
     """
 
     controller: Annotated[str, tyro.conf.arg(metavar="NAME|shipped:NAME|RUN_DIR|MODULE:CLASS|MODEL.zip")] = "analytic"

@@ -3,12 +3,14 @@
 import json
 import re
 import shlex
+import sys
 from functools import cache
 from pathlib import Path
 
+import gymnasium as gym
 import pytest
 
-from tests.tools.commands import environment, run_python
+from tests.tools.commands import call_here, environment, run_python
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = (ROOT / "docs" / "extend.md").read_text(encoding="utf-8")
@@ -67,12 +69,26 @@ def test_the_fourth_robot_is_judged_and_learned_like_the_others(folder, commands
     assert trained["env"] == "catapult:Catapult-v0"
 
 
-def test_the_controller_of_the_guide_learns_and_skips_failed_picks(folder, command):
+@pytest.fixture
+def importable(folder, monkeypatch):
+    """The guide's modules can be imported in this process, and are forgotten afterwards."""
+    monkeypatch.syspath_prepend(str(folder))
+    yield
+    for name in [name for name in sys.modules if name.partition(".")[0] in ("catapult", "halving")]:
+        del sys.modules[name]
+    for name in [name for name in gym.registry if name.startswith("Catapult")]:
+        del gym.registry[name]
+
+
+@pytest.mark.usefixtures("importable")
+def test_the_controller_of_the_guide_learns_and_skips_failed_picks(folder):
     """It practises and beats the planner on the same objects; no action of it is NaN where some picks fail."""
     files = [folder / f"{name}.json" for name in ("analytic", "halving", "planner", "waste", "online")]
     for file in files:
         (line,) = (line for line in COMMANDS if line.endswith(f"--json {file.name}"))
-        assert command(line).returncode == 0, command(line).stderr[-2000:]
+        _, *words = _arguments(line)
+        done = call_here(*words, folder=folder)
+        assert done.returncode == 0, done.stderr[-2000:]
     analytic, halving, planner, waste, online = (json.loads(file.read_text()) for file in files)
     assert halving["landing_error_mean_m"] < 0.7 * analytic["landing_error_mean_m"]
     assert waste["landing_error_mean_m"] < 0.9 * planner["landing_error_mean_m"]

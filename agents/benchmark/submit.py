@@ -28,8 +28,8 @@ from .submission import submission_name, submission_plan, take_along
 class Arguments:
     """Let a controller learn, throw the held-out throws of the benchmark, and write the outcomes to NAME.json.
 
-    The file and what it needs lie side by side then: the module of a controller of yours, or the policy of a run
-    folder. `pnt-gym verify NAME.json` repeats them.
+    Beside the file stands a copy of your module, or of the policy of your run folder. `pnt-gym verify NAME.json` throws
+    a sample of the outcomes again.
     """
 
     controller: Annotated[
@@ -38,7 +38,7 @@ class Arguments:
     """A class in one file of yours, the folder of a training run, or a controller's name."""
     by: str
     """Who submits the controller."""
-    about: str = ""
+    about: Annotated[str, option("none", "SENTENCE")] = ""
     """One sentence about the controller."""
     name: Annotated[str | None, option("that of the module, folder or controller", "NAME")] = None
     """Name of the submission."""

@@ -30,22 +30,22 @@ class Arguments:
     Exit code 1 says that the model does not fit the log; the results are written all the same.
     """
 
-    log: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="LOG.csv", name="log")] = None
-    """Log of throws, one row a throw; none for --design or --twins alone."""
+    log: Annotated[Path | None, tyro.conf.Positional, option("none", "LOG.csv")] = None
+    """Log of throws, one row a throw; no log is needed for --design or --twins alone."""
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "waste"
-    """The level that describes the cell so far; priors lie about its values."""
+    """The level that describes the cell so far; priors are centred on the values of this level."""
     out: Annotated[Path | None, option("none", "FILE.yaml")] = None
     """Write the fitted level, with intervals in comments."""
     page: Annotated[Path | None, option("none", "FILE.html")] = None
     """Write a page with predicted and measured landings."""
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write all figures to this file."""
-    free: Annotated[tuple[str, ...] | None, option("all", "NAME")] = None
+    free: Annotated[tuple[str, ...] | None, option("all", "NAME ...")] = None
     """Parameters that are not known: valve, tau, drag, camera_x, camera_y, encoder, stiffness."""
     prior: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, option("see docs/fit.md", "NAME=SD")] = ()
     """Standard deviation of a prior, such as camera_x=0.003 [m]; of the logarithm for tau, drag and stiffness."""
     design: Annotated[int | None, option("none", "N")] = None
-    """Choose the next N throws that tell most, beside what the log tells already."""
+    """Choose the next N throws, those that add most to the knowledge from the log."""
     plan: Annotated[Path | None, option("none", "FILE.csv")] = None
     """Write the throws of --design to this file, in the form of a log without results."""
     twins: Annotated[int | None, option("none", "N")] = None

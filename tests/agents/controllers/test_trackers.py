@@ -242,18 +242,6 @@ def test_another_number_of_rows_is_another_place(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", TRACKERS)
-def test_rows_are_independent(name: str) -> None:
-    together, asked = learned(name, 5), throws(5, 77)
-    for row in range(5):
-        alone = TRACKERS[name]()
-        alone.begin(everyone(1))
-        for pick in range(12):
-            z = np.linspace(-0.02, 0.02, 5)[:, None] + noise(5, pick)
-            alone.learn(throws(5, pick)[[row]], z[[row]], everyone(1))
-        np.testing.assert_allclose(alone.effect(asked[[row]])[0], together.effect(asked)[row], atol=1e-12)
-
-
-@pytest.mark.parametrize("name", TRACKERS)
 def test_rows_of_which_nothing_is_known_stay_as_they_are(name: str) -> None:
     tracker, asked = learned(name, 3), throws(3, 77)
     before = tracker.effect(asked)

@@ -58,7 +58,7 @@ def test_a_fit_finds_what_was_hidden() -> None:
 def test_a_vacuum_that_is_far_off_is_found() -> None:
     """Its vacuum decays 2.6 deviations slower; a search with narrow covariances takes that for accidents."""
     twin = make_twin(WASTE, 500_026, 40)
-    found, _ = posterior(twin.log, WASTE, priors(WASTE))
+    found, _ = posterior(twin.log, WASTE, priors(WASTE, (*SOME, "drag")))
     assert twin.scores[1] > 2.5
     assert found.best.z[1] == pytest.approx(twin.scores[1], abs=0.5)
     assert (found.best.regular > 0.5).mean() > 0.8

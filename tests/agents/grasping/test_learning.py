@@ -108,6 +108,14 @@ def test_a_network_learns_a_chance_and_keeps_it_in_a_file(tmp_path):
             PlaceNetwork.load(tmp_path / name)
 
 
+@pytest.fixture
+def few_steps(monkeypatch):
+    """Networks of places learn in a quarter of the steps."""
+    for name, steps in (("STEPS", 800), ("QUICK_STEPS", 150)):
+        monkeypatch.setattr(f"agents.grasping.practice.{name}", steps)
+
+
+@pytest.mark.usefixtures("few_steps")
 def test_practice_finds_better_places_than_chance(scenes, features):
     pytest.importorskip("torch")
     practice = practise("grasp", 2 * ROUND, seed=0)
@@ -147,7 +155,7 @@ def test_maps_of_pixels_learn_what_a_pixel_shows(scenes, features, tmp_path):
     worth = (bright[np.arange(500), pixel[:, 0], pixel[:, 1]] > 0.5).astype(np.float64)
     patches, inside = cut_patches(maps, pixel)
     network = PlaceMaps()
-    network.fit(patches, inside, worth, seed=0, epochs=60)
+    network.fit(patches, inside, worth, seed=0, epochs=35)
     expected = network.predict(maps)
     assert expected.shape == (500, 48, 48)
     row, column = features.pixel.T
@@ -183,6 +191,7 @@ def test_the_command_learns_a_map_of_pixels_that_a_controller_takes(tmp_path, ca
         np.testing.assert_allclose(place, best, atol=1e-6)
 
 
+@pytest.mark.usefixtures("few_steps")
 def test_the_command_learns_saves_and_compares(tmp_path, capsys):
     pytest.importorskip("torch")
     main(Arguments(tries=300, judge=50, out=tmp_path / "places.npz"))

@@ -243,21 +243,6 @@ def test_an_engine_warning_is_an_error_and_not_a_number(tmp_path, monkeypatch):
     assert np.isfinite(core.preview(np.zeros((2, 2))).landing_error).all()
 
 
-def test_an_oracle_that_looks_ahead_sorts_almost_everything():
-    count, scale = 48, np.array([0.20, 0.06])
-    core = make_core("waste_plain", count, seed=7)
-    action, errors = np.zeros((count, 2)), []
-    for _ in range(3):
-        seen = core.preview(action)
-        errors.append(seen.landing_error.mean())
-        action = np.clip(action - np.stack([seen.landing_along, seen.landing_across], 1) / scale, -1, 1)
-    info = core.step(action).info
-    assert errors[0] > 0.030
-    assert errors[2] < errors[1] < errors[0]
-    assert info["landing_error"].mean() < 0.006
-    assert info["is_success"].mean() >= 0.95
-
-
 def test_a_deliberate_miss_misses_by_what_the_action_says():
     core = make_core("ideal", 40)
     info = core.step(np.ones((40, 2))).info

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -9,6 +10,8 @@ from pnt_gym.cells.base.core import Step
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.groups import offsets
+from pnt_gym.cells.grasp.images import pixel_places
+from pnt_gym.errors import ActionError, ConfigError
 from tests.tools.throws import make_core, same_bits
 
 AGAIN, RIDE = 1.0, -1.0
@@ -196,3 +199,48 @@ def test_an_object_that_would_ride_out_of_reach_stays_where_it_can_be_thrown_fro
         assert (moved[~rides] == 0.0).all()
         assert ridden.plan.feasible.all()
         assert (ridden.spent == core.picks.spent + time).all()
+
+
+def test_a_pace_at_which_no_throw_reaches_its_target_is_raised_as_little_as_needed() -> None:
+    rules = {"stages": 1, "pace": [0.05, 1.0]}
+    slow = step(cells(32, grasp=rules), pace=-1.0).info
+    raised = slow["pace"] > 0.05 + 1e-9
+    assert 4 < raised.sum() < 32
+    assert same_bits(slow["residual_clipped"], raised)
+    below: Any = (np.maximum(0.97 * slow["pace"], 0.05) - 0.05) / 0.475 - 1.0
+    again = step(cells(32, grasp=rules), pace=below).info["pace"]
+    np.testing.assert_allclose(again[raised], slow["pace"][raised], rtol=0.01)
+
+
+def test_a_place_without_a_throw_is_moved_towards_the_middle_as_little_as_needed() -> None:
+    asked, rules = np.array([-0.1, -0.1]), {"stages": 1}
+    place = step(cells(64, grasp=rules), asked).info["place"]
+    share = place[:, :1] / asked[0]
+    np.testing.assert_allclose(place, share * asked, atol=1e-12)
+    assert 0 < (share < 1.0 - 1e-9).sum() < 32
+    again = step(cells(64, grasp=rules), np.minimum(1.02 * share, 1.0) * asked).info["place"]
+    np.testing.assert_allclose(again, place, atol=1e-4)
+
+
+def test_the_action_of_a_pixel_puts_the_cup_there() -> None:
+    env: Any = gym.make("PnTGrasp-v0", level={"base": "grasp", **FLIGHT}).unwrapped
+    env.reset(seed=0)
+    *_, info = env.step(env.pixel_action(20, 30))
+    np.testing.assert_allclose(info["place"], pixel_places()[20, 30], atol=1e-7)
+    for row, column in ((-1, 20), (20, 48), (0, 0)):
+        with pytest.raises(ActionError, match=r"pixel|picture"):
+            env.pixel_action(row, column)
+
+
+@pytest.mark.parametrize(
+    ("level", "words"),
+    [
+        ({"grasp": {"pace": [0.9, 0.3]}}, "grasp.pace runs from 0.9 to 0.3"),
+        ({"grasp": {"objects": 3, "picks": "belt"}}, "grasp.objects is 3; it must be 1 on the belt"),
+        ({"belt": {"tracking": False}}, "grasp.tries is 2; without belt.tracking it must be 1"),
+        ({"drift": {"delay": {"even": 0.005}}}, "no landing from which a drift could be learned"),
+    ],
+)
+def test_a_level_in_which_a_grasp_makes_no_sense_is_refused(level: dict[str, Any], words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        GraspConfig.load({"base": "grasp", **level})

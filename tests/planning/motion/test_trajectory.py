@@ -236,19 +236,6 @@ def test_times_of_all_paths_are_times_of_each():
     np.testing.assert_array_equal(path.jerk(times), path.jerk(np.tile(times, (12, 1))))
 
 
-def test_a_motion_that_is_over_goes_on_without_jerk():
-    zero = np.zeros((1, 3))
-    short = Segments(np.array([[0.1]]), np.array([[[10.0, 0.0, 0.0]]]))
-    still = coast(np.array([0.5]))
-    for parts in ((short, still), (still, short)):
-        path = JerkTrajectory.concatenate(zero, [superpose(*parts)])
-        late = path.sample([0.4])
-        # 10 m/s3 for 0.1 s, then its acceleration and velocity for 0.3 s more.
-        assert late.acceleration[0, 0, 0] == pytest.approx(1.0)
-        assert late.velocity[0, 0, 0] == pytest.approx(0.05 + 0.3)
-        assert late.position[0, 0, 0] == pytest.approx(0.01 / 6 + 0.05 * 0.3 + 0.5 * 0.09)
-
-
 def test_a_path_rests_outside_or_rides():
     start, belt = np.zeros((1, 3)), np.array([[0.5, 0.0, 0.0]])
     parts = [Segments(np.array([[0.2]]), np.array([[[0.0, 1.0, 0.0]]]))]

@@ -106,19 +106,6 @@ def test_home_of_the_prototype_is_symmetric_with_room_to_both_sides():
     assert (q > -85 + 45).all() and (q < 45 - 45).all()
 
 
-def test_symmetry_of_the_mechanism():
-    q = inverse_kinematics(POSES)
-    np.testing.assert_allclose(inverse_kinematics(POSES * [-1, 1, 1, 1]), q[:, [2, 1, 0, 3]], atol=1e-14)
-    np.testing.assert_allclose(inverse_kinematics(POSES * [1, -1, 1, 1]), q[:, [0, 3, 2, 1]], atol=1e-14)
-
-
-def test_folding_in_place_moves_arms_two_and_four_only():
-    poses = np.column_stack([np.tile([0.03, -0.02, -0.2], (5, 1)), np.deg2rad([-60, -50, -45, -40, -30])])
-    q = inverse_kinematics(poses)
-    assert np.ptp(q[:, [0, 2]], axis=0).max() < 1e-15
-    assert (np.diff(q[:, [1, 3]], axis=0) > 0).all()
-
-
 def test_strokes_count_outward_and_upward():
     poses = np.random.default_rng(4).uniform([-0.2, -0.2, -0.3, -1.0], [0.2, 0.2, -0.05, -0.5], (20_000, 4))
     q, bounded = inverse_kinematics(poses), inverse_kinematics(poses, strokes=True)
