@@ -116,14 +116,14 @@ class ThrowLog:
     @classmethod
     def of_throws(cls, context: Context, plans: ReleaseBatch) -> ThrowLog:
         """What a cell knows of N coming throws; nothing hidden is read, and results are NaN."""
-        measured, count = context.measured, len(context.pick)
+        measured, count = context.objects.measured, len(context.pick)
         empty = np.full(count, np.nan)
         return cls(
             kind=measured.kind.copy(), pick=context.pick.copy(), release=plans.position.copy(),
             velocity=plans.velocity.copy(), percent=context.objects.percent.copy(),
             belt_speed=np.full(count, context.belt_speed), target=context.target[:, :2].copy(),
             size=measured.size.copy(), mass=measured.mass.copy(), seal=measured.seal.copy(), yaw=measured.yaw.copy(),
-            grasp=context.measured_grasp.copy(), sealed=empty, lost=empty.copy(),
+            grasp=context.objects.measured_grasp.copy(), sealed=empty, lost=empty.copy(),
             landing=np.full((count, 2), np.nan),
         )  # fmt: skip
 

@@ -1,18 +1,18 @@
-"""Grips of N suction cups: whether a cup seals, and whether it holds the object until the release."""
+"""Grips of N suction cups: whether a cup seals, whether it holds the object until the release, and how they part."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import Final, Self, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.grip import Hold
+from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.objects.outline import inside_outline
-from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.objects.records import Objects, inside_outline
 from pnt_gym.planning.motion.trajectory import HandPath
 
 LEAST_ACCELERATION: Final = 2.0
@@ -41,6 +41,40 @@ class Grips:
     def unthrown(self) -> Bools:
         """Which objects are dropped or were never held, and so get no spin from a release (N,)."""
         return self.dropped | ~self.picked
+
+
+@final
+@dataclass(frozen=True)
+class Parting:
+    """State of N objects at the moment of release, relative to the tips of their cups."""
+
+    centre: Floats
+    """Centre of mass relative to the tip (N, 3) [m]."""
+    velocity: Floats
+    """Velocity relative to the hand (N, 3) [m/s]."""
+    attitude: Floats
+    """Attitude as quaternions, w first (N, 4)."""
+    rate: Floats
+    """Angular velocity in the object's axes (N, 3) [rad/s]."""
+    push: Floats
+    """The part of the velocity that comes from blown air, downwards (N,) [m/s]."""
+    unsure: Bools
+    """Whether the object touched the belt or the solid part of its cup, which only the engine simulates (N,)."""
+
+    @classmethod
+    def hanging(cls, context: Context, push: Floats) -> Self:
+        """Objects that hang rigidly under their cups, and get their spin and a push (N,) [m/s] at the release."""
+        o = context.objects
+        velocity = np.zeros_like(context.hanging)
+        velocity[:, 2] = -push
+        return cls(
+            centre=context.hanging,
+            velocity=velocity,
+            attitude=yaw_attitude(o.yaw),
+            rate=to_body_axes(o.spin, o.yaw),
+            push=push,
+            unsure=np.zeros(len(push), dtype=np.bool_),
+        )
 
 
 def picked(context: Context, config: ConveyorConfig) -> Bools:
