@@ -70,11 +70,11 @@ FEATURES: Final = (
     ),
     Feature(
         "grasp_along", "m", 0.0, 0.010, "measured centre of mass from the cup, along the throw",
-        lambda c: c.objects.measured_grasp_in_throw[0],
+        lambda c: c.measured_grasp_in_throw[0],
     ),
     Feature(
         "grasp_across", "m", 0.0, 0.010, "measured centre of mass from the cup, left of the throw",
-        lambda c: c.objects.measured_grasp_in_throw[1],
+        lambda c: c.measured_grasp_in_throw[1],
     ),
 )  # fmt: skip
 TABLE: Final = FeatureTable(FEATURES)
