@@ -123,7 +123,7 @@ class ThrowLog:
             velocity=plans.velocity.copy(), percent=context.objects.percent.copy(),
             belt_speed=np.full(count, context.belt_speed), target=context.target[:, :2].copy(),
             size=measured.size.copy(), mass=measured.mass.copy(), seal=measured.seal.copy(), yaw=measured.yaw.copy(),
-            grasp=context.objects.measured_grasp.copy(), sealed=empty, lost=empty.copy(),
+            grasp=context.measured_grasp.copy(), sealed=empty, lost=empty.copy(),
             landing=np.full((count, 2), np.nan),
         )  # fmt: skip
 

@@ -89,7 +89,7 @@ def test_yaw_and_grasp_are_seen_in_the_frame_of_the_throw(core):
     relative = context.objects.measured.yaw - heading
     np.testing.assert_allclose(values["cos_2yaw"], np.cos(2 * relative), atol=2e-6)
     np.testing.assert_allclose(values["sin_2yaw"], np.sin(2 * relative), atol=2e-6)
-    grasp = context.objects.measured_grasp
+    grasp = context.measured_grasp
     along = grasp[:, 0] * np.cos(heading) + grasp[:, 1] * np.sin(heading)
     across = grasp[:, 1] * np.cos(heading) - grasp[:, 0] * np.sin(heading)
     inside = (np.abs(along) < 0.049) & (np.abs(across) < 0.049)
