@@ -140,8 +140,8 @@ def judge(
         log: file of a log of the evaluated throws; None for no log.
 
     Raises:
-        UsageError: the throws of the environment have no log, practice, `online` or a file is given for a controller that does not learn, or the file does not fit
-            this controller.
+        UsageError: the throws of the environment have no log; or practice, `online` or a file is given for a controller
+            that does not learn, or the file does not fit this controller.
     """
     steps = practice_steps(controller, trial.practice(controller), practice, load, save)
     check_learns(controller, online=online)
