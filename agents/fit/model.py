@@ -17,12 +17,12 @@ from pnt_gym.cells.base.items import ItemTable, item_arrays
 from pnt_gym.cells.base.settling import Airborne
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context, apply_bias, constant_bias, unseen_grasp
-from pnt_gym.cells.conveyor.cup.hold import Grips, true_hold
+from pnt_gym.cells.conveyor.cup.hold import Grips, inside_outline, true_hold
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.free import cross_rims
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.objects.drawing import random_spin, release_delay, spin_at_grasp
-from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Draws, Measured, Objects, inside_outline
+from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Draws, Measured, Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.straight.plan import ReleaseBatch

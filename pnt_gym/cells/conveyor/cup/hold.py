@@ -9,10 +9,11 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.grip import Hold
+from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.objects.records import Objects, inside_outline
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.trajectory import HandPath
 
 LEAST_ACCELERATION: Final = 2.0
@@ -97,6 +98,22 @@ def seal_chance(context: Context) -> Floats:
     objects = context.objects
     inside, radius = inside_outline(objects, -context.grasp), objects.cup_radius
     return objects.pick_chance * np.minimum(np.maximum((inside + radius) / (2.0 * radius), 0.0), 1.0)
+
+
+def inside_outline(objects: Objects, place: Floats) -> Floats:
+    """Distance of points from the outlines of objects in top view (N,) [m]; positive inside, negative outside.
+
+    The distance from an ellipse is scaled by the ellipse's smaller half axis: exact for a circle.
+
+    Args:
+        objects: N objects.
+        place: one point per object, relative to the object's middle, along world x, y (N, 2) [m].
+    """
+    from pnt_gym.cells.conveyor.objects.kernel import find_inside  # noqa: PLC0415 - numba takes a while
+
+    inside = np.empty(len(place))
+    find_inside(objects.shape == ELLIPSOID, objects.size, objects.yaw, place, inside)
+    return inside
 
 
 def grips(context: Context, sealed: Bools, path: HandPath, release_time: Floats, config: ConveyorConfig) -> Grips:

@@ -6,6 +6,7 @@ import pytest
 from pnt_gym.cells.base.cell import Purpose, draw_aside, side_generator
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID, item_arrays
+from pnt_gym.cells.conveyor.cup.hold import inside_outline
 from pnt_gym.cells.conveyor.objects.drawing import (
     NORMALS,
     UNIFORMS,
@@ -14,7 +15,7 @@ from pnt_gym.cells.conveyor.objects.drawing import (
     random_spin,
     release_delay,
 )
-from pnt_gym.cells.conveyor.objects.records import inside_outline, objects_in_block
+from pnt_gym.cells.conveyor.objects.records import objects_in_block
 from tests.tools.throws import parts_of, same_bits, vary
 
 COUNT = 400
