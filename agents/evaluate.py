@@ -79,10 +79,9 @@ def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
     from .ground.starters import assumed_values, show_assumed
     from .judging.evaluation import judge
-    from .judging.throws.recorder import Recorder
     from .judging.trials import check_options, controller_with, open_trial
     from .learning.trained import resolve_task
-    from .pictures.stage import Stage
+    from .pictures.stage import film
 
     at_least(vars(arguments), picks=1, shifts=1, seed=0, num_envs=1, threads=1, practice=0)
     check_writable(arguments.json, arguments.save, arguments.picture, arguments.video, arguments.log)
@@ -96,10 +95,8 @@ def main(arguments: Arguments) -> None:
         controller = controller_with(trial, arguments.controller, settings, trust=arguments.trust)
         controller.reset(arguments.seed)
         count = getattr(arguments, trial.option, None) or trial.count()
-        chosen = {name: getattr(arguments, name) for name in ("practice", "online", "load", "save")}
-        recorder = None if arguments.log is None else Recorder(trial.core)
-        watch = None if recorder is None else recorder.watch
-        record, practice, conditions = judge(trial, controller, count, arguments.seed, watch=watch, **chosen)
+        chosen = {name: getattr(arguments, name) for name in ("practice", "online", "load", "save", "log")}
+        record, practice, conditions = judge(trial, controller, count, arguments.seed, **chosen)
         config = trial.core.config
     report = {"level": config.name, "seed": arguments.seed, "practice": practice, **record.report()}
     report |= assumed_values(config)
@@ -110,12 +107,9 @@ def main(arguments: Arguments) -> None:
     if arguments.picture is not None and (drawing := record.picture()) is not None:
         deliver_text(arguments.picture, drawing)
     if arguments.video is not None:
-        stage_args, trust = (arguments.controller, env_id, config, arguments.seed), arguments.trust
-        with closing(Stage(*stage_args, trust=trust, release=arguments.release)) as stage:
-            stage.film(arguments.video)
+        stage_args = arguments.controller, env_id, config, arguments.seed
+        film(arguments.video, *stage_args, trust=arguments.trust, release=arguments.release)
         console().print(f"a film of the first {trial.step}s is in {arguments.video}")
-    if arguments.log is not None and recorder is not None:
-        deliver_text(arguments.log, recorder.text(record, arguments.seed))
     if arguments.json is not None:
         deliver_json(arguments.json, {"env": env_id, "controller": arguments.controller, **report})
         console().print(f"every {trial.step} is in {arguments.json}")

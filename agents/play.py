@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import closing
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,13 +12,10 @@ import numpy as np
 import tyro
 
 from .ground.cli import UsageError, at_least, check_libraries, option, run
-from .ground.environments import find_environment
-from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable, deliver_text
+from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable
 from .ground.tables import console
-from .judging.throws.recorder import Recorder
-from .learning.trained import resolve_task
 from .pictures.stage import Stage
-from .pictures.studio import load_viewer
+from .pictures.studio import show_live
 
 VIEWER = (
     "Show the throws live, with their figures, until the viewer is closed. Level and controller can be changed in the "
@@ -78,28 +76,19 @@ def main(arguments: Arguments) -> None:
     if arguments.picture is not None:
         check_libraries("PIL")
     if arguments.viewer is not None:
-        show(arguments, arguments.viewer)
+        show_live(
+            arguments.viewer, arguments.controller, arguments.env, arguments.level, partial(open_stage, arguments)
+        )
         return
     with closing(open_stage(arguments, arguments.controller, arguments.level)) as stage:
         if arguments.video is not None:
-            _film(stage, arguments, arguments.video)
+            stage.film(arguments.video, arguments.picks, arguments.slow, arguments.log)
+            for output, file in (("log", arguments.log), ("video", arguments.video)):
+                if file is not None:
+                    console().print(f"{output} in {file}")
         elif arguments.picture is not None:
             stage.draw(arguments.picture, arguments.at)
             console().print(f"picture of a throw in {arguments.picture}")
-
-
-def _film(stage: Stage, arguments: Arguments, file: Path) -> None:
-    """Film the throws, and write their log if asked for."""
-    if arguments.log is None:
-        stage.film(file, arguments.picks, arguments.slow)
-    else:
-        recorder = Recorder(stage.core)
-        stage.begin_watched(recorder.watch)
-        stage.steps = recorder.keep(stage.steps)
-        stage.film(file, arguments.picks, arguments.slow)
-        deliver_text(arguments.log, recorder.all_text(arguments.seed))
-        console().print(f"log in {arguments.log}")
-    console().print(f"video in {file}")
 
 
 def _check_effects(arguments: Arguments) -> None:
@@ -117,16 +106,6 @@ def _check_effects(arguments: Arguments) -> None:
 def open_stage(arguments: Arguments, controller: str, level: str | None) -> Stage:
     """The stage for a controller and a level, either of which a viewer may have changed."""
     return Stage(controller, arguments.env, level, arguments.seed, trust=arguments.trust, throws=arguments.throws)
-
-
-def show(arguments: Arguments, viewer: str) -> None:
-    """Show throws in a viewer until the viewer is closed."""
-    screen = load_viewer(viewer)
-    env_id, level, _ = resolve_task(arguments.controller, arguments.env, arguments.level, None)
-    default_level = find_environment(env_id).kwargs.get("level", "nominal")
-    first = screen.Choice(arguments.controller, level or default_level)
-    page = "web" if viewer == "web" else ""
-    screen.watch(lambda choice: open_stage(arguments, choice.controller, choice.level), first, page)
 
 
 if __name__ == "__main__":

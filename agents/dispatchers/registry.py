@@ -39,6 +39,23 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     SEARCHED: lambda core, **found: ScoreController(SEARCHED, Scorer.linear(**found)),
 }
 NAMES: Final = tuple(_RULES)
+CHOICES: Final[Mapping[str, str]] = {
+    "random": "a random choice, all equally likely",
+    "fifo": "the object that leaves the window first (first in, first out)",
+    "spt": "the choice with the shortest cycle",
+    "value_rate": "the choice with the greatest value x chance / cycle",
+    "atc": "the choice with the greatest value x chance / cycle x exp(-slack / k): among choices of equal worth the "
+    "most urgent (Vepsalainen and Morton 1987)",
+    "price": "as `atc`, with less value for an object that a robot downstream can take too",
+    "pair": "the first of the two picks that together earn the most value a second",
+    "beam": "the first pick of the robot's best plan for its next 4 s, by beam search",
+    "price_beam": "as `beam`, with less value for an object that a robot downstream can take too",
+    "joint_beam": "as `beam`, planned for all robots of the line at once",
+    "guided_beam": "one of the four choices that a scorer (`index` or a training run) likes best: the choice with the "
+    "greatest sum of its score and the value of the best plan of the next 3 s that begins with it",
+    "index": "the choice with the greatest sum of the log of `atc`'s index and weighted entries, found by CMA-ES",
+}
+"""The choice of each controller of a line."""
 
 
 def line_core(env: Env) -> LineCore:

@@ -15,15 +15,13 @@ from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_column
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import ItemTable, item_arrays
 from pnt_gym.cells.base.settling import Airborne
-from pnt_gym.cells.conveyor.bias import apply_bias, constant_bias, unseen_grasp
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
-from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.hold import Grips, true_hold
+from pnt_gym.cells.conveyor.context import Context, apply_bias, constant_bias, unseen_grasp
+from pnt_gym.cells.conveyor.cup.hold import Grips, inside_outline, true_hold
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.free import cross_rims
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.objects.drawing import random_spin, release_delay, spin_at_grasp
-from pnt_gym.cells.conveyor.objects.outline import inside_outline
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Draws, Measured, Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -171,7 +169,8 @@ class ThrowModel:
         objects = base.replace(delay=np.maximum(delay + hidden.jitter, 0.0), spin=spin)
         picks = take(self._picks.replace(objects=self._objects["mean"], plan=self.releases), hidden.row)
         shift = hidden.belt_error * (picks.pick[:, 0] - config.belt.camera_x)
-        return apply_bias(picks.replace(objects=objects, belt_shift=shift), config)
+        picks = picks.replace(objects=objects, belt_shift=shift)
+        return apply_bias(picks, config) if config.bias.applies else picks
 
     def _fly(self, context: Context, row: Ints, config: ConveyorConfig, watch: bool = False) -> tuple[Floats, Bools]:
         """Landings of throws (M, 2) [m], and if watched, which objects the cup touches again (M,)."""

@@ -15,9 +15,11 @@ from ..controllers.state import check_learns, practice_steps, save_state
 from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError, at_least
 from ..ground.environments import Env, as_vector, make_vector
+from ..ground.outputs import deliver_text
 from ..ground.tables import throws_bar
 from .loop import Progress
 from .record import Record, Row
+from .throws.recorder import Recorder
 from .trial import Trial
 from .trials import trial_of
 
@@ -122,7 +124,7 @@ def judge(
     online: bool = False,
     load: Path | None = None,
     save: Path | None = None,
-    watch: Callable[[Controller], Controller] | None = None,
+    log: Path | None = None,
 ) -> Judgement:
     """Let a controller practise, then evaluate it, with a progress bar for each.
 
@@ -135,14 +137,15 @@ def judge(
         online: let the controller go on learning during the evaluation.
         load: file of a state that the controller begins with.
         save: file to which the learned state is saved.
-        watch: returns the controller that carries out the evaluation, after the practice; None for this one.
+        log: file of a log of the evaluated throws; None for no log.
 
     Raises:
-        UsageError: practice, `online` or a file is given for a controller that does not learn, or the file does not fit
-            this controller.
+        UsageError: the throws of the environment have no log; or practice, `online` or a file is given for a controller
+            that does not learn, or the file does not fit this controller.
     """
     steps = practice_steps(controller, trial.practice(controller), practice, load, save)
     check_learns(controller, online=online)
+    recorder = None if log is None else Recorder(trial.core)
     name = trial.core.config.name
     conditions = f"level {name}, {count} {trial.unit}, seed {seed}"
     conditions += f", after {steps} practice {trial.step}s" if steps else ""
@@ -152,10 +155,12 @@ def judge(
             advance = partial(bar.advance, bar.add_task("practice", total=steps))
             judged = trial.practise(controller, steps, seed, progress=advance)
         advance = partial(bar.advance, bar.add_task("evaluation", total=count))
-        judged = judged if watch is None else watch(judged)
+        judged = judged if recorder is None else recorder.watch(judged)
         record = trial.run(judged, count, seed, online=online, progress=advance)
     if save is not None and isinstance(controller, Learner):
         save_state(controller, save)
+    if recorder is not None and log is not None:
+        deliver_text(log, recorder.text(record, seed))
     return Judgement(record, steps, conditions)
 
 

@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple, Protocol, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.conveyor.objects.outline import half_extent
+from pnt_gym.cells.conveyor.objects.records import half_extent
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.stream import Stream
 

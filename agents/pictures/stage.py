@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Final, final
 
@@ -11,7 +12,8 @@ from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.grasp.core import GraspCore
 
 from ..controllers.protocol import Controller
-from ..ground.outputs import deliver
+from ..ground.outputs import deliver, deliver_text
+from ..judging.throws.recorder import Recorder
 from ..judging.trials import open_trial
 from ..learning.trained import resolve_task
 from .seen import SeenController, SeenView
@@ -72,16 +74,26 @@ class Stage:
         """Begin the steps anew, with the controller inside another one that watches the controller."""
         self.steps = self._trial.steps(watch(self._actor), self._seed)
 
-    def film(self, file: Path, picks: int | None = None, slow: int = 1) -> None:
+    def film(self, file: Path, picks: int | None = None, slow: int = 1, log: Path | None = None) -> None:
         """Film a number of throws or decisions.
 
         Args:
             file: file of the video.
             picks: number of throws or decisions; None for the default of the kind of trial.
             slow: factor by which the video is slower than real time.
+            log: file of a log of the filmed throws; None for no log.
+
+        Raises:
+            UsageError: a log is asked for, and the throws of the environment have none.
         """
+        recorder = None if log is None else Recorder(self.core)
+        if recorder is not None:
+            self.begin_watched(recorder.watch)
+            self.steps = recorder.keep(self.steps)
         steps = self._trial.film_steps(self.steps, picks)
         deliver(file, lambda path: record_video(self._shown, steps, path, slow=slow))
+        if recorder is not None and log is not None:
+            deliver_text(log, recorder.all_text(self._seed))
 
     def advance(self, moment: float) -> None:
         """Carry out steps until a picture at a moment [s] can be drawn."""
@@ -101,3 +113,9 @@ class Stage:
         """Close the view and the environment; safe to call twice."""
         self.view.close()
         self._trial.close()
+
+
+def film(file: Path, *stage: Any, **options: Any) -> None:
+    """Film the first steps of a new stage, whose arguments are those of `Stage`."""
+    with closing(Stage(*stage, **options)) as new:
+        new.film(file)

@@ -1,12 +1,34 @@
-"""The module of the live viewer, loaded where it is asked for."""
+"""The live viewer, loaded where it is asked for."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from pnt_gym.engine import has_display
 
 from ..ground.cli import UsageError
+from ..ground.environments import find_environment
+from ..learning.trained import resolve_task
+from .stage import Stage
+
+
+def show_live(
+    kind: str, controller: str, env: str | None, level: str | None, open_stage: Callable[[str, str], Stage]
+) -> None:
+    """Show throws in a viewer until the viewer is closed.
+
+    Args:
+        kind: "native" or "web".
+        controller: first controller, as `--controller` takes it.
+        env: as `--env` takes it; None for the environment of the controller's training, or the default.
+        level: first level; None for the level of the controller's training, or the environment's own.
+        open_stage: returns the stage of a controller and a level, either of which the viewer may have changed.
+    """
+    screen = load_viewer(kind)
+    env_id, level, _ = resolve_task(controller, env, level, None)
+    first = screen.Choice(controller, level or find_environment(env_id).kwargs.get("level", "nominal"))
+    screen.watch(lambda choice: open_stage(choice.controller, choice.level), first, "web" if kind == "web" else "")
 
 
 def load_viewer(kind: str) -> Any:

@@ -29,7 +29,7 @@ from benchmarks.studies.cells import (
 from pnt_gym.arrays import concatenate_records, length
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.cup.parting import Parting
+from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.planning.motion.trajectory import JerkTrajectory
 

@@ -13,9 +13,9 @@ import torch
 
 from agents.controllers import make_controller
 from agents.controllers.protocol import Controller, Observation, Outcome
-from agents.data.collection import unpack_episodes
-from agents.data.crew import Crew
-from agents.data.episodes import Episode
+from agents.dataset.collection import unpack_episodes
+from agents.dataset.crew import Crew
+from agents.dataset.episodes import Episode
 from agents.ground.amounts import NUM_ENVS
 from agents.ground.environments import Env, core_of
 from agents.judging.trials import open_trial

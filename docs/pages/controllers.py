@@ -7,12 +7,12 @@ from typing import Any
 
 import pnt_gym
 from agents.controllers import NAMES, Controller, Learner, make_controller
+from agents.controllers.described import describe_controller
+from agents.dispatchers.registry import CHOICES, line_controller, line_core
 from agents.dispatchers.registry import NAMES as line_names
-from agents.dispatchers.registry import line_controller, line_core
 from agents.ground.cli import UsageError
 from agents.ground.environments import config_of, make_vector
 from agents.ground.shipped import POLICIES, PREFIX
-from agents.roster import LINE, describe_controller
 
 from .environments import STAGED
 from .marks import table
@@ -51,7 +51,7 @@ def controller_table(_: str) -> str:
 def line_controller_table(_: str) -> str:
     """A table of the controllers of a line."""
     core = line_core(make_vector("PnTLine-v0", num_envs=1, threads=1))
-    rows = [(f"`{name}`", LINE[name]) for name in line_names if line_controller(name, core).name == name]
+    rows = [(f"`{name}`", CHOICES[name]) for name in line_names if line_controller(name, core).name == name]
     return table(("controller", "its choice"), rows)
 
 

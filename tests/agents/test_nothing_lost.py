@@ -165,7 +165,7 @@ def test_a_disk_that_is_full_costs_no_more_than_the_leg(run: Path, here: Path, s
 LEARNS = ("torch", "stable_baselines3", "sb3_contrib")
 OURS = (
     *(f"agents.learning.{name}" for name in ("progress", "sb3", "vec_env")), "agents.policies.weights",
-    "agents.data.offline",
+    "agents.dataset.offline",
 )  # fmt: skip
 """What of ours imports them, or what writes a dataset."""
 MISSING = [
@@ -230,7 +230,7 @@ def test_a_library_that_is_not_there_is_named_with_what_brings_it(
     small_reproduction(here / "results")
     for name in [n for n in sys.modules if n.partition(".")[0] == library or n in OURS]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delattr("agents.data.offline", raising=False)  # which its package would still know
+    monkeypatch.delattr("agents.dataset.offline", raising=False)  # which its package would still know
     monkeypatch.setitem(sys.modules, library, None)
     said = refused(*command)
     assert f"needs {library}" in said

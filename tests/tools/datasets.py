@@ -5,7 +5,7 @@ from typing import Any
 import minari
 import numpy as np
 
-from agents.data.episodes import FIGURES
+from agents.dataset.episodes import FIGURES
 from agents.ground.environments import get_hidden
 from agents.ground.infos import LANDING
 from tests.tools.commands import answered

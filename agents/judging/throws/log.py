@@ -116,7 +116,7 @@ class ThrowLog:
     @classmethod
     def of_throws(cls, context: Context, plans: ReleaseBatch) -> ThrowLog:
         """What a cell knows of N coming throws; nothing hidden is read, and results are NaN."""
-        measured, count = context.measured, len(context.pick)
+        measured, count = context.objects.measured, len(context.pick)
         empty = np.full(count, np.nan)
         return cls(
             kind=measured.kind.copy(), pick=context.pick.copy(), release=plans.position.copy(),

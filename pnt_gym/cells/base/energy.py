@@ -21,7 +21,7 @@ def loads_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float) -> t
         steps: number of steps that count, for each simulation (N,).
         step: length of a step [s].
     """
-    from pnt_gym.cells.base.energy_kernel import fill_loads_of_steps  # noqa: PLC0415 - numba takes a while
+    from pnt_gym.cells.base.load_kernel import fill_loads_of_steps  # noqa: PLC0415 - numba takes a while
 
     largest, work = np.empty(len(torque)), np.empty(len(torque))
     fill_loads_of_steps(torque, speed, steps, step, largest, work)
@@ -36,7 +36,7 @@ def loads_between(torque: Floats, speed: Floats, times: Floats) -> tuple[Floats,
         speed: of the motor's joint (N, K, J) [rad/s].
         times: the moments, which increase (N, K) [s].
     """
-    from pnt_gym.cells.base.energy_kernel import fill_loads_between  # noqa: PLC0415 - numba takes a while
+    from pnt_gym.cells.base.load_kernel import fill_loads_between  # noqa: PLC0415 - numba takes a while
 
     largest, work = np.empty(len(torque)), np.empty(len(torque))
     fill_loads_between(torque, speed, times, largest, work)

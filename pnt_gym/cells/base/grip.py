@@ -70,7 +70,7 @@ class Hold:
         Returns:
             The margins, and the indices of the first accelerations with a margin below 1; -1 where there is none.
         """
-        from pnt_gym.cells.base.holding import find_smallest_margins  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.cells.base.load_kernel import find_smallest_margins  # noqa: PLC0415 - numba takes a while
 
         holds = np.array([self.force, self.mass, self.friction, self.depth, self.offset, self.radius])
         margin, lost_at = np.empty(len(counts)), np.empty(len(counts), dtype=np.int64)

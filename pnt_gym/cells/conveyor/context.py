@@ -11,7 +11,9 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints, dot, join_columns
 from pnt_gym.cells.base.rotations import to_body_axes
 from pnt_gym.cells.base.sorting import Belt
-from pnt_gym.cells.conveyor.objects.records import Measured, Objects
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.records import Record
@@ -160,7 +162,7 @@ class Context(Record):
     @cached_property
     def relative_yaw(self) -> Floats:
         """Measured yaw of the object from the throw's heading (N,) [rad]."""
-        return self.measured.yaw - np.arctan2(self.direction[:, 1], self.direction[:, 0])
+        return self.objects.measured.yaw - np.arctan2(self.direction[:, 1], self.direction[:, 0])
 
     @cached_property
     def visible_grasp(self) -> Floats:
@@ -202,14 +204,9 @@ class Context(Record):
         return offset
 
     @cached_property
-    def measured(self) -> Measured:
-        """Measurements of the objects."""
-        return self.objects.measured
-
-    @cached_property
     def measured_grasp(self) -> Floats:
         """Measured centre of mass relative to the cup axis, along world x, y (N, 2) [m]."""
-        return self.visible_grasp + self.measured.grasp_noise
+        return self.visible_grasp + self.objects.measured.grasp_noise
 
     @cached_property
     def measured_grasp_in_throw(self) -> tuple[Floats, Floats]:
@@ -243,3 +240,32 @@ class Context(Record):
 def belt_shift(objects: Objects, pick: Floats, belt: Belt) -> Floats:
     """Grasp offset along x that the belt-speed error adds to objects at picks (N, 3): (N,) [m]."""
     return objects.belt_error * (pick[:, 0] - belt.camera_x)
+
+
+def constant_bias(config: ConveyorConfig, count: int) -> HiddenDrift:
+    """The constants of the level's section `bias` as hidden values of N cells, scaled by the mismatch."""
+    bias, m = config.bias, config.mismatch
+    return HiddenDrift.zero(count)._replace(
+        delay=np.full(count, m * bias.delay),
+        camera=np.tile(m * np.array(bias.camera), (count, 1)),
+        encoder=np.full(count, m * bias.encoder),
+    )
+
+
+def unseen_grasp(hidden: HiddenDrift, pick: Floats, belt: Belt) -> Floats:
+    """Grasp offset that camera and encoder add to objects at picks (N, 3), which no sensor measures (N, 2) [m]."""
+    offset = hidden.camera.copy()
+    offset[:, 0] += hidden.encoder * (pick[:, 0] - belt.camera_x)
+    return offset
+
+
+def apply_bias(context: Context, config: ConveyorConfig) -> Context:
+    """Picks whose objects have the constants of the section `bias`; measurements and plans do not change."""
+    objects, hidden = context.objects, constant_bias(config, len(context.pick))
+    unseen = unseen_grasp(hidden, context.pick, config.belt)
+    changed = objects.replace(
+        drag=objects.drag * (1.0 + config.mismatch * config.bias.drag),
+        delay=np.maximum(objects.delay + hidden.delay, 0.0),
+        spin=spin_at_grasp(objects, objects.grasp + unseen, config),
+    )
+    return context.replace(objects=changed, drift=hidden, unseen=unseen)

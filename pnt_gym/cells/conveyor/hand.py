@@ -13,8 +13,7 @@ from pnt_gym.cells.base.plant import step_counts
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.clearance import FORESIGHT, MARGIN, follow_passage, predict_passage, touches
-from pnt_gym.cells.conveyor.cup.hold import Grips, grips, picked
-from pnt_gym.cells.conveyor.cup.parting import Parting
+from pnt_gym.cells.conveyor.cup.hold import Grips, Parting, grips, picked
 from pnt_gym.cells.conveyor.cup.swing import Spring, springs, swing_objects
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.planning.straight.plan import ReleaseBatch

@@ -20,7 +20,7 @@ from pnt_gym.constants import GRAVITY
 
 def _frontal(context: Context) -> Floats:
     """Measured area that faces the throw (N,) [m2]."""
-    length, width, height = context.measured.size.T
+    length, width, height = context.objects.measured.size.T
     turned = context.relative_yaw
     return height * (length * np.abs(np.sin(turned)) + width * np.abs(np.cos(turned)))
 
@@ -37,28 +37,28 @@ FEATURES: Final = (
     Feature("elevation", "rad", 0.45, 0.30, "elevation of the nominal throw", lambda c: c.plan.angle),
     Feature("release_distance", "m", 0.35, 0.20, "way to the release in the nominal plan", lambda c: c.plan.distance),
     Feature("flight_time", "s", 0.28, 0.10, "nominal flight time, without drag", lambda c: c.plan.flight_time),
-    Feature("length", "m", 0.12, 0.06, "measured extent along the object", lambda c: c.measured.size[:, 0]),
-    Feature("width", "m", 0.07, 0.03, "measured extent across the object", lambda c: c.measured.size[:, 1]),
-    Feature("height", "m", 0.05, 0.03, "measured vertical extent", lambda c: c.measured.size[:, 2]),
-    Feature("is_ellipsoid", "-", 0.5, 0.5, "shape, one-hot", lambda c: c.measured.shape == ELLIPSOID),
-    Feature("is_cylinder", "-", 0.5, 0.5, "shape, one-hot", lambda c: c.measured.shape == CYLINDER),
-    Feature("is_box", "-", 0.5, 0.5, "shape, one-hot", lambda c: c.measured.shape == BOX),
-    Feature("ln_mass", "ln kg", -4.2, 0.8, "logarithm of the measured mass", lambda c: np.log(c.measured.mass)),
+    Feature("length", "m", 0.12, 0.06, "measured extent along the object", lambda c: c.objects.measured.size[:, 0]),
+    Feature("width", "m", 0.07, 0.03, "measured extent across the object", lambda c: c.objects.measured.size[:, 1]),
+    Feature("height", "m", 0.05, 0.03, "measured vertical extent", lambda c: c.objects.measured.size[:, 2]),
+    Feature("is_ellipsoid", "-", 0.5, 0.5, "shape, one-hot", lambda c: c.objects.measured.shape == ELLIPSOID),
+    Feature("is_cylinder", "-", 0.5, 0.5, "shape, one-hot", lambda c: c.objects.measured.shape == CYLINDER),
+    Feature("is_box", "-", 0.5, 0.5, "shape, one-hot", lambda c: c.objects.measured.shape == BOX),
+    Feature("ln_mass", "ln kg", -4.2, 0.8, "logarithm of the measured mass", lambda c: np.log(c.objects.measured.mass)),
     Feature(
         "ln_seal", "ln N", 2.4, 0.6, "logarithm of the measured vacuum force F0",
-        lambda c: np.log(c.measured.seal),
+        lambda c: np.log(c.objects.measured.seal),
     ),
     Feature(
         "ln_grip_ratio", "-", 4.3, 0.8, "ln(F0 / (m g)): release delay is linear in it",
-        lambda c: np.log(c.measured.seal / (c.measured.mass * GRAVITY)),
+        lambda c: np.log(c.objects.measured.seal / (c.objects.measured.mass * GRAVITY)),
     ),
     Feature(
         "frontal_area_per_mass", "m2/kg", 0.35, 0.20, "area facing the throw over mass: drag",
-        lambda c: _frontal(c) / c.measured.mass,
+        lambda c: _frontal(c) / c.objects.measured.mass,
     ),
     Feature(
         "plan_area_per_mass", "m2/kg", 0.50, 0.30, "horizontal area over mass: lift",
-        lambda c: c.measured.size[:, 0] * c.measured.size[:, 1] / c.measured.mass,
+        lambda c: c.objects.measured.size[:, 0] * c.objects.measured.size[:, 1] / c.objects.measured.mass,
     ),
     Feature(
         "cos_2yaw", "-", 0.0, 1.0, "yaw of the object against the throw, doubled",

@@ -9,12 +9,11 @@ from typing import Final, NamedTuple, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, recompute_rows, take
-from pnt_gym.cells.base.aside import Purpose, draw_aside
+from pnt_gym.cells.base.cell import Purpose, draw_aside
 from pnt_gym.cells.base.items import item_arrays
-from pnt_gym.cells.conveyor.bias import apply_bias
 from pnt_gym.cells.conveyor.bin_walls import hits_bin
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
-from pnt_gym.cells.conveyor.context import Context, belt_shift
+from pnt_gym.cells.conveyor.context import Context, apply_bias, belt_shift
 from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers.choosing import AutoMover
 from pnt_gym.cells.conveyor.movers.free_mover import FlyingMover, FreeMover
@@ -78,6 +77,7 @@ class PickPlanner:
         """Areas of the fixed bins' openings (B,) [m2]."""
         self.accepts = config.acceptance()
         """Whether fixed bins (columns) accept items (rows)."""
+        self._is_biased = config.bias.applies
         self._has_throw_rule = config.throwable != Throwable()
         self._table = item_arrays(config.item_list())
         self._maker = ObjectMaker(config, self._table)
@@ -173,7 +173,7 @@ class PickPlanner:
             ceiling=ceiling,
             belt=self.config.belt,
         )
-        context = apply_bias(context, self.config)
+        context = apply_bias(context, self.config) if self._is_biased else context
         return (context, choice.good) if choice else self._try_bins(context, bins, can_hold)
 
     def _try_bins(self, context: Context, bins: BinsInTurn, can_hold: Bools) -> tuple[Context, Bools]:

@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, replace_rows
-from pnt_gym.cells.base.aside import Purpose, side_generator
-from pnt_gym.cells.base.cell import Generators
+from pnt_gym.cells.base.cell import Generators, Purpose, side_generator
 from pnt_gym.cells.base.features import FeatureTable, Quantity
-from pnt_gym.cells.conveyor.bias import constant_bias, unseen_grasp
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.context import Context, HiddenDrift, LastThrow
+from pnt_gym.cells.conveyor.context import Context, HiddenDrift, LastThrow, constant_bias, unseen_grasp
 from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
 from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, SHIFT_TABLE, TABLE
 from pnt_gym.cells.conveyor.outcome import Outcome

@@ -17,8 +17,8 @@ from pnt_gym.planning.motion.ballistics import drag_shift
 
 def drag_area(context: Context, table: ItemTable) -> Floats:
     """Cd A / m of picks (N,) [m2/kg]: the class's drag coefficient on the measured outline, over the measured mass."""
-    size, kind = context.measured.size, context.kind
-    return table.drag[kind] * size[:, 0] * size[:, 1] / context.measured.mass
+    size, kind = context.objects.measured.size, context.kind
+    return table.drag[kind] * size[:, 0] * size[:, 1] / context.objects.measured.mass
 
 
 def drag_offset(context: Context, table: ItemTable) -> Floats:

@@ -137,7 +137,7 @@ class GraspCore:
         self.picks = put_rows(self.picks, rows, picks, self.count)
         grasped, at, leak = self._grasper.grasp(picks, asked, before.tries)
         held = picked(grasped, self.config)
-        after = before.then(held, at, place[rows] + (at - asked), grasped.measured.seal, leak)
+        after = before.then(held, at, place[rows] + (at - asked), grasped.objects.measured.seal, leak)
         self.attempts = put_rows(self.attempts, rows, after, self.count)
         over = np.flatnonzero(held | (self._tries_left()[rows] <= 0))
         coming = put_rows(picks, over, take_rows(grasped, over, len(rows)), len(rows))

@@ -10,8 +10,8 @@ from pnt_gym.arrays import Bools, Floats, Ints, put_rows, replace_rows, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt.sources import MOST_DRAWS, IndependentPicks
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.objects.outline import half_extent, inside_outline
-from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.cup.hold import inside_outline
+from pnt_gym.cells.conveyor.objects.records import Objects, half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.grasp.config import GraspConfig
 

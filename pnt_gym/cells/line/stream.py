@@ -8,10 +8,8 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, replace_rows, take
-from pnt_gym.cells.base.aside import Purpose, side_generator
-from pnt_gym.cells.base.cell import Generators
-from pnt_gym.cells.conveyor.objects.outline import half_extent
-from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.base.cell import Generators, Purpose, side_generator
+from pnt_gym.cells.conveyor.objects.records import Objects, half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import ConfigError

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length
 from pnt_gym.errors import PntGymError
+from pnt_gym.planning.motion.limits import EllipticWorkspace
 from pnt_gym.planning.reasons import ReasonCode
 from pnt_gym.records import Record
 
@@ -164,3 +165,27 @@ class ReleaseBatch(Record):
             raise InfeasibleThrow(Reason(int(self.reason[index])), f" (row {index})")
         row = {field.name: getattr(self, field.name)[index] for field in fields(Release)}
         return Release(**{name: value.item() if value.ndim == 0 else value for name, value in row.items()})
+
+
+class Rules(NamedTuple):
+    """Rules of accepted throws.
+
+    Attributes:
+        window: time between the release and the braking, at constant velocity [s].
+        gravity_share: share of gravity with which the hand may fall while braking; 0 for full braking.
+        reserve: a target is accepted only with targets nearer and farther by this distance along the throw [m].
+        workspace: positions that the hand can reach.
+    """
+
+    window: float
+    gravity_share: float
+    reserve: float
+    workspace: EllipticWorkspace
+
+
+class TargetChoice(NamedTuple):
+    """Targets of N throws: index of each target, the releases, and which throws are accepted (N,)."""
+
+    attempt: Ints
+    plan: ReleaseBatch
+    good: Bools

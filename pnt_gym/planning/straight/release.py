@@ -22,7 +22,15 @@ from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.ballistics import flight_time
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds, MotionLimits
 from pnt_gym.planning.motion.scurve import scurves
-from pnt_gym.planning.straight.plan import MIN_REACH, InfeasibleThrow, Reason, Release, ReleaseBatch
+from pnt_gym.planning.straight.plan import (
+    MIN_REACH,
+    InfeasibleThrow,
+    Reason,
+    Release,
+    ReleaseBatch,
+    Rules,
+    TargetChoice,
+)
 
 __all__ = [
     "plan_release",
@@ -264,6 +272,42 @@ def stops_inside(
     borders = np.array([workspace.semi_x, workspace.semi_y, workspace.z_min, workspace.z_max])
     keep_stops_inside(throws, lines, np.empty((2, 0)) if shifts is None else shifts, window, borders, good)
     return good
+
+
+def choose_targets(
+    picks: Floats,
+    targets: Floats,
+    limits: LimitRows,
+    ceiling: Floats,
+    rules: Rules,
+    origins: Floats,
+    may_throw: Bools,
+) -> TargetChoice:
+    """Return for each of N objects the quickest throw into the first of T targets whose throw is accepted.
+
+    A row without an accepted throw has the last target. The arguments are finite, and are not checked.
+
+    Args:
+        picks: starts of the hand at rest (N, 3) [m].
+        targets: targets in the order in which to try them (N, T, 3) [m].
+        limits: limits of the hand (N,).
+        ceiling: greatest heights of the release points (N,) [m].
+        rules: rules of accepted throws.
+        origins: points from which targets are moved along the throw (N, 3) [m].
+        may_throw: which objects may be thrown at all (N,).
+    """
+    from pnt_gym.planning.straight.kernel import choose_targets as choose  # noqa: PLC0415 - numba takes a while
+
+    count, space = len(picks), rules.workspace
+    throws = np.empty((15, count))
+    throws[:3], throws[6], throws[7], throws[8] = picks.T, *limits
+    throws[9:] = np.array([0.0, 0.0, *OPEN])[:, None]
+    throws[10] = ceiling
+    attempt, slopes, moved = np.empty(count, dtype=np.int64), np.empty(count), np.empty(count, dtype=np.bool_)
+    reason, good = np.empty(count, dtype=np.int64), may_throw.copy()
+    borders = np.array([space.semi_x, space.semi_y, space.z_min, space.z_max])
+    choose(throws, targets, origins, rules[:3], borders, attempt, slopes, moved, reason, good)
+    return TargetChoice(attempt, to_batch(release_lines(throws, False, slopes, moved, reason)), good)
 
 
 def point_of(values: Point, name: str) -> tuple[float, float, float]:

@@ -19,7 +19,7 @@ from agents.benchmark.run import run_piece
 from agents.controllers import GRASPING_NAMES, NAMES, Learner, Observation, make_controller
 from agents.controllers.between import BASES, MAX_STACK, MemoryPolicy, make_wrapper, wrap_env
 from agents.controllers.own import run_policy
-from agents.data.episodes import episodes
+from agents.dataset.episodes import episodes
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.evaluation import evaluate

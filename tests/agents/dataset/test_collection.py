@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from agents.controllers import make_controller
-from agents.data.collection import pack_episodes, unpack_episodes
-from agents.data.episodes import Episode, episode_seeds
+from agents.dataset.collection import pack_episodes, unpack_episodes
+from agents.dataset.episodes import Episode, episode_seeds
 from agents.ground.environments import make_vector
 from agents.judging.loop import observed, practise
 from tests.tools.commands import answered
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.usefixtures("worker_here")
 
 
 def test_neither_processes_nor_cells_change_what_is_thrown(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("agents.data.collection.CHUNK", 4)
+    monkeypatch.setattr("agents.dataset.collection.CHUNK", 4)
     one = collected("--controller", "analytic", "--throws", "10")
     other = collected("--controller", "analytic", "--throws", "10", "--num-envs", "3", "--jobs", "2", name="other-v0")
     assert [told["seed"] for told in known(one)] == [told["seed"] for told in known(other)]
@@ -32,8 +32,8 @@ def test_neither_processes_nor_cells_change_what_is_thrown(here: Path, monkeypat
 
 
 def test_chunks_follow_each_other_and_each_throws_otherwise(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("agents.data.collection.CHUNK", 6)
-    monkeypatch.setattr("agents.data.offline.PIECE", 4)
+    monkeypatch.setattr("agents.dataset.collection.CHUNK", 6)
+    monkeypatch.setattr("agents.dataset.offline.PIECE", 4)
     dataset = collected("--throws", "15")
     chunks = [[*islice(episode_seeds("dataset", 0, n), count)] for n, count in enumerate((6, 6, 3))]
     assert [told["seed"] for told in known(dataset)] == [*chain(*chunks)]
@@ -44,7 +44,7 @@ def test_chunks_follow_each_other_and_each_throws_otherwise(here: Path, monkeypa
 def test_noise_shifts_the_planners_actions_and_chunks_take_deviations_in_turn(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("agents.data.collection.CHUNK", 6)
+    monkeypatch.setattr("agents.dataset.collection.CHUNK", 6)
     dataset = collected("--controller", "analytic", "--noise", "0", "0.2", "--throws", "18")
     actions = np.concatenate([episode.actions for episode in dataset.iterate_episodes()])
     assert (actions[:6] == 0.0).all()
@@ -81,7 +81,7 @@ def test_what_is_stopped_goes_on_and_leaves_no_dataset(here: Path, monkeypatch: 
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("agents.data.offline.write", stopped)
+        patch.setattr("agents.dataset.offline.write", stopped)
         code, words = answered(*SMALL, "--throws", "5", "--name", "a_b/c-v0")
     assert (code, words) == (130, "interrupted\n")
     assert [*(here / "sets").rglob("*")] == []
@@ -91,7 +91,7 @@ def test_what_is_stopped_goes_on_and_leaves_no_dataset(here: Path, monkeypatch: 
     throws = next(path for path in kept if path.name.startswith("throws-0"))
     throws.unlink()
     with monkeypatch.context() as patch:
-        patch.setattr("agents.data.offline.write", stopped)
+        patch.setattr("agents.dataset.offline.write", stopped)
         answered(*SMALL, "--throws", "5", "--name", "a_b/c-v0")
     assert {path: path.read_bytes() for path in (here / "kept").iterdir()} == kept
     assert collected("--throws", "5").total_steps == 5

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.data.episodes import LEAST_SEED, episode_seeds
+from agents.dataset.episodes import LEAST_SEED, episode_seeds
 from agents.ground.environments import stream_seed
 from agents.ground.places import POLICY, SHIPPED
 from agents.ground.versions import versions

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.data.collection import Collection, ControllerRecipe
+from agents.dataset.collection import Collection, ControllerRecipe
 from agents.ground.places import SHIPPED
 from agents.jobs.work import Job
 from pnt_gym.cells.line.config import LineConfig
@@ -120,7 +120,7 @@ def test_the_figures_of_a_shift_are_those_of_its_decisions() -> None:
 def test_neither_processes_nor_lines_beside_change_what_is_decided(
     levels: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("agents.data.collection.CHUNK", 16)
+    monkeypatch.setattr("agents.dataset.collection.CHUNK", 16)
     options = (*LINE, "--level", "value.yaml", "--controller", "beam", "--throws", "40")
     one, other = collected(*options), collected(*options, "--jobs", "2", "--num-envs", "3", name="other-v0")
     files = [Path(dataset.storage.data_path) / "main_data.hdf5" for dataset in (one, other)]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from agents.data.offline import check_name, proper_name
+from agents.dataset.offline import check_name, proper_name
 from agents.ground.cli import UsageError
 from tests.tools.datasets import NAME
 

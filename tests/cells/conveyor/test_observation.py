@@ -51,7 +51,7 @@ def test_decode_inverts_observe_where_nothing_is_clipped(core):
     context, observation = core.context, core.observe()
     values = decode(observation)
     inside = np.abs(observation) < CLIP
-    measured, plan = context.measured, context.plan
+    measured, plan = context.objects.measured, context.plan
     scale = {f.name: f.scale for f in FEATURES}
     index = {f.name: i for i, f in enumerate(FEATURES)}
     expected = {
@@ -86,7 +86,7 @@ def test_decode_inverts_observe_where_nothing_is_clipped(core):
 def test_yaw_and_grasp_are_seen_in_the_frame_of_the_throw(core):
     context, values = core.context, decode(core.observe())
     heading = np.arctan2(*(context.target - context.pick)[:, 1::-1].T)
-    relative = context.measured.yaw - heading
+    relative = context.objects.measured.yaw - heading
     np.testing.assert_allclose(values["cos_2yaw"], np.cos(2 * relative), atol=2e-6)
     np.testing.assert_allclose(values["sin_2yaw"], np.sin(2 * relative), atol=2e-6)
     grasp = context.measured_grasp
@@ -99,7 +99,7 @@ def test_yaw_and_grasp_are_seen_in_the_frame_of_the_throw(core):
 
 def test_the_area_facing_the_throw_is_that_of_the_turned_box(core):
     context, values = core.context, decode(core.observe())
-    measured = context.measured
+    measured = context.objects.measured
     relative = measured.yaw - np.arctan2(*(context.target - context.pick)[:, [1, 0]].T)
     corners = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) / 2
     places = corners[None] * measured.size[:, None, :2]

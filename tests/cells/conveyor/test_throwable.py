@@ -44,7 +44,7 @@ def test_what_air_carries_away_rides_on(picks):
 def test_the_bound_is_of_measured_outline_and_mass():
     core = core_of(MIXED, drag_area=5.0)
     context = core.context
-    seen = context.measured
+    seen = context.objects.measured
     drag = np.array([CATALOGUE[core.item_names[kind]].drag for kind in context.kind])
     ratio = drag * seen.size[:, 0] * seen.size[:, 1] / seen.mass
     assert ratio.max() <= 5.0

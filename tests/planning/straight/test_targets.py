@@ -5,8 +5,8 @@ import pytest
 
 from pnt_gym.planning import EllipticWorkspace, plan_release_batch
 from pnt_gym.planning.motion.limits import LimitRows
-from pnt_gym.planning.straight.release import aim_lines, release_at_elevation, stops_inside
-from pnt_gym.planning.straight.targets import Rules, choose_targets
+from pnt_gym.planning.straight.plan import Rules
+from pnt_gym.planning.straight.release import aim_lines, choose_targets, release_at_elevation, stops_inside
 from tests.tools.throws import same_bits
 
 COUNT, TARGETS, GRAVITY = 600, 5, 9.81

@@ -12,8 +12,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, stand_ins, take, take_rows
 from pnt_gym.cells.base.cell import Generators
-from pnt_gym.cells.conveyor.belt.neighbours import course, sweeps_through
-from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream
+from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream, course, sweeps_through
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips

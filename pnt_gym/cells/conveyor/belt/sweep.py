@@ -56,7 +56,7 @@ def move_objects(
 
 @kernel_part
 def _half_extent(outline: Outline, heading: float) -> float:
-    """Half extent of an outline along a direction, as `objects.outline.half_extent`."""
+    """Half extent of an outline along a direction, as `objects.records.half_extent`."""
     turned = heading - outline.yaw
     along = 0.5 * outline.length * abs(math.cos(turned))
     across = 0.5 * outline.width * abs(math.sin(turned))

@@ -16,7 +16,7 @@ from pnt_gym.arrays import Bools, Floats, length
 from pnt_gym.cells.base.items import BOX, CYLINDER
 from pnt_gym.cells.base.rotations import level_axes, vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP
-from pnt_gym.cells.conveyor.cup.parting import Parting
+from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.objects.records import Objects
 
 MARGIN: Final = 0.001

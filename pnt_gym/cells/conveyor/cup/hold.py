@@ -1,17 +1,18 @@
-"""Grips of N suction cups: whether a cup seals, and whether it holds the object until the release."""
+"""Grips of N suction cups: whether a cup seals, whether it holds the object until the release, and how they part."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import Final, Self, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.grip import Hold
+from pnt_gym.cells.base.items import ELLIPSOID
+from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.objects.outline import inside_outline
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.trajectory import HandPath
 
@@ -43,6 +44,40 @@ class Grips:
         return self.dropped | ~self.picked
 
 
+@final
+@dataclass(frozen=True)
+class Parting:
+    """State of N objects at the moment of release, relative to the tips of their cups."""
+
+    centre: Floats
+    """Centre of mass relative to the tip (N, 3) [m]."""
+    velocity: Floats
+    """Velocity relative to the hand (N, 3) [m/s]."""
+    attitude: Floats
+    """Attitude as quaternions, w first (N, 4)."""
+    rate: Floats
+    """Angular velocity in the object's axes (N, 3) [rad/s]."""
+    push: Floats
+    """The part of the velocity that comes from blown air, downwards (N,) [m/s]."""
+    unsure: Bools
+    """Whether the object touched the belt or the solid part of its cup, which only the engine simulates (N,)."""
+
+    @classmethod
+    def hanging(cls, context: Context, push: Floats) -> Self:
+        """Objects that hang rigidly under their cups, and get their spin and a push (N,) [m/s] at the release."""
+        o = context.objects
+        velocity = np.zeros_like(context.hanging)
+        velocity[:, 2] = -push
+        return cls(
+            centre=context.hanging,
+            velocity=velocity,
+            attitude=yaw_attitude(o.yaw),
+            rate=to_body_axes(o.spin, o.yaw),
+            push=push,
+            unsure=np.zeros(len(push), dtype=np.bool_),
+        )
+
+
 def picked(context: Context, config: ConveyorConfig) -> Bools:
     """Which cups seal on their objects (N,).
 
@@ -63,6 +98,22 @@ def seal_chance(context: Context) -> Floats:
     objects = context.objects
     inside, radius = inside_outline(objects, -context.grasp), objects.cup_radius
     return objects.pick_chance * np.minimum(np.maximum((inside + radius) / (2.0 * radius), 0.0), 1.0)
+
+
+def inside_outline(objects: Objects, place: Floats) -> Floats:
+    """Distance of points from the outlines of objects in top view (N,) [m]; positive inside, negative outside.
+
+    The distance from an ellipse is scaled by the ellipse's smaller half axis: exact for a circle.
+
+    Args:
+        objects: N objects.
+        place: one point per object, relative to the object's middle, along world x, y (N, 2) [m].
+    """
+    from pnt_gym.cells.conveyor.objects.kernel import find_inside  # noqa: PLC0415 - numba takes a while
+
+    inside = np.empty(len(place))
+    find_inside(objects.shape == ELLIPSOID, objects.size, objects.yaw, place, inside)
+    return inside
 
 
 def grips(context: Context, sealed: Bools, path: HandPath, release_time: Floats, config: ConveyorConfig) -> Grips:

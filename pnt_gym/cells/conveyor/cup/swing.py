@@ -11,7 +11,7 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.items import CYLINDER
 from pnt_gym.cells.conveyor.config import LIP_GAP, LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.cup.parting import Parting
+from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.trajectory import Samples
 

@@ -24,9 +24,8 @@ from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.scurve import coast, rest_to_rest, stroke_time
 from pnt_gym.planning.motion.trajectory import Segments
 from pnt_gym.planning.paths.arcs import PIECES, arc_segments
-from pnt_gym.planning.straight.plan import MIN_REACH, Reason, ReleaseBatch
+from pnt_gym.planning.straight.plan import MIN_REACH, Reason, ReleaseBatch, TargetChoice
 from pnt_gym.planning.straight.release import release_at_elevation, release_at_point
-from pnt_gym.planning.straight.targets import TargetChoice
 
 SMALLEST_ELLIPSE: Final = 0.05
 """Horizontal distance below which a rectangle replaces the ellipse [m]."""

@@ -23,9 +23,14 @@ from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.scurve import coast, cube_roots
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
-from pnt_gym.planning.straight.plan import ReleaseBatch
-from pnt_gym.planning.straight.release import aim_lines, plan_release_batch, release_at_point, stops_inside
-from pnt_gym.planning.straight.targets import Rules, TargetChoice, choose_targets
+from pnt_gym.planning.straight.plan import ReleaseBatch, Rules, TargetChoice
+from pnt_gym.planning.straight.release import (
+    aim_lines,
+    choose_targets,
+    plan_release_batch,
+    release_at_point,
+    stops_inside,
+)
 
 _LOWER_STEPS = 24
 """Number of elevations that are tried when a corrected release would rise above the ceiling and its slack."""

@@ -25,8 +25,7 @@ from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, Reach, ThrowM
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.riding import DOWNSTREAM, Fading, arrival_time
 from pnt_gym.planning.motion.trajectory import Segments, superpose
-from pnt_gym.planning.straight.plan import ReleaseBatch
-from pnt_gym.planning.straight.targets import TargetChoice
+from pnt_gym.planning.straight.plan import ReleaseBatch, TargetChoice
 
 STOPPING: Final = ("straight",)
 """Planners whose returns stop above the pick, at the clearance."""

@@ -80,7 +80,8 @@ class ObjectMaker:
         from pnt_gym.cells.conveyor.objects.kernel import COLUMN, draw_objects  # noqa: PLC0415 - numba takes a while
 
         shape, bins = normals.shape[:-1], side_draws.fill.shape[-1]
-        z, u = (np.ascontiguousarray(draw).reshape(-1, draw.shape[-1]) for draw in (normals, uniforms))
+        z = np.ascontiguousarray(normals).reshape(-1, normals.shape[-1])
+        u = np.ascontiguousarray(uniforms).reshape(-1, uniforms.shape[-1])
         side = np.empty((len(z), 2 + bins))
         side[:, 0], side[:, 1] = side_draws.pick.reshape(-1), side_draws.seen.reshape(-1)
         side[:, 2:] = side_draws.fill.reshape(-1, bins)

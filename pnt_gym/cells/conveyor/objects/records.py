@@ -1,5 +1,7 @@
 """Objects on the belt in three records with any leading shape S: true values, measured values, random draws.
 
+The outline of an object is its true footprint on the belt, turned by its yaw.
+
 Lengths are in m, masses in kg, forces in N, angles in rad.
 """
 
@@ -9,6 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, final
 
+import numpy as np
+
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.fluid import (
     GeomPlacement,
@@ -17,6 +21,7 @@ from pnt_gym.cells.base.fluid import (
     lying_extents,
     solid_shell_inertia,
 )
+from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.records import Record
 
 TARGET_DRAWS: Final = 8
@@ -141,3 +146,19 @@ def columns_of_objects() -> dict[str, int]:
 def objects_in_block(block: Floats, bins: int) -> Objects:
     """Objects whose values lie in a block S + (C,), with draws for the contents of a number of bins."""
     return Objects.from_block(block, {**_SHAPES, "fill": (bins,)})
+
+
+def half_extent(objects: Objects, heading: float | Floats = 0.0) -> Floats:
+    """Half extents of footprints along a horizontal direction, from their centres, S [m].
+
+    In top view a box and a lying cylinder are rectangles, an ellipsoid is an ellipse.
+
+    Args:
+        objects: objects of any leading shape S.
+        heading: angle of the direction, from the belt's travel towards the bins: one number, or S [rad].
+    """
+    # Support function: a |cos| + b |sin| of a rectangle, sqrt((a cos)^2 + (b sin)^2) of an ellipse.
+    turned = heading - objects.yaw
+    along = 0.5 * objects.size[..., 0] * np.abs(np.cos(turned))
+    across = 0.5 * objects.size[..., 1] * np.abs(np.sin(turned))
+    return np.where(objects.shape == ELLIPSOID, np.sqrt(along * along + across * across), along + across)

@@ -8,7 +8,7 @@ import pytest
 
 from pnt_gym.arrays import concatenate_records, take
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
-from pnt_gym.cells.conveyor.belt.neighbours import (
+from pnt_gym.cells.conveyor.belt.stream import (
     CHECK_AFTER_RELEASE,
     CHECK_INTERVAL,
     course,
@@ -16,7 +16,7 @@ from pnt_gym.cells.conveyor.belt.neighbours import (
 )
 from pnt_gym.cells.conveyor.belt.sweep import BESIDE_DEPTH
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
-from pnt_gym.cells.conveyor.objects.outline import half_extent
+from pnt_gym.cells.conveyor.objects.records import half_extent
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.scurve import accelerate, coast
 from tests.tools.nightly import with_nightly

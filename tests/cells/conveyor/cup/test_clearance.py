@@ -11,7 +11,7 @@ from pnt_gym.cells.base.fluid import geom_placement, lying_size
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.conveyor.cup.clearance import MARGIN, Passage, predict_passage
-from pnt_gym.cells.conveyor.cup.parting import Parting
+from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.scene import CUP_LENGTH
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, whole_cycle

@@ -12,8 +12,7 @@ from agents.ground.metrics import wilson
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.items import BOX, ELLIPSOID
 from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
-from pnt_gym.cells.conveyor.cup.hold import picked, seal_chance
-from pnt_gym.cells.conveyor.objects.outline import inside_outline
+from pnt_gym.cells.conveyor.cup.hold import inside_outline, picked, seal_chance
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning import MotionLimits, min_time_scurve
 from tests.tools.nightly import with_nightly

@@ -8,8 +8,7 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.action import FIXED_THROW, MODES
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.cup.hold import Grips
-from pnt_gym.cells.conveyor.cup.parting import Parting
+from pnt_gym.cells.conveyor.cup.hold import Grips, Parting
 from pnt_gym.cells.conveyor.hand import ThrowClock
 from pnt_gym.cells.conveyor.scene import SENSORS
 from pnt_gym.errors import ConfigError

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.aside import Purpose, draw_aside, side_generator
+from pnt_gym.cells.base.cell import Purpose, draw_aside, side_generator
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID, item_arrays
+from pnt_gym.cells.conveyor.cup.hold import inside_outline
 from pnt_gym.cells.conveyor.objects.drawing import (
     NORMALS,
     UNIFORMS,
@@ -14,7 +15,6 @@ from pnt_gym.cells.conveyor.objects.drawing import (
     random_spin,
     release_delay,
 )
-from pnt_gym.cells.conveyor.objects.outline import inside_outline
 from pnt_gym.cells.conveyor.objects.records import objects_in_block
 from tests.tools.throws import parts_of, same_bits, vary
 

@@ -6,7 +6,7 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.objects.outline import half_extent
+from pnt_gym.cells.conveyor.objects.records import half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from tests.tools.outlines import outlines
 

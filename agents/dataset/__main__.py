@@ -11,15 +11,15 @@ from typing import Annotated
 
 import tyro
 
-from .data.crew import Crew, EpisodeStore, collection_task
-from .data.tally import Tally, packing_progress
-from .ground.amounts import NUM_ENVS
-from .ground.cli import at_least, option, run
-from .ground.environments import make_single
-from .ground.places import MADE
-from .ground.tables import console, throws_bar
-from .jobs.cluster import pool
-from .judging.trials import open_trial
+from ..ground.amounts import NUM_ENVS
+from ..ground.cli import at_least, option, run
+from ..ground.environments import make_single
+from ..ground.places import MADE
+from ..ground.tables import console, throws_bar
+from ..jobs.cluster import pool
+from ..judging.trials import open_trial
+from .crew import Crew, EpisodeStore, collection_task
+from .tally import Tally, packing_progress
 
 CONTROLLERS = (
     "The controller that throws: a name, the word expert, the folder of a training run, a class of your own, on a line "
@@ -86,8 +86,8 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Collect the throws, write the dataset, and print its figures."""
     at_least(vars(arguments), throws=1, seed=0, practice=0, score_throws=1, num_envs=1, jobs=1)
-    from .data import offline  # noqa: PLC0415 - of an extra
-    from .data.facts import facts_of  # noqa: PLC0415 - as above
+    from . import offline  # noqa: PLC0415 - of an extra
+    from .facts import facts_of  # noqa: PLC0415 - as above
 
     if arguments.name is not None:
         offline.check_name(arguments.name)

@@ -136,7 +136,7 @@ class Collection:
             files=[hashlib.sha256(bytes_of(file, MOST_NUMBERS)).hexdigest() for file in files],
             settings=[self.mode, self.num_envs, self.role, self.seed, *self.noise],
             thrower=self.recipe.digest(),
-            code=code_digest(_CODE, ["agents.data.collection"]),
+            code=code_digest(_CODE, ["agents.dataset.collection"]),
             own=[user_code_digest(name) for name in self.modules],
         )
 
