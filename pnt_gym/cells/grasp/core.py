@@ -73,8 +73,8 @@ class GraspCore:
 
     def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> None:
         """Begin new episodes in some rows, see `Core.reset`."""
-        self.throws.reset(rows, generators, seeded, request)
-        self._begin(rows)
+        # Rows that keep a first throw have had its picture since the step that drew the throw.
+        self._begin(self.throws.reset(rows, generators, seeded, request))
 
     def observe(self) -> Observation:
         """Pictures and vectors of the coming steps (N, ...)."""
