@@ -97,7 +97,7 @@ def grasp(results: Results) -> str:
             f" On `{other}`, whose kinds no network saw, the same network sorts {_pace(seen):.1f} a minute, the rule "
             f"{_pace(best_known):.1f}, and a network that sees depths alone {_pace(blind):.1f}."
         )
-    return f"{sentence} {unseen_sentence(results['grasp_kinds'])}" if "grasp_kinds" in results else sentence
+    return f"{sentence} {unseen_sentence(results['grasp_targets'])}" if "grasp_targets" in results else sentence
 
 
 def order(results: Results) -> str:

@@ -8,23 +8,18 @@ from typing import Any, Final
 Data = Mapping[str, Any]
 NEAR: Final = "unseen"
 FAR: Final = "unseen, far bins"
-"""Levels of the study `grasp_kinds`, of which the residual saw neither kinds nor, in the second, bins."""
+"""Levels of the study `grasp_targets`, of which the residual saw neither kinds nor, in the second, bins."""
 
 
 def unseen_sentence(data: Data) -> str:
-    """What is sorted of unseen kinds into near and far bins, and what networks gain from drawn kinds, if measured."""
+    """What is sorted of unseen kinds into near and far bins."""
     paces = {(row["who"], row["level"]): row["sorted_per_min"] for row in data["rows"] if "who" in row}
 
     def near_and_far(who: str) -> str:
         return f"{paces[who, NEAR]:.1f} and {paces[who, FAR]:.1f}"
 
-    sentence = (
+    return (
         "Of unseen kinds into near bins, and into bins farther away than any in training, the rule sorts "
         f"{near_and_far('tuned rule')} a minute, networks of three seeds {near_and_far('network')}, and the oracle "
         f"{near_and_far('oracle')}."
     )
-    gains = [
-        f"{paces[who, NEAR]:.1f} ({who})"
-        for who in dict.fromkeys(who for who, level in paces if "drawn" in who and level == NEAR)
-    ]
-    return sentence if not gains else f"{sentence} With kinds drawn at random in training: {', '.join(gains)}."
