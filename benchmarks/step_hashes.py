@@ -10,7 +10,7 @@ import hashlib
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import gymnasium as gym
 import numpy as np
@@ -30,6 +30,13 @@ LINE = (
     {"name": "skills3, full", "base": "skills3", "throws": "full"},
 )
 """Shipped levels whose tables are there, and lines that throw."""
+GRASP = (
+    *({"name": f"{level}, flight", "base": level, "fidelity": "flight"} for level in ("grasp", "grasp_unseen")),
+    {"name": "grasp_dense, flight", "base": "grasp_dense", "fidelity": "flight"},
+    {"name": "grasp, belt", "base": "grasp", "fidelity": "flight", "grasp": {"picks": "belt"}},
+    "grasp_soft",
+    "grasp_plain",
+)
 CASES = {
     "PnTConveyor-v0": (CONVEYOR, ("release_point", "release_xyz", "virtual_goal")),
     "PnTAdapt-v0": (DRIFTING, ("release_point", "release_xyz", "virtual_goal")),
@@ -38,6 +45,7 @@ CASES = {
     "OneJointSort-v0": (ONE_JOINT, ("virtual_goal", "release_state")),
     "OneJointAssembly-v0": (ONE_JOINT, ("virtual_goal", "release_state")),
     "GripperToss-v0": (GRIPPER, ("release", "release_point")),
+    "PnTGrasp-v0": (GRASP, ("grasp",)),
     "PnTLine-v0": (LINE, ("choice",)),
 }
 CELLS = 4
@@ -51,6 +59,13 @@ def fingerprint(value: Any) -> str:
     return hashlib.sha256(f"{array.dtype} {array.shape}".encode() + array.tobytes()).hexdigest()[:16]
 
 
+def seen(observation: Any) -> dict[str, list[Any]]:
+    """The arrays of an observation by name, in lists of one."""
+    if isinstance(observation, dict):
+        return {f"observation/{name}": [value] for name, value in cast("dict[str, Any]", observation).items()}
+    return {"observation": [observation]}
+
+
 def fingerprints(env_id: str, level: Any, mode: str) -> dict[str, str]:
     """Of everything that a few steps of a vector environment return, by name; of the refusal of a level."""
     try:
@@ -59,11 +74,12 @@ def fingerprints(env_id: str, level: Any, mode: str) -> dict[str, str]:
         return {"refused": str(error)}
     random = np.random.default_rng(7)
     observation, info = env.reset(seed=11)
-    parts = {"observation": [observation], "reward": [], "ended": []}
+    parts: dict[str, list[Any]] = {**seen(observation), "reward": [], "ended": []}
     parts |= {f"info/{name}": [value] for name, value in info.items() if not name.startswith("_")}
     for scale in SCALES:
         observation, reward, over, cut, info = env.step(random_action(env, info, random, scale))
-        parts["observation"].append(observation)
+        for name, values in seen(observation).items():
+            parts[name] += values
         parts["reward"].append(reward)
         parts["ended"].append(np.stack([over, cut]))
         for name, value in info.items():

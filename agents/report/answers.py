@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple
 from ..reproduce.record import verdicts
 from .line import CLASS_BLIND, FIRST, best, gain, value
 from .tables import first_level, name_of, rows_of
+from .unseen import unseen_sentence
 
 Data = Mapping[str, Any]
 Results = Mapping[str, Any]
@@ -96,7 +97,7 @@ def grasp(results: Results) -> str:
             f" On `{other}`, whose kinds no network saw, the same network sorts {_pace(seen):.1f} a minute, the rule "
             f"{_pace(best_known):.1f}, and a network that sees depths alone {_pace(blind):.1f}."
         )
-    return sentence
+    return f"{sentence} {unseen_sentence(results['grasp_targets'])}" if "grasp_targets" in results else sentence
 
 
 def order(results: Results) -> str:

@@ -1,8 +1,8 @@
-"""What a benchmark of grasps says of each kind: held, lost on the way, and sorted."""
+"""What a benchmark of grasps says of each kind: held, lost on the way, and sorted; and where objects land."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,27 +12,43 @@ from ..ground.tables import Grid
 from ..judging.throws.columns import OUTCOMES
 
 Data = Mapping[str, Any]
+Cell = Callable[[Sequence[Data], int], str]
+"""Text for a kind's objects in the results of one controller."""
 
 
 def kind_table(data: Data, level: str) -> Grid:
     """Shares by kind of what each controller held, lost on the way and sorted; no rows where nothing is grasped."""
+    note = (
+        "In each cell: share of the kind's objects that the cup held / share that was lost on the way / share that was "
+        "sorted, which is the recovery of the kind."
+    )
+    return _table(f"Held, lost and sorted by kind, level {level}", data, level, _shares, note)
+
+
+def landing_table(data: Data, level: str) -> Grid:
+    """Landing errors by kind; no rows where nothing is grasped."""
+    note = (
+        "In each cell: mean landing error of the kind's thrown objects / median / mean along the throw, in mm; an "
+        "object that lands short has a negative one."
+    )
+    return _table(f"Landing error by kind, level {level}", data, level, _landings, note)
+
+
+def _table(title: str, data: Data, level: str, cell: Cell, note: str) -> Grid:
+    """A row for each kind and a column for each controller; no rows where nothing is grasped."""
     results = [r for r in data["results"] if r["level"] == level and "tries" in r["columns"]]
     plan, names = data["plan"], list[str]()
     if results:
         names += config_of(plan["env"], plan["inline"].get(level, level)).items
     labels = list(dict.fromkeys(str(r["label"]) for r in results))
     rows = [
-        [name, *(_shares([r for r in results if r["label"] == label], kind) for label in labels)]
+        [name, *(cell([r for r in results if r["label"] == label], kind) for label in labels)]
         for kind, name in enumerate(names)
     ]
-    note = (
-        "In each cell: share of the kind's objects that the cup held / share that was lost on the way / share that was "
-        "sorted, which is the recovery of the kind."
-    )
-    return Grid(f"Held, lost and sorted by kind, level {level}", ["kind", *labels], rows, note)
+    return Grid(title, ["kind", *labels], rows, note)
 
 
-def _shares(results: list[Data], kind: int) -> str:
+def _shares(results: Sequence[Data], kind: int) -> str:
     """Three shares of a kind's objects in the results of one controller, as text."""
     is_kind = np.concatenate([np.array(r["columns"]["item"]) == kind for r in results])
     letters = np.concatenate([list(r["columns"]["outcome"]) for r in results])[is_kind]
@@ -44,3 +60,17 @@ def _shares(results: list[Data], kind: int) -> str:
         (letters == OUTCOMES["sorted"]).mean(),
     )
     return " / ".join(f"{100.0 * share:.0f}" for share in shares) + " %"
+
+
+def _landings(results: Sequence[Data], kind: int) -> str:
+    """Mean and median landing error of a kind's objects, and their mean landing along the throw, as text."""
+    is_kind = np.concatenate([np.array(r["columns"]["item"]) == kind for r in results])
+    along, across = (
+        np.concatenate([np.array(r["columns"][name], dtype=np.float64) for r in results])[is_kind]
+        for name in ("along_m", "across_m")
+    )
+    flew = np.isfinite(along)
+    if not flew.any():
+        return "-"
+    error = 1000.0 * np.hypot(along, across)[flew]
+    return f"{error.mean():.0f} / {np.median(error):.0f} / {1000.0 * along[flew].mean():+.0f}"

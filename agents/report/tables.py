@@ -10,7 +10,7 @@ from ..ground import metrics
 from ..ground.tables import Grid, percent
 from ..judging.record import Figure
 from ..judging.throws.record import ThrowRecord
-from .by_kind import kind_table
+from .by_kind import kind_table, landing_table
 
 Data = Mapping[str, Any]
 WHO = ("controller", "throws to learn")
@@ -40,6 +40,7 @@ def benchmark_grids(data: Data) -> list[Grid]:
             failure_table(data, level),
             sorting_table(data, level),
             kind_table(data, level),
+            landing_table(data, level),
         ]
     return [grid for grid in grids if grid.rows]
 

@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 from statistics import mean
-from typing import Any
+from typing import Any, cast
 
 import gymnasium as gym
 import numpy as np
+from numpy.typing import NDArray
 
 from agents.grasping.features import place_features
 from agents.grasping.scenes import Scenes
 from agents.ground.infos import rows_thrown
 from benchmarks.checks import random_action
 from benchmarks.timing import Count, Options, Row, Timing
-from pnt_gym.arrays import take
-from pnt_gym.cells.grasp.config import GraspConfig
+from pnt_gym.arrays import Floats, take
+from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.grasp.config import CHANNELS, PIXELS, GraspConfig
 from pnt_gym.cells.grasp.images import clean_images, draw_images
 from pnt_gym.cells.grasp.surfaces import IMAGE, draw_surfaces, object_keys, seal_at, surface_table
 
@@ -26,11 +28,21 @@ ACTIONS = 0.1
 STEPS = 12
 
 
+class NoPictures:
+    """Draws nothing in place of pictures: what an environment would do without a camera."""
+
+    def pictures(self, objects: Objects, middles: Floats) -> NDArray[np.uint8]:
+        """Black pictures (N, 5, 48, 48) of N objects."""
+        return np.zeros((len(middles), CHANNELS, PIXELS, PIXELS), dtype=np.uint8)
+
+
 class Picks:
     """A vector environment whose picks are counted; a pick takes two steps or more where it begins with a grasp."""
 
-    def __init__(self, env_id: str, level: dict[str, Any], cells: int) -> None:
+    def __init__(self, env_id: str, level: dict[str, Any], cells: int, sees: bool = True) -> None:
         self._env, self._cells = gym.make_vec(env_id, num_envs=cells, level=level), cells
+        if not sees:
+            cast("Any", self._env).core.pictures = NoPictures()
         self._info, self._random = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
         self._picks: list[int] = []
 
@@ -45,14 +57,18 @@ class Picks:
 
 
 def picks_rows(options: Options) -> Iterator[Row]:
-    """Rows of picks per second, that are grasped by pictures and then thrown, beside picks that are thrown alone."""
+    """Rows of picks per second, that are grasped and then thrown: with pictures, without pictures, and thrown alone."""
     items = GraspConfig.load("grasp").items
     alone = {"base": "waste", "items": items, "limits": {"percent": [60]}}
     for fidelity in ("flight", "full"):
-        grasps = Picks("PnTGrasp-v0", {"base": "grasp", "fidelity": fidelity}, options.cells)
+        level = {"base": "grasp", "fidelity": fidelity}
+        grasps, blind = (Picks("PnTGrasp-v0", level, options.cells, sees=sees) for sees in (True, False))
         throws = Picks("PnTRelease-v0", {**alone, "fidelity": fidelity}, options.cells)
         seen, thrown = (fidelity, "picks_per_s"), (fidelity, "picks_of_throws_alone_per_s")
+        unseen = (fidelity, "picks_without_pictures_per_s")
         yield Timing(seen, grasps.step, "1/s", grasps.per_step, STEPS, mean)
+        yield Timing(unseen, blind.step, "1/s", blind.per_step, STEPS, mean)
+        yield Timing((fidelity, "over_without_pictures"), unseen, "x", blind.per_step, STEPS, mean, over=seen)
         yield Timing(thrown, throws.step, "1/s", throws.per_step, STEPS, mean)
         yield Timing((fidelity, "over_throws_alone"), thrown, "x", throws.per_step, STEPS, mean, over=seen)
 

@@ -68,8 +68,8 @@ class BatchedCore(Protocol):
     observation_space: gym.Space[Any]
     action_space: gym.Space[Any]
 
-    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> None:
-        """Begin new episodes in some rows."""
+    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> object:
+        """Begin new episodes in some rows; what is returned is for cores around this core."""
 
     def observe(self) -> Observation:
         """Observations (N, D), or several arrays (N, ...) by name."""

@@ -178,8 +178,8 @@ class Core:
         """The coming throws."""
         return self.cell.context
 
-    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> None:
-        """Begin new episodes in some rows.
+    def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> Ints:
+        """Begin new episodes in some rows; returns the rows whose first throws are drawn by this call.
 
         Args:
             rows: the cells.
@@ -196,6 +196,7 @@ class Core:
         chosen = self._episodes.begin(rows, seeded | bool(request))
         if chosen.size > 0:
             self.cell.reset(rows[chosen], [generators[i] for i in chosen])
+        return rows[chosen]
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming throws (N, D)."""

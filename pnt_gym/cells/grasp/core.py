@@ -60,11 +60,12 @@ class GraspCore:
         self.correction = self.throws.correction
         """How the last two numbers of an action move the landing."""
         self._grasper = Grasper(config, self.cell.planner)
-        self._pictures = PictureMaker(config, self._grasper.surfaces)
+        self.pictures = PictureMaker(config, self._grasper.surfaces)
+        """Draws the pictures; a benchmark replaces it by one that draws nothing."""
         self.picks: Context = self.cell.context
         """The coming picks with cups in the middles of the objects' outlines (N,), of groups the objects tried last."""
         self.attempts = Attempts.none(count)
-        self._images = self._pictures.pictures(*self._in_sight(np.arange(count)))
+        self._images = self.pictures.pictures(*self._in_sight(np.arange(count)))
 
     @property
     def context(self) -> Context:
@@ -73,8 +74,8 @@ class GraspCore:
 
     def reset(self, rows: Ints, generators: Generators, seeded: Bools | bool, request: Request = NO_REQUEST) -> None:
         """Begin new episodes in some rows, see `Core.reset`."""
-        self.throws.reset(rows, generators, seeded, request)
-        self._begin(rows)
+        # Rows that keep a first throw have had its picture since the step that drew the throw.
+        self._begin(self.throws.reset(rows, generators, seeded, request))
 
     def observe(self) -> Observation:
         """Pictures and vectors of the coming steps (N, ...)."""
@@ -214,7 +215,7 @@ class GraspCore:
         picks = take_rows(self.cell.context, rows, self.count)
         self.picks = put_rows(self.picks, rows, picks, self.count)
         self.attempts = put_rows(self.attempts, rows, Attempts.none(len(rows)), self.count)
-        self._images[rows] = self._pictures.pictures(*self._in_sight(rows))
+        self._images[rows] = self.pictures.pictures(*self._in_sight(rows))
 
     def _no_throw(self) -> Step:
         """The result of a step in which no pick ends."""

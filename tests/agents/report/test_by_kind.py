@@ -1,6 +1,6 @@
 """What a benchmark of grasps says of each kind."""
 
-from agents.report.by_kind import kind_table
+from agents.report.by_kind import kind_table, landing_table
 
 
 def result(label, outcome, items, **counts):
@@ -22,6 +22,21 @@ def test_shares_of_a_kind_are_those_of_its_throws():
     assert grid.rows[2][1:] == ["-", "-"]
 
 
+def test_landings_of_a_kind_are_those_of_its_objects_that_flew():
+    thrown = {"along_m": [0.003, None, -0.03, 0.01], "across_m": [0.004, None, 0.0, 0.0]}
+    data = {
+        "plan": {"env": "PnTGrasp-v0", "inline": {}},
+        "results": [
+            result("centre", "spss", [0, 0, 0, 1], tries=5, **thrown),
+            result("centre", "ssss", [2, 2, 2, 0], tries=4, **thrown),
+        ],
+    }
+    grid = landing_table(data, "grasp")
+    assert list(grid.header) == ["kind", "centre"]
+    assert [row[1] for row in grid.rows[:4]] == ["15 / 10 / -6", "10 / 10 / +10", "18 / 18 / -14", "-"]
+
+
 def test_there_is_no_table_where_nothing_is_grasped():
     data = {"plan": {"env": "PnTRelease-v0", "inline": {}}, "results": [result("analytic", "s", [0])]}
     assert not kind_table(data, "grasp").rows
+    assert not landing_table(data, "grasp").rows
