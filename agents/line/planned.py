@@ -66,6 +66,11 @@ class Planned:
         return bad / (bad + shares["sorted"]) if bad > 0.0 else 0.0
 
     @property
+    def numbers(self) -> dict[str, Any]:
+        """What tells this plan from others of the same level."""
+        return {name: self.row[name] for name in ("robots", "belt_speed", "percent", "skills")}
+
+    @property
     def bound(self) -> float:
         """Recovery if every object were picked, and thrown as well as those of its item that were."""
         arrived = np.array(self.row["arrived"])
@@ -74,11 +79,24 @@ class Planned:
 
 
 def judge_plan(
-    numbers: dict[str, Any], config: LineConfig, conditions: Conditions, release: str | None = None
+    numbers: dict[str, Any],
+    config: LineConfig,
+    conditions: Conditions,
+    release: str | None = None,
+    recount: bool = False,
 ) -> Planned:
-    """Work the shifts of a plan, with throws by the table of a release."""
+    """Work the shifts of a plan, with throws by the table of a release.
+
+    Args:
+        numbers: what tells the plan from others.
+        config: the line.
+        conditions: how plans are judged.
+        release: what corrects the throws; None for nothing.
+        recount: whether the table counts throws as the plan's own controller chooses them, and not random ones.
+    """
+    chooser = conditions.controller if recount else None
     line, counted = with_table(
-        config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads
+        config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads, chooser
     )
     with closing(make_vector(ENV, line, conditions.shifts, conditions.threads)) as env, throws_bar() as bar:
         core = line_core(env)
@@ -89,7 +107,7 @@ def judge_plan(
         stream = core.cell.stream
         shifts = run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
     figures = plan_figures(shifts, line, counted)
-    row = {**numbers, **figures, "against": compare_stations(stream, line)}
+    row = {**numbers, "chances_by": chooser or "random", **figures, "against": compare_stations(stream, line)}
     return Planned(line, counted, row, shifts.figures["shift_recovery"].astype(np.float64))
 
 

@@ -51,7 +51,7 @@ class Verdict:
 
 
 def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditions, release: str | None) -> Verdict:
-    """The verdict on plans; judges the chosen plan once more, with another release.
+    """The verdict on plans; judges the chosen plan with another release too.
 
     Args:
         plans: all plans, with one release.
@@ -61,9 +61,7 @@ def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditio
     """
     plan, is_enough = chosen_plan(plans, recovery)
     name, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
-    config = plan.config.model_copy(update={"chances": None})
-    numbers = {key: plan.row[key] for key in ("robots", "belt_speed", "percent", "skills")}
-    twin = judge_plan(numbers, config, conditions, None if other == ANALYTIC else other)
+    twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
     checked = check_plan(plan, conditions, release)
     sentences = (
         answer(plan, is_enough, recovery),
@@ -72,6 +70,29 @@ def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditio
         stations_text(plan.row["against"], plan.row["recovery"], plan.row["energy_per_sorted_j"]),
     )
     return Verdict(plan, name, twin, other, checked, sentences)
+
+
+def judge_again(plan: Planned, conditions: Conditions, release: str | None) -> Planned:
+    """A plan judged once more, by chances of the throws that its own controller chooses."""
+    config = plan.config.model_copy(update={"chances": None})
+    return judge_plan(plan.numbers, config, conditions, release, recount=True)
+
+
+def recount_chosen(
+    plans: Sequence[Planned], recovery: float, conditions: Conditions, release: str | None
+) -> list[Planned]:
+    """The plans, of which the chosen one has chances of the throws that its own controller chooses.
+
+    If such chances make another plan the chosen one, that plan is judged again too.
+    """
+    judged, recounted = list(plans), set[int]()
+    while True:
+        chosen, _ = chosen_plan(judged, recovery)
+        index = next(place for place, plan in enumerate(judged) if plan is chosen)
+        if index in recounted:
+            return judged
+        judged[index] = judge_again(chosen, conditions, release)
+        recounted.add(index)
 
 
 @dataclass(frozen=True)
@@ -138,6 +159,7 @@ def judge_line(
         text = ", ".join(f"{name} {value}" for name, value in numbers.items())
         tell(f"plan {number} of {len(asked)}: {text}")
         plans.append(judge_plan(numbers, config, conditions, release))
+    plans = recount_chosen(plans, recovery, conditions, release)
     return Judged(level, conditions, plans, give_verdict(plans, recovery, conditions, release))
 
 
