@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 import tyro
 
-from .ground.cli import UsageError, at_least, check_libraries, option, run
+from .ground.cli import UsageError, at_least, check_effects, check_libraries, option, run
 from .ground.environments import find_environment
 from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable, deliver_text
 from .ground.tables import console
@@ -73,7 +73,7 @@ def main(arguments: Arguments) -> None:
     check_writable(arguments.video, arguments.picture, arguments.log)
     check_ending("video", arguments.video, VIDEOS)
     check_ending("picture", arguments.picture, PICTURES)
-    _check_effects(arguments)
+    check_effects(arguments, {"picks": "video", "slow": "video", "log": "video", "at": "picture"})
     check_drawing(film=arguments.video)
     if arguments.picture is not None:
         check_libraries("PIL")
@@ -100,18 +100,6 @@ def _film(stage: Stage, arguments: Arguments, file: Path) -> None:
         deliver_text(arguments.log, recorder.all_text(arguments.seed))
         console().print(f"log in {arguments.log}")
     console().print(f"video in {file}")
-
-
-def _check_effects(arguments: Arguments) -> None:
-    """Make sure that every option which was given has an effect.
-
-    Raises:
-        UsageError: an option goes with another output.
-    """
-    usual = {field.name: field.default for field in fields(Arguments)}
-    for name, output in (("picks", "video"), ("slow", "video"), ("log", "video"), ("at", "picture")):
-        if getattr(arguments, name) != usual[name] and getattr(arguments, output) is None:
-            raise UsageError(f"--{name} goes with --{output}, and has no effect here")
 
 
 def open_stage(arguments: Arguments, controller: str, level: str | None) -> Stage:

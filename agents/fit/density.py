@@ -90,36 +90,6 @@ class Mode:
 
 
 @final
-@dataclass(frozen=True)
-class Tangent:
-    """Slopes of landings and chances by F free scores."""
-
-    residual: Floats
-    """Whitened landings minus predictions (L, 2)."""
-    regular: Floats
-    """Probability that each landing is that of a regular throw (L,)."""
-    slopes: Floats
-    """Slopes of the residuals (L, 2, F)."""
-    change: Floats
-    """Slopes of the chances of what came of the throws, in their standard deviations (R, F)."""
-
-    def covariance(self) -> Floats:
-        """Laplace approximation of the scores' covariance (F, F): the inverse of the second derivatives.
-
-        With the probability w that a throw with residual r is regular, -ln of its density has the second derivative
-        w (1 - (1 - w) r r'): the farther a landing lies in the tail, the less it holds. A throw without a hold counts
-        as none, so the information of all throws and the prior is never singular.
-        """
-        weight, square = self.regular, (self.residual**2).sum(axis=1)
-        lost = weight * np.minimum(1.0 - weight, 1.0 / np.maximum(square, 1e-12))
-        radial = np.einsum("li,lif->lf", self.residual, self.slopes)
-        flat = (self.slopes * np.sqrt(weight)[:, None, None]).reshape(-1, self.slopes.shape[2])
-        held = flat.T @ flat - (radial * lost[:, None]).T @ radial
-        information = np.eye(len(held)) + held + self.change.T @ self.change
-        return np.asarray(np.linalg.inv(information), dtype=np.float64)
-
-
-@final
 class Density:
     """The posterior's density for one log.
 
@@ -239,7 +209,8 @@ class Density:
         result = self._descend(start, scatter, free, NODE_CALLS)
         z = _insert(start, free, result.x)
         cost = 2.0 * result.cost + self._regular(np.zeros(int(self.has_landing.sum())), scatter)[2].sum()
-        return Node(z, self._tangent(z, scatter, free).covariance(), float(cost))
+        # The rows of the scores are an identity, so the information is never singular.
+        return Node(z, np.linalg.inv(result.jac.T @ result.jac), float(cost))
 
     def search(self, start: Floats) -> Mode:
         """The maximum of the density near a start (P,)."""
@@ -267,23 +238,19 @@ class Density:
 
     def _laplace(self, z: Floats, scatter: Scatter) -> Mode:
         """The mode at scores (P,), with the curvature there."""
-        tangent = self._tangent(z, scatter, np.ones(len(z), dtype=np.bool_))
-        root = np.sqrt(tangent.regular)[:, None, None]
-        jacobian = (tangent.slopes * root).reshape(-1, len(z))
-        return Mode(z, tangent.covariance(), scatter, jacobian, tangent.residual, tangent.regular)
-
-    def _tangent(self, z: Floats, scatter: Scatter, free: Bools) -> Tangent:
-        """Slopes of landings and chances by the free scores at scores (P,), at a fixed scatter."""
-        steps = 0.5 * STEP * np.eye(len(z))[free]
-        scores, count = [z, *(z + steps), *(z - steps)], len(steps)
+        steps = 0.5 * STEP * np.eye(len(z))
+        scores = [z, *(z + steps), *(z - steps)]
         predictions = self.landings_at(scores, scatter)
-        residual, *misses = [self.whiten(predicted, scatter) for predicted in predictions]
+        miss, *misses = [self.whiten(predicted, scatter) for predicted in predictions]
         chance, *chances = map(self.chances, scores, repeat(scatter), predictions)
-        slopes = [(misses[k] - misses[k + count]) / STEP for k in range(count)]
-        changes = [(chances[k] - chances[k + count]) / STEP for k in range(count)]
+        pairs = range(len(z))
+        slopes = [(misses[k] - misses[k + len(z)]) / STEP for k in pairs]
+        changes = [(chances[k] - chances[k + len(z)]) / STEP for k in pairs]
+        weight, _, _ = self._regular((miss**2).sum(axis=1), scatter)
+        jacobian = (np.stack(slopes, axis=2) * np.sqrt(weight)[:, None, None]).reshape(-1, len(z))
         change = np.stack(changes, axis=1) / np.sqrt(chance * (1.0 - chance))[:, None]
-        regular, _, _ = self._regular((residual**2).sum(axis=1), scatter)
-        return Tangent(residual, regular, np.stack(slopes, axis=2), change)
+        information = np.eye(len(z)) + jacobian.T @ jacobian + change.T @ change
+        return Mode(z, np.asarray(np.linalg.inv(information), dtype=np.float64), scatter, jacobian, miss, weight)
 
 
 def _insert(z: Floats, free: Bools, part: Floats) -> Floats:

@@ -180,6 +180,12 @@ fit file --out x.txt | --out is 'x.txt'; it must end in .yaml or .yml
 fit file --level nowhere | unknown level 'nowhere'; shipped levels are
 fit file --level ideal | level 'ideal' has mismatch 0: nothing hidden acts on its throws
 fit --design 0 | --design is 0; it must be at least 1
+fit --design 3 --landings 30 | --landings goes with --twins, and has no effect here
+fit --twins 1 --plan x.csv | --plan goes with --design, and has no effect here
+fit file --plan x.csv | --plan goes with --design, and has no effect here
+fit --design 5 --out x.yaml | --out goes with LOG, and has no effect here
+fit --design 5 --page x.html | --page goes with LOG, and has no effect here
+fit --twins 1 --json x.json | --json goes with LOG, and has no effect here
 fit --twins 1 --landings 9 | --landings is 9; it must be at least 10
 compare | a comparison needs at least 2 controllers, got 0
 compare mlp | a comparison needs at least 2 controllers, got 1
