@@ -70,6 +70,8 @@ evaluate --controller foreign | 'foreign/policy.npz' is damaged: policy.npz is t
 evaluate --controller old | run folder 'old' is damaged: policy.npz is missing; before 0.2.0 none was written
 evaluate --controller policy --level nominal.yaml | level file 'nominal.yaml': mismatch is 9: input should be le
 evaluate --env PnTLine-v0 --controller mlp | 'mlp' is no controller of a line; controllers are random, fifo
+evaluate --env PnTLine-v0 --controller nobody | 'nobody' is no controller of a line; ... index, shipped:line/value
+evaluate --controller nobody | 'nobody' is neither a controller nor a run ... shipped:day-recurrent_ppo, MODULE:CLASS
 evaluate --env PnTLine-v0 --controller atc --picks 9 | --picks goes with throws; PnTLine-v0 is judged by work shifts
 evaluate --env PnTLine-v0 --controller atc --shifts 0 | --shifts is 0; it must be at least 1
 evaluate --env PnTLine-v0 --controller atc --release ridge | level 'single' ... set `throws` to 'flight' or 'full'

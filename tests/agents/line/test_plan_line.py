@@ -10,7 +10,8 @@ from agents.ground.cli import UsageError
 from agents.judging.work_shifts.counted import Counted
 from agents.judging.work_shifts.data import Shifts
 from agents.judging.work_shifts.fates import FATES, Fates
-from agents.line.planned import Planned, money_per_hour, table_spread
+from agents.line import verdict
+from agents.line.planned import Conditions, Planned, money_per_hour, table_spread
 from agents.line.plans import Sweep, down, line_up, make_plans
 from agents.line.reasons import check_text, chosen_plan, plans_table, reason
 from pnt_gym.cells.line.chances import shipped_table
@@ -106,6 +107,16 @@ def test_cups_that_do_not_seal_are_the_reason():
     assert text.startswith("the reason: cups do not seal on brick, and 30.0 % of it pass the end after a try: its")
 
 
+def test_the_chosen_plan_is_judged_by_its_own_throws_until_it_stays_the_chosen_one(monkeypatch):
+    two, three, four = (planned(share, WELL, WELL, WELL, robots=n) for n, share in ((2, 0.97), (3, 0.96), (4, 0.8)))
+    again = {2: planned(0.9, WELL, WELL, WELL, robots=2), 3: planned(0.95, WELL, WELL, WELL, robots=3)}
+    monkeypatch.setattr(verdict, "judge_again", lambda plan, *_: again[plan.row["robots"]])
+    plans = verdict.recount_chosen([two, three, four], 0.92, Conditions(), None)
+    assert plans[0] is again[2]
+    assert plans[1] is again[3]
+    assert plans[2] is four
+
+
 def test_the_table_names_causes_and_the_worst_item():
     plans = [planned(0.97, WELL, WELL, WELL, robots=4), planned(0.7, WELL, (50, 0, 1, 0, 2, 47), WELL)]
     assert chosen_plan(plans, 0.9) == (plans[0], True)
@@ -164,6 +175,7 @@ def test_the_light_item_of_the_plant_is_the_reason(planned_plant):
     folder, said = planned_plant
     told, words = json.loads((folder / "plans.json").read_text()), " ".join(said.split())
     plan, twin = told["plans"][0], told["other_release"]
+    assert plan["chances_by"] == twin["chances_by"] == "price"
     assert "no plan reaches a recovery of 95.0 %; the best plan, 3 robots at 60 %" in words
     assert "the reason: alu is thrown and misses (" in words and "so more robots do not help" in words
     assert "arm against jet: the arms sort" in words
@@ -183,8 +195,9 @@ def test_the_light_item_of_the_plant_is_the_reason(planned_plant):
 
 def test_tables_of_plans_are_kept_in_the_working_folder(planned_plant):
     folder, _ = planned_plant
-    names = sorted(path.name.partition("-")[2][:17] for path in (folder / "runs" / "chances").iterdir())
-    assert names == ["", "shipped-waste-sac"]
+    parts = [path.stem.split("-")[1:] for path in (folder / "runs" / "chances").iterdir()]
+    names = sorted(" ".join(part for part in name if len(part) != 8 and part != "shipped") for name in parts)
+    assert names == ["", "price", "waste sac", "waste sac price"]
 
 
 def test_it_says_which_plan_is_enough(tmp_path):
