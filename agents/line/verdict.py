@@ -14,9 +14,9 @@ from ..dispatchers.release import make_release
 from ..ground.cli import UsageError, at_least
 from ..ground.versions import versions
 from .jets import stations_text
-from .planned import Conditions, Planned, check_plan, judge_plan
+from .planned import Conditions, Planned, check_plan, judge_plan, try_changes
 from .plans import Sweep, make_plans
-from .reasons import answer, check_text, chosen_plan, reason
+from .reasons import answer, check_text, chosen_plan, reason, throws_are_the_reason
 
 ANALYTIC: Final = "analytic"
 LEARNED: Final = "shipped:waste-sac"
@@ -35,6 +35,8 @@ class Verdict:
     other_release: str
     checked: dict[str, Any] | None
     """Figures of the plan's first shifts in the full physics; None if no shift was checked."""
+    changes: dict[str, float]
+    """Recovery of the plan with one thing changed, by words for the change; none where throws are the reason."""
     sentences: tuple[str, ...]
     """The plan, its shifts in the full physics, the reason why it does not sort more, and arm against jet."""
 
@@ -46,6 +48,7 @@ class Verdict:
             "release": self.release,
             "sentences": list(self.sentences),
             "checked": self.checked,
+            "changes": self.changes,
             "other_release": other,
         }
 
@@ -63,13 +66,14 @@ def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditio
     name, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
     twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
     checked = check_plan(plan, conditions, release)
+    changes = {} if throws_are_the_reason(plan, recovery) else try_changes(plan, conditions)
     sentences = (
         answer(plan, is_enough, recovery),
         *([] if checked is None else [check_text(checked)]),
-        reason(plan, plans, recovery, name, (other, twin)),
+        reason(plan, recovery, name, (other, twin), changes),
         stations_text(plan.row["against"], plan.row["recovery"], plan.row["energy_per_sorted_j"]),
     )
-    return Verdict(plan, name, twin, other, checked, sentences)
+    return Verdict(plan, name, twin, other, checked, changes, sentences)
 
 
 def judge_again(plan: Planned, conditions: Conditions, release: str | None) -> Planned:
