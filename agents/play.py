@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import numpy as np
 import tyro
 
-from .ground.cli import UsageError, at_least, check_libraries, option, run
+from .ground.cli import UsageError, at_least, check_effects, check_libraries, option, run
 from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable
 from .ground.tables import console
 from .pictures.stage import Stage
@@ -71,7 +71,7 @@ def main(arguments: Arguments) -> None:
     check_writable(arguments.video, arguments.picture, arguments.log)
     check_ending("video", arguments.video, VIDEOS)
     check_ending("picture", arguments.picture, PICTURES)
-    _check_effects(arguments)
+    check_effects(arguments, {"picks": "video", "slow": "video", "log": "video", "at": "picture"})
     check_drawing(film=arguments.video)
     if arguments.picture is not None:
         check_libraries("PIL")
@@ -89,18 +89,6 @@ def main(arguments: Arguments) -> None:
         elif arguments.picture is not None:
             stage.draw(arguments.picture, arguments.at)
             console().print(f"picture of a throw in {arguments.picture}")
-
-
-def _check_effects(arguments: Arguments) -> None:
-    """Make sure that every option which was given has an effect.
-
-    Raises:
-        UsageError: an option goes with another output.
-    """
-    usual = {field.name: field.default for field in fields(Arguments)}
-    for name, output in (("picks", "video"), ("slow", "video"), ("log", "video"), ("at", "picture")):
-        if getattr(arguments, name) != usual[name] and getattr(arguments, output) is None:
-            raise UsageError(f"--{name} goes with --{output}, and has no effect here")
 
 
 def open_stage(arguments: Arguments, controller: str, level: str | None) -> Stage:

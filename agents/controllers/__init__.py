@@ -59,5 +59,5 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
         raise UsageError(f"{name!r} decides on a line; here controllers correct throws")
     raise UsageError(
         f"{one_sentence(name, 80)!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, "
-        f"{shipped_names()}, MODULE:CLASS and MODEL.zip, and a run folder is what training leaves in runs/"
+        f"{shipped_names(of_lines=False)}, MODULE:CLASS and MODEL.zip; training leaves its run folders in runs/"
     )

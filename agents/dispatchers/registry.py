@@ -83,9 +83,9 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
             return run_scores(place)
         if place.suffix == ".npz":
             return load_scorer(place)
-        names = ", ".join(NAMES)
+        names = f"{', '.join(NAMES)}, {shipped_names(of_lines=True)}"
         raise UsageError(
-            f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {names}, {shipped_names()}, the "
+            f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {names}, the "
             "folder of a training run, and a scorer's .npz file"
         )
     tuned_settings = settings(core.config.name, name, len(core.config.robots))

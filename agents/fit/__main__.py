@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import tyro
 
-from ..ground.cli import UsageError, at_least, option, read_settings, run
+from ..ground.cli import UsageError, at_least, check_effects, option, read_settings, run
 from ..ground.outputs import check_ending, check_writable, deliver_json, deliver_text
 from ..ground.tables import console
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 MISFIT: Final = 1
 """Exit code where the model does not fit the log."""
+NEEDS: Final = {"out": "log", "page": "log", "json": "log", "plan": "design", "landings": "twins"}
+"""By the name of an option, the name of that without which the option has no effect."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,7 @@ def main(arguments: Arguments) -> None:
     from .report import plan_grid, twins_grid
 
     at_least(vars(arguments), design=1, twins=1, seed=0, landings=10)
+    check_effects(arguments, NEEDS, positional="log")
     check_writable(arguments.out, arguments.page, arguments.json, arguments.plan)
     check_ending("out", arguments.out, (".yaml", ".yml"))
     design, twins, seed = arguments.design, arguments.twins, arguments.seed
@@ -79,7 +82,7 @@ def main(arguments: Arguments) -> None:
         if arguments.plan is not None:
             deliver_text(arguments.plan, throws.text(config.items))
     if twins is not None:
-        grid = twins_grid(config, twins, seed, arguments.landings, planned=design is not None)
+        grid = twins_grid(config, parameters, twins, seed, arguments.landings, planned=design is not None)
         console().print(grid.terminal())
     if fitted is not None and not fitted.fits:
         sys.exit(MISFIT)

@@ -20,10 +20,10 @@ from .fitted import Fitted
 from .model import ThrowModel
 from .parameters import Parameter
 
-POOL: Final = 400
+POOL: Final = 800
 """Releases among which throws are chosen."""
-DRAWS: Final = 8
-"""Draws of each candidate's hidden values."""
+DRAWS: Final = 32
+"""Draws of each candidate's hidden values; with few, throws are chosen whose scatter seems small by chance."""
 SLOWER: Final = (0.67, 0.83)
 """Further speed settings of a plan, as shares of the level's slowest."""
 REACH: Final = 0.5

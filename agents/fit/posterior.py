@@ -31,8 +31,6 @@ PROBABLE: Final = 9.0
 """Cost above the least at which a node is still refined."""
 WIDE: Final = 25.0
 """Factor of the covariances with which the search begins, so that landings far from a first guess still pull."""
-PROFILE_DRAWS: Final = 16
-"""Draws of hidden values at a node."""
 SAMPLES: Final = 4000
 """Samples of a posterior."""
 
@@ -121,13 +119,11 @@ def posterior(
     model = ThrowModel(log, config, DRAWS)
     seals = seal_chances(model, config)
     density = Density(model, parameters, spread)
-    quick = ThrowModel(log, config, PROFILE_DRAWS)
-    quick.chances = model.chances
     fixed, nodes = stiffness_column(parameters), ()
     middle = np.where(fixed, COARSE[len(COARSE) // 2], 0.0)
-    start = Density(quick, parameters, WIDE * spread).node(middle, ~fixed).z
+    start = Density(model, parameters, WIDE * spread).node(middle, ~fixed).z
     if fixed.any():
-        nodes = _nodes(Density(quick, parameters, spread), fixed, start)
+        nodes = _nodes(density, fixed, start)
         start = min(nodes, key=lambda node: node.cost).z
     return Posterior(density, nodes, density.search(start), 1.0), seals
 

@@ -15,7 +15,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from ..ground.tables import Grid, throws_bar
 from ..judging.throws.log import ThrowLog
 from .fitted import Fitted, fit_log
-from .parameters import PARAMETERS, priors
+from .parameters import PARAMETERS, Parameter, priors
 from .reading import read_log
 from .twins import judge_fit, study_twin
 from .words import sentences
@@ -81,13 +81,21 @@ def plan_grid(log: ThrowLog, config: ConveyorConfig) -> Grid:
     return Grid(f"The next {len(log)} throws", header, rows)
 
 
-def twins_grid(config: ConveyorConfig, count: int, seed: int, landings: int, *, planned: bool) -> Grid:
+def twins_grid(
+    config: ConveyorConfig,
+    parameters: tuple[Parameter, ...],
+    count: int,
+    seed: int,
+    landings: int,
+    *,
+    planned: bool,
+) -> Grid:
     """Table of the coverage and the errors of fits of twins, with a progress bar; arguments as of `make_twin`."""
     judged, alarms = list[dict[str, Any]](), 0
     with throws_bar() as bar:
         task = bar.add_task("twins", total=count)
         for twin in range(count):
-            cell, fitted, _ = study_twin(config, seed + twin, landings, planned=planned)
+            cell, fitted, _ = study_twin(config, seed + twin, landings, parameters, planned=planned)
             judged.append(judge_fit(cell, fitted))
             alarms += not fitted.fits
             bar.advance(task)

@@ -80,6 +80,7 @@ def make_twin(
     hidden: Mapping[str, Any] | None = None,
     draught: float = 0.0,
     planned: bool = False,
+    parameters: tuple[Parameter, ...] | None = None,
 ) -> Twin:
     """A twin of a level, and its log of a number of landings.
 
@@ -90,14 +91,15 @@ def make_twin(
         hidden: further sections of the true level, such as another jitter, of which the fit does not know.
         draught: speed of air that moves through the cell in a drawn direction [m/s].
         planned: whether throws are those of a plan for such a cell, and not those that come.
+        parameters: the parameters that are not known; None for all.
     """
-    parameters, random = priors(config), np.random.default_rng((seed, 1))
+    parameters, random = parameters or priors(config), np.random.default_rng((seed, 1))
     scores = draw_scores(parameters, random)
     drawn = level_at(config, values_at(parameters, scores)).model_dump(exclude_unset=True)
     truth = ConveyorConfig.load(ConveyorConfig.merge(drawn, hidden or {}))
     angle = random.uniform(0.0, 2.0 * np.pi)
     air = draught * np.array([np.cos(angle), np.sin(angle)])
-    log = log_plan(config, truth, seed, landings) if planned else log_throws(truth, seed, landings, air)
+    log = log_plan(parameters, config, truth, seed, landings) if planned else log_throws(truth, seed, landings, air)
     last = np.flatnonzero(log.has_landing)[landings - 1]
     return Twin(scores, truth, take(log, slice(int(last) + 1)))
 
@@ -117,10 +119,12 @@ def log_throws(truth: ConveyorConfig, seed: int, landings: int, draught: Floats)
         raise UsageError(f"twin {seed} has fewer than {landings} landings in {MOST_THROWS * landings} throws")
 
 
-def log_plan(config: ConveyorConfig, truth: ConveyorConfig, seed: int, landings: int) -> ThrowLog:
+def log_plan(
+    parameters: tuple[Parameter, ...], config: ConveyorConfig, truth: ConveyorConfig, seed: int, landings: int
+) -> ThrowLog:
     """Log of the throws that a plan chooses for a level, thrown in a cell; enough for a number of landings."""
     with closing(DesignPool(truth, seed)) as pool:
-        order = optimal_throws(pool.log, config, priors(config), 2 * landings)
+        order = optimal_throws(pool.log, config, parameters, 2 * landings)
         return take(pool.throw(seed), order)
 
 
@@ -147,9 +151,15 @@ def judge_fit(twin: Twin, fitted: Fitted) -> dict[str, Any]:
     return figures
 
 
-def study_twin(config: ConveyorConfig, seed: int, landings: int, **options: Any) -> tuple[Twin, Fitted, float]:
+def study_twin(
+    config: ConveyorConfig,
+    seed: int,
+    landings: int,
+    parameters: tuple[Parameter, ...] | None = None,
+    **options: Any,
+) -> tuple[Twin, Fitted, float]:
     """A twin, its fit, and the processor time of the fit [s]; options as of `make_twin`."""
-    twin = make_twin(config, seed, landings, **options)
+    twin = make_twin(config, seed, landings, parameters=parameters, **options)
     begin = time.process_time()
-    fitted = fit_log(twin.log, config, priors(config))
+    fitted = fit_log(twin.log, config, parameters or priors(config))
     return twin, fitted, time.process_time() - begin

@@ -11,8 +11,9 @@ import signal
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import tyro
 
@@ -21,6 +22,9 @@ from pnt_gym.errors import PntGymError, one_sentence
 from .places import module_name
 from .signals import REASONS, Interrupt, handle_signals, interrupt
 from .streams import is_printed
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 Arguments = TypeVar("Arguments")
 
@@ -179,3 +183,21 @@ def at_least(options: Mapping[str, Any], **least: int) -> None:
     for name, bound in least.items():
         if options[name] is not None and options[name] < bound:
             raise UsageError(f"--{name.replace('_', '-')} is {options[name]}; it must be at least {bound}")
+
+
+def check_effects(arguments: DataclassInstance, outputs: Mapping[str, str], positional: str = "") -> None:
+    """Make sure that every option which was given has an effect.
+
+    Args:
+        arguments: the options of a command.
+        outputs: by the name of an option, the name of that without which the option has no effect.
+        positional: name of an argument that has no dashes.
+
+    Raises:
+        UsageError: an option was given without the other one.
+    """
+    usual = {field.name: field.default for field in fields(arguments)}
+    for name, output in outputs.items():
+        if getattr(arguments, name) != usual[name] and getattr(arguments, output) is None:
+            other = output.upper() if output == positional else f"--{output}"
+            raise UsageError(f"--{name} goes with {other}, and has no effect here")

@@ -59,9 +59,14 @@ def is_shipped(name: str) -> bool:
     return name.startswith(PREFIX)
 
 
-def shipped_names() -> str:
-    """Names of all shipped policies, for the sentence of an error."""
-    return ", ".join(f"{PREFIX}{name}" for name in POLICIES)
+LINE: Final = "PnTLine-v0"
+"""Environment whose policies decide; all others correct throws."""
+
+
+def shipped_names(of_lines: bool | None = None) -> str:
+    """Names of shipped policies, for the sentence of an error; all of them, only those of lines or only the others."""
+    names = [name for name, policy in POLICIES.items() if of_lines in (None, policy.env == LINE)]
+    return ", ".join(f"{PREFIX}{name}" for name in names)
 
 
 def policy_place(name: str | Path) -> Path:

@@ -11,7 +11,8 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.chances import MADE
-from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
+from pnt_gym.cells.line.stream import Stream
 
 from ..dispatchers.registry import ENV, line_controller, line_core
 from ..dispatchers.release import make_release
@@ -23,6 +24,7 @@ from ..judging.work_shifts.data import Shifts, run_shifts
 from ..judging.work_shifts.fates import FATES, Fates
 from ..judging.work_shifts.losses import decision_energy, energy_summary
 from .jets import compare_stations
+from .plans import line_up
 from .thrown import with_table
 
 
@@ -66,6 +68,11 @@ class Planned:
         return bad / (bad + shares["sorted"]) if bad > 0.0 else 0.0
 
     @property
+    def numbers(self) -> dict[str, Any]:
+        """What tells this plan from others of the same level."""
+        return {name: self.row[name] for name in ("robots", "belt_speed", "percent", "skills")}
+
+    @property
     def bound(self) -> float:
         """Recovery if every object were picked, and thrown as well as those of its item that were."""
         arrived = np.array(self.row["arrived"])
@@ -74,12 +81,33 @@ class Planned:
 
 
 def judge_plan(
-    numbers: dict[str, Any], config: LineConfig, conditions: Conditions, release: str | None = None
+    numbers: dict[str, Any],
+    config: LineConfig,
+    conditions: Conditions,
+    release: str | None = None,
+    recount: bool = False,
 ) -> Planned:
-    """Work the shifts of a plan, with throws by the table of a release."""
+    """Work the shifts of a plan, with throws by the table of a release.
+
+    Args:
+        numbers: what tells the plan from others.
+        config: the line.
+        conditions: how plans are judged.
+        release: what corrects the throws; None for nothing.
+        recount: whether the table counts throws as the plan's own controller chooses them, and not random ones.
+    """
+    chooser = conditions.controller if recount else None
     line, counted = with_table(
-        config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads
+        config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads, chooser
     )
+    shifts, stream = work(line, conditions)
+    figures = plan_figures(shifts, line, counted)
+    row = {**numbers, "chances_by": chooser or "random", **figures, "against": compare_stations(stream, line)}
+    return Planned(line, counted, row, shifts.figures["shift_recovery"].astype(np.float64))
+
+
+def work(line: LineConfig, conditions: Conditions) -> tuple[Shifts, Stream]:
+    """The shifts of a line with throws by its table, and the stream of objects."""
     with closing(make_vector(ENV, line, conditions.shifts, conditions.threads)) as env, throws_bar() as bar:
         core = line_core(env)
         task = bar.add_task("shifts", total=conditions.shifts)
@@ -87,14 +115,32 @@ def judge_plan(
         seed = stream_seed("evaluate", conditions.seed)
         env.reset(seed=seed)
         stream = core.cell.stream
-        shifts = run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
-    figures = plan_figures(shifts, line, counted)
-    row = {**numbers, **figures, "against": compare_stations(stream, line)}
-    return Planned(line, counted, row, shifts.figures["shift_recovery"].astype(np.float64))
+        return run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count)), stream
+
+
+def try_changes(plan: Planned, conditions: Conditions) -> dict[str, float]:
+    """Recovery of a plan with one thing changed, by the plan's own table, by words for the change."""
+    line, rate = plan.config, plan.config.arrivals.rate
+    robots = [robot.model_dump(mode="json") for robot in line.robots]
+    changes: dict[str, dict[str, Any]] = {}
+    if len(robots) < MOST_ROBOTS:
+        more = line_up(line, len(robots) + 1)
+        changes["one more robot"] = {"robots": [robot.model_dump(mode="json") for robot in more]}
+    if any(robot["skills"] for robot in robots):
+        changes["all skills for every robot"] = {"robots": [{**robot, "skills": []} for robot in robots]}
+    changes["half as many objects"] = {"arrivals": {**line.arrivals.model_dump(mode="json"), "rate": rate / 2.0}}
+    recovery: dict[str, float] = {}
+    for words, change in changes.items():
+        shifts, _ = work(LineConfig.load(line, **change), conditions)
+        recovery[words] = float(shifts.figures["shift_recovery"].mean())
+    return recovery
 
 
 def check_plan(plan: Planned, conditions: Conditions, release: str | None = None) -> dict[str, Any] | None:
-    """Recovery of a plan's first shifts in the full physics, and less that by the table; None for no shift to check."""
+    """Recovery of a plan's first shifts in the full physics, and less that by the table; None for no shift to check.
+
+    The interval of the difference holds the spread of the counts behind the table as well.
+    """
     count = min(conditions.check, conditions.shifts)
     if count == 0:
         return None
@@ -107,12 +153,16 @@ def check_plan(plan: Planned, conditions: Conditions, release: str | None = None
         controller, seed = line_controller(conditions.controller, core), stream_seed("evaluate", conditions.seed)
         shifts = run_shifts(controller, env, count, seed, lambda number: bar.advance(task, number))
     simulated = shifts.figures["shift_recovery"].astype(np.float64)
-    figures = {"recovery": mean_interval(simulated), "over_table": mean_interval(simulated - plan.recovery[:count])}
-    ends = ("value", "low", "high")
-    return {"shifts": count} | {
-        f"{name}{'' if end == 'value' else f'_{end}'}": getattr(interval, end)
-        for name, interval in figures.items()
-        for end in ends
+    recovery, over = mean_interval(simulated), mean_interval(simulated - plan.recovery[:count])
+    below, above = (float(np.hypot(end - over.value, plan.row["recovery_counts"])) for end in (over.low, over.high))
+    return {
+        "shifts": count,
+        "recovery": recovery.value,
+        "recovery_low": recovery.low,
+        "recovery_high": recovery.high,
+        "over_table": over.value,
+        "over_table_low": over.value - below,
+        "over_table_high": over.value + above,
     }
 
 
@@ -125,6 +175,7 @@ def plan_figures(shifts: Shifts, config: LineConfig, counted: Counted | None) ->
     by_item = zip(config.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
     return {
         "recovery": recovery.value,
+        "recovery_counts": spread,
         "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
         "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
         "value_per_min": value.value,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -12,8 +12,6 @@ from .planned import Planned
 
 MAJOR: Final = 0.25
 """Share of all objects thrown in vain from which on an item is named as a reason."""
-BUSY: Final = 0.9
-"""Share of time at work from which on a robot has no time for more objects."""
 THROWN: Final = ("misplaced", "missed", "lost")
 """Fates of objects that were thrown in vain."""
 
@@ -105,34 +103,43 @@ def worst_throws(plan: Planned) -> list[int]:
     return sorted(np.flatnonzero(losses >= MAJOR * losses.sum()).tolist(), key=plan.thrown_badly, reverse=True)
 
 
-def reason(plan: Planned, plans: Sequence[Planned], recovery: float, release: str, twin: tuple[str, Planned]) -> str:
+def throws_are_the_reason(plan: Planned, recovery: float) -> bool:
+    """Whether throws keep a plan from a recovery, and not the objects that pass the end."""
+    return is_thrown_badly(plan) or plan.bound < recovery
+
+
+def reason(
+    plan: Planned, recovery: float, release: str, twin: tuple[str, Planned], changes: Mapping[str, float]
+) -> str:
     """What keeps a plan from sorting more, in one sentence that follows from counted causes.
 
     Args:
         plan: the plan.
-        plans: all plans.
         recovery: recovery to reach.
         release: name of the plan's release.
         twin: name of another release, and the same plan with it.
+        changes: recovery of the same plan with one thing changed, by words for the change.
     """
-    fates = plan.row["fates"]
-    if is_thrown_badly(plan) or plan.bound < recovery:
+    if throws_are_the_reason(plan, recovery):
         return _throws_reason(plan, recovery, release, twin)
+    fates = plan.row["fates"]
     cause = max(("passed", "unsealed"), key=fates.__getitem__)
     items = plan.config.cell.items
     weight = [count * plan.shares(index)[cause] for index, count in enumerate(plan.row["arrived"])]
     worst = int(np.argmax(weight))
-    share = percent(plan.shares(worst)[cause])
+    head = f"the reason: {percent(plan.shares(worst)[cause])} of {items[worst]} pass the end"
     if cause == "unsealed":
-        tries = "a second try needs time" if _is_busy(plan, worst) else "its surface or the cup is the matter"
-        return f"the reason: cups do not seal on {items[worst]}, and {share} of it pass the end after a try: {tries}"
+        return f"{head} after picks in which the cup did not seal{_changes_text(changes)}"
     takers = _takers(plan, worst)
     names = ", ".join(plan.config.robots[index].name for index in takers)
-    work = ", ".join(percent(plan.row["utilisation"][index]) for index in takers)
-    head = f"the reason: {share} of {items[worst]} pass the end, not tried; taken by {names}, at work {work}"
-    if _is_busy(plan, worst):
-        return f"{head}: more robots, or faster ones, help{_gain(plan, plans)}"
-    return f"{head}: robots have time left, so gaps and bursts of the stream, windows and skills are the matter"
+    times = ", ".join(percent(plan.row["utilisation"][index]) for index in takers)
+    return f"{head}, not tried; taken by {names}, at work {times}{_changes_text(changes)}"
+
+
+def _changes_text(changes: Mapping[str, float]) -> str:
+    """What changes of a plan bring, as the end of a sentence."""
+    texts = [f"{percent(recovery)} with {words}" for words, recovery in changes.items()]
+    return f"; by the same table the plan would sort {', '.join(texts)}" if texts else ""
 
 
 def _throws_reason(plan: Planned, recovery: float, release: str, twin: tuple[str, Planned]) -> str:
@@ -159,20 +166,3 @@ def _throws_text(plan: Planned, item: int) -> str:
 def _takers(plan: Planned, item: int) -> list[int]:
     """Indices of the robots that take an item."""
     return [int(index) for index in np.flatnonzero(plan.config.can_take()[:, item])]
-
-
-def _is_busy(plan: Planned, item: int) -> bool:
-    """Whether the robots that take an item have no time left."""
-    return bool(np.mean([plan.row["utilisation"][index] for index in _takers(plan, item)]) >= BUSY)
-
-
-def _gain(plan: Planned, plans: Sequence[Planned]) -> str:
-    """What the last robot of a plan brought over the same plan with fewer robots, if there is one."""
-    same = ("belt_speed", "percent", "skills")
-    fewer = [other for other in plans if all(other.row[key] == plan.row[key] for key in same)]
-    fewer = [other for other in fewer if other.row["robots"] < plan.row["robots"]]
-    if not fewer:
-        return ""
-    before = max(fewer, key=lambda other: other.row["robots"])
-    points = 100.0 * (plan.row["recovery"] - before.row["recovery"])
-    return f" (from {before.row['robots']} to {plan.row['robots']} recovery went up by {points:.1f} points)"

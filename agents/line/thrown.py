@@ -1,10 +1,11 @@
-"""Throws of a line at random in the full physics, and the table of chances that they give."""
+"""Throws of a line in the full physics, at random or as a controller chooses, and the table of their chances."""
 
 from __future__ import annotations
 
 import hashlib
 import re
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,9 +18,11 @@ from pnt_gym.cells.line.throws import SimulatedThrows
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers import NAMES
+from ..dispatchers.decisions import work_shifts
+from ..dispatchers.registry import ENV, line_controller, line_core
 from ..dispatchers.release import make_release
 from ..ground.cli import UsageError
-from ..ground.environments import stream_seed
+from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import deliver_text
 from ..ground.shipped import policy_place
 from ..ground.tables import throws_bar
@@ -28,6 +31,8 @@ from ..judging.work_shifts.counted import ENTRY, Counted, read_counted
 from ..learning.runs import POLICY
 
 NUM_ENVS: Final = 32
+FEW_ENVS: Final = 4
+"""Lines side by side whose throws a controller chooses: few, so that not all throws are of the begin of a shift."""
 MOST_EMPTY: Final = 200
 """Number of consecutive shifts without a throw that ends the calibration. If one shift in ten had throws, so many
 shifts without any would come once in a billion times."""
@@ -37,10 +42,21 @@ COUNTED: Final = ("kind", "percent", "hits", "picked", "lost", "ended_in", "ener
 """Columns of throws that say what became of them."""
 
 
-def table_place(config: LineConfig, release: str | None, folder: Path = MADE) -> Path:
-    """File of a line's table that a command makes, with throws corrected by a release or by nothing."""
+def table_place(config: LineConfig, release: str | None, folder: Path = MADE, controller: str | None = None) -> Path:
+    """File of a line's table that a command makes.
+
+    Args:
+        config: the line.
+        release: what corrects the throws; None for nothing.
+        folder: folder of the tables.
+        controller: what chooses the throws; None for random choices, which are the same for all lines of such cells.
+    """
     place = made_table(config, folder)
-    return place if release is None else place.with_stem(f"{place.stem}-{_release_text(release)}")
+    parts = [place.stem, *([] if release is None else [_release_text(release)])]
+    if controller is not None:
+        line = config.model_dump_json(exclude={"name", "chances", "throws"})
+        parts += [controller, hashlib.sha256(line.encode()).hexdigest()[:8]]
+    return place.with_stem("-".join(parts))
 
 
 def _release_text(release: str) -> str:
@@ -53,19 +69,33 @@ def _release_text(release: str) -> str:
 
 
 def with_table(
-    config: LineConfig, release: str | None, folder: Path, throws: int, seed: int, threads: int
+    config: LineConfig,
+    release: str | None,
+    folder: Path,
+    throws: int,
+    seed: int,
+    threads: int,
+    controller: str | None = None,
 ) -> tuple[LineConfig, Counted | None]:
     """The line with its table of chances for a release, and what became of the throws that were counted.
 
     A missing table is made in `folder`. A shipped table says nothing of failures and energy, so throws are counted
-    there for these figures, while the shipped chances hold.
+    there for these figures, while the shipped chances hold. With a controller, throws are counted once more as the
+    controller chooses them by the first table.
     """
     place = table_place(config, release, folder)
     if not place.is_file():
         calibrate(config, place, throws, seed, threads=threads, release=release)
     with_chances = LineConfig.load(config, chances=str(place))
+    ships = release is None and shipped_table(config).is_file()
+    if controller is not None:
+        place = table_place(config, release, folder, controller)
+        if not place.is_file():
+            line = config if ships else with_chances
+            calibrate(line, place, throws, seed, threads=threads, release=release, controller=controller)
+        with_chances = LineConfig.load(config, chances=str(place))
     counted = read_counted(with_chances)
-    return (config if release is None and shipped_table(config).is_file() else with_chances), counted
+    return (config if ships and controller is None else with_chances), counted
 
 
 def calibrate(
@@ -76,13 +106,22 @@ def calibrate(
     num_envs: int = NUM_ENVS,
     threads: int = 2,
     release: str | None = None,
+    controller: str | None = None,
 ) -> str:
-    """Make the table of a line and write it to a file; a summary in one sentence."""
-    config = LineConfig.load(config, throws="full", chances=None)
-    batches = list(random_throws(config, throws, seed, num_envs, threads, release))
+    """Make the table of a line and write it to a file; a summary in one sentence.
+
+    Throws are chosen at random, or by a controller, which knows the chances that the line has before.
+    """
+    if controller is None:
+        config = LineConfig.load(config, throws="full", chances=None)
+        batches = list(random_throws(config, throws, seed, num_envs, threads, release))
+    else:
+        config = LineConfig.load(config, throws="full")
+        batches = list(chosen_throws(config, controller, throws, seed, threads, release))
     columns = {name: np.concatenate([part[name] for part in batches]) for name in batches[0]}
     head = {"digest": digest(config), "throws": len(columns["kind"]), "seed": seed, "versions": versions()}
     head |= {} if release is None else {"release": release}
+    head |= {} if controller is None else {"controller": controller}
     chances = Chances.from_throws(config.cell, **{name: columns[name] for name in CHANCES})
     counted = Counted.from_throws(len(config.cell.items), **{name: columns[name] for name in COUNTED})
     text = format_table(chances, **head, items=list(config.cell.items), **{ENTRY: counted.entry()})
@@ -122,6 +161,31 @@ def random_throws(
                 raise UsageError(_no_throw_text(config, empty))
             if over.size > 0:
                 cell.reset(over, [cell.generators[row] for row in over])
+
+
+def chosen_throws(
+    config: LineConfig, controller: str, throws: int, seed: int, threads: int, release: str | None = None
+) -> Iterator[dict[str, Any]]:
+    """Columns of the throws that a controller chooses in whole shifts, batch by batch.
+
+    Raises:
+        UsageError: no robot throws in `MOST_EMPTY` consecutive shifts.
+    """
+    with closing(make_vector(ENV, config, FEW_ENVS, threads)) as env, throws_bar() as bar:
+        core, task = line_core(env), bar.add_task("throws", total=throws)
+        if release is not None:
+            core.use(make_release(release, config))
+        act, count, empty = line_controller(controller, core).act, 0, 0
+        for step in work_shifts(act, env, stream_seed("practice", seed), throws + MOST_EMPTY):
+            assert core.last is not None
+            yield _table_columns(core.last)
+            throws_now = int(core.last.valid.sum())
+            count, empty = count + throws_now, empty + int(step.over.sum()) if throws_now == 0 else 0
+            bar.advance(task, throws_now)
+            if count >= throws:
+                return
+            if empty >= MOST_EMPTY:
+                raise UsageError(_no_throw_text(config, empty))
 
 
 def _no_throw_text(config: LineConfig, shifts: int) -> str:

@@ -14,9 +14,9 @@ from ..dispatchers.release import make_release
 from ..ground.cli import UsageError, at_least
 from ..ground.versions import versions
 from .jets import stations_text
-from .planned import Conditions, Planned, check_plan, judge_plan
+from .planned import Conditions, Planned, check_plan, judge_plan, try_changes
 from .plans import Sweep, make_plans
-from .reasons import answer, check_text, chosen_plan, reason
+from .reasons import answer, check_text, chosen_plan, reason, throws_are_the_reason
 
 ANALYTIC: Final = "analytic"
 LEARNED: Final = "shipped:waste-sac"
@@ -35,6 +35,8 @@ class Verdict:
     other_release: str
     checked: dict[str, Any] | None
     """Figures of the plan's first shifts in the full physics; None if no shift was checked."""
+    changes: dict[str, float]
+    """Recovery of the plan with one thing changed, by words for the change; none where throws are the reason."""
     sentences: tuple[str, ...]
     """The plan, its shifts in the full physics, the reason why it does not sort more, and arm against jet."""
 
@@ -46,12 +48,13 @@ class Verdict:
             "release": self.release,
             "sentences": list(self.sentences),
             "checked": self.checked,
+            "changes": self.changes,
             "other_release": other,
         }
 
 
 def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditions, release: str | None) -> Verdict:
-    """The verdict on plans; judges the chosen plan once more, with another release.
+    """The verdict on plans; judges the chosen plan with another release too.
 
     Args:
         plans: all plans, with one release.
@@ -61,17 +64,39 @@ def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditio
     """
     plan, is_enough = chosen_plan(plans, recovery)
     name, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
-    config = plan.config.model_copy(update={"chances": None})
-    numbers = {key: plan.row[key] for key in ("robots", "belt_speed", "percent", "skills")}
-    twin = judge_plan(numbers, config, conditions, None if other == ANALYTIC else other)
+    twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
     checked = check_plan(plan, conditions, release)
+    changes = {} if throws_are_the_reason(plan, recovery) else try_changes(plan, conditions)
     sentences = (
         answer(plan, is_enough, recovery),
         *([] if checked is None else [check_text(checked)]),
-        reason(plan, plans, recovery, name, (other, twin)),
+        reason(plan, recovery, name, (other, twin), changes),
         stations_text(plan.row["against"], plan.row["recovery"], plan.row["energy_per_sorted_j"]),
     )
-    return Verdict(plan, name, twin, other, checked, sentences)
+    return Verdict(plan, name, twin, other, checked, changes, sentences)
+
+
+def judge_again(plan: Planned, conditions: Conditions, release: str | None) -> Planned:
+    """A plan judged once more, by chances of the throws that its own controller chooses."""
+    config = plan.config.model_copy(update={"chances": None})
+    return judge_plan(plan.numbers, config, conditions, release, recount=True)
+
+
+def recount_chosen(
+    plans: Sequence[Planned], recovery: float, conditions: Conditions, release: str | None
+) -> list[Planned]:
+    """The plans, of which the chosen one has chances of the throws that its own controller chooses.
+
+    If such chances make another plan the chosen one, that plan is judged again too.
+    """
+    judged, recounted = list(plans), set[int]()
+    while True:
+        chosen, _ = chosen_plan(judged, recovery)
+        index = next(place for place, plan in enumerate(judged) if plan is chosen)
+        if index in recounted:
+            return judged
+        judged[index] = judge_again(chosen, conditions, release)
+        recounted.add(index)
 
 
 @dataclass(frozen=True)
@@ -138,6 +163,7 @@ def judge_line(
         text = ", ".join(f"{name} {value}" for name, value in numbers.items())
         tell(f"plan {number} of {len(asked)}: {text}")
         plans.append(judge_plan(numbers, config, conditions, release))
+    plans = recount_chosen(plans, recovery, conditions, release)
     return Judged(level, conditions, plans, give_verdict(plans, recovery, conditions, release))
 
 

@@ -65,6 +65,8 @@ evaluate --controller policy --action-mode release_xyz | the policy of 'policy' 
 evaluate --controller foreign | 'foreign/policy.npz' is damaged: policy.npz is truncated or holds no policy
 evaluate --controller policy --level nominal.yaml | level file 'nominal.yaml': mismatch is 9: input should be le
 evaluate --env PnTLine-v0 --controller mlp | 'mlp' is no controller of a line; controllers are random, fifo
+evaluate --env PnTLine-v0 --controller nobody | 'nobody' is no controller of a line; ... index, shipped:line/value
+evaluate --controller nobody | 'nobody' is neither a controller nor a run ... shipped:day-recurrent_ppo, MODULE:CLASS
 evaluate --env PnTLine-v0 --controller atc --picks 9 | --picks goes with throws; PnTLine-v0 is judged by work shifts
 evaluate --env PnTLine-v0 --controller atc --shifts 0 | --shifts is 0; it must be at least 1
 evaluate --env PnTLine-v0 --controller atc --release ridge | level 'single' ... set `throws` to 'flight' or 'full'
@@ -171,6 +173,12 @@ fit file --prior tau | 'tau' is no NAME=VALUE
 fit file --out x.txt | --out is 'x.txt'; it must end in .yaml or .yml
 fit file --level nowhere | unknown level 'nowhere'; shipped levels are
 fit --design 0 | --design is 0; it must be at least 1
+fit --design 3 --landings 30 | --landings goes with --twins, and has no effect here
+fit --twins 1 --plan x.csv | --plan goes with --design, and has no effect here
+fit file --plan x.csv | --plan goes with --design, and has no effect here
+fit --design 5 --out x.yaml | --out goes with LOG, and has no effect here
+fit --design 5 --page x.html | --page goes with LOG, and has no effect here
+fit --twins 1 --json x.json | --json goes with LOG, and has no effect here
 fit --twins 1 --landings 9 | --landings is 9; it must be at least 10
 compare | a comparison needs at least 2 controllers, got 0
 compare mlp | a comparison needs at least 2 controllers, got 1

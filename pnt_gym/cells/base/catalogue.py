@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
+from itertools import chain
 from pathlib import Path
 from statistics import median_low
 from types import MappingProxyType
@@ -130,11 +131,15 @@ class ItemsConfig(LevelConfig):
 
     @model_validator(mode="after")
     def _check_all(self) -> Self:
-        check_all(self.problems())
+        check_all(chain(self.plain_problems(), self.problems()))
         return self
 
     def problems(self) -> Iterator[str]:
-        """Everything that does not fit together in this level, a clause each."""
+        """What does not fit together in this level besides names, a clause each."""
+        return iter(())
+
+    def plain_problems(self) -> Iterator[str]:
+        """What is wrong with the names of items."""
         definitions, names = self.item_definitions(), [item.name for item in self.extra_items]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             yield f"extra_items: {list_names(twice)} {'stands' if len(twice) == 1 else 'stand'} there more than once"

@@ -8,8 +8,8 @@ user's level is a file or a mapping of the same form.
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from copy import deepcopy
 from functools import lru_cache
 from pathlib import Path
@@ -20,7 +20,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic_core import PydanticCustomError, to_jsonable_python
 
 from pnt_gym.cells.base.merging import MergeRules, merge_levels
-from pnt_gym.cells.base.problems import describe_problems
+from pnt_gym.cells.base.problems import construct_loosely, describe_problems
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 from pnt_gym.reading import ReadError, number_of, parsed_yaml, text_of
 
@@ -193,7 +193,26 @@ class LevelConfig(Section):
         try:
             return cls.model_validate(data)
         except ValidationError as error:
-            raise ConfigError(f"{source}: {describe_problems(error, cls)}") from None
+            raise ConfigError(f"{source}: {describe_problems(error, cls, cls._further_problems(data))}") from None
+
+    @classmethod
+    def _further_problems(cls, data: Mapping[str, Any]) -> list[str]:
+        """Mistakes that do not follow from impossible values elsewhere in the level, so that none hides another."""
+        clauses: list[str] = []
+        # Values may be so wrong that they cannot be compared, which their own complaints say; earlier clauses stay.
+        with suppress(TypeError, ValueError, AttributeError, LookupError, ConfigError):
+            for clause in cls.loose(data).plain_problems():
+                clauses.append(clause)
+        return clauses
+
+    @classmethod
+    def loose(cls, data: Mapping[str, Any]) -> Self:
+        """A config of values that are not checked, for its `plain_problems` alone."""
+        return construct_loosely(cls, data)
+
+    def plain_problems(self) -> Iterator[str]:
+        """Mistakes that show even where other values are impossible, names above all; a clause each."""
+        return iter(())
 
     @classmethod
     def file_of(cls, name: str) -> Path:
@@ -251,6 +270,11 @@ class LevelConfig(Section):
         if not isinstance(base, str | Path):
             raise ConfigError(f"base is {base!r}; it must be the name of a level or a YAML file")
         return cls.merge(cls._from_file(base, above), differences)
+
+    @classmethod
+    def completed(cls, data: Mapping[str, Any]) -> dict[str, Any]:
+        """A level merged into its base, where it names a base."""
+        return cls._complete(data, ()) if "base" in data else dict(data)
 
     @classmethod
     def merge(cls, below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
-from typing import Any, Final, TypeAlias, cast, get_args, get_origin
+from typing import Any, Final, TypeAlias, TypeVar, cast, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -24,12 +24,13 @@ _BOUNDS: Final = {"greater_than", "greater_than_equal", "less_than", "less_than_
 Place: TypeAlias = tuple[int | str, ...]
 
 
-def describe_problems(error: ValidationError, kind: type[BaseModel]) -> str:
+def describe_problems(error: ValidationError, kind: type[BaseModel], further: Sequence[str] = ()) -> str:
     """All complaints of pydantic as one sentence: unknown keys, missing keys, and values that are not possible.
 
     Args:
         error: the complaints.
         kind: class of the config, for the keys that were perhaps meant.
+        further: clauses that the whole config would yield, which pydantic checks only if all values are possible.
     """
     problems = error.errors()
     unknown = [_unknown_key(p["loc"], kind) for p in problems if p["type"] == "extra_forbidden"]
@@ -38,6 +39,7 @@ def describe_problems(error: ValidationError, kind: type[BaseModel]) -> str:
         *([f"unknown {_keys(unknown)}"] if unknown else []),
         *([f"{_keys(missing)} {'is' if len(missing) == 1 else 'are'} missing"] if missing else []),
         *_wrong_values([p for p in problems if p["type"] != "extra_forbidden" and not _is_missing_key(p)], kind),
+        *(further if all(p["loc"] for p in problems) else ()),
     ]
     return join_clauses(clauses)
 
@@ -159,6 +161,27 @@ def _paths(kind: type[BaseModel], above: str = "") -> Iterator[str]:
         section = next(_sections_in(field.annotation), None)
         if section is not None and get_origin(field.annotation) is not tuple:
             yield from _paths(section, f"{above}{name}.")
+
+
+LooseConfig = TypeVar("LooseConfig", bound=BaseModel)
+
+
+def construct_loosely(kind: type[LooseConfig], data: Mapping[str, Any]) -> LooseConfig:
+    """A config with sections and defaults, of values that are not checked."""
+    values: dict[str, Any] = {}
+    for name in kind.model_fields.keys() & data.keys():
+        section = next(_sections_in(kind.model_fields[name].annotation), None)
+        values[name] = _part(section, data[name])
+    return kind.model_construct(**values)
+
+
+def _part(section: type[BaseModel] | None, value: Any) -> Any:
+    """A value of a config that is not checked; mappings are sections where the config has sections."""
+    if isinstance(value, list | tuple):
+        return tuple(_part(section, entry) for entry in cast("Sequence[Any]", value))
+    if section is not None and isinstance(value, Mapping):
+        return construct_loosely(section, cast("Mapping[str, Any]", value))
+    return value
 
 
 def check_all(problems: Iterator[str]) -> None:

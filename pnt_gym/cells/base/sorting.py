@@ -243,12 +243,18 @@ class SortingLine(ItemsConfig):
             merged["extra_items"] = [entry for entry in cast("list[Any]", entries) if _name_of(entry) in items]
         return merged
 
-    def problems(self) -> Iterator[str]:
-        """What is wrong with the items, and with the bins: on the belt, on each other, or of other items."""
-        yield from super().problems()
+    def plain_problems(self) -> Iterator[str]:
+        """What is wrong with the names of items, also where bins accept them."""
+        yield from super().plain_problems()
         if unused := [item.name for item in self.extra_items if item.name not in self.items]:
             verb, pronoun = ("is", "it") if len(unused) == 1 else ("are", "them")
             yield f"extra_items: {list_names(unused)} {verb} not in `items`, {self.items}; name {pronoun} there"
+        if self.has_clear_items:
+            yield from self._wrong_acceptance()
+
+    def problems(self) -> Iterator[str]:
+        """What is wrong with the places of the bins: on the belt, or on each other."""
+        yield from super().problems()
         wall = self.bins.wall
         if self.bins.random is not None:
             r, reach = self.bins.random, self.bins.random.side[1] / 2 + wall
@@ -259,8 +265,6 @@ class SortingLine(ItemsConfig):
             for neighbour in self.bins.fixed[:i]:
                 if _overlap(b, neighbour, wall):
                     yield f"bin {b.name!r} overlaps bin {neighbour.name!r}; move one of them"
-        if self.has_clear_items:
-            yield from self._wrong_acceptance()
 
     @property
     def has_clear_items(self) -> bool:

@@ -287,22 +287,28 @@ class ConveyorConfig(SortingLine):
     )
     picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Throws of an episode on the belt.")
 
+    def plain_problems(self) -> Iterator[str]:
+        """What is wrong with names, also in what the level says of each item."""
+        yield from super().plain_problems()
+        if self.has_clear_items:
+            yield from self._strangers("mix", self.mix or ())
+            for true, row in self.classifier.confusion.items():
+                yield from self._strangers(f"classifier.confusion of {true!r}", dict.fromkeys((true, *row)))
+
     def problems(self) -> Iterator[str]:
-        """What is wrong with items and bins, and with what the level says of each item."""
+        """What is wrong with bins, cups, shares of the classifier and the ride with the belt."""
         yield from super().problems()
         definitions = self.item_definitions()
         unheld = [name for name in self.items if name in definitions and definitions[name].seal_force is None]
         if unheld:
             verb, pronoun = ("has", "it") if len(unheld) == 1 else ("have", "them")
             yield f"items: {list_names(unheld)} {verb} no seal_force; a suction cup cannot hold {pronoun}"
-        if self.has_clear_items:
-            yield from self._strangers("mix", self.mix or ())
         for true, row in self.classifier.confusion.items():
-            where = f"classifier.confusion of {true!r}"
-            if self.has_clear_items:
-                yield from self._strangers(where, dict.fromkeys((true, *row)))
             if abs(sum(row.values()) - 1.0) > SUM_TOLERANCE:
-                yield f"{where} sums to {sum(row.values()):.7g}; the shares of an item must sum to 1"
+                yield (
+                    f"classifier.confusion of {true!r} sums to {sum(row.values()):.7g}; the shares of an item must sum "
+                    "to 1"
+                )
         if self.belt.tracking:
             yield from self._ride_problems()
 

@@ -136,11 +136,24 @@ class LineConfig(LevelConfig):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        check_all(self._cell_problems())
-        check_all(self._robot_problems())
-        check_all(chain(self._name_problems(), self._down_problems()))
+        check_all(chain(self._cell_problems(), self.plain_problems()))
         check_all(chain(self._object_problems(), self._skill_problems()))
         return self
+
+    @classmethod
+    def loose(cls, data: Mapping[str, Any]) -> Self:
+        """A line of values that are not checked, with its cell."""
+        cell: Any = data.get("cell")
+        cell = {"base": cell} if isinstance(cell, str | Path) else cell
+        if isinstance(cell, Mapping):
+            cell = ConveyorConfig.loose(ConveyorConfig.completed(cast("Mapping[str, Any]", cell)))
+        return super().loose({**data, "cell": cell})
+
+    def plain_problems(self) -> Iterator[str]:
+        """What is wrong with names, with the places of the robots, and with standstills."""
+        yield from self._name_problems()
+        yield from self._robot_problems()
+        yield from self._down_problems()
 
     def _cell_problems(self) -> Iterator[str]:
         cell = self.cell
@@ -186,6 +199,8 @@ class LineConfig(LevelConfig):
 
     def _name_problems(self) -> Iterator[str]:
         """Items that robots, bins or values name, and that do not come."""
+        if not self.cell.has_clear_items:
+            return
         for robot in self.robots:
             yield from self._strangers(f"skills of robot {robot.name!r}", robot.skills)
             for bin_ in robot.bins:

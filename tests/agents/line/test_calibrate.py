@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.line.thrown import CHANCES, random_throws
+from agents.line.thrown import CHANCES, chosen_throws, random_throws, table_place
 from pnt_gym.cells.line.chances import Chances, digest, shipped_table
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import answered, output_of, refused
+from tests.tools.plant import plant
 
 LEVEL = {"name": "mine", "base": "single", "cell": {"limits": {"percent": [30, 45]}}}
 
@@ -70,3 +71,19 @@ def test_a_line_on_which_nothing_comes_is_said_to_have_no_throws(tmp_path):
     level.write_text(yaml.safe_dump(empty))
     said = "level 'empty': no robot threw an object in 224 shifts of 5 s; arrivals.rate is 1e-09 objects a second"
     assert said in refused("agents.line calibrate", "--level", level, "--out", tmp_path / "table.json")
+
+
+def test_throws_that_a_controller_chooses_are_counted():
+    config = LineConfig.load({**plant(), "throws": "flight", "value": {"of": {"alu": 50.0}}, "duration": 20.0})
+    parts = [list(chosen_throws(config, "value_rate", 60, 0, 1)), list(random_throws(config, 60, 0, 4, 1))]
+    chosen, drawn = (np.concatenate([part["kind"] for part in throws]) for throws in parts)
+    assert 60 <= len(chosen) < 72
+    assert (chosen == 2).mean() > 1.5 * (drawn == 2).mean() > 0.0
+
+
+def test_a_table_of_a_controller_belongs_to_its_line():
+    line = LineConfig.load(plant())
+    faster = LineConfig.load(line, arrivals={"rate": 2.0})
+    places = {table_place(config, None, controller=name).name for config in (line, faster) for name in ("price", "atc")}
+    assert len(places) == 4
+    assert table_place(line, None) == table_place(faster, None)

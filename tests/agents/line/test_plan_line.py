@@ -10,7 +10,8 @@ from agents.ground.cli import UsageError
 from agents.judging.work_shifts.counted import Counted
 from agents.judging.work_shifts.data import Shifts
 from agents.judging.work_shifts.fates import FATES, Fates
-from agents.line.planned import Planned, money_per_hour, table_spread
+from agents.line import verdict
+from agents.line.planned import Conditions, Planned, money_per_hour, table_spread, try_changes
 from agents.line.plans import Sweep, down, line_up, make_plans
 from agents.line.reasons import check_text, chosen_plan, plans_table, reason
 from pnt_gym.cells.line.chances import shipped_table
@@ -71,7 +72,7 @@ def test_a_light_item_that_every_throw_misses_is_the_reason():
     twin = planned(0.93, WELL, WELL, (94, 0, 3, 0, 1, 2))
     assert plan.thrown_badly(2) == pytest.approx(94 / 97)
     assert plan.bound == pytest.approx(0.8 * 97 / 98 + 0.2 * 3 / 97)
-    text = reason(plan, [plan], 0.95, "analytic", ("learned", twin))
+    text = reason(plan, 0.95, "analytic", ("learned", twin), {})
     assert text == (
         "the reason: alu is thrown and misses (96.9 %), so more robots do not help: with every object picked these "
         "throws sort 79.8 %; release learned loses 3.1 % of alu, and the plan sorts 93.0 % instead of 75.0 % with "
@@ -81,29 +82,53 @@ def test_a_light_item_that_every_throw_misses_is_the_reason():
 
 def test_throws_are_named_only_as_far_as_they_matter():
     plan = planned(0.8, (60, 0, 0, 38, 1, 1), WELL, (20, 0, 77, 0, 1, 2))
-    text = reason(plan, [plan], 0.95, "analytic", ("learned", plan))
+    text = reason(plan, 0.95, "analytic", ("learned", plan), {})
     assert "alu is thrown and misses (79.4 %) and hdpe is thrown and is lost on the way (38.8 %), so more" in text
     good_enough = planned(0.9, (90, 0, 6, 0, 2, 2), WELL, WELL)
-    text = reason(good_enough, [good_enough], 0.91, "analytic", ("learned", good_enough))
+    text = reason(good_enough, 0.91, "analytic", ("learned", good_enough), {})
     assert "hdpe is thrown and misses (6.2 %), so better throws help more than more robots:" in text
 
 
 def test_objects_that_nobody_tries_are_the_reason():
-    two = planned(0.6, WELL, (40, 0, 1, 0, 2, 57), WELL, robots=2, work=(0.97, 0.96))
     plan = planned(0.7, WELL, (50, 0, 1, 0, 2, 47), WELL, work=(0.97, 0.96, 0.4))
-    text = reason(plan, [two, plan], 0.95, "analytic", ("learned", plan))
-    assert text == (
-        "the reason: 47.0 % of brick pass the end, not tried; taken by first, second, at work 97.0 %, 96.0 %: more "
-        "robots, or faster ones, help (from 2 to 3 recovery went up by 10.0 points)"
+    changes = {"one more robot": 0.8, "half as many objects": 0.93}
+    assert reason(plan, 0.95, "analytic", ("learned", plan), changes) == (
+        "the reason: 47.0 % of brick pass the end, not tried; taken by first, second, at work 97.0 %, 96.0 %; by the "
+        "same table the plan would sort 80.0 % with one more robot, 93.0 % with half as many objects"
     )
-    idle = planned(0.7, WELL, (50, 0, 1, 0, 2, 47), WELL, work=(0.5, 0.6, 0.4))
-    assert "have time left, so gaps and bursts" in reason(idle, [idle], 0.95, "analytic", ("learned", idle))
+
+
+def test_a_plan_is_tried_with_one_thing_changed(monkeypatch):
+    lines = []
+
+    def work(line, conditions):
+        lines.append(line)
+        return Shifts({"shift_recovery": np.full(2, 0.5 + 0.1 * len(lines))}, {}, 0, 0, 0.0), None
+
+    monkeypatch.setattr("agents.line.planned.work", work)
+    changes = try_changes(planned(0.5, WELL, WELL, WELL), Conditions())
+    assert changes == pytest.approx(
+        {"one more robot": 0.6, "all skills for every robot": 0.7, "half as many objects": 0.8}
+    )
+    assert [len(line.robots) for line in lines] == [4, 3, 3]
+    assert lines[1].can_take().all()
+    assert [line.arrivals.rate for line in lines] == [2.5, 2.5, 1.25]
 
 
 def test_cups_that_do_not_seal_are_the_reason():
     plan = planned(0.8, WELL, (60, 0, 1, 0, 30, 9), WELL, work=(0.5, 0.6, 0.4))
-    text = reason(plan, [plan], 0.95, "analytic", ("learned", plan))
-    assert text.startswith("the reason: cups do not seal on brick, and 30.0 % of it pass the end after a try: its")
+    text = reason(plan, 0.95, "analytic", ("learned", plan), {})
+    assert text.startswith("the reason: 30.0 % of brick pass the end after picks in which")
+
+
+def test_the_chosen_plan_is_judged_by_its_own_throws_until_it_stays_the_chosen_one(monkeypatch):
+    two, three, four = (planned(share, WELL, WELL, WELL, robots=n) for n, share in ((2, 0.97), (3, 0.96), (4, 0.8)))
+    again = {2: planned(0.9, WELL, WELL, WELL, robots=2), 3: planned(0.95, WELL, WELL, WELL, robots=3)}
+    monkeypatch.setattr(verdict, "judge_again", lambda plan, *_: again[plan.row["robots"]])
+    plans = verdict.recount_chosen([two, three, four], 0.92, Conditions(), None)
+    assert plans[0] is again[2]
+    assert plans[1] is again[3]
+    assert plans[2] is four
 
 
 def test_the_table_names_causes_and_the_worst_item():
@@ -164,6 +189,7 @@ def test_the_light_item_of_the_plant_is_the_reason(planned_plant):
     folder, said = planned_plant
     told, words = json.loads((folder / "plans.json").read_text()), " ".join(said.split())
     plan, twin = told["plans"][0], told["other_release"]
+    assert plan["chances_by"] == twin["chances_by"] == "price"
     assert "no plan reaches a recovery of 95.0 %; the best plan, 3 robots at 60 %" in words
     assert "the reason: alu is thrown and misses (" in words and "so more robots do not help" in words
     assert "arm against jet: the arms sort" in words
@@ -183,8 +209,9 @@ def test_the_light_item_of_the_plant_is_the_reason(planned_plant):
 
 def test_tables_of_plans_are_kept_in_the_working_folder(planned_plant):
     folder, _ = planned_plant
-    names = sorted(path.name.partition("-")[2][:17] for path in (folder / "runs" / "chances").iterdir())
-    assert names == ["", "shipped-waste-sac"]
+    parts = [path.stem.split("-")[1:] for path in (folder / "runs" / "chances").iterdir()]
+    names = sorted(" ".join(part for part in name if len(part) != 8 and part != "shipped") for name in parts)
+    assert names == ["", "price", "waste sac", "waste sac price"]
 
 
 def test_it_says_which_plan_is_enough(tmp_path):

@@ -194,3 +194,61 @@ def test_a_mistake_is_one_sentence_with_all_that_is_wrong(case):
     assert sentence in text
     assert "\n" not in text
     assert len(text) <= 450
+
+
+PAIRS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
+    "a number of the cell and a robot's skill": (
+        {"cell.limits.percent": [0.3], "robots.1.skills": ["pet"]},
+        ("limits.percent.0 is 0.3: input should be gr", "skills of robot 'second': 'pet' is not among"),
+    ),
+    "a number of the cell, a bin's item and the mix": (
+        {"cell.belt.speed": "0.4 m/s", "cell.bins.fixed.0.accepts": ["hdpe", "pet"], "cell.mix.glass": 3},
+        ("belt.speed is '0.4 m/s'", "bin 'bottles' accepts 'pet', which is not", "mix: 'glass' is not among the items"),
+    ),
+    "a mass in grams and an item's name": (
+        {"cell.extra_items.0.mass": 60, "cell.items": ["hdpe", "brik", "alu"]},
+        ("extra_items.0.mass is 60", "items: unknown item 'brik'; perhaps 'brick'"),
+    ),
+    "a robot's place and a value": (
+        {"robots.2.x": "far", "value.of": {"glass": 2.0}},
+        ("robots.2.x is 'far'", "value.of: 'glass' is not among the cell's items"),
+    ),
+    "an unknown key of the cell, windows and a value": (
+        {"cell.extra_items.0.weight": 0.06, "robots.1.x": 0.3, "value.of": {"glass": 2.0}},
+        ("unknown key 'extra_items.0.weight'", "windows that overlap", "value.of: 'glass'"),
+    ),
+    "the length of a shift, a bin's place and a skill": (
+        {"duration": "2 min", "cell.bins.fixed.1.x": -0.2, "robots.2.skills": ["hpde"]},
+        ("duration is '2 min'", "bin 'cartons' overlaps bin 'bottles'", "skills of robot 'third': 'hpde'"),
+    ),
+    "bins as a list and a skill": (
+        {"cell.bins": plant()["cell"]["bins"]["fixed"], "robots.2.skills": ["hpde"]},
+        ("input should be a section, with keys fixed", "skills of robot 'third': 'hpde'"),
+    ),
+    "a shift's length and the cell's other file": (
+        {"cell": "nominal", "duration": -1},
+        ("duration is -1", "skills of robot 'second': 'hdpe' and 'brick' are not among"),
+    ),
+    "windows and a skill": (
+        {"robots.1.x": 0.3, "robots.2.skills": ["hpde"]},
+        ("windows that overlap", "skills of robot 'third': 'hpde'"),
+    ),
+}
+"""Mistakes of different kinds in one level, of which none may hide another."""
+
+
+@pytest.mark.parametrize("case", PAIRS)
+def test_mistakes_of_all_kinds_are_told_at_once(case):
+    changes, clauses = PAIRS[case]
+    with pytest.raises(ConfigError) as caught:
+        LineConfig.load(changed(changes))
+    text = str(caught.value)
+    assert [clause for clause in clauses if clause not in text] == []
+    assert len(set(text.split("; "))) == len(text.split("; "))
+    assert len(text) <= 450
+
+
+def test_a_misspelled_item_is_told_once():
+    with pytest.raises(ConfigError) as caught:
+        LineConfig.load(changed({"cell.items": ["hdpe", "brik", "alu"], "duration": -1}))
+    assert "skills" not in str(caught.value)
