@@ -56,8 +56,47 @@ def environment_table(data: Data) -> Grid:
     return Grid("Throws per second", header, rows, note)
 
 
+def shares_table(data: Data) -> Grid:
+    """Parts of a step by their shares of the processor's time, step by step beside each other."""
+    steps = data["steps"]
+    forms = {1: "single", **{step["cells"]: f"{step['cells']} cells" for step in steps if step["cells"] > 1}}
+    header = ["part of a step", *(f"`{step['env']}`, {step['level']}, {forms[step['cells']]}" for step in steps)]
+    parts = dict.fromkeys(part for step in steps for part in step["parts"])
+    rest = "everything else"
+    names = [*(part for part in parts if part != rest), *([rest] if rest in parts else [])]
+    rows = [[part, *(_percent(step["parts"].get(part)) for step in steps)] for part in names]
+    note = (
+        "Samples of one thread's processor time every millisecond, each with the time that machine code took before. "
+        "All on one thread."
+    )
+    return Grid("Where the time of a step goes", header, rows, note)
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{100 * share:.1f} %"
+
+
+def training_table(data: Data) -> Grid:
+    """Parts of a training by their shares of the processor's time, and its seconds beside those of older code."""
+    rows = [[part, _percent(share)] for part, share in data["parts"].items()]
+    note = f"{data['throws']:,} throws of SAC on `PnTConveyor-v0`, without the table at the end."
+    if seeds := data.get("seeds"):
+        pairs = [(seed["before"]["seconds"], seed["now"]["seconds"]) for seed in seeds]
+        same = all(seed["before"]["landing_error_m"] == seed["now"]["landing_error_m"] for seed in seeds)
+        error = "with the same landing errors" if same else "with other landing errors"
+        before, now = (", ".join(f"{seconds:.0f}" for seconds in column) for column in zip(*pairs, strict=True))
+        share = sum(now for _, now in pairs) / sum(before for before, _ in pairs)
+        note += (
+            f" Seconds of learning, seed by seed in turn: {before} with older code and {now} with this code, {error}: "
+            f"{100 * share:.0f} % of the time."
+        )
+    return Grid("Where the time of a training goes", ["part of a training", "share"], rows, note)
+
+
 TABLES: Final = (
     ({"plan_release_us", "batch_plans_per_s"}, planner_table),
     ({"envs", "cpus"}, environment_table),
+    ({"steps", "cpus"}, shares_table),
+    ({"parts", "throws"}, training_table),
 )
 """By what the files that `make perf` writes are known, and their tables."""

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -38,19 +38,22 @@ THROW: Final[Parts] = (
     ("references of the motors", {"ConveyorPlant._references"}),
     ("effort of the motors", {"ConveyorPlant._effort_of_plan"}),
     ("effort of the motors", {"ConveyorPlant._effort"}),
-    ("joining, judging", {"ConveyorCell._simulate"}),
+    ("joining and judging", {"ConveyorCell._simulate"}),
     ("choice of the next object", {"BeltPicks._choose_picks"}),
     ("new objects on the belt", {"BeltStream.ride"}),
+    ("choice of the next object", {"BeltPicks.following"}),
     ("plan of the throw", {"Core.plan"}),
-    ("observation", {"Core.observe"}),
+    ("plan of the throw", {"ConveyorCell._motion"}),
+    ("objects beside the throw", {"BeltPicks.find_collisions"}),
+    ("observation, rewards, info", {"Core.observe"}),
+    ("observation, rewards, info", {"ConveyorCell.reward"}),
+    ("observation, rewards, info", {"ConveyorCell.info"}),
 )
 DECISION: Final[Parts] = (
     ("decisions in machine code", {"Turns.advance"}),
     ("choice carried out", {"LineCell.take"}),
-    ("objects of new shifts", {"Stream.draw"}),
+    ("objects of new shifts", {"StreamSampler.draw"}),
     ("figures of a shift", {"LineCore._shift_info"}),
-    ("observation", {"LineCore.observe"}),
-    ("observation", {"LineCore._observe"}),
 )
 TRAINING: Final[Parts] = (
     ("gradient steps", {"BanditSAC.train"}),
@@ -59,7 +62,7 @@ TRAINING: Final[Parts] = (
     ("libraries, cells and networks", {"open_trial"}),
     ("libraries, cells and networks", {"Session.create"}),
     ("choice of actions", {"OffPolicyAlgorithm._sample_action"}),
-    ("checkpoints", {"RunFolder.save"}),
+    ("checkpoints", {"RunFolder.save_checkpoint"}),
 )
 REST: Final = "everything else"
 STEPS: Final = (
@@ -77,7 +80,7 @@ THROWS, SEEDS = 2000, 3
 @contextmanager
 def sample_shares(parts: Parts) -> Iterator[dict[str, float]]:
     """Shares of this thread's processor time by part, from the end of the context on."""
-    times, last = Counter[str](), time.thread_time()
+    times, last = defaultdict[str, float](float), time.thread_time()
 
     def take_sample(_: int, frame: FrameType | None) -> None:
         nonlocal last
@@ -95,7 +98,7 @@ def sample_shares(parts: Parts) -> Iterator[dict[str, float]]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
-    shares |= {part: times[part] / sum(times.values()) for part in dict.fromkeys([*dict(parts), REST]) if times[part]}
+    shares |= {part: times[part] / sum(times.values()) for part in [*dict(parts), REST] if part in times}
 
 
 class Cells:
@@ -113,15 +116,13 @@ class Cells:
 def steps(options: Options) -> Iterator[Row]:
     """Shares of a step by its parts, of single environments and of vectors on one thread."""
     yield Count(("cpus",), os.cpu_count())
-    for n, (env_id, level, cells, count, parts) in enumerate(STEPS):
-        step, count = (Cells if cells > 1 else Singles)(env_id, level, cells).step, options.size(count)
+    for n, (env_id, level, cells, usual, parts) in enumerate(STEPS):
+        step, count = (Cells if cells > 1 else Singles)(env_id, level, cells).step, options.size(usual)
         repeat(step, max(count // 10, 2))
-        began = time.thread_time()
         with sample_shares(parts) as shares:
             repeat(step, count)
         name = level if isinstance(level, str) else level["name"]
-        microseconds = 1e6 * (time.thread_time() - began) / (count * cells)
-        yield Count(("steps", n), {"env": env_id, "level": name, "cells": cells, "us_per_throw": microseconds})
+        yield Count(("steps", n), {"env": env_id, "level": name, "cells": cells})
         yield Count(("steps", n, "parts"), shares)
 
 
