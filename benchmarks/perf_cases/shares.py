@@ -73,7 +73,7 @@ STEPS: Final = (
     ("PnTLine-v0", "single", 64, 1000, DECISION),
 )
 """Environment, level, cells, steps that are sampled, and parts; one cell is a single environment."""
-THROWS, SEEDS = 2000, 3
+THROWS, SEEDS = 1000, 3
 """Throws of a training, and seeds of trainings that are compared."""
 
 
