@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from agents.ground.cli import UsageError
-from agents.report.speeds import shares_table, training_table
+from agents.report.speeds import before_table, shares_table, training_table
 from benchmarks import perf, timing
 from benchmarks.perf_cases import planning, shares
 from benchmarks.timing import Count, Options, Timing
@@ -135,12 +135,11 @@ def test_steps_stand_beside_each_other_with_everything_else_at_the_end() -> None
 
 
 def test_a_training_stands_beside_that_of_older_code() -> None:
-    seeds = [
-        {"before": {"seconds": 40.0, "landing_error_m": 0.04}, "now": {"seconds": now, "landing_error_m": 0.04}}
-        for now in (20.0, 30.0)
-    ]
-    grid = training_table({"throws": 2000, "parts": {"throws": 0.5}, "seeds": seeds})
-    assert "40, 40 with older code and 20, 30 with this code, with the same landing errors: 62 %" in grid.note
-    seeds[1]["now"]["landing_error_m"] = 0.05
-    assert "with other landing errors" in training_table({"throws": 2000, "parts": {}, "seeds": seeds}).note
-    assert "older" not in training_table({"throws": 2000, "parts": {}}).note
+    turns = {
+        "before": {"seconds": 40.0, "landing_error_m": 0.04},
+        "now": {"seconds": 20.0, "landing_error_m": 0.05},
+    }
+    grid = before_table({"throws": 2000, "seeds": [turns]})
+    assert grid.rows == [["0", "40.0 s", "20.0 s", "40.00 mm", "50.00 mm"]]
+    grid = training_table({"throws": 2000, "parts": {"throws": 0.5, "everything else": 0.5}})
+    assert grid.rows == [["throws", "50.0 %"], ["everything else", "50.0 %"]]

@@ -18,7 +18,7 @@ from .line import gains_table, line_table, seeds_table
 from .peers import peers_table
 from .questions import QUESTIONS
 from .reproduction import table as reproduced_table
-from .speeds import environment_table, planner_table, shares_table, training_table
+from .speeds import before_table, environment_table, planner_table, shares_table, training_table
 from .study import study_grid
 from .study_plan import STUDIES, read_study
 from .submissions import BLOCK as SUBMISSIONS
@@ -33,6 +33,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "environments": ("perf_envs.json", environment_table),
     "shares": ("perf_shares.json", shares_table),
     "training-shares": ("perf_training.json", training_table),
+    "training-before": ("perf_before.json", before_table),
     "line": ("benchmark_line.json", line_table),
     "line-gains": ("benchmark_line.json", gains_table),
     "line-learned": ("benchmark_line.json", seeds_table),

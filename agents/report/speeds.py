@@ -77,20 +77,27 @@ def _percent(share: float | None) -> str:
 
 
 def training_table(data: Data) -> Grid:
-    """Parts of a training by their shares of the processor's time, and its seconds beside those of older code."""
+    """Parts of a training by their shares of the processor's time."""
     rows = [[part, _percent(share)] for part, share in data["parts"].items()]
     note = f"{data['throws']:,} throws of SAC on `PnTConveyor-v0`, without the table at the end."
-    if seeds := data.get("seeds"):
-        pairs = [(seed["before"]["seconds"], seed["now"]["seconds"]) for seed in seeds]
-        same = all(seed["before"]["landing_error_m"] == seed["now"]["landing_error_m"] for seed in seeds)
-        error = "with the same landing errors" if same else "with other landing errors"
-        before, now = (", ".join(f"{seconds:.0f}" for seconds in column) for column in zip(*pairs, strict=True))
-        share = sum(now for _, now in pairs) / sum(before for before, _ in pairs)
-        note += (
-            f" Seconds of learning, seed by seed in turn: {before} with older code and {now} with this code, {error}: "
-            f"{100 * share:.0f} % of the time."
-        )
     return Grid("Where the time of a training goes", ["part of a training", "share"], rows, note)
+
+
+def before_table(data: Data) -> Grid:
+    """Seconds and landing errors of trainings, beside those of older code."""
+    rows = [
+        [str(seed), *(f"{turns[code]['seconds']:.1f} s" for code in ("before", "now")), *_errors(turns)]
+        for seed, turns in enumerate(data["seeds"])
+    ]
+    header = ["seed", "older code", "this code", "landing error, older code", "this code"]
+    note = (
+        f"{data['throws']:,} throws of SAC on `PnTConveyor-v0` in turn; the error is that of the last throws."
+    )
+    return Grid("A training beside that of older code", header, rows, note)
+
+
+def _errors(turns: Data) -> list[str]:
+    return [f"{1000 * turns[code]['landing_error_m']:.2f} mm" for code in ("before", "now")]
 
 
 TABLES: Final = (
@@ -98,5 +105,6 @@ TABLES: Final = (
     ({"envs", "cpus"}, environment_table),
     ({"steps", "cpus"}, shares_table),
     ({"parts", "throws"}, training_table),
+    ({"seeds", "throws"}, before_table),
 )
 """By what the files that `make perf` writes are known, and their tables."""

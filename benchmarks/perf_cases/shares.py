@@ -25,6 +25,7 @@ from benchmarks.timing import Count, Options, Row
 
 INTERVAL: Final = 0.001
 """Between two samples [s]; machine code is sampled at its end, with all the time that it took."""
+ROOT: Final = Path(__file__).resolve().parents[2]
 Parts = Sequence[tuple[str, set[str]]]
 """Parts of what runs, each with functions that are all on the stack; a sample belongs to the first part that fits."""
 THROW: Final[Parts] = (
@@ -133,25 +134,27 @@ def repeat(call: Callable[[], None], count: int) -> None:
 
 
 def training(options: Options) -> Iterator[Row]:
-    """A training of SAC by its parts, and its seconds and landing error beside those of an older checkout."""
-    from agents.train import Arguments, main  # noqa: PLC0415 - imports torch on its way
-
+    """A training of SAC by its parts; with --before its seconds and landing error beside those of older code."""
     throws = options.size(THROWS)
     yield Count((), {"cpus": os.cpu_count(), "throws": throws})
+    if options.before is not None:
+        for seed in range(options.repeats or SEEDS):
+            turns = {"before": train(options.before, throws, seed), "now": train(ROOT, throws, seed)}
+            yield Count(("seeds", seed), turns)
+        return
+    from agents.train import Arguments, main  # noqa: PLC0415 - imports torch on its way
+
     with TemporaryDirectory() as folder, sample_shares(TRAINING) as shares:
         main(Arguments(env="PnTConveyor-v0", steps=throws, out=Path(folder) / "run", eval_picks=0))
     yield Count(("parts",), shares)
-    for seed in range(SEEDS if options.before else 0):
-        yield Count(("seeds", seed), {"before": train(options.before, throws, seed), "now": train(None, throws, seed)})
 
 
-def train(checkout: Path | None, throws: int, seed: int) -> Mapping[str, float]:
-    """Seconds of a training by the code of a checkout, None for this one, and the last landing error [m]."""
-    root = Path(__file__).resolve().parents[2] if checkout is None else checkout.resolve()
+def train(checkout: Path, throws: int, seed: int) -> Mapping[str, float]:
+    """Seconds of a training by the code of a checkout, and the last landing error [m]."""
     with TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         words = f"-m agents.train --env PnTConveyor-v0 --steps {throws} --seed {seed} --eval-picks 0 --out {out}"
-        environment = {**os.environ, "PYTHONPATH": str(root)}
-        subprocess.run([sys.executable, *words.split()], cwd=root, env=environment, check=True, capture_output=True)
+        environment = {**os.environ, "PYTHONPATH": str(checkout.resolve())}
+        subprocess.run([sys.executable, *words.split()], cwd=checkout, env=environment, check=True, capture_output=True)
         last = list(csv.DictReader((out / "progress.csv").read_text(encoding="utf-8").splitlines()))[-1]
     return {"seconds": float(last["seconds"]), "landing_error_m": float(last["landing_error_mean_m"])}
