@@ -90,9 +90,7 @@ def before_table(data: Data) -> Grid:
         for seed, turns in enumerate(data["seeds"])
     ]
     header = ["seed", "older code", "this code", "landing error, older code", "this code"]
-    note = (
-        f"{data['throws']:,} throws of SAC on `PnTConveyor-v0` in turn; the error is that of the last throws."
-    )
+    note = f"{data['throws']:,} throws of SAC on `PnTConveyor-v0` in turn; the error is that of the last throws."
     return Grid("A training beside that of older code", header, rows, note)
 
 
