@@ -71,11 +71,8 @@ datasets: dev ## the four Minari datasets of docs/datasets.md anew, 10,000 throw
 		$(BIN)/python -m agents.dataset --root runs/datasets $$words || exit 1; done
 
 bench: setup ## the benchmarks of results/ (hours; stop and resume)
-	$(BIN)/python -m agents.benchmark
-	$(BIN)/python -m agents.benchmark --config configs/benchmark_adapt.yaml
-	$(BIN)/python -m agents.benchmark --config configs/benchmark_goal.yaml
-	$(BIN)/python -m agents.benchmark --config configs/benchmark_grasp.yaml
-	$(BIN)/python -m agents.benchmark --config configs/benchmark_line.yaml
+	for plan in $(filter-out %_quick.yaml, $(wildcard configs/benchmark*.yaml)); do \
+		$(BIN)/python -m agents.benchmark --config $$plan || exit 1; done
 	$(BIN)/python -m agents.report
 
 bench-quick: setup ## small benchmarks, minutes
@@ -91,8 +88,7 @@ perf: dev ## planner, robot and environment speed and the checks of physics in r
 	$(BIN)/python benchmarks/study.py fidelity --json results/fidelity.json
 	$(BIN)/python benchmarks/line_exactness.py
 
-STUDIES ?= training oracle grip cup dispatch judged methods throwable neighbours adaptation line sequential fit fit_full fit_use grasping \
-	offline
+STUDIES ?= $(basename $(notdir $(wildcard configs/studies/*.yaml)))
 
 studies: dev ## what plans in configs/studies find out, into results/ (hours; stop and resume): make studies STUDIES="grip cup"
 	for study in $(STUDIES); do $(BIN)/python benchmarks/study.py $$study --json results/$$study.json || exit 1; done

@@ -33,7 +33,7 @@ LINE = (
 CASES = {
     "PnTConveyor-v0": (CONVEYOR, ("release_point", "release_xyz", "virtual_goal")),
     "PnTAdapt-v0": (DRIFTING, ("release_point", "release_xyz", "virtual_goal")),
-    "PnTRelease-v0": (CONVEYOR, ("release_point", "release_xyz", "virtual_goal")),
+    "PnTRelease-v0": (CONVEYOR, ("release_point", "release_xyz", "virtual_goal", "fixed_throw")),
     "OneJointThrow-v0": (ONE_JOINT, ("virtual_goal", "release_state")),
     "OneJointSort-v0": (ONE_JOINT, ("virtual_goal", "release_state")),
     "OneJointAssembly-v0": (ONE_JOINT, ("virtual_goal", "release_state")),

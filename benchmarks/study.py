@@ -1,7 +1,8 @@
 """Measure a study: `python benchmarks/study.py grip --json results/grip.json`.
 
 A plan says which cases are measured and by what; plans that ship stand in configs/studies. The file is written after
-each case, and what it holds of the same plan, amounts, versions and code is not measured again.
+each case. Each row has a digest of its case, the versions and the code; a case with a row of the same digest in the
+file is not measured again.
 """
 
 from __future__ import annotations
@@ -35,6 +36,10 @@ CODE: Final = (
     "results/policies/**/*.npz",
 )
 """What figures depend on beside the plan and the versions."""
+DIGEST: Final = "digest"
+"""Key of a row's digest."""
+LENGTH: Final = 16
+"""Digits of a digest: 64 bits."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +61,7 @@ class Arguments:
     share: Annotated[str, option("1/1", "K/N")] = "1/1"
     """Measure only the K-th of every N cases, so that N processes or machines share a study."""
     join: Annotated[tuple[Path, ...], option("none", "FILE ...")] = ()
-    """Begin with what these files hold of the same study."""
+    """Begin with what these files hold of the same study; their rows stay, whatever their code: each has its digest."""
 
 
 def main(arguments: Arguments) -> None:
@@ -69,18 +74,23 @@ def main(arguments: Arguments) -> None:
     first, count = read_share(arguments.share)
     cases = chosen_cases(plan, arguments.parts)[first - 1 :: count]
     result = load_progress(arguments.json, head(plan, throws, seed))
-    join_rows(plan, result, arguments.join)
+    joined = joined_rows(plan, result, arguments.join)
+    result["rows"] = in_order(plan, joined, result["rows"])
     if arguments.join and arguments.json is not None:
         write_json(arguments.json, result)
+    basis = [versions(), code_digest(CODE)]
     for part, case in cases:
-        if not is_held(case, result["rows"]):
-            amount = Amount(part.count(throws), seed, arguments.threads)
-            rows = [{**case.labels, **figures} for figures in as_rows(measurement(part)(case.settings, amount))]
-            check_numbers(case, rows)
-            print("\n".join(map(line, rows)), flush=True)
-            result["rows"] += rows
-            if arguments.json is not None:
-                write_json(arguments.json, result)
+        digest = case_digest(part, case, basis)
+        if is_held(case, result["rows"], digest) or is_held(case, joined):
+            continue
+        amount = Amount(part.count(throws), seed, arguments.threads)
+        figures = as_rows(measurement(part)(case.settings, amount))
+        rows = [{**case.labels, **row, DIGEST: digest} for row in figures]
+        check_numbers(case, rows)
+        print("\n".join(map(line, rows)), flush=True)
+        result["rows"] = in_order(plan, rows, result["rows"])
+        if arguments.json is not None:
+            write_json(arguments.json, result)
 
 
 def chosen_cases(plan: StudyPlan, names: Iterable[str]) -> list[tuple[Part, Case]]:
@@ -107,32 +117,39 @@ def read_share(text: str) -> tuple[int, int]:
     return int(first), int(count)
 
 
-def join_rows(plan: StudyPlan, result: dict[str, Any], files: Iterable[Path]) -> None:
-    """Add the rows of other files of the same study, and put all rows in the order of their cases.
+def joined_rows(plan: StudyPlan, result: dict[str, Any], files: Iterable[Path]) -> list[Figures]:
+    """Rows of other files of the same study, of each case those of the first file that has some.
 
     Raises:
-        UsageError: a file is of another study, or of other code, versions or amounts.
+        UsageError: a file is of another study, or of other amounts.
     """
-    about = {name: value for name, value in result.items() if name != "rows"}
+    rows: list[Figures] = []
     for file in files:
         data = read_json(file)
-        if not isinstance(data, dict) or {**about, "rows": data.get("rows")} != data:
-            raise UsageError(f"--join: {str(file)!r} is of another study, or of other code, versions or amounts")
-        result["rows"] += [row for row in data["rows"] if row not in result["rows"]]
+        if not isinstance(data, dict) or {**result, "rows": data.get("rows")} != data:
+            raise UsageError(f"--join: {str(file)!r} is of another study, or of other amounts")
+        rows = in_order(plan, rows, data["rows"])
+    return rows
+
+
+def in_order(plan: StudyPlan, first: list[Figures], second: list[Figures]) -> list[Figures]:
+    """Rows in the order of the plan's cases; the second rows of those cases alone of which there are no first ones."""
     cases = [case for name in plan.parts for case in plan.cases(name)]
-    result["rows"] = [row for case in cases for row in result["rows"] if case.labels.items() <= row.items()]
+    return [row for case in cases for row in (first if is_held(case, first) else second) if is_of(case, row)]
 
 
 def head(plan: StudyPlan, throws: int, seed: int) -> dict[str, Any]:
-    """What rows depend on, as the file of a study begins."""
-    cases = [case for name in plan.parts for case in plan.cases(name)]
-    basis = json_text([cases, {name: part.measure for name, part in plan.parts.items()}, versions(), code_digest(CODE)])
-    about = {"study": plan.study, "version": pnt_gym.__version__, "seed": seed, "throws": throws}
-    return {**about, "digest": hashlib.sha256(basis.encode()).hexdigest()}
+    """What the rows have in common, as the file of a study begins."""
+    return {"study": plan.study, "version": pnt_gym.__version__, "seed": seed, "throws": throws}
+
+
+def case_digest(part: Part, case: Case, basis: list[Any]) -> str:
+    """Digest of a case, of its measurement, and of a basis: what the rows depend on beside the amounts."""
+    return hashlib.sha256(json_text([case, part.measure, basis]).encode()).hexdigest()[:LENGTH]
 
 
 def load_progress(path: Path | None, fresh: dict[str, Any]) -> dict[str, Any]:
-    """What the file holds of the same study, or nothing yet."""
+    """What the file holds of the same study and amounts, or nothing yet."""
     data = read_json(path) if path is not None and path.exists() else {}
     is_same = isinstance(data, dict) and {**fresh, "rows": data.get("rows")} == data
     return data if is_same else {**fresh, "rows": []}
@@ -155,9 +172,14 @@ def measurement(part: Part) -> Callable[[dict[str, Any], Amount], Figures | Iter
     return function
 
 
-def is_held(case: Case, rows: Iterable[Figures]) -> bool:
-    """Whether rows of a case are there."""
-    return any(case.labels.items() <= row.items() for row in rows)
+def is_of(case: Case, row: Figures) -> bool:
+    """Whether a row is of a case."""
+    return case.labels.items() <= row.items()
+
+
+def is_held(case: Case, rows: Iterable[Figures], digest: str | None = None) -> bool:
+    """Whether rows of a case are there, with a digest or with any."""
+    return any(is_of(case, row) and digest in (None, row.get(DIGEST)) for row in rows)
 
 
 def as_rows(figures: Figures | Iterable[Figures]) -> list[Figures]:
@@ -184,7 +206,7 @@ def line(row: Figures) -> str:
     return "  ".join(
         f"{name} {value['value']:.4g}" if isinstance(value, dict) and "value" in value else f"{name} {value}"
         for name, value in texts.items()
-        if not isinstance(value, dict | list) or "value" in value
+        if name != DIGEST and (not isinstance(value, dict | list) or "value" in value)
     )
 
 

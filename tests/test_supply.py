@@ -94,6 +94,13 @@ def test_the_wheel_carries_the_bill():
     assert SBOM["FILE"].name in PROJECT["tool"]["hatch"]["build"]["targets"]["sdist"]["include"]
 
 
+def test_the_wheel_carries_every_plan_of_a_benchmark():
+    places = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    plans = [f"configs/{path.name}" for path in (ROOT / "configs").glob("benchmark*.yaml")]
+    assert sorted(plans) == sorted(name for name in places if name.startswith("configs/benchmark"))
+    assert all(places[name] == f"pnt_gym/{name}" for name in plans)
+
+
 def required(lines):
     """Requirements of packages, self references aside."""
     return [line for line in map(Requirement, lines) if line.name != "pnt_gym"]

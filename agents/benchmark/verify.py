@@ -51,12 +51,16 @@ class Arguments:
     """Import modules that the file names, whose code then runs."""
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write the verdicts to this file."""
+    write: bool = False
+    """Write the digests of policy, level and code here into the rows of FILE that are equal in all throws."""
 
 
 def main(arguments: Arguments) -> None:
     """Repeat the sample, print the verdicts, and end with exit code 1 if a row is different."""
     at_least(vars(arguments), rows=1, seed=0, throws=2)
     check_writable(arguments.json)
+    if arguments.write and arguments.throws is not None:
+        raise UsageError("--write goes without --throws: a row is equal if all of its throws are")
     data = read_json(arguments.file)
     with check_form(arguments.file):
         plan = plan_of_file(arguments.file, data["plan"])
@@ -69,6 +73,8 @@ def main(arguments: Arguments) -> None:
     sample = choose(plan, planned, results, arguments)
     others = {name: version for name, version in versions().items() if made_by.get(name) != version}
     is_elsewhere = made_on is not None and made_on != arithmetic()
+    if arguments.write and (others or is_elsewhere):
+        raise UsageError(f"--write: {str(arguments.file)!r} is of other versions or of another processor")
     verdicts: list[dict[str, Any]] = []
     with throws_bar() as bar:
         task = bar.add_task("rows thrown again", total=len(sample))
@@ -80,11 +86,15 @@ def main(arguments: Arguments) -> None:
             near = is_elsewhere and is_near(row["columns"], anew["columns"])
             text = NEAR if difference is not None and near else verdict(difference, row_others)
             verdicts.append({**names[index], "verdict": text, "difference": difference})
+            if arguments.write and difference is None:
+                results[index]["digests"] = anew["digests"]
             bar.advance(task)
     show(verdicts, len(results), others, made_by)
     if arguments.json is not None:
         head = {"file": str(arguments.file), "rows": len(results), "seed": arguments.seed}
         deliver_json(arguments.json, {**head, "versions": versions(), "made_by": made_by, "verdicts": verdicts})
+    if arguments.write:
+        deliver_json(arguments.file, data, indent=None)
     if is_elsewhere:
         console().print("the file is of a processor that rounds otherwise; docs/reproducibility.md has the bounds")
     if any(row["difference"] and row["verdict"] != NEAR for row in verdicts):

@@ -37,7 +37,7 @@ from .state import read_state
 from .trackers import Kalman, NoTracker, OracleTracker, RecursiveRidge, RunningMean, Tracker
 
 _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
-    "analytic": lambda env: Analytic(_entry_count(env.single_action_space)),
+    "analytic": lambda env: Analytic(_entry_count(env.single_action_space), core_of(env).action_mode),
     "random": lambda env: Random(_entry_count(env.single_action_space)),
 }
 _SHIFTS: Mapping[str, Callable[..., Controller]] = {

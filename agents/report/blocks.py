@@ -15,6 +15,7 @@ from ..ground.tables import Grid, markdown_text
 from .contents import read_results
 from .headline import headline_failures, headline_table
 from .line import gains_table, line_table, seeds_table
+from .pays import crossover_grid
 from .peers import peers_table
 from .questions import QUESTIONS
 from .reproduction import table as reproduced_table
@@ -40,6 +41,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "adapting": ("benchmark_adapt.json", first_shift_table),
     "failures": ("benchmark.json", headline_failures),
     "peers": ("benchmark_peers.json", peers_table),
+    "crossover": ("mismatch.json", crossover_grid),
 }
 """Tables in documents by name: the file of results, and what makes the table; plans of studies name further ones, and
 those of papers are "paper/table"."""

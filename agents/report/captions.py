@@ -11,6 +11,7 @@ BENCHMARK: Final = {
     "landing_clouds": "Landings against the target, along and across the throw; the cross is their mean.",
     "over_the_shift": "Mean landing error over the picks of a shift, level by level.",
     "value": "Gain in value per minute over first in, first out, with 95 % intervals.",
+    "profiles": "Share of the runs, over seeds and levels, that err or fail less than a bound, with 95 % intervals.",
     "learning_curves": "Figures over the throws or decisions learned from; controllers that do not learn are lines.",
 }
 """Drawings of benchmarks; the files of further benchmarks have the same names after the name of the benchmark."""

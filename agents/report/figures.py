@@ -11,6 +11,7 @@ import numpy as np
 from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg, tile_panels
 from .headline import headline_figure
 from .line import gains_figure
+from .profiles import profiles_figure, run_errors
 from .tables import is_of_shifts, labels, name_of, rows_of
 
 
@@ -77,6 +78,8 @@ def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
     drawn["landing_error.svg"] = bars(data)
     if learns:
         drawn["learning_curves.svg"] = learning_curves(data, ERROR)
+        if len(run_errors(data)) > 1:
+            drawn["profiles.svg"] = profiles_figure(data)
     clouds = _cloud_choices(data)
     if clouds:
         drawn["landing_clouds.svg"] = landing_clouds(clouds)

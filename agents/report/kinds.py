@@ -11,6 +11,7 @@ from ..ground.tables import Grid
 from ..judging.record import Figure
 from .figures import Measure, learning_curves, line_figures, throw_figures
 from .line import line_grids
+from .profiles import improvement_grids
 from .tables import benchmark_grids, comparison_table, conditions, other_level_tables, side_by_side
 
 Data = Mapping[str, Any]
@@ -53,8 +54,13 @@ def usual_figures(data: Data) -> dict[str, str]:
     return {"learning_curves.svg": svg(learning_curves(data, measure))}
 
 
+def throw_grids(data: Data) -> list[Grid]:
+    """Every table of a benchmark of throws."""
+    return [*benchmark_grids(data), *improvement_grids(data)]
+
+
 KINDS: Final = {
-    "throws": Kind(benchmark_grids, throw_figures),
+    "throws": Kind(throw_grids, throw_figures),
     "work_shifts": Kind(line_grids, line_figures),
 }
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg, tile_panels
 from ..ground.tables import Grid
-from .runs_compared import improvement_interval, performance_profile
+from .answers import NoAnswer
+from .runs_compared import improvement_text, performance_profile
 
 Data = Mapping[str, Any]
 FIXED: Final = "fixed"
@@ -20,6 +21,14 @@ BOUNDS: Final = np.linspace(0.0, 0.06, 121)
 """Landing errors at which a profile is drawn [m]."""
 STYLES: Final = ("-", "--", ":")
 """Lines of what does not learn."""
+FEW: Final = 10
+"""Throws after which a sentence tells who is nearest."""
+NEAR: Final = 1.25
+"""Times the floor within which a learner has learned nearly all."""
+TOGETHER: Final = "all together"
+"""The effect of the study `mismatch` that has every other one."""
+WITHOUT: Final = "without a planner"
+"""The part of the study `curves` whose learner gets no analytic throw to correct."""
 
 
 def curves_figures(data: Data) -> dict[str, str]:
@@ -30,6 +39,78 @@ def curves_figures(data: Data) -> dict[str, str]:
 def mismatch_figures(data: Data) -> dict[str, str]:
     """SVG texts by file name."""
     return {"mismatch.svg": svg(mismatch_figure(data))}
+
+
+def curves_answer(results: Data) -> str:
+    """Who is nearest after few throws, who is near the floor first, and what a learner reaches without a planner."""
+    data = _study_rows(results["curves"], "controller", "throws", "landing_error_mean_m")
+    fixed = {row["controller"]: row["landing_error_mean_m"] for row in data["rows"] if row["part"] == FIXED}
+    if not {"analytic", "floor"} <= set(fixed):
+        raise NoAnswer("no planner and no floor")
+    points = sorted(
+        (count, float(np.mean(errors)), label)
+        for label, of_counts in _curves(data, "landing_error_mean_m").items()
+        for count, errors in of_counts.items()
+    )
+    few = min((point for point in points if point[0] <= FEW), key=lambda point: point[1])
+    near = next((point for point in points if point[1] <= NEAR * fixed["floor"]), None)
+    text = (
+        f"The planner lands {_mm(fixed['analytic'])} off. After {FEW} throws, {few[2]} is nearest with {_mm(few[1])}; "
+    )
+    text += (
+        "no learner comes" if near is None else f"{near[2]} comes first, after {near[0]:,} throws with {_mm(near[1])},"
+    )
+    text += f" within a quarter of the floor, {_mm(fixed['floor'])}."
+    return f"{text}{_without_planner(data, points, fixed['analytic'])}"
+
+
+def _without_planner(data: Data, points: Sequence[tuple[int, float, str]], planner: float) -> str:
+    """What a learner without a planner reaches after its most throws; nothing where the study has none."""
+    blind = {row["controller"] for row in data["rows"] if row["part"] == WITHOUT}
+    reached = [point for point in points if point[2] in blind]
+    if not reached:
+        return ""
+    count, error, label = reached[-1]
+    far = "farther" if error > planner else "less far"
+    return f" {label} lands {_mm(error)} off after {count:,} throws, {far} than the planner without any."
+
+
+def mismatch_answer(results: Data) -> str:
+    """From which mismatch learning sorts more, for each effect, and what it gains with all of them."""
+    data = _study_rows(results["mismatch"], "effect", "mismatch", "landing_error_m", "sorted_per_min")
+    pays = {effect: _soonest(data, effect) for effect in _effects(data)}
+    known = sorted((start, effect) for effect, start in pays.items() if start is not None)
+    if TOGETHER not in pays or not known:
+        raise NoAnswer("no effect with a gain")
+    last = max(_by_learner(data, TOGETHER).items(), key=lambda learner: -learner[1][-1]["learned_m"])
+    row = last[1][-1]
+    return (
+        f"Learning sorts more than the planner from a mismatch of {known[0][0]:g} ({known[0][1]}) to {known[-1][0]:g} "
+        f"({known[-1][1]}). At {row['mismatch']:g} with all effects together, the planner lands "
+        f"{_mm(row['analytic_m'])} off and {last[0]} after 1,000 flights {_mm(row['learned_m'])}."
+    )
+
+
+def _soonest(data: Data, effect: str) -> float | None:
+    """The smallest mismatch from which a learner sorts more per minute than the planner."""
+    starts = [_crossover(rows, "sorted_per_min", 1.0) for rows in _by_learner(data, effect).values()]
+    return min((start for start in starts if start is not None), default=None)
+
+
+def _study_rows(data: Data, *names: str) -> Data:
+    """A study whose rows have figures of these names.
+
+    Raises:
+        NoAnswer: the results are of another plan.
+    """
+    rows = data.get("rows", ())
+    if not rows or not all({"part", *names} <= set(row) for row in rows):
+        raise NoAnswer(f"no rows with {', '.join(names)}")
+    return data
+
+
+def _mm(metres: float) -> str:
+    return f"{1000 * metres:.1f} mm"
 
 
 def curves_figure(data: Data) -> Figure:
@@ -64,8 +145,7 @@ def improvement_grid(data: Data) -> Grid:
     rows: list[list[str]] = []
     for label, errors in scores.items():
         if label != REFERENCE and REFERENCE in scores:
-            interval = improvement_interval(errors, scores[REFERENCE])
-            text = f"{100 * interval.value:.0f} % ({100 * interval.low:.0f}..{100 * interval.high:.0f})"
+            text = improvement_text(errors, scores[REFERENCE])
             rows.append([label, str(len(errors)), f"{1000 * np.mean(errors):.1f} mm", text])
     note = (
         f"After about {last:,} throws of learning. *Probability of improvement*: that a run errs less than a run of "
@@ -77,7 +157,7 @@ def improvement_grid(data: Data) -> Grid:
 
 def mismatch_figure(data: Data) -> Figure:
     """Gain in landing error over the mismatch, a panel for each effect."""
-    effects = list(dict.fromkeys(row["effect"] for row in data["rows"]))
+    effects = _effects(data)
     figure, panels = tile_panels(len(effects), 4, (3.4, 2.8), sharey=True)
     for axes, effect in zip(panels, effects, strict=True):
         for colour, (label, rows) in zip(COLOURS, _by_learner(data, effect).items(), strict=False):
@@ -92,28 +172,35 @@ def mismatch_figure(data: Data) -> Figure:
 
 
 def crossover_grid(data: Data) -> Grid:
-    """The mismatch from which learning gains, by effect and learner: the smallest from which all gains are clear."""
+    """The mismatch from which learning pays, by effect and learner: the smallest from which all gains are clear."""
     rows: list[list[str]] = []
-    for effect in dict.fromkeys(row["effect"] for row in data["rows"]):
+    for effect in _effects(data):
         for label, measured in _by_learner(data, effect).items():
             largest = measured[-1]["landing_error_m"]
             gain = f"{-1000 * largest['value']:.1f} mm ({-1000 * largest['high']:.1f}..{-1000 * largest['low']:.1f})"
-            rows.append([effect, label, _crossover(measured), gain])
-    header = ("effect", "learner", "learning pays from", "gain at the largest mismatch")
+            starts = _crossover(measured, "landing_error_m", -1.0), _crossover(measured, "sorted_per_min", 1.0)
+            rows.append([effect, label, *("-" if start is None else f"{start:g}" for start in starts), gain])
+    header = ("effect", "learner", "errs less from", "sorts more from", "gain at the largest mismatch")
     note = (
-        "*Pays from*: the smallest mismatch from which on the 95 % interval of the gain in landing error over the "
-        "planner lies above 0. Beside every effect stand the air and the place of the centre of mass under the cup."
+        "*Errs less from*, *sorts more from*: the smallest mismatch from which on the 95 % interval of the gain over "
+        "the planner lies above 0, in landing error and in sorted objects per minute. Beside every effect stand the "
+        "air and the place of the centre of mass under the cup."
     )
     return Grid("Where learning begins to pay", header, rows, note)
 
 
-def _crossover(rows: Sequence[Data]) -> str:
+def _crossover(rows: Sequence[Data], name: str, sign: float) -> float | None:
+    """The smallest mismatch from which on a figure is clearly above the planner's, or below for a sign of -1."""
     start: float | None = None
     for row in reversed(rows):
-        if row["landing_error_m"]["high"] >= 0.0:  # learned less planned: a gain is negative
+        if min(sign * row[name]["low"], sign * row[name]["high"]) <= 0.0:
             break
         start = row["mismatch"]
-    return "-" if start is None else f"{start:g}"
+    return start
+
+
+def _effects(data: Data) -> list[str]:
+    return list(dict.fromkeys(row["effect"] for row in data["rows"]))
 
 
 def _by_learner(data: Data, effect: str) -> dict[str, list[Data]]:

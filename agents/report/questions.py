@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple, final
 
 from ..ground.drawings import Figure
 from ..ground.files import check_form
-from . import answers, pictures
+from . import answers, pays, pictures
 from .contents import read_results
 
 Results = Mapping[str, Any]
@@ -78,8 +78,6 @@ QUESTIONS: Final = (
         command="make bench",
         chapters={
             "benchmark": "Every controller on every level",
-            "curves": "Every learner after 1 to 10,000 throws",
-            "mismatch": "Where learning begins to pay",
             "processors": "The same throws on another processor",
             "precise": "A level that separates good controllers",
             "benchmark_precise": "Every controller on `precise`",
@@ -91,6 +89,24 @@ QUESTIONS: Final = (
             "sequential": "How many throws a comparison takes",
             "submissions": "What others have handed in",
         },
+    ),
+    Question(
+        name="curves",
+        title="How many throws does each learner need?",
+        picture="curves.svg",
+        answer=pays.curves_answer,
+        sources=("curves",),
+        command="make studies STUDIES=curves",
+        chapters={"curves": "Every learner after 1 to 10,000 throws"},
+    ),
+    Question(
+        name="mismatch",
+        title="Where does learning begin to pay?",
+        picture="mismatch.svg",
+        answer=pays.mismatch_answer,
+        sources=("mismatch",),
+        command="make studies STUDIES=mismatch",
+        chapters={"mismatch": "Gains over the mismatch"},
     ),
     Question(
         name="drift",

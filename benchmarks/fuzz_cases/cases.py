@@ -29,9 +29,9 @@ from pnt_gym.envs import conveyor, grasp, gripper, line, one_joint
 from pnt_gym.errors import ActionError
 
 MODES: Final = {
-    "PnTConveyor-v0": ("release_point", "release_xyz", "virtual_goal"),
-    "PnTAdapt-v0": ("release_point", "release_xyz", "virtual_goal"),
-    "PnTRelease-v0": ("release_point", "release_xyz", "virtual_goal"),
+    "PnTConveyor-v0": ("release_point", "release_xyz", "virtual_goal", "fixed_throw"),
+    "PnTAdapt-v0": ("release_point", "release_xyz", "virtual_goal", "fixed_throw"),
+    "PnTRelease-v0": ("release_point", "release_xyz", "virtual_goal", "fixed_throw"),
     "OneJointThrow-v0": ("virtual_goal", "release_state"),
     "OneJointSort-v0": ("virtual_goal", "release_state"),
     "OneJointAssembly-v0": ("virtual_goal", "release_state"),

@@ -17,9 +17,10 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
 
     ## Action Space
 
-    `Box(-1, 1, (2,), float32)` in the modes `release_point` (default) and `virtual_goal`; in `release_xyz` `Box(-1,
-    1, (3,), float32)`. Zero is the analytic planner. Values outside are clipped; a residual without a feasible plan
-    is shortened to the longest feasible part of it and reported as `residual_clipped`.
+    `Box(-1, 1, (2,), float32)` in the modes `release_point` (default) and `virtual_goal`; in `release_xyz` and
+    `fixed_throw` `Box(-1, 1, (3,), float32)`. Zero is the analytic planner, except in `fixed_throw`. Values outside are
+    clipped; a residual without a feasible plan is shortened to the longest feasible part of it and reported as
+    `residual_clipped`.
 
     | Num | Action (`release_point`) | Min | Max | At 1, with the default scale |
     |---|---|---|---|---|
@@ -32,6 +33,14 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     the first two modes shift the place where the hand lets go, and `release_xyz` shifts the hand. With `planner: auto`
     there is a fourth mode, `throw_or_place`, `Box(-1, 1, (3,), float32)`: `release_point` with a third number. Above
     1/2 the third number reverses the rule: a throw becomes a place, and a place a throw.
+
+    The mode `fixed_throw` shows what the analytic planner is worth: an action is the release itself, not a correction.
+    The numbers are the throw's bearing, 60 degrees to the left at 1; the logarithm of the way from the pick to the
+    release, 0.05 to 0.80 m; and the height of the release above the pick, from none to the ceiling. Zero is the same
+    throw for all picks: straight across the belt, 0.20 m far. The speed follows from the way, as in every throw.
+    Nothing depends on the target. The entries of the observation that tell of the planner's throw are 0:
+    `release_speed`, `elevation`, `release_distance`, `flight_time`, and on PnTAdapt-v0 the shift of the last throw. The
+    mode exists where hands move straight to the release, that is with `planner: straight` and `straight_flying`.
 
     ## Observation Space
 
@@ -80,7 +89,7 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
     | Parameter | Type | Default | Description |
     |---|---|---|---|
     | `level` | str, path, mapping or ConveyorConfig | `"nominal"` | a shipped level, or one of your own |
-    | `action_mode` | str or None | None | `release_point` (None), `release_xyz` or `virtual_goal` |
+    | `action_mode` | str or None | None | `release_point` (None), `release_xyz`, `virtual_goal` or `fixed_throw` |
     {arguments}
 
     Items are the level's `items`, targets its fixed bins, in `nominal` `inside` and `outside`; a bin that is drawn for

@@ -13,6 +13,7 @@ import yaml
 from agents.controllers import make_controller
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
+from agents.ground.files import read_json
 from agents.judging.loop import throw_held_out
 from agents.judging.throws.data import summary
 from agents.learning.runs import RunFolder
@@ -72,6 +73,23 @@ def test_run_folder_holds_what_it_promises(asked: Arguments, tmp_path: Path) -> 
     assert RunFolder(tmp_path / "run").arguments["steps"] == 200
     for checkpoint in (None, *RunFolder(tmp_path / "run").checkpoints):
         assert_acts_as_its_model(tmp_path / "run", checkpoint)
+
+
+def test_a_policy_learns_without_a_planner(asked: Arguments, tmp_path: Path) -> None:
+    """The table beside the policy names the fixed throw, not the planner."""
+    (tmp_path / "small.yml").write_text(yaml.safe_dump({"PnTRelease-v0": OFF_POLICY}))
+    mode = {"env": "PnTRelease-v0", "fidelity": "flight", "action_mode": "fixed_throw"}
+    main(replace(asked, steps=64, eval_picks=16, **mode))
+    rows = read_json(tmp_path / "run" / "evaluation.json")
+    assert [row["controller"] for row in rows] == ["fixed_throw", "learned (sac)"]
+    assert RunFolder(tmp_path / "run").load_actor(None)(np.zeros((5, 26), dtype=np.float32)).shape == (5, 3)
+    env = make_vector("PnTRelease-v0", "waste", 4, action_mode="fixed_throw")
+    policy = make_controller(str(tmp_path / "run"), env)
+    assert np.isfinite(throw_held_out(policy, env, 8, 0).landing_error).any()
+    with pytest.raises(
+        UsageError, match="needs an action of 2 numbers, not 3"
+    ):
+        make_controller("oracle", env)
 
 
 @pytest.mark.parametrize("env", ["ToyThrow-v0", "ToyShift-v0"])

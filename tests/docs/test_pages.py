@@ -218,3 +218,23 @@ def test_docstrings_are_text_and_code():
 def test_units_stay_with_their_numbers():
     assert breaks.UNIT.sub("_", "12.4 mm, 99.1 %; +1.0 (+0.8..+1.2) %") == "12.4_mm, 99.1_%; +1.0 (+0.8..+1.2)_%"
     assert breaks.UNIT.sub("_", "8 metres of 3 sizes") == "8 metres of 3 sizes"
+
+
+NUMBERS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+
+
+def counts(things):
+    """Numbers in words before a thing, in the README and in all pages."""
+    pages = [DOCS.parent / "README.md", *DOCS.glob("*.md"), *DOCS.parent.glob("results/*.md")]
+    text = " ".join(page.read_text(encoding="utf-8") for page in pages if page.stem != "changelog")
+    words = re.findall(rf"\b({'|'.join(NUMBERS)})\s+{things}", text, re.IGNORECASE)
+    return {NUMBERS.index(word.lower()) for word in words}
+
+
+def test_pages_count_environments_and_questions_as_there_are():
+    kinds = [environments.kind(env_id) for env_id in pnt_gym.ENV_IDS]
+    pages = [*(DOCS.parent / "results").glob("*.md")]
+    assert counts(r"environments\b(?! are sequences)") == {len(kinds)}
+    assert counts(r"environments are sequences") == {kinds.count("sequential")}
+    assert counts("bandits") == {kinds.count("contextual bandit")}
+    assert counts("questions") == {len(pages) - 1}  # one page lists the others

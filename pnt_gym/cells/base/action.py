@@ -40,7 +40,7 @@ PlansT = TypeVar("PlansT", bound=Plans)
 @final
 @dataclass(frozen=True)
 class ActionMode(Generic[PlannerT, ContextT, PlansT]):
-    """One way to read an action in [-1, 1] as a residual on the nominal plan; zero is the nominal plan itself.
+    """One way to read an action in [-1, 1] as a residual on a plan; zero is that plan, usually the nominal one.
 
     Attributes:
         name: name in levels and command lines.
@@ -49,6 +49,7 @@ class ActionMode(Generic[PlannerT, ContextT, PlansT]):
         plan: function from planner, coming throws and residual (N, A) in the numbers' units to plans, feasible or not;
             a row's plan does not depend on the other rows.
         errors: the measured errors of a throw that the numbers move one to one; empty where the numbers do not.
+        unseen: entries of the observation that are 0 in this mode.
     """
 
     name: str
@@ -56,6 +57,7 @@ class ActionMode(Generic[PlannerT, ContextT, PlansT]):
     scale: Callable[[Any], Floats]
     plan: Callable[[PlannerT, ContextT, Floats], PlansT]
     errors: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
 
 
 Modes: TypeAlias = Mapping[str, ActionMode[Any, Any, Any]]

@@ -152,6 +152,7 @@ class Core:
         self.observation_space = Box(-CLIP, CLIP, (cell.features,), np.float32)
         self.action_space = Box(-1.0, 1.0, (len(mode.numbers),), np.float32)
         self._scale = mode.scale(cell.config)
+        self._unseen = [cell.table.names.index(name) for name in mode.unseen if name in cell.table.names]
         self._episodes = Episodes(cell.count, cell.episode, drawn=cell.terminates)
         if not cell.config.ships():
             self._check_level()
@@ -198,7 +199,10 @@ class Core:
 
     def observe(self) -> NDArray[np.float32]:
         """Observations of the coming throws (N, D)."""
-        return self.cell.observe()
+        observation = self.cell.observe()
+        if self._unseen:
+            observation[:, self._unseen] = 0.0
+        return observation
 
     def kinds(self) -> dict[str, NDArray[Any]]:
         """`kind`: item that the cell's classifier sees in each coming throw, index into `item_names` (N,)."""
@@ -250,7 +254,7 @@ class Core:
             share = self._episodes.success_share(outcome.is_success, ended, waiting)
             partial = {} if share is None else {EPISODE_SUCCESS: ended}
             info |= {} if share is None else {EPISODE_SUCCESS: share}
-            return Step(cell.observe(), sum(terms.values(), np.zeros(self.count)), ended, info, partial)
+            return Step(self.observe(), sum(terms.values(), np.zeros(self.count)), ended, info, partial)
 
     def preview(self, actions: object, jitter: bool = False) -> Any:
         """Simulated outcome of the coming throws under actions, without advancing the cell.

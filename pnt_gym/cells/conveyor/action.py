@@ -1,6 +1,6 @@
 """The conveyor's residual: an action in [-1, 1] corrects the release of a plan; zero is the plan itself.
 
-Modes, all on the same planner:
+Modes, all but the last on the same planner:
 
 * `release_point` (2 numbers): the release point moves along the throw line and sideways at the planned elevation, so
   that the drag-free landing moves by `action x (along, across)`. Well conditioned: one action unit is the same offset
@@ -11,6 +11,9 @@ Modes, all on the same planner:
   The minimum-time plan can jump between its flat and its steep branch when the goal moves a little.
 * `throw_or_place` (3 numbers, where the planner is `auto`): as `release_point`, and a third number above 1/2 puts the
   object down where the rule would throw it, or throws the object where the rule would put it down.
+* `fixed_throw` (3 numbers, where the planner throws on straight lines): the release itself, as bearing, way and rise
+  from the pick. Zero is one throw for all picks, straight across the belt. Nothing depends on the target, and the
+  observation shows nothing of the planner's throw.
 """
 
 from __future__ import annotations
@@ -21,12 +24,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints, recompute_rows
+from pnt_gym.arrays import Floats, Ints, join_columns, recompute_rows
 from pnt_gym.cells.base.action import ActionMode, Correction, Modes, by_name, quarter_names
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.observation import decode
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 ERRORS: Final = ("landing_along", "landing_across")
@@ -34,6 +38,23 @@ CHOICE_THRESHOLD: Final = 0.5
 """Value of the third number above which throw and place are swapped."""
 EXPLORATION: Final = (0.015, 0.0075)
 """Standard deviation of the offset that a learner adds in practice, along and across [m]."""
+
+
+FIXED_THROW: Final = "fixed_throw"
+"""Name of the mode in which actions do not correct the planner's throw."""
+STRAIGHT_PLANNERS: Final = ("straight", "straight_flying")
+"""Planners whose hands move straight to the release, at a speed that follows from the way alone."""
+FIXED_WAY: Final = 0.20
+"""Horizontal way from the pick to the release of the fixed throw [m]; with half the rise to the ceiling, the throw is
+feasible at all picks of the levels that ship."""
+WIDEST: Final = np.pi / 3.0
+"""Bearing of an action of 1, against straight across the belt [rad]; the planner's throws on `waste` stay within it."""
+WAY_FACTOR: Final = 4.0
+"""Way of an action of 1 over that of the fixed throw: to 0.80 m, and to 0.05 m at -1, which the planner's ways fill."""
+FROM_PLANNER: Final = (
+    "release_speed", "elevation", "release_distance", "flight_time", "last_shift_along", "last_shift_across"
+)  # fmt: skip
+"""Entries of an observation that tell something of the planner's throw."""
 
 
 def _aim(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
@@ -57,6 +78,19 @@ def _aim_or_swap(planner: PickPlanner, context: Context, residual: Floats) -> Re
     return planner.mark_feasible(context, recompute_rows(aimed, is_swapped, swapped, context, _goal(context, residual)))
 
 
+def _release_anywhere(planner: PickPlanner, context: Context, residual: Floats) -> ReleaseBatch:
+    bearing, way = residual[:, 0], FIXED_WAY * np.exp(residual[:, 1])
+    rise = 0.5 * planner.config.motion.ceiling + residual[:, 2]
+    point = context.pick + join_columns(-np.sin(bearing) * way, np.cos(bearing) * way, rise)
+    plans = planner.mark_feasible(context, planner.mover.release_at(context, point))
+    if (fixed := ~residual.any(axis=1) & ~plans.feasible).any():
+        x, y, _ = context.pick[fixed][0]
+        raise PlanningError(
+            f"the fixed throw from the pick at x {x:.3f} m, y {y:.3f} m leaves the workspace; use another action_mode"
+        )
+    return plans
+
+
 def _goal(context: Context, residual: Floats) -> Floats:
     """The targets (N, 3) moved along the throw and to its left [m]."""
     return context.target + context.from_throw_frame(residual[:, 0], residual[:, 1])
@@ -74,6 +108,10 @@ def _offset_and_choice_scale(config: ConveyorConfig) -> Floats:
     return np.array([*_offset_scale(config), 1.0])
 
 
+def _release_scale(config: ConveyorConfig) -> Floats:
+    return np.array([WIDEST, np.log(WAY_FACTOR), 0.5 * config.motion.ceiling])
+
+
 MODES: Final = by_name(
     ActionMode(
         "release_point",
@@ -89,6 +127,17 @@ MODES: Final = by_name(
         _move_release,
     ),
     ActionMode("virtual_goal", ("target along the throw", "target to its left"), _offset_scale, _replan, ERRORS),
+    ActionMode(
+        FIXED_THROW,
+        (
+            "bearing of the throw, to the left of straight across the belt",
+            "logarithm of the way",
+            "rise of the release",
+        ),
+        _release_scale,
+        _release_anywhere,
+        unseen=FROM_PLANNER,
+    ),
 )
 CHOICE_MODE: Final = ActionMode(
     "throw_or_place",
@@ -100,7 +149,10 @@ CHOICE_MODE: Final = ActionMode(
 
 def modes_of(config: ConveyorConfig) -> Modes:
     """The action modes of a cell, the default first."""
-    return {**MODES, CHOICE_MODE.name: CHOICE_MODE} if config.planner == "auto" else MODES
+    if config.planner in STRAIGHT_PLANNERS:
+        return MODES
+    others = {name: mode for name, mode in MODES.items() if name != FIXED_THROW}
+    return {**others, CHOICE_MODE.name: CHOICE_MODE} if config.planner == "auto" else others
 
 
 def correction(config: ConveyorConfig, mode: str, info_errors: tuple[str, ...] = ()) -> Correction | None:

@@ -153,6 +153,29 @@ def test_the_first_throws_alone_are_compared(data: dict[str, Any]) -> None:
     assert (row["difference"]["column"], row["difference"]["at"]) == ("cycle_s", 15)
 
 
+def test_rows_that_are_equal_get_digests(data: dict[str, Any]) -> None:
+    whole = json.loads(json.dumps(data["results"]))
+    for row in data["results"]:
+        del row["digests"]
+    data["results"][3]["columns"]["cycle_s"][5] += 0.1
+    code, verdicts = verify(data, "--rows", "99", "--write")
+    assert code == 1
+    assert [row["verdict"] for row in verdicts].count("different") == 1
+    written = json.loads(Path("file.json").read_text())
+    whole[3] = data["results"][3]
+    assert written == {**data, "results": whole}
+    assert verify(written, "--rows", "99")[1] == verdicts, "the digests are those that are compared"
+
+
+def test_digests_are_of_whole_rows_and_of_the_versions_of_the_file(data: dict[str, Any]) -> None:
+    Path("file.json").write_text(json.dumps(data))
+    said = refused("agents.benchmark.verify", "file.json", "--write", "--throws", "9")
+    assert "--write goes without --throws: a row is equal if all of its throws are" in said
+    Path("file.json").write_text(json.dumps({**data, "versions": {**data["versions"], "numpy": "1.0"}}))
+    said = refused("agents.benchmark.verify", "file.json", "--write")
+    assert "'file.json' is of other versions or of another processor" in said
+
+
 def test_rows_of_another_processor_may_differ_within_bounds(data: dict[str, Any]) -> None:
     data["arithmetic"] = "of another processor"
     for row in data["results"]:

@@ -101,9 +101,9 @@ def test_crushed_and_porous_things_are_harder_to_pick():
 
 ENVS, FIDELITIES, MODES = ("PnTConveyor-v0", "PnTRelease-v0"), ("full", "flight"), [*PICK_MODES]
 EVERY_PAIR = [
-    (ENVS[first], FIDELITIES[second], MODES[(first + 2 * second + turn) % 3])
+    (ENVS[first], FIDELITIES[second], MODES[(first + 2 * second + turn) % 4])
     for first, second in product(range(2), range(2))
-    for turn in range(2)
+    for turn in range(3)
 ]
 """Every two of environment, fidelity and action mode go together in some case."""
 

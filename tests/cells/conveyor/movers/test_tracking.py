@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import take
-from pnt_gym.cells.conveyor.action import MODES
+from pnt_gym.cells.conveyor.action import FIXED_THROW, MODES
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import Grips
 from pnt_gym.cells.conveyor.cup.parting import Parting
@@ -26,6 +26,7 @@ EVERY_PAIR = [
     (planner, mode, ("belt", "independent")[(row + column) % 2])
     for row, planner in enumerate(ALL_PLANNERS)
     for column, mode in enumerate(MODES)
+    if mode != FIXED_THROW or planner == "straight"
 ]
 """Every planner with every action mode, and either of them with picks of both kinds."""
 

@@ -1,0 +1,81 @@
+"""Runs of a benchmark's learners compared, over seeds and levels: profiles, and probabilities of improvement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from pnt_gym.arrays import Floats
+
+from ..ground.drawings import COLOURS, Figure, dress, subplots
+from ..ground.tables import Grid
+from ..judging.throws.results import errors, successes
+from .runs_compared import improvement_text, performance_profile, profile_band
+from .tables import name_of
+
+Data = Mapping[str, Any]
+POINTS: Final = 121
+"""Bounds at which a profile is drawn."""
+FEWEST: Final = 3
+"""Runs that a learner must have for its intervals to say anything."""
+
+
+def run_errors(data: Data) -> dict[str, Floats]:
+    """Mean landing errors of runs by levels (R, T) [m], by learner, each after the most throws that it learned from."""
+    return _scores(data, lambda result: float(np.nanmean(errors(result))))
+
+
+def run_failures(data: Data) -> dict[str, Floats]:
+    """Shares of the throws that failed, of runs by levels (R, T), by learner, as `run_errors`."""
+    return _scores(data, lambda result: 1.0 - float(successes(result).mean()))
+
+
+def profiles_figure(data: Data) -> Figure:
+    """Share of the runs that err less, and that fail less, than each bound, with 95 % intervals."""
+    figure, panels = subplots(1, 2, (10.0, 3.8), sharey=True)
+    shown = ((run_errors(data), 1000.0, "landing error [mm]"), (run_failures(data), 100.0, "throws that fail [%]"))
+    for axes, (scores, factor, text) in zip(panels, shown, strict=True):
+        every = np.concatenate([runs.ravel() for runs in scores.values()])
+        bounds = np.linspace(0.95 * every.min(), 1.05 * every.max(), POINTS)
+        for colour, (name, runs) in zip(COLOURS, scores.items(), strict=False):
+            axes.plot(factor * bounds, 100.0 * performance_profile(runs, bounds), color=colour, label=name)
+            low, high = profile_band(runs, bounds)
+            axes.fill_between(factor * bounds, 100.0 * low, 100.0 * high, color=colour, alpha=0.2)
+        dress(axes, text, "", legend="lower right")
+    panels[0].set_ylabel("runs below [%]")
+    return figure
+
+
+def improvement_grids(data: Data) -> list[Grid]:
+    """Probability that a run of each learner is better than a run of each other one; none without two learners."""
+    shown = (("errs", run_errors(data)), ("fails", run_failures(data)))
+    return [_grid(data, verb, scores) for verb, scores in shown if len(scores) > 1]
+
+
+def _grid(data: Data, verb: str, scores: Mapping[str, Floats]) -> Grid:
+    rows = [
+        [name, *("-" if name == other else improvement_text(runs, scores[other]) for other in scores)]
+        for name, runs in scores.items()
+    ]
+    levels, runs = data["plan"]["levels"], next(iter(scores.values()))
+    note = (
+        f"Probability that a run of the learner on the left {verb} less than a run of the one above, on the same "
+        f"level; ties count half. {len(runs)} runs of each on {' and '.join(levels)}, {data['plan']['picks']} held-out "
+        "throws a run, with 95 % intervals over runs that are resampled on each level (Agarwal et al. 2021)."
+    )
+    return Grid(f"Probability that a run {verb} less", ["learner", *scores], rows, note)
+
+
+def _scores(data: Data, score: Callable[[Data], float]) -> dict[str, Floats]:
+    """Scores of runs by levels (R, T) of learners that have several runs on all levels of the plan."""
+    levels: list[str] = list(data["plan"]["levels"])
+    last = {row["label"]: row for row in sorted(data["table"], key=lambda row: row["throws"])}
+    scores: dict[str, Floats] = {}
+    for label, row in last.items():
+        runs = [r for r in data["results"] if (r["label"], r["throws"]) == (label, row["throws"])]
+        by_level = [[score(r) for r in runs if r["level"] == level] for level in levels]
+        if row["throws"] and {*map(len, by_level)} == {len(by_level[0])} and len(by_level[0]) >= FEWEST:
+            scores[name_of(row)] = np.array(by_level).T
+    return scores
