@@ -65,9 +65,8 @@ def td3_bc(lesson: Lesson, seed: int) -> Function:
     """
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        states, actions, rewards = map(torch.as_tensor, lesson)
-        critic, policy = _fit_critic(lesson), _make_policy(lesson)
-        centre, scale = rewards.mean(), rewards.std()
+        states, actions, _ = map(torch.as_tensor, lesson)
+        (critic, centre, scale), policy = _fit_critic(lesson), _make_policy(lesson)
 
         def loss(rows: Tensor) -> Tensor:
             chosen = policy(states[rows])
@@ -85,7 +84,7 @@ def iql(lesson: Lesson, seed: int) -> Function:
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         states, actions, _ = map(torch.as_tensor, lesson)
-        critic, policy = _fit_critic(lesson), _make_policy(lesson)
+        (critic, _, _), policy = _fit_critic(lesson), _make_policy(lesson)
         value = _network(states.shape[1], 1)
         with torch.no_grad():
             worth = critic(torch.cat([states, actions], 1))[:, 0]
@@ -106,14 +105,18 @@ def iql(lesson: Lesson, seed: int) -> Function:
         return _function(policy)
 
 
-def _fit_critic(lesson: Lesson) -> nn.Sequential:
-    """Critic that returns the standardised reward (N, 1) to expect of observations and actions (N, D + A)."""
+def _fit_critic(lesson: Lesson) -> tuple[nn.Sequential, Tensor, Tensor]:
+    """Critic that returns the standardised reward (N, 1) to expect of observations and actions (N, D + A).
+
+    Mean and standard deviation of the rewards stand beside the critic.
+    """
     states, actions, rewards = map(torch.as_tensor, lesson)
-    target = (rewards - rewards.mean()) / (rewards.std() + 1e-6)
+    centre, scale = rewards.mean(), rewards.std()
+    target = (rewards - centre) / (scale + 1e-6)
     critic = _network(states.shape[1] + actions.shape[1], 1)
     inputs = torch.cat([states, actions], 1)
     _fit(critic, lambda rows: mse_loss(critic(inputs[rows])[:, 0], target[rows]), len(states), CRITIC_STEPS)
-    return critic.requires_grad_(requires_grad=False)
+    return critic.requires_grad_(requires_grad=False), centre, scale
 
 
 def _fit(network: nn.Module, loss_of: Callable[[Tensor], Tensor], count: int, steps: int) -> None:

@@ -19,6 +19,8 @@ REFERENCE: Final = "ridge"
 """The learner with which others are compared."""
 BOUNDS: Final = np.linspace(0.0, 0.06, 121)
 """Landing errors at which a profile is drawn [m]."""
+ERROR_TICKS: Final = (2, 5, 10, 20, 50, 100, 200, 500)
+"""Ticks of landing errors [mm]."""
 STYLES: Final = ("-", "--", ":")
 """Lines of what does not learn."""
 FEW: Final = 10
@@ -115,7 +117,7 @@ def _mm(metres: float) -> str:
 
 def curves_figure(data: Data) -> Figure:
     """Landing error and sorted per minute over throws: mean, smallest and largest of the seeds."""
-    figure, (error, pace) = subplots(1, 2, (11.0, 4.2))
+    figure, (error, pace) = subplots(1, 2, (11.0, 5.2))
     for axes, name, factor in ((error, "landing_error_mean_m", 1000.0), (pace, "sorted_per_min", 1.0)):
         for colour, (label, points) in zip(COLOURS, _curves(data, name).items(), strict=False):
             throws = sorted(points)
@@ -125,7 +127,11 @@ def curves_figure(data: Data) -> Figure:
         _fixed_lines(data, axes, name, factor)
         axes.set_xscale("log")
     dress(error, "throws learned from", "landing error [mm]")
-    dress(pace, "throws learned from", "sorted per minute", legend="lower right")
+    error.set_yscale("log")
+    error.set_yticks(ERROR_TICKS, [str(tick) for tick in ERROR_TICKS])
+    error.minorticks_off()
+    dress(pace, "throws learned from", "sorted per minute")
+    figure.legend(*pace.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=5)
     return figure
 
 

@@ -36,9 +36,10 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
 
     The mode `fixed_throw` shows what the analytic planner is worth: an action is the release itself, not a correction.
     The numbers are the throw's bearing, 60 degrees to the left at 1; the logarithm of the way from the pick to the
-    release, 0.05 to 0.80 m; and the height of the release above the pick, from none to the ceiling. Zero is the same
-    throw for all picks: straight across the belt, 0.20 m far. The speed follows from the way, as in every throw.
-    Nothing depends on the target. The entries of the observation that tell of the planner's throw are 0:
+    release, 0.0125 to 0.80 m; and the height of the release above the pick, from none to the ceiling. Zero is the same
+    throw for all picks: straight across the belt, 0.10 m far. A throw that would carry its object into
+    a bin's wall is shortened like one that leaves the workspace. The speed follows from the way, as in every throw.
+    Nothing else depends on the target. The entries of the observation that tell of the planner's throw are 0:
     `release_speed`, `elevation`, `release_distance`, `flight_time`, and on PnTAdapt-v0 the shift of the last throw. The
     mode exists where hands move straight to the release, that is with `planner: straight` and `straight_flying`.
 

@@ -86,9 +86,7 @@ def test_a_policy_learns_without_a_planner(asked: Arguments, tmp_path: Path) -> 
     env = make_vector("PnTRelease-v0", "waste", 4, action_mode="fixed_throw")
     policy = make_controller(str(tmp_path / "run"), env)
     assert np.isfinite(throw_held_out(policy, env, 8, 0).landing_error).any()
-    with pytest.raises(
-        UsageError, match="needs an action of 2 numbers, not 3"
-    ):
+    with pytest.raises(UsageError, match="needs an action of 2 numbers, not 3"):
         make_controller("oracle", env)
 
 

@@ -220,7 +220,10 @@ def test_units_stay_with_their_numbers():
     assert breaks.UNIT.sub("_", "8 metres of 3 sizes") == "8 metres of 3 sizes"
 
 
-NUMBERS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+NUMBERS = (
+    "zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve",
+    "thirteen", "fourteen",
+)  # fmt: skip
 
 
 def counts(things):

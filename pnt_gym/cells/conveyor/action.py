@@ -12,8 +12,8 @@ Modes, all but the last on the same planner:
 * `throw_or_place` (3 numbers, where the planner is `auto`): as `release_point`, and a third number above 1/2 puts the
   object down where the rule would throw it, or throws the object where the rule would put it down.
 * `fixed_throw` (3 numbers, where the planner throws on straight lines): the release itself, as bearing, way and rise
-  from the pick. Zero is one throw for all picks, straight across the belt. Nothing depends on the target, and the
-  observation shows nothing of the planner's throw.
+  from the pick. Zero is one throw for all picks, straight across the belt. Nothing depends on the target, but a throw
+  that would carry its object into a bin is shortened. The observation shows nothing of the planner's throw.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ FIXED_THROW: Final = "fixed_throw"
 """Name of the mode in which actions do not correct the planner's throw."""
 STRAIGHT_PLANNERS: Final = ("straight", "straight_flying")
 """Planners whose hands move straight to the release, at a speed that follows from the way alone."""
-FIXED_WAY: Final = 0.20
+FIXED_WAY: Final = 0.10
 """Horizontal way from the pick to the release of the fixed throw [m]; with half the rise to the ceiling, the throw is
 feasible at all picks of the levels that ship."""
 WIDEST: Final = np.pi / 3.0
 """Bearing of an action of 1, against straight across the belt [rad]; the planner's throws on `waste` stay within it."""
-WAY_FACTOR: Final = 4.0
-"""Way of an action of 1 over that of the fixed throw: to 0.80 m, and to 0.05 m at -1, which the planner's ways fill."""
+WAY_FACTOR: Final = 8.0
+"""Way of an action of 1 over that of the fixed throw: to 0.80 m, and to 0.0125 m at -1; the planner's ways lie between."""
 FROM_PLANNER: Final = (
     "release_speed", "elevation", "release_distance", "flight_time", "last_shift_along", "last_shift_across"
 )  # fmt: skip
@@ -83,8 +83,10 @@ def _release_anywhere(planner: PickPlanner, context: Context, residual: Floats) 
     rise = 0.5 * planner.config.motion.ceiling + residual[:, 2]
     point = context.pick + join_columns(-np.sin(bearing) * way, np.cos(bearing) * way, rise)
     plans = planner.mark_feasible(context, planner.mover.release_at(context, point))
-    if (fixed := ~residual.any(axis=1) & ~plans.feasible).any():
-        x, y, _ = context.pick[fixed][0]
+    is_fixed = ~residual.any(axis=1)  # far enough from a bin by its short way, also where the rule, which errs, refuses
+    plans = plans.replace(feasible=plans.feasible & (planner.clears_bins(context, plans) | is_fixed))
+    if (away := is_fixed & ~plans.feasible).any():
+        x, y, _ = context.pick[away][0]
         raise PlanningError(
             f"the fixed throw from the pick at x {x:.3f} m, y {y:.3f} m leaves the workspace; use another action_mode"
         )

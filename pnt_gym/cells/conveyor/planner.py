@@ -12,6 +12,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_column
 from pnt_gym.cells.base.aside import Purpose, draw_aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.bias import apply_bias
+from pnt_gym.cells.conveyor.bin_walls import hits_bin
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
 from pnt_gym.cells.conveyor.context import Context, belt_shift
 from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
@@ -127,6 +128,17 @@ class PickPlanner:
     def mark_feasible(self, context: Context, release: ReleaseBatch) -> ReleaseBatch:
         """The releases, with `feasible` true only where the robot can execute them."""
         return release.replace(feasible=self.mover.is_feasible(context.pick, release, context.throw_limits))
+
+    def clears_bins(self, context: Context, release: ReleaseBatch) -> Bools:
+        """Which straight throws lead the object over the rims of all bins, until the hand has stopped (N,)."""
+        motion = self.mover.throw(context.pick, release, context.throw_limits, context.ceiling)
+        centre, opening = context.target[:, None, :2], context.opening[:, None]
+        if self.config.bins.random is None:
+            shape = (len(context.pick), *self._centres.shape)
+            centre, opening = np.broadcast_to(self._centres, shape), np.broadcast_to(self._openings, shape)
+        rise = np.full(len(context.pick), self.config.bins.rim - self.config.belt.height)
+        width = context.objects.measured.size.max(axis=-1)
+        return ~hits_bin(context.pick, motion.stop, centre, opening, width, rise)
 
     def plan(self, objects: Objects, pick: Floats) -> tuple[Context, Bools]:
         """Contexts for objects at their picks, and which throws are accepted (N,).
