@@ -83,6 +83,7 @@ perf: dev ## planner, robot and environment speed and the checks of physics in r
 	$(BIN)/python benchmarks/perf.py planner --json results/perf_planner.json
 	$(BIN)/python benchmarks/perf.py free_direction --json results/perf_free_direction.json
 	$(BIN)/python benchmarks/perf.py envs --json results/perf_envs.json
+	$(BIN)/python benchmarks/perf.py shares --json results/perf_shares.json
 	$(BIN)/python benchmarks/study.py physics --json results/physics.json
 	$(BIN)/python benchmarks/study.py fidelity --json results/fidelity.json
 	$(BIN)/python benchmarks/line_exactness.py

@@ -22,7 +22,7 @@ import pnt_gym
 from agents.ground.cli import UsageError, at_least, option, run
 from agents.ground.outputs import check_writable, deliver_json
 from agents.ground.versions import versions
-from benchmarks.perf_cases import cells, grasp, planning, robots
+from benchmarks.perf_cases import cells, grasp, planning, robots, shares
 from benchmarks.timing import Options, Place, Row, figures, nest
 
 CASES: Final[dict[str, Callable[[Options], Iterator[Row]]]] = {
@@ -35,6 +35,8 @@ CASES: Final[dict[str, Callable[[Options], Iterator[Row]]]] = {
     "one_joint": cells.one_joint,
     "gripper": cells.gripper,
     "grasp": grasp.grasp,
+    "shares": shares.steps,
+    "training": shares.training,
     **{f"envs/{env_id}": partial(cells.environment, env_id) for env_id in pnt_gym.ENV_IDS},
 }
 """What sets a case up and gives its rows, by the case's name."""

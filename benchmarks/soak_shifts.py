@@ -150,7 +150,8 @@ def decisions(env: Any, random: np.random.Generator, limit: int) -> Iterator[tup
 
 def no_numbers(observation: Any, reward: Any) -> list[str]:
     """That something in an observation or a reward is no number, if it is so."""
-    return [] if np.isfinite(observation).all() and np.isfinite(reward).all() else ["a number is none"]
+    parts = observation.values() if isinstance(observation, dict) else [observation]
+    return [] if all(np.isfinite(part).all() for part in parts) and np.isfinite(reward).all() else ["a number is none"]
 
 
 def late(subject: str, began: float, limit: float) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any, Final
 
 from agents.ground.cli import option
@@ -32,6 +33,8 @@ class Options:
     """Physics threads to compare."""
     level: Annotated[str | None, option("waste at the conveyor, single at a line, nominal elsewhere", "NAME")] = None
     """Level of the vector environments."""
+    before: Annotated[Path | None, option("no comparison", "DIR")] = None
+    """Checkout of older code, whose training is timed in turn with that of this code."""
 
     def size(self, usual: int) -> int:
         """Rows of a batch, or turns."""

@@ -1,7 +1,10 @@
 """The speeds that `make perf` measures: what a figure is made of, and the form of the results that tables read."""
 
 import json
+import sys
+import time
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -9,8 +12,9 @@ from typing import Any
 import pytest
 
 from agents.ground.cli import UsageError
+from agents.report.speeds import before_table, shares_table, training_table
 from benchmarks import perf, timing
-from benchmarks.perf_cases import planning
+from benchmarks.perf_cases import planning, shares
 from benchmarks.timing import Count, Options, Timing
 
 RESULTS = Path(__file__).resolve().parents[1] / "results"
@@ -84,3 +88,58 @@ def test_a_name_stands_for_all_cases_that_begin_so() -> None:
     ]
     with pytest.raises(UsageError, match="unknown case 'one'; known are planner"):
         perf.select_cases(["one"])
+
+
+def spin(seconds: float) -> None:
+    end = time.thread_time() + seconds
+    while time.thread_time() < end:
+        pass
+
+
+def spin_longer() -> None:
+    spin(0.3)
+
+
+def test_shares_are_of_the_processors_time_and_the_first_part_that_fits_has_a_sample() -> None:
+    with shares.sample_shares((("long", {"spin", "spin_longer"}), ("short", {"spin"}), ("none", {"json"}))) as parts:
+        spin(0.1)
+        spin_longer()
+    assert list(parts)[:2] == ["long", "short"]
+    assert "none" not in parts
+    assert sum(parts.values()) == pytest.approx(1.0)
+    assert parts["long"] == pytest.approx(0.75, abs=0.1)
+
+
+def test_parts_name_functions_that_exist() -> None:
+    loaded = "agents.training.session", "agents.learning.sb3", "pnt_gym.cells.line.core", "pnt_gym.envs.conveyor"
+    for module in loaded:
+        import_module(module)
+    roots, names = ("pnt_gym", "agents", "mujoco.batch", "stable_baselines3"), set[str]()
+    for module in [part for name, part in sys.modules.items() if name.startswith(roots)]:
+        for value in list(vars(module).values()):
+            members = vars(value).values() if isinstance(value, type) else [value]
+            functions = [getattr(member, "__func__", member) for member in members]
+            names |= {function.__qualname__ for function in functions if hasattr(function, "__code__")}
+    for parts in (shares.THROW, shares.DECISION, shares.TRAINING):
+        assert {name for _, part in parts for name in part} <= names
+
+
+def test_steps_stand_beside_each_other_with_everything_else_at_the_end() -> None:
+    steps = [
+        {"env": "A", "level": "waste", "cells": 1, "parts": {"engine": 0.5, "everything else": 0.5}},
+        {"env": "B", "level": "single", "cells": 64, "parts": {"choice": 0.25, "everything else": 0.75}},
+    ]
+    grid = shares_table({"steps": steps})
+    assert grid.header == ["part of a step", "`A`, waste, single", "`B`, single, 64 cells"]
+    assert grid.rows == [["engine", "50.0 %", ""], ["choice", "", "25.0 %"], ["everything else", "50.0 %", "75.0 %"]]
+
+
+def test_a_training_stands_beside_that_of_older_code() -> None:
+    turns = {
+        "before": {"seconds": 40.0, "landing_error_m": 0.04},
+        "now": {"seconds": 20.0, "landing_error_m": 0.05},
+    }
+    grid = before_table({"throws": 2000, "seeds": [turns]})
+    assert grid.rows == [["0", "40.0 s", "20.0 s", "40.00 mm", "50.00 mm"]]
+    grid = training_table({"throws": 2000, "parts": {"throws": 0.5, "everything else": 0.5}})
+    assert grid.rows == [["throws", "50.0 %"], ["everything else", "50.0 %"]]

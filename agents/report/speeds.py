@@ -56,8 +56,53 @@ def environment_table(data: Data) -> Grid:
     return Grid("Throws per second", header, rows, note)
 
 
+def shares_table(data: Data) -> Grid:
+    """Parts of a step by their shares of the processor's time, step by step beside each other."""
+    steps = data["steps"]
+    forms = {1: "single", **{step["cells"]: f"{step['cells']} cells" for step in steps if step["cells"] > 1}}
+    header = ["part of a step", *(f"`{step['env']}`, {step['level']}, {forms[step['cells']]}" for step in steps)]
+    parts = dict.fromkeys(part for step in steps for part in step["parts"])
+    rest = "everything else"
+    names = [*(part for part in parts if part != rest), *([rest] if rest in parts else [])]
+    rows = [[part, *(_percent(step["parts"].get(part)) for step in steps)] for part in names]
+    note = (
+        "Samples of one thread's processor time every millisecond, each with the time that machine code took before. "
+        "All on one thread."
+    )
+    return Grid("Where the time of a step goes", header, rows, note)
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{100 * share:.1f} %"
+
+
+def training_table(data: Data) -> Grid:
+    """Parts of a training by their shares of the processor's time."""
+    rows = [[part, _percent(share)] for part, share in data["parts"].items()]
+    note = f"{data['throws']:,} throws of SAC on `PnTConveyor-v0`, without the table at the end."
+    return Grid("Where the time of a training goes", ["part of a training", "share"], rows, note)
+
+
+def before_table(data: Data) -> Grid:
+    """Seconds and landing errors of trainings, beside those of older code."""
+    rows = [
+        [str(seed), *(f"{turns[code]['seconds']:.1f} s" for code in ("before", "now")), *_errors(turns)]
+        for seed, turns in enumerate(data["seeds"])
+    ]
+    header = ["seed", "older code", "this code", "landing error, older code", "this code"]
+    note = f"{data['throws']:,} throws of SAC on `PnTConveyor-v0` in turn; the error is that of the last throws."
+    return Grid("A training beside that of older code", header, rows, note)
+
+
+def _errors(turns: Data) -> list[str]:
+    return [f"{1000 * turns[code]['landing_error_m']:.2f} mm" for code in ("before", "now")]
+
+
 TABLES: Final = (
     ({"plan_release_us", "batch_plans_per_s"}, planner_table),
     ({"envs", "cpus"}, environment_table),
+    ({"steps", "cpus"}, shares_table),
+    ({"parts", "throws"}, training_table),
+    ({"seeds", "throws"}, before_table),
 )
 """By what the files that `make perf` writes are known, and their tables."""

@@ -1,0 +1,160 @@
+"""Cases of where time goes: shares of a step, and of a training, by their parts."""
+
+from __future__ import annotations
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import FrameType
+from typing import Any, Final
+
+import gymnasium as gym
+import numpy as np
+
+from benchmarks.checks import random_action
+from benchmarks.perf_cases.cells import ACTIONS, FLIGHT, SEED, Singles
+from benchmarks.timing import Count, Options, Row
+
+INTERVAL: Final = 0.001
+"""Between two samples [s]; machine code is sampled at its end, with all the time that it took."""
+ROOT: Final = Path(__file__).resolve().parents[2]
+Parts = Sequence[tuple[str, set[str]]]
+"""Parts of what runs, each with functions that are all on the stack; a sample belongs to the first part that fits."""
+THROW: Final[Parts] = (
+    ("engine: robot and object", {"Batch.rollout", "ConveyorPlant._roll_out_robot"}),
+    ("engine: object alone", {"Batch.rollout", "fall"}),
+    ("engine: contacts of flights", {"Batch.rollout", "settle"}),
+    ("flights in machine code", {"FreeObjects.predict_landings"}),
+    ("swing and grip until the release", {"ThrowClock.of"}),
+    ("models and states for the engine", {"ConveyorPlant.write"}),
+    ("models and states for the engine", {"FreeObjects._write"}),
+    ("references of the motors", {"ConveyorPlant._references"}),
+    ("effort of the motors", {"ConveyorPlant._effort_of_plan"}),
+    ("effort of the motors", {"ConveyorPlant._effort"}),
+    ("joining and judging", {"ConveyorCell._simulate"}),
+    ("choice of the next object", {"BeltPicks._choose_picks"}),
+    ("new objects on the belt", {"BeltStream.ride"}),
+    ("choice of the next object", {"BeltPicks.following"}),
+    ("plan of the throw", {"Core.plan"}),
+    ("plan of the throw", {"ConveyorCell._motion"}),
+    ("objects beside the throw", {"BeltPicks.find_collisions"}),
+    ("observation, rewards, info", {"Core.observe"}),
+    ("observation, rewards, info", {"ConveyorCell.reward"}),
+    ("observation, rewards, info", {"ConveyorCell.info"}),
+)
+DECISION: Final[Parts] = (
+    ("decisions in machine code", {"Turns.advance"}),
+    ("choice carried out", {"LineCell.take"}),
+    ("objects of new shifts", {"StreamSampler.draw"}),
+    ("figures of a shift", {"LineCore._shift_info"}),
+)
+TRAINING: Final[Parts] = (
+    ("gradient steps", {"BanditSAC.train"}),
+    ("throws", {"SameStepVecEnv.step_wait"}),
+    ("libraries, cells and networks", {"Session.__init__"}),
+    ("libraries, cells and networks", {"open_trial"}),
+    ("libraries, cells and networks", {"Session.create"}),
+    ("choice of actions", {"OffPolicyAlgorithm._sample_action"}),
+    ("checkpoints", {"RunFolder.save_checkpoint"}),
+)
+REST: Final = "everything else"
+STEPS: Final = (
+    ("PnTConveyor-v0", "waste", 1, 600, THROW),
+    ("PnTConveyor-v0", "waste", 64, 20, THROW),
+    ("PnTConveyor-v0", FLIGHT, 1, 1500, THROW),
+    ("PnTConveyor-v0", FLIGHT, 64, 80, THROW),
+    ("PnTLine-v0", "single", 64, 1000, DECISION),
+)
+"""Environment, level, cells, steps that are sampled, and parts; one cell is a single environment."""
+THROWS, SEEDS = 1000, 3
+"""Throws of a training, and seeds of trainings that are compared."""
+
+
+@contextmanager
+def sample_shares(parts: Parts) -> Iterator[dict[str, float]]:
+    """Shares of this thread's processor time by part, from the end of the context on."""
+    times, last = defaultdict[str, float](float), time.thread_time()
+
+    def take_sample(_: int, frame: FrameType | None) -> None:
+        nonlocal last
+        now, names = time.thread_time(), set[str]()
+        while frame is not None:
+            names.add(frame.f_code.co_qualname)
+            frame = frame.f_back
+        times[next((part for part, functions in parts if functions <= names), REST)] += now - last
+        last = now
+
+    before, shares = signal.signal(signal.SIGALRM, take_sample), dict[str, float]()
+    signal.setitimer(signal.ITIMER_REAL, INTERVAL, INTERVAL)
+    try:
+        yield shares
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    shares |= {part: times[part] / sum(times.values()) for part in [*dict(parts), REST] if part in times}
+
+
+class Cells:
+    """A vector environment on one thread."""
+
+    def __init__(self, env_id: str, level: Any, count: int) -> None:
+        self._env: Any = gym.make_vec(env_id, num_envs=count, level=level, threads=1)
+        self._info, self._rng = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
+
+    def step(self) -> None:
+        """One step of all cells."""
+        self._info = self._env.step(random_action(self._env, self._info, self._rng, ACTIONS))[-1]
+
+
+def steps(options: Options) -> Iterator[Row]:
+    """Shares of a step by its parts, of single environments and of vectors on one thread."""
+    yield Count(("cpus",), os.cpu_count())
+    for n, (env_id, level, cells, usual, parts) in enumerate(STEPS):
+        step, count = (Cells if cells > 1 else Singles)(env_id, level, cells).step, options.size(usual)
+        repeat(step, max(count // 10, 2))
+        with sample_shares(parts) as shares:
+            repeat(step, count)
+        name = level if isinstance(level, str) else level["name"]
+        yield Count(("steps", n), {"env": env_id, "level": name, "cells": cells})
+        yield Count(("steps", n, "parts"), shares)
+
+
+def repeat(call: Callable[[], None], count: int) -> None:
+    """Call a function several times."""
+    for _ in range(count):
+        call()
+
+
+def training(options: Options) -> Iterator[Row]:
+    """A training of SAC by its parts; with --before its seconds and landing error beside those of older code."""
+    throws = options.size(THROWS)
+    yield Count((), {"cpus": os.cpu_count(), "throws": throws})
+    if options.before is not None:
+        for seed in range(options.repeats or SEEDS):
+            turns = {"before": train(options.before, throws, seed), "now": train(ROOT, throws, seed)}
+            yield Count(("seeds", seed), turns)
+        return
+    from agents.train import Arguments, main  # noqa: PLC0415 - imports torch on its way
+
+    with TemporaryDirectory() as folder, sample_shares(TRAINING) as shares:
+        main(Arguments(env="PnTConveyor-v0", steps=throws, out=Path(folder) / "run", eval_picks=0))
+    yield Count(("parts",), shares)
+
+
+def train(checkout: Path, throws: int, seed: int) -> Mapping[str, float]:
+    """Seconds of a training by the code of a checkout, and the last landing error [m]."""
+    with TemporaryDirectory() as folder:
+        out = Path(folder) / "run"
+        words = f"-m agents.train --env PnTConveyor-v0 --steps {throws} --seed {seed} --eval-picks 0 --out {out}"
+        environment = {**os.environ, "PYTHONPATH": str(checkout.resolve())}
+        subprocess.run([sys.executable, *words.split()], cwd=checkout, env=environment, check=True, capture_output=True)
+        last = list(csv.DictReader((out / "progress.csv").read_text(encoding="utf-8").splitlines()))[-1]
+    return {"seconds": float(last["seconds"]), "landing_error_m": float(last["landing_error_mean_m"])}
