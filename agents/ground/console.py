@@ -17,7 +17,7 @@ COMMANDS: Final = {
     "fit": ("fit.__main__", "fit a level to measured throws, with intervals, and choose the next throws"),
     "play": ("play", "watch a controller throw: video, picture or window"),
     "publish": ("publish.__main__", "write a folder with a trained policy, its card, its film and its ONNX file"),
-    "dataset": ("dataset", "collect throws of a controller as a Minari dataset, for offline learning"),
+    "dataset": ("dataset.__main__", "collect throws of a controller as a Minari dataset, for offline learning"),
     "benchmark": ("benchmark.__main__", "let every controller of a plan learn, and compare them throw by throw"),
     "verify": ("benchmark.verify", "throw a sample of a benchmark's results again, and compare bit by bit"),
     "submit": ("benchmark.submit", "measure a controller of yours on the benchmark's throws, in a file to hand in"),
