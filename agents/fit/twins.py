@@ -124,8 +124,12 @@ def log_plan(
 ) -> ThrowLog:
     """Log of the throws that a plan chooses for a level, thrown in a cell; enough for a number of landings."""
     with closing(DesignPool(truth, seed)) as pool:
-        order = optimal_throws(pool.log, config, parameters, 2 * landings)
-        return take(pool.throw(seed), order)
+        thrown = pool.throw(seed)
+        for throws in range(2 * landings, MOST_THROWS * landings, landings):  # a longer plan begins with a shorter one
+            log = take(thrown, optimal_throws(pool.log, config, parameters, throws))
+            if log.has_landing.sum() >= landings:
+                return log
+        raise UsageError(f"twin {seed} has fewer than {landings} landings in {MOST_THROWS * landings} planned throws")
 
 
 def judge_fit(twin: Twin, fitted: Fitted) -> dict[str, Any]:

@@ -70,7 +70,7 @@ def test_a_command_that_has_moved_names_its_new_place(say, name, tmp_path):
     ],
 )  # fmt: skip
 def test_documented_modules_that_have_moved_can_be_imported_by_their_former_names(former, names):
-    rooms = {"evaluation": "judging", "sb3": "learning", "tables": "ground", "episodes": "data"}
+    rooms = {"evaluation": "judging", "sb3": "learning", "tables": "ground", "episodes": "dataset"}
     before, now = import_module(f"agents.{former}"), import_module(f"agents.{rooms[former]}.{former}")
     assert [getattr(before, name) for name in names] == [getattr(now, name) for name in names]
 

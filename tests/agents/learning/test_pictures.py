@@ -63,7 +63,7 @@ def test_convolutions_and_squares_are_those_of_torch() -> None:
 @pytest.mark.parametrize(("algo", "over"), [("sac", "analytic"), ("sac", "flattest"), ("ppo", "centroid")])
 def test_a_policys_file_computes_what_the_model_does(algo: str, over: str, cells: Any, tmp_path: Path) -> None:
     env = adapted(cells, over)
-    model = build(algo, env, settings(algo), 0)
+    model = build(algo, env, settings(algo, batch_size=16), 0)
     seen = env.reset()
     action = model.predict(seen, deterministic=True)[0]
     assert np.abs(action).max() < 0.02
