@@ -56,13 +56,13 @@ def curves_answer(results: Data) -> str:
     )
     few = min((point for point in points if point[0] <= FEW), key=lambda point: point[1])
     near = next((point for point in points if point[1] <= NEAR * fixed["floor"]), None)
+    floor = f"within a quarter of the floor, {_mm(fixed['floor'])}"
+    first = f"no learner comes {floor}" if near is None else f"{near[2]} comes first {floor},"
+    after = "" if near is None else f" with {_mm(near[1])} after {near[0]:,} throws"
     text = (
         f"The planner lands {_mm(fixed['analytic'])} off. After {FEW} throws, {few[2]} is nearest with {_mm(few[1])}; "
+        f"{first}{after}."
     )
-    text += (
-        "no learner comes" if near is None else f"{near[2]} comes first, after {near[0]:,} throws with {_mm(near[1])},"
-    )
-    text += f" within a quarter of the floor, {_mm(fixed['floor'])}."
     return f"{text}{_without_planner(data, points, fixed['analytic'])}"
 
 
