@@ -83,8 +83,8 @@ def test_the_sentence_of_the_curves_names_who_is_near_first() -> None:
     rows += [_curve("learners", "MLP", throws, error) for throws, error in ((10, 0.04), (100, 0.013), (1000, 0.0101))]
     text = curves_answer({"curves": {"rows": rows}})
     assert text == (
-        "The planner lands 50.0 mm off. After 10 throws, ridge is nearest with 30.0 mm; MLP comes first within a quarter of "
-        "the floor, 10.0 mm, with 10.1 mm after 1,000 throws."
+        "The planner lands 50.0 mm off. After 10 throws, ridge is nearest with 30.0 mm; MLP comes first within a "
+        "quarter of the floor, 10.0 mm, with 10.1 mm after 1,000 throws."
     )
     rows += [_curve("without a planner", "SAC alone", throws, error) for throws, error in ((300, 0.3), (3000, 0.09))]
     assert curves_answer({"curves": {"rows": rows}}) == (
