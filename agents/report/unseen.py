@@ -9,6 +9,13 @@ Data = Mapping[str, Any]
 NEAR: Final = "unseen"
 FAR: Final = "unseen, far bins"
 """Levels of the study `grasp_targets`, of which the residual saw neither kinds nor, in the second, bins."""
+OTHERS: Final = {
+    "network": "for networks that see colours and depths",
+    "network on depths": "for those that see depths alone",
+    "network, 100 kinds drawn": "for those that learned from 100 drawn kinds too",
+    "network on depths, 100 kinds drawn": "for those with both",
+}
+"""Networks of the study, and how the sentence calls them."""
 
 
 def unseen_sentence(data: Data) -> str:
@@ -21,5 +28,19 @@ def unseen_sentence(data: Data) -> str:
     return (
         "Of unseen kinds into near bins, and into bins farther away than any in training, the rule sorts "
         f"{near_and_far('tuned rule')} a minute, networks of three seeds {near_and_far('network')}, and the oracle "
-        f"{near_and_far('oracle')}."
+        f"{near_and_far('oracle')}.{_gains(data)}"
     )
+
+
+def _gains(data: Data) -> str:
+    """What other pictures and further kinds bring on the rule, of unseen kinds into near bins."""
+    rows = [row for row in data["rows"] if row.get("level") == NEAR and row.get("who") in OTHERS]
+    if not rows:
+        return ""
+    gains = [f"{OTHERS[row['who']]} {_gain_text(row['gain'])}" for row in rows]
+    return f" There the gain on the rule is {', '.join(gains)}."
+
+
+def _gain_text(gain: Mapping[str, float]) -> str:
+    """A gain and its interval, in sorted objects a minute."""
+    return f"{gain['value']:+.1f} ({gain['low']:+.1f}..{gain['high']:+.1f})"
