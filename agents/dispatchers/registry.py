@@ -12,14 +12,14 @@ from pnt_gym.errors import one_sentence
 from ..controllers.protocol import Controller
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of
-from ..ground.shipped import policy_place, shipped_names
+from ..ground.shipped import LINE, policy_place, shipped_names
 from ..policies.scorer import Scorer
 from .lookahead import Beam, GuidedBeam
 from .rules import IndexRule, RandomChoice
 from .scored import ScoreController, load_scorer, run_scores
 from .settings import settings
 
-ENV: Final = "PnTLine-v0"
+ENV: Final = LINE
 FIRST: Final = "fifo"
 GUIDED: Final = "guided_beam"
 SEARCHED: Final = "index"

@@ -11,6 +11,8 @@ from typing import Final
 from .cli import UsageError
 from .places import POLICY, SHIPPED, at
 
+LINE: Final = "PnTLine-v0"
+"""Environment whose policies decide; all others correct throws."""
 PREFIX: Final = "shipped:"
 """What the name of a shipped policy begins with."""
 
@@ -57,10 +59,6 @@ POLICIES: Final[Mapping[str, ShippedPolicy]] = {
 def is_shipped(name: str) -> bool:
     """Whether a controller's name is the name of a shipped policy."""
     return name.startswith(PREFIX)
-
-
-LINE: Final = "PnTLine-v0"
-"""Environment whose policies decide; all others correct throws."""
 
 
 def shipped_names(of_lines: bool | None = None) -> str:

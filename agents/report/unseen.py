@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
+from ..ground.metrics import Interval
+from ..ground.tables import interval_text
+
 Data = Mapping[str, Any]
 NEAR: Final = "unseen"
 FAR: Final = "unseen, far bins"
@@ -37,10 +40,5 @@ def _gains(data: Data) -> str:
     rows = [row for row in data["rows"] if row.get("level") == NEAR and row.get("who") in OTHERS]
     if not rows:
         return ""
-    gains = [f"{OTHERS[row['who']]} {_gain_text(row['gain'])}" for row in rows]
+    gains = [f"{OTHERS[row['who']]} {interval_text(Interval(**row['gain']), '+')}" for row in rows]
     return f" There the gain on the rule is {', '.join(gains)}."
-
-
-def _gain_text(gain: Mapping[str, float]) -> str:
-    """A gain and its interval, in sorted objects a minute."""
-    return f"{gain['value']:+.1f} ({gain['low']:+.1f}..{gain['high']:+.1f})"
