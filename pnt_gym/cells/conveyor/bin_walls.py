@@ -14,7 +14,7 @@ ABOVE: Final = 0.02
 """Least height of a carried object above the rim of a bin below it [m]."""
 
 
-def hits_bin(pick: Floats, stop: Floats, centre: Floats, opening: Floats, width: Floats, rise: Floats) -> Bools:
+def hits_bin(pick: Floats, stop: Floats, centre: Floats, opening: Floats, width: Floats, rise: float) -> Bools:
     """Which straight ways of a hand lead a carried object into the wall of a bin, below its rim (N,).
 
     A bin is taken as the circle around its opening, which errs on the safe side. The hand rises evenly on its way.
@@ -22,10 +22,10 @@ def hits_bin(pick: Floats, stop: Floats, centre: Floats, opening: Floats, width:
     Args:
         pick: starts of the ways (N, 3) [m].
         stop: ends of the ways (N, 3) [m].
-        centre: centres of the bins' openings along x and y (N, B, 2) [m].
-        opening: inner sizes of the openings along x and y (N, B, 2) [m].
+        centre: centres of the bins' openings along x and y (N, B, 2) [m], or (1, B, 2) where all picks have the same.
+        opening: inner sizes of the openings along x and y, in the same form [m].
         width: largest extents of the objects (N,) [m].
-        rise: heights of the bins' rims above the objects' undersides at the pick (N,) [m].
+        rise: height of the bins' rims above the objects' undersides at the pick [m].
     """
     way = stop - pick
     length = np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-9)[:, None]
@@ -35,5 +35,5 @@ def hits_bin(pick: Floats, stop: Floats, centre: Floats, opening: Floats, width:
     radius = np.hypot(opening[..., 0], opening[..., 1]) / 2.0 + width[:, None] / 2.0 + BESIDE
     entry = np.maximum(along - np.sqrt(np.maximum(radius**2 - beside_squared, 0.0)), 0.0)
     meets = (beside_squared < radius**2) & (along > 0.0) & (entry < length)
-    is_low = way[:, 2:] * entry / length < rise[:, None] + ABOVE
+    is_low = way[:, 2:] * entry / length < rise + ABOVE
     return (meets & is_low).any(axis=1)

@@ -134,9 +134,8 @@ class PickPlanner:
         motion = self.mover.throw(context.pick, release, context.throw_limits, context.ceiling)
         centre, opening = context.target[:, None, :2], context.opening[:, None]
         if self.config.bins.random is None:
-            shape = (len(context.pick), *self._centres.shape)
-            centre, opening = np.broadcast_to(self._centres, shape), np.broadcast_to(self._openings, shape)
-        rise = np.full(len(context.pick), self.config.bins.rim - self.config.belt.height)
+            centre, opening = self._centres[None], self._openings[None]
+        rise = self.config.bins.rim - self.config.belt.height
         width = context.objects.measured.size.max(axis=-1)
         return ~hits_bin(context.pick, motion.stop, centre, opening, width, rise)
 
