@@ -141,7 +141,7 @@ QUESTIONS: Final = (
         title="What is the place of the cup worth?",
         picture="grasp.svg",
         answer=answers.grasp,
-        sources=("benchmark_grasp", "grasp_targets"),
+        sources=("benchmark_grasp",),
         command="python -m agents.benchmark --config configs/benchmark_grasp.yaml",
         chapters={
             "benchmark_grasp": "Every rule, network and pace",
