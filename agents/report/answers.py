@@ -217,7 +217,7 @@ def speed(results: Results) -> str:
     planner = results["perf_planner"]
     return (
         f"`PnTConveyor-v0` simulates {vector['env_throws_per_s']:.0f} throws per second with {vector['cells']} cells "
-        f"on {vector['threads']} threads, {100 * vector['env_over_bare']:.0f} % of what the bare physics reaches there. "
+        f"on {vector['threads']} threads, {100 * vector['env_over_bare']:.0f} % of what the bare physics reaches. "
         f"A single environment simulates {vector['singles_throws_per_s']:.0f}. The exact planner plans a throw in "
         f"{planner['plan_release_us']['free']:.0f} us, {planner['slsqp_over_exact']:.0f} times as fast as the paper's "
         "nonlinear programme on the same machine."

@@ -96,7 +96,7 @@ def html_page(parts: Sequence[Section]) -> str:
 
 
 def index_page(parts: Sequence[Section]) -> str:
-    """The index as Markdown: each question with its answer; links to tables where the question has no page of its own."""
+    """The index as Markdown: each question with its answer, and links to tables where the question has no page."""
     lines = ["# Results", "", OPENING, ""]
     for section in parts:
         title = markdown_text(section.title)

@@ -57,9 +57,8 @@ def curves_answer(results: Data) -> str:
     few = min((point for point in points if point[0] <= FEW), key=lambda point: point[1])
     near = next((point for point in points if point[1] <= NEAR * fixed["floor"]), None)
     bound = f"{NEAR:g} times the floor of {_mm(fixed['floor'])}"
-    who, when = (
-        ("no learner", "") if near is None else (near[2], f" first, with {_mm(near[1])} after {near[0]:,} throws")
-    )
+    who = "no learner" if near is None else near[2]
+    when = "" if near is None else f" first, with {_mm(near[1])} after {near[0]:,} throws"
     text = (
         f"The planner lands {_mm(fixed['analytic'])} off. After {FEW} throws, {few[2]} is nearest with {_mm(few[1])}. "
         f"Of all learners, {who} comes within {bound}{when}."
