@@ -19,8 +19,8 @@ Cell = Callable[[Sequence[Data], int], str]
 def kind_table(data: Data, level: str) -> Grid:
     """Shares by kind of what each controller held, lost on the way and sorted; no rows where nothing is grasped."""
     note = (
-        "Shares [%]. In each cell: share of the kind's objects that the cup held / share that was lost on the way / share that was "
-        "sorted, which is the recovery of the kind."
+        "Shares [%]. In each cell: share of the kind's objects that the cup held / share that was lost on the way / "
+        "share that was sorted, which is the recovery of the kind."
     )
     return _table(f"Held, lost and sorted by kind, level {level}", data, level, _shares, note)
 
