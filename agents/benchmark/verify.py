@@ -24,6 +24,7 @@ from .entries import TRAINED, labels_of
 from .kept import plan_of_file
 from .plan import Piece, Plan, pieces, trial_of_plan
 from .run import run_piece
+from .submission import check_submission, is_submission
 
 DIFFERENT: Final = 1
 """Exit code if a row could not be repeated."""
@@ -61,9 +62,8 @@ def main(arguments: Arguments) -> None:
     check_writable(arguments.json)
     if arguments.write and arguments.throws is not None:
         raise UsageError("--write goes without --throws: a row is equal if all of its throws are")
-    data = read_json(arguments.file)
+    data, plan = _read(arguments.file)
     with check_form(arguments.file):
-        plan = plan_of_file(arguments.file, data["plan"])
         made_by, results, made_on = dict(data["versions"]), list(data["results"]), data.get("arithmetic")
         names = [dict(zip(ROW, (row[name] for name in ROW), strict=True)) for row in results]
     _check_trust(plan, trust=arguments.trust)
@@ -99,6 +99,20 @@ def main(arguments: Arguments) -> None:
         console().print("the file is of a processor that rounds otherwise; docs/reproducibility.md has the bounds")
     if any(row["difference"] and row["verdict"] != NEAR for row in verdicts):
         sys.exit(DIFFERENT)
+
+
+def _read(file: Path) -> tuple[Any, Plan]:
+    """Content of a file of results, and the plan in it.
+
+    Raises:
+        UsageError: the file has another form, or is a submission with other throws than the benchmark's.
+    """
+    data = read_json(file)
+    with check_form(file):
+        plan = plan_of_file(file, data["plan"])
+        if is_submission(data):
+            check_submission(file, data)
+    return data, plan
 
 
 def choose(plan: Plan, planned: Sequence[Piece], results: Sequence[Any], arguments: Arguments) -> list[int]:
