@@ -45,9 +45,9 @@ class Arguments:
     seed: int = 0
     """Seed of the sample."""
     throws: Annotated[int | None, option("all", "N")] = None
-    """Compare only the first so many throws, or work shifts, of each row; totals of a row are not compared then."""
+    """Compare only the first N throws, or work shifts, of each row; totals of a row are not compared then."""
     longest: float = 60.0
-    """Only rows whose learning took at most so many seconds."""
+    """Longest learning of a row of the sample [s]; rows that learned longer are left out."""
     trust: bool = False
     """Import modules that the file names, whose code then runs."""
     json: Annotated[Path | None, option("none", "FILE")] = None
@@ -123,7 +123,7 @@ def choose(plan: Plan, planned: Sequence[Piece], results: Sequence[Any], argumen
     """
     quick = [n for n, row in enumerate(results) if _seconds(find_piece(planned, row), results) <= arguments.longest]
     if not quick:
-        raise UsageError(f"--longest is {arguments.longest:g}; no row of plan {plan.name!r} learned in so few seconds")
+        raise UsageError(f"--longest is {arguments.longest:g}; no row of plan {plan.name!r} learned so quickly")
     random = np.random.default_rng(arguments.seed)
     return sorted(random.choice(quick, min(arguments.rows, len(quick)), replace=False).tolist())
 

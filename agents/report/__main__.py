@@ -58,8 +58,9 @@ def main(arguments: Arguments) -> None:
     with lock_folder(results):
         for name, text in {**_pictures(results), **_figures(chapters)}.items():
             deliver_text(results / "figures" / name, text)
-        for chapter in (chapter for section in parts for chapter in section.chapters):
-            deliver_text(results / "tables" / f"{chapter.name}.md", tables_page(chapter))
+        for section in parts:
+            for chapter in section.chapters:
+                deliver_text(results / "tables" / f"{chapter.name}.md", tables_page(chapter, section))
         deliver_text(results / INDEX, index_page(parts))
         deliver_text(results / "report.html", html_page(parts))
         for document in _documents(arguments):

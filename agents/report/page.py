@@ -113,9 +113,10 @@ def tables_line(titles: Mapping[str, str]) -> str:
     return f"Tables: {', '.join(links)}" if links else ""
 
 
-def tables_page(chapter: Chapter) -> str:
-    """Every table of a chapter as a Markdown page in the folder `tables` beside `figures`."""
+def tables_page(chapter: Chapter, section: Section) -> str:
+    """A page of the folder `tables` beside `figures`: every table of a chapter, with a link to its question."""
     lines = [f"# {markdown_text(chapter.title)}", ""]
+    lines += [f"These tables belong to [{section.title}](../{section.page})", ""] if section.page else []
     lines += [markdown_text(chapter.note), ""] if chapter.note else []
     for grid in chapter.parts:
         lines += [f"## {markdown_text(grid.headline)}", ""] if grid.headline != chapter.title else []
