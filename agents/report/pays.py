@@ -44,7 +44,7 @@ def mismatch_figures(data: Data) -> dict[str, str]:
 
 
 def curves_answer(results: Data) -> str:
-    """Who is nearest after few throws, who is near the floor first, and what a learner reaches without a planner."""
+    """The nearest learner after few throws, the first near the floor, and the error of a learner without a planner."""
     data = _study_rows(results["curves"], "controller", "throws", "landing_error_mean_m")
     fixed = {row["controller"]: row["landing_error_mean_m"] for row in data["rows"] if row["part"] == FIXED}
     if not {"analytic", "floor"} <= set(fixed):

@@ -114,7 +114,7 @@ def made_table(config: LineConfig, folder: Path = MADE) -> Path:
 
 
 def table_path(config: LineConfig) -> Path:
-    """File of a line's table: the one that the level names, the shipped one, or the one that a command makes."""
+    """File of a line's table: the file that the level names, the shipped file, or the file that a command makes."""
     if config.chances is not None:
         return Path(config.chances)
     shipped = shipped_table(config)
