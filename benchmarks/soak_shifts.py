@@ -154,7 +154,7 @@ def no_numbers(observation: Any, reward: Any) -> list[str]:
     return (
         []
         if all(np.isfinite(part).all() for part in parts) and np.isfinite(reward).all()
-        else ["a number is not finite"]
+        else ["a number is none"]
     )
 
 
