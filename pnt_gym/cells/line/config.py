@@ -14,7 +14,6 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate_files
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.problems import Checks, check_all, construct_loosely, list_names, without_impossible
-from pnt_gym.cells.base.sorting import Bin
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, Value
 from pnt_gym.errors import ConfigError, one_sentence
@@ -142,7 +141,7 @@ class LineConfig(LevelConfig):
 
     @classmethod
     def loose(cls, data: Mapping[str, Any]) -> Self:
-        """A line for its `checks` alone, with a cell of this kind."""
+        """A line for its `checks` alone; in its cell too every impossible value is `Impossible`."""
         cell: Any = data.get("cell")
         cell = {"base": cell} if isinstance(cell, str | Path) else cell
         if isinstance(cell, Mapping):
@@ -261,7 +260,7 @@ class LineConfig(LevelConfig):
 
     def _skill_problems(self) -> Iterator[str]:
         """Items that no robot takes, and robots that take no item; a misspelled name has a clause of its own."""
-        if any(name not in self.cell.items for robot in self.robots for name in _item_names(robot)):
+        if any(name not in self.cell.items for robot in self.robots for name in robot.item_names()):
             return
         can_take, shares = self.can_take(), self.cell.shares()
         items = [self.cell.items[index] for index in np.flatnonzero(~can_take.any(axis=0) & (shares > 0.0))]
@@ -300,7 +299,7 @@ class LineConfig(LevelConfig):
 
     def can_take(self) -> Bools:
         """Whether each robot (rows) takes an object classified as each item (columns)."""
-        takes = [[_takes(robot, self.cell.bins.fixed, name) for name in self.cell.items] for robot in self.robots]
+        takes = [[robot.takes(item, self.cell.bins.fixed) for item in self.cell.items] for robot in self.robots]
         return np.array(takes, dtype=np.bool_)
 
     def robot_x(self) -> Floats:
@@ -338,19 +337,6 @@ def distinct_cells(cells: Sequence[ConveyorConfig]) -> tuple[list[ConveyorConfig
     texts = [cell.model_dump_json() for cell in cells]
     distinct = list(dict.fromkeys(texts))
     return [cells[texts.index(text)] for text in distinct], np.array([distinct.index(text) for text in texts])
-
-
-def _takes(robot: Robot, bins: Sequence[Bin], item: str) -> bool:
-    """Whether a robot has the skill for an item, and a bin for it; `bins` are those of the cell."""
-    has_bin = any(not bin_.accepts or item in bin_.accepts for bin_ in robot.bins or bins)
-    return has_bin and (not robot.skills or item in robot.skills)
-
-
-def _item_names(robot: Robot) -> Iterator[str]:
-    """Items that a robot's skills and bins name."""
-    yield from robot.skills
-    for bin_ in robot.bins:
-        yield from bin_.accepts
 
 
 def _with_ghosts(cell: Mapping[str, Any]) -> dict[str, Any]:

@@ -153,8 +153,8 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "skills and values of strangers": (
         {"robots.1.skills": ["pet"], "value.of": {"glass": 2.0, "pet": 1.0}},
-        "value.of: 'glass' and 'pet' are not among the cell's items ('hdpe', 'brick', 'alu'); skills of robot 'second': "
-        "'pet' is not among",
+        "value.of: 'glass' and 'pet' are not among the cell's items ('hdpe', 'brick', 'alu'); skills of robot "
+        "'second': 'pet' is not among",
     ),
     "nobody for alu": ({"robots.0.skills": ["hdpe", "brick"]}, "no robot takes item 'alu'; give a robot the skill"),
     "a mix with a stranger": ({"cell.mix.pet": 3}, "cell: mix: 'pet' is not among the items ('hdpe', 'brick', 'alu')"),
@@ -245,7 +245,7 @@ PAIRS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
         {
             "duration": -1,
             "down": [{"robot": "forth", "start": 1, "end": 9}],
-            "cell.belt.speed": 9,
+            "cell.belt.speed": 2,
             "cell.classifier": {"confusion": {"alu": {"brick": 0.5}}},
         },
         ("duration is -1", "down names robot 'forth'", "hand at 30 % of its limits", "of 'alu' sums to 0.5"),
