@@ -153,8 +153,8 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "skills and values of strangers": (
         {"robots.1.skills": ["pet"], "value.of": {"glass": 2.0, "pet": 1.0}},
-        "skills of robot 'second': 'pet' is not among the cell's items ('hdpe', 'brick', 'alu'); value.of: 'glass' and "
-        "'pet' are not among",
+        "value.of: 'glass' and 'pet' are not among the cell's items ('hdpe', 'brick', 'alu'); skills of robot "
+        "'second': 'pet' is not among",
     ),
     "nobody for alu": ({"robots.0.skills": ["hdpe", "brick"]}, "no robot takes item 'alu'; give a robot the skill"),
     "a mix with a stranger": ({"cell.mix.pet": 3}, "cell: mix: 'pet' is not among the items ('hdpe', 'brick', 'alu')"),
@@ -228,6 +228,40 @@ PAIRS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "a shift's length and the cell's other file": (
         {"cell": "nominal", "duration": -1},
         ("duration is -1", "skills of robot 'second': 'hdpe' and 'brick' are not among"),
+    ),
+    "a belt's speed and a bin's place": (
+        {"cell.belt.speed": "0.4 m/s", "cell.bins.fixed.1.x": -0.2},
+        ("belt.speed is '0.4 m/s'", "bin 'cartons' overlaps bin 'bottles'"),
+    ),
+    "speed settings, a rate and an item without a taker": (
+        {"cell.limits.percent": [0.3], "arrivals.rate": 12, "robots.0.skills": ["hdpe", "brick"]},
+        ("limits.percent.0 is 0.3", "have room for at most 6.01 of these items", "no robot takes item 'alu'"),
+    ),
+    "an item's mass, a bin on the belt and the number of objects": (
+        {"cell.extra_items.0.mass": 60, "cell.bins.fixed.1.y": -0.2, "duration": 14400, "robots.2.x": 60000},
+        ("extra_items.0.mass is 60", "bin 'cartons' spans y -0.360..-0.040 m", "at most 400000 are drawn"),
+    ),
+    "a standstill, a belt too fast and shares of the classifier": (
+        {
+            "duration": -1,
+            "down": [{"robot": "forth", "start": 1, "end": 9}],
+            "cell.belt.speed": 2,
+            "cell.classifier": {"confusion": {"alu": {"brick": 0.5}}},
+        },
+        ("duration is -1", "down names robot 'forth'", "hand at 30 % of its limits", "of 'alu' sums to 0.5"),
+    ),
+    "a robot's own bins and speeds, and a value": (
+        {
+            "robots.1.bins": [{"name": "one", "x": 0.0, "y": 0.4}, {"name": "one", "x": 0.1, "y": 0.4}],
+            "robots.2.percent": [1],
+            "value.of.alu": -1,
+        },
+        (
+            "value.of.alu is -1",
+            "bins of robot 'second' are called ['one', 'one']",
+            "robot 'second': bin 'one' overlaps",
+            "robot 'third': belt.speed is 0.4 m/s; a hand at 1 %",
+        ),
     ),
     "windows and a skill": (
         {"robots.1.x": 0.3, "robots.2.skills": ["hpde"]},
