@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from agents.ground.infos import results
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.core import Cell, Core
+from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-CellT = TypeVar("CellT", bound=Cell[Any, Any, Any, Any])
 Settings: TypeAlias = Mapping[str, Any]
 Figures: TypeAlias = dict[str, Any]
 Infos: TypeAlias = dict[str, NDArray[Any]]
@@ -35,12 +34,6 @@ def make_seeded_cells(config: ConveyorConfig, picks: Picks, cells: int, seed: in
     core = Core(ConveyorCell(config, cells, picks, threads))
     core.reset(np.arange(cells), generators(cells, seed), seeded=True)
     return core
-
-
-def draw_first(cell: CellT, seed: int) -> CellT:
-    """The same cell, of any robot, with the first throws of its rows drawn; the same seed gives the same objects."""
-    cell.reset(np.arange(cell.count), generators(cell.count, seed))
-    return cell
 
 
 def generators(count: int, seed: int) -> list[np.random.Generator]:
