@@ -68,20 +68,17 @@ def _gain_rows() -> Iterator[Row]:
     for name, gain, digits, new, old, of_picks in pairs:
         fall = 100.0 * (1.0 - old / new)
         rise = 100.0 * (new / old - 1.0)
-        words = (
-            f"as a rise of the picks per minute from {old} to {new}, of which the paper says it; the cycle time falls "
-            f"by {fall:.1f} %"
-            if of_picks
-            else f"fall of the cycle time, as an improvement of the performance; picks/min rise by {rise:.1f} %. Equal "
-            "within a whole unit of the last digit, as the printed figure may be cut"
-        )
         yield Row.compared(
             f"hassan/inconsistency/gain-{name}",
             gain,
             rise if of_picks else fall,
             "%",
             within=10.0**-digits,
-            note=words,
+            note=f"as a rise of the picks per minute from {old} to {new}, of which the paper says it; the cycle time "
+            f"falls by {fall:.1f} %"
+            if of_picks
+            else f"fall of the cycle time, as an improvement of the performance; picks/min rise by {rise:.1f} %. Equal "
+            "within a whole unit of the last digit, as the printed figure may be cut",
             explained=fall if of_picks else None,
             cycle_time_reduction_percent=fall,
             rise_of_picks_percent=rise,
