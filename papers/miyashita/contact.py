@@ -138,12 +138,10 @@ def _reach_row(name: str, description: str, reached: BestReleases, control: Best
         cases.percent(reached.miss < 1.0),
         "%",
         note=f"of {len(reached.miss)} {description} that some release reaches within {1e3 * WITHIN[0]:g} mm and "
-        f"{WITHIN[1]:g} "
-        f"deg although the block is pushed, whatever its vertical speed: best of {count} simulated releases all over "
-        f"the arm's range and {ROUNDS} rounds of Gauss-Newton steps from there. The same search with an ideal release "
-        f"reaches {free:.1f} %. The median goal is missed by {np.median(reached.miss):.1f} times that much, the "
-        "nearest "
-        f"by {reached.miss.min():.1f} times",
+        f"{WITHIN[1]:g} deg although the block is pushed, whatever its vertical speed: best of {count} simulated "
+        f"releases all over the arm's range and {ROUNDS} rounds of Gauss-Newton steps from there. The same search "
+        f"with an ideal release reaches {free:.1f} %. The median goal is missed by {np.median(reached.miss):.1f} "
+        f"times that much, the nearest by {reached.miss.min():.1f} times",
         goals=len(reached.miss),
         share_ideal=free,
         missed_quartiles=cases.round_values(np.quantile(reached.miss, (0.0, 0.25, 0.5, 0.75)), 4),
