@@ -61,20 +61,31 @@ class Tap:
         )
 
 
-class Vector:
+class Cells:
+    """A vector environment that is stepped at random."""
+
+    def __init__(self, env_id: str, level: Any, count: int, threads: int = 1) -> None:
+        self.env: Any = gym.make_vec(env_id, num_envs=count, level=level, threads=threads)
+        self.info, self._rng = self.env.reset(seed=SEED)[1], np.random.default_rng(SEED)
+
+    def step(self) -> None:
+        """One step of all cells."""
+        self.info = self.env.step(random_action(self.env, self.info, self._rng, ACTIONS))[-1]
+
+
+class Vector(Cells):
     """A vector environment and the physics inside it."""
 
     def __init__(self, env_id: str, level: Any, cells: int, threads: int) -> None:
-        self._env: Any = gym.make_vec(env_id, num_envs=cells, level=level, threads=threads)
-        self._plants = [[tap_batches(part) for part in parts] for parts in plants(self._env.unwrapped.core.cell)]
+        super().__init__(env_id, level, cells, threads)
+        self._plants = [[tap_batches(part) for part in parts] for parts in plants(self.env.unwrapped.core.cell)]
         self._taps, self._steps = [tap for parts in self._plants for part in parts for tap in part], list[int]()
-        self._info, self._rng = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
 
     def step(self) -> None:
         """Throw once in every cell."""
         for tap in self._taps:
             tap.calls = []
-        self._info = self._env.step(random_action(self._env, self._info, self._rng, ACTIONS))[-1]
+        super().step()
         self._steps.append(sum(tap.steps for tap in self._taps))
 
     def repeat(self) -> None:
