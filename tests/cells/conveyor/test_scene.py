@@ -31,26 +31,6 @@ def test_panels_leave_exactly_the_opening_free():
     np.testing.assert_allclose((high - low)[:, 4, 2], 0.01)
 
 
-def test_panels_close_the_bin():
-    """Every point of a box around the bin's inside, apart from its top, lies in a panel."""
-    bins = ConveyorConfig.load("nominal").bins
-    half, centre = (v[0] for v in bin_panels(np.array([[0.2, 0.12]]), bins))
-    rng = np.random.default_rng(0)
-    inner = np.array([0.1, 0.06])
-    for axis in range(2):
-        for sign in (-1, 1):
-            points = rng.uniform([-0.1, -0.06, -bins.depth], [0.1, 0.06, 0.0], (200, 3))
-            points[:, axis] = sign * (inner[axis] + 0.5 * bins.wall)
-            assert covered(points, half, centre).all()
-    under = rng.uniform([-0.1, -0.06, 0.0], [0.1, 0.06, 0.0], (200, 3)) - [0, 0, bins.depth + 0.5 * bins.wall]
-    assert covered(under, half, centre).all()
-    assert not covered(rng.uniform([-0.1, -0.06, -bins.depth], [0.1, 0.06, 0.0], (200, 3)), half, centre).any()
-
-
-def covered(points, half, centre):
-    return (np.abs(points[:, None] - centre) <= half + 1e-12).all(axis=2).any(axis=1)
-
-
 def test_bins_and_belt_stand_where_the_config_says():
     config = ConveyorConfig.load("nominal")
     scene = build_scene(config)
