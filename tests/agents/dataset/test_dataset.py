@@ -20,7 +20,6 @@ from agents.ground.environments import stream_seed
 from agents.ground.places import POLICY, SHIPPED
 from agents.ground.versions import versions
 from pnt_gym.cells.conveyor.observation import HIDDEN
-from tests.agents.test_trust import poisoned
 from tests.tools.commands import answered, refused
 from tests.tools.datasets import NAME, SMALL, WORK, collected, known, replayed
 
@@ -143,20 +142,12 @@ class Silent:
             raise AttributeError(name)
         return getattr(self.inner, name)
 
-class OpenEnv(PnTReleaseEnv):
-    @classmethod
-    def make_cell(cls, *arguments):
-        cell = super().make_cell(*arguments)
-        cell.hidden = ()
-        return cell
-
 class SilentEnv(PnTReleaseEnv):
     @classmethod
     def make_core(cls, *arguments):
         return Silent(super().make_core(*arguments))
 
 gym.register("ReleaseAlone-v0", entry_point="pnt_gym.envs.conveyor:PnTReleaseEnv")
-gym.register("ReleaseOpen-v0", entry_point="alone:OpenEnv")
 gym.register("ReleaseSilent-v0", entry_point="alone:SilentEnv")
 gym.register("ReleaseClass-v0", entry_point=PnTReleaseEnv)
 """
@@ -167,7 +158,7 @@ def alone(here: Path) -> Iterator[None]:
     """Environments of the user's without a vector form, where nothing is hidden, or nothing tells what is."""
     (here / "alone.py").write_text(ALONE)
     yield
-    for name in ("Alone", "Open", "Silent", "Class"):
+    for name in ("Alone", "Silent", "Class"):
         gym.registry.pop(f"Release{name}-v0", None)
     sys.modules.pop("alone", None)
 
@@ -193,7 +184,7 @@ def test_any_task_and_controller(here: Path, which: str) -> None:
     if which == "assembly":
         assert {*lengths} == {1, 2}
     assert dataset.storage.metadata["pnt_gym"]["practice"] == (16 if which == "learner" else 0)
-    assert ("hidden" in dataset.storage.metadata["columns"]) == (which not in ("open", "silent"))
+    assert ("hidden" in dataset.storage.metadata["columns"]) == (which != "silent")
 
 
 @pytest.mark.usefixtures("alone")
