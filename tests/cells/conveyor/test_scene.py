@@ -1,5 +1,7 @@
 """The compiled cell: bins and belt where the config says, and walls that hold what is thrown at them."""
 
+from itertools import product
+
 import mujoco
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.scene import SENSORS, bin_panels, build_scene
 from pnt_gym.robots.t3kr.model import control_columns
+from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, vary, with_objects
 
 SPEED = 9.0
@@ -140,8 +143,9 @@ def escapes(core, centre, opening):
     return out
 
 
-@pytest.mark.parametrize("timestep", [0.001, 0.0004])
-@pytest.mark.parametrize("name", ITEMS)
+@pytest.mark.parametrize(
+    ("name", "timestep"), with_nightly(product(ITEMS, (0.001, 0.0004)), [(name, 0.001) for name in ITEMS])
+)
 def test_nothing_passes_a_wall_at_9_metres_per_second(name, timestep):
     side = max(CATALOGUE[name].size) * 1.4 + 0.03
     bins = {"fixed": [{"name": "box", "x": 0.3, "y": 0.45, "size": [side, side]}], "depth": 0.40}
