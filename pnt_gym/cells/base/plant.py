@@ -215,7 +215,7 @@ class Landed:
     """Abstract: outcome of N throws into openings; every field has shape (N,) unless noted."""
 
     landing: Floats
-    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.landing`."""
+    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.touchdown`."""
     landing_along: Floats
     """Landing relative to the target, along the throw [m]."""
     landing_across: Floats
@@ -272,37 +272,29 @@ class ObjectFlight:
         steps = np.arange(self.position.shape[1], dtype=np.int64)
         return (steps > self.release_step[:, None]) & (steps <= self.last_step[:, None])
 
-    def recontact(self) -> Bools:
-        """Whether the hand touched the object after the release (N,)."""
-        return np.asarray((self.hand_touch & self.free).any(axis=1))
-
-    def landing(self, plane_z: Floats) -> Floats:
-        """Points x, y (N, 2) [m] at which the free flights cross the height plane_z (N,) [m], going down.
-
-        The flight of an object that first touches a rim, a wall or the belt is continued ballistically from that
-        moment, so the landing measures the throw and not the bin.
-        """
-        rows = np.arange(len(self.position))
-        free, height = self.free, self.position[..., 2] - plane_z[:, None]
-        touched = self.any_touch & ~self.hand_touch & free
-        below = np.zeros_like(free)
-        below[:, 1:] = (height[:, 1:] < 0.0) & (height[:, :-1] >= 0.0) & free[:, 1:]
-        event = np.where((touched | below).any(axis=1), np.argmax(touched | below, axis=1), self.last_step)
-        before = np.maximum(event - 1, 0)
-        start = self.position[rows, before]
-        crossing = landing_point(start, self.velocity[rows, before], plane_z)
-        # An object that is never above the plane after the release fell short; its last position counts.
-        end = self.position[rows, self.last_step, :2]
-        return np.where(np.isfinite(crossing[:, :1]), crossing[:, :2], end)
-
     def final(self) -> tuple[Floats, Floats]:
         """Position and velocity at the last step that counts, (N, 3) each."""
         rows = np.arange(len(self.position))
         return self.position[rows, self.last_step], self.velocity[rows, self.last_step]
 
     def touchdown(self, plane_z: Floats) -> Touchdown:
-        """Landing on a plane at a height (N,) [m], and last state of the objects."""
-        return Touchdown(self.landing(plane_z), *self.final(), self.recontact())
+        """Landing where the free flights cross the height plane_z (N,) [m], going down, and last state of the objects.
+
+        The flight of an object that first touches a rim, a wall or the belt is continued ballistically from that
+        moment, so the landing measures the throw and not the bin.
+        """
+        from pnt_gym.cells.base.flight_kernel import find_events  # noqa: PLC0415 - numba takes a while
+
+        rows = np.arange(len(self.position))
+        event, recontact = np.empty(len(rows), dtype=np.int64), np.empty(len(rows), dtype=np.bool_)
+        find_events(
+            self.position, self.hand_touch, self.any_touch, self.release_step, self.last_step, plane_z, event, recontact
+        )
+        before, (end, velocity) = np.maximum(event - 1, 0), self.final()
+        crossing = landing_point(self.position[rows, before], self.velocity[rows, before], plane_z)
+        # An object that is never above the plane after the release fell short; its last position counts.
+        landing = np.where(np.isfinite(crossing[:, :1]), crossing[:, :2], end[:, :2])
+        return Touchdown(landing, end, velocity, recontact)
 
 
 @final
@@ -311,7 +303,7 @@ class Touchdown:
     """Landing and last state of N thrown objects."""
 
     landing: Floats
-    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.landing`."""
+    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.touchdown`."""
     position: Floats
     """Last position (N, 3) [m]."""
     velocity: Floats
