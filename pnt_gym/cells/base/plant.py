@@ -163,31 +163,39 @@ def roll_out(
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
-    record: dict[str, Floats] = {}
-    simulations = np.arange(len(steps)) if ids is None else ids
+    simulations = np.arange(len(steps), dtype=np.int32) if ids is None else ids.astype(np.int32)
+    record = {name: np.zeros((*control.shape[:2], _width(batch.model, name))) for name in names}
+    order, ends = np.argsort(steps, kind="stable").tolist(), steps.tolist()
     batch.warning[:] = 0
-    order = np.argsort(steps, kind="stable")
     for first in range(0, len(order), batch.nthread):
-        group, start = np.sort(order[first : first + batch.nthread]), 0
-        for end in sorted(set(steps[group].tolist())):
-            rows = group[steps[group] > start]
+        group, start = order[first : first + batch.nthread], 0
+        for place, row in enumerate(group):
+            moments = slice(start, ends[row])
+            start = ends[row]
+            if moments.start == moments.stop:
+                continue
+            # The controls and records of one simulation are views, which the engine reads and writes without a copy.
+            is_one, rows = place == len(group) - 1, sorted(group[place:])
+            index = slice(row, row + 1) if is_one else rows
+            out = {name: values[index, moments] for name, values in record.items()} if is_one else None
             part = batch.rollout(
-                end - start,
-                control[rows, start:end],
+                moments.stop - moments.start,
+                control[index, moments],
                 control_spec=_INPUTS,
-                record=tuple(names),
-                ids=simulation_ids(batch, simulations[rows]),
+                record=names,
+                ids=simulation_ids(batch, simulations[index]),
+                out=out,
             )
-            if (len(rows), end - start) == control.shape[:2]:  # one stage for all needs no copy
-                record = part
-                break
-            for name in names:
-                if name not in record:
-                    record[name] = np.zeros((*control.shape[:2], part[name].shape[-1]))
-                record[name][rows, start:end] = part[name]
-            start = end
+            for name in [] if is_one else names:
+                record[name][index, moments] = part[name]
     check_warnings(batch)
     return record
+
+
+def _width(model: MjModel, name: str) -> int:
+    """Columns of a recorded field."""
+    sizes = {"sensordata": model.nsensordata, "qpos": model.nq, "qvel": model.nv, "actuator_force": model.nu}
+    return int(sizes[name])
 
 
 def simulation_ids(batch: Any, rows: Ints) -> Ints | None:
