@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from enum import IntEnum
 from numbers import Integral
@@ -93,7 +93,7 @@ def check_whole_number(name: str, value: object, largest: int) -> None:
 
 
 @contextmanager
-def move_aside(generator: np.random.Generator, purpose: Purpose) -> Iterator[None]:
+def move_aside(generator: np.random.Generator, purpose: Purpose) -> Generator[None]:
     """Context in which a row's generator, a `PCG64`, stands far ahead in its sequence; at its end it is back.
 
     What the generator draws there is a function of its state before. So a row draws the same alone and in a batch, and

@@ -163,7 +163,7 @@ def roll_out(
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
-    simulations = np.arange(len(steps), dtype=np.int32) if ids is None else ids.astype(np.int32)
+    simulations = np.arange(len(steps)) if ids is None else ids
     record = {name: np.zeros((*control.shape[:2], _width(batch.model, name))) for name in names}
     order, ends = np.argsort(steps, kind="stable").tolist(), steps.tolist()
     batch.warning[:] = 0
@@ -186,8 +186,9 @@ def roll_out(
                 ids=simulation_ids(batch, simulations[index]),
                 out=out,
             )
-            for name in [] if is_one else names:
-                record[name][index, moments] = part[name]
+            if not is_one:
+                for name in names:
+                    record[name][index, moments] = part[name]
     check_warnings(batch)
     return record
 
