@@ -36,18 +36,6 @@ def test_probability_of_improvement_counts_pairs(mine, theirs, expected) -> None
     assert probability_of_improvement(theirs, mine) == pytest.approx(1.0 - expected)
 
 
-def test_its_interval_covers_half_for_equal_learners_and_excludes_it_for_learners_that_differ() -> None:
-    random = np.random.default_rng(3)
-    equal = improvement_interval(random.normal(size=30).tolist(), random.normal(size=30).tolist())
-    better = improvement_interval(random.normal(size=30).tolist(), random.normal(2.0, size=30).tolist())
-    assert equal.low < 0.5 < equal.high
-    assert 0.5 < better.low < better.value <= better.high <= 1.0
-
-
-def test_a_profile_is_the_share_of_runs_below_a_bound() -> None:
-    assert performance_profile([0.1, 0.2, 0.2, 0.4], [0.1, 0.2, 0.3, 1.0]).tolist() == [0.0, 0.25, 0.75, 1.0]
-
-
 def _gain(effect: str, dial: float, low: float, high: float, pace: float = 1.0) -> dict:
     interval = {"value": (low + high) / 2, "low": low, "high": high}
     return {

@@ -132,17 +132,11 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
         {"cell.extra_items.2.like": "tary"},
         "'alu' is like unknown item 'tary'; perhaps 'tray'",
     ),
-    "bin without a place": (
-        {"cell.bins.fixed.0": {"name": "bottles", "accepts": ["hdpe"]}},
-        "keys 'bins.fixed.0.x' and 'bins.fixed.0.y' are missing",
-    ),
     "bin for strangers": (
         {"cell.bins.fixed.0.accepts": ["hpde", "glass"]},
         "bin 'bottles' accepts 'hpde' and 'glass', which are not among the items ('hdpe', 'brick', 'alu'); no bin "
         "accepts item 'hdpe'",
     ),
-    "two bins in one place": ({"cell.bins.fixed.1.x": -0.2}, "bin 'cartons' overlaps bin 'bottles'; move one of them"),
-    "bin on the belt": ({"cell.bins.fixed.1.y": -0.2}, "bin 'cartons' spans y -0.360..-0.040 m and lies on the belt"),
     "bins as a list": (
         {"cell.bins": plant()["cell"]["bins"]["fixed"]},
         "input should be a section, with keys fixed, r",
@@ -153,8 +147,8 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "skills and values of strangers": (
         {"robots.1.skills": ["pet"], "value.of": {"glass": 2.0, "pet": 1.0}},
-        "skills of robot 'second': 'pet' is not among the cell's items ('hdpe', 'brick', 'alu'); value.of: 'glass' and "
-        "'pet' are not among",
+        "value.of: 'glass' and 'pet' are not among the cell's items ('hdpe', 'brick', 'alu'); skills of robot "
+        "'second': 'pet' is not among",
     ),
     "nobody for alu": ({"robots.0.skills": ["hdpe", "brick"]}, "no robot takes item 'alu'; give a robot the skill"),
     "a mix with a stranger": ({"cell.mix.pet": 3}, "cell: mix: 'pet' is not among the items ('hdpe', 'brick', 'alu')"),
@@ -167,16 +161,6 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "keys one level too high": (
         {"belt": {"speed": 0.4}, "robot": []},
         "unknown keys 'belt' (perhaps cell.belt) and 'robot' (perhaps robots)",
-    ),
-    "keys one level too low": (
-        {"cell.robots": [], "cell.arrivals": {}},
-        "cell: 'robots' and 'arrivals' must stand beside",
-    ),
-    "too many objects": ({"arrivals.rate": 12}, "arrivals.rate is 12 objects a second; the belt's lanes have room for"),
-    "a cell that is not there": ({"cell": "plant_cell.yaml"}, "cell: level file 'plant_cell.yaml' does not exist"),
-    "bins drawn at random": (
-        {"cell": "waste"},
-        "have fixed bins: leave random out and list the bins in cell.bins.fixed",
     ),
     "the assumed cup is too weak": (
         {"cell.extra_items.1.mass": 2.0},
@@ -209,10 +193,6 @@ PAIRS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
         {"cell.extra_items.0.mass": 60, "cell.items": ["hdpe", "brik", "alu"]},
         ("extra_items.0.mass is 60", "items: unknown item 'brik'; perhaps 'brick'"),
     ),
-    "a robot's place and a value": (
-        {"robots.2.x": "far", "value.of": {"glass": 2.0}},
-        ("robots.2.x is 'far'", "value.of: 'glass' is not among the cell's items"),
-    ),
     "an unknown key of the cell, windows and a value": (
         {"cell.extra_items.0.weight": 0.06, "robots.1.x": 0.3, "value.of": {"glass": 2.0}},
         ("unknown key 'extra_items.0.weight'", "windows that overlap", "value.of: 'glass'"),
@@ -228,6 +208,40 @@ PAIRS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "a shift's length and the cell's other file": (
         {"cell": "nominal", "duration": -1},
         ("duration is -1", "skills of robot 'second': 'hdpe' and 'brick' are not among"),
+    ),
+    "a belt's speed and a bin's place": (
+        {"cell.belt.speed": "0.4 m/s", "cell.bins.fixed.1.x": -0.2},
+        ("belt.speed is '0.4 m/s'", "bin 'cartons' overlaps bin 'bottles'"),
+    ),
+    "speed settings, a rate and an item without a taker": (
+        {"cell.limits.percent": [0.3], "arrivals.rate": 12, "robots.0.skills": ["hdpe", "brick"]},
+        ("limits.percent.0 is 0.3", "have room for at most 6.01 of these items", "no robot takes item 'alu'"),
+    ),
+    "an item's mass, a bin on the belt and the number of objects": (
+        {"cell.extra_items.0.mass": 60, "cell.bins.fixed.1.y": -0.2, "duration": 14400, "robots.2.x": 60000},
+        ("extra_items.0.mass is 60", "bin 'cartons' spans y -0.360..-0.040 m", "at most 400000 are drawn"),
+    ),
+    "a standstill, a belt too fast and shares of the classifier": (
+        {
+            "duration": -1,
+            "down": [{"robot": "forth", "start": 1, "end": 9}],
+            "cell.belt.speed": 2,
+            "cell.classifier": {"confusion": {"alu": {"brick": 0.5}}},
+        },
+        ("duration is -1", "down names robot 'forth'", "hand at 30 % of its limits", "of 'alu' sums to 0.5"),
+    ),
+    "a robot's own bins and speeds, and a value": (
+        {
+            "robots.1.bins": [{"name": "one", "x": 0.0, "y": 0.4}, {"name": "one", "x": 0.1, "y": 0.4}],
+            "robots.2.percent": [1],
+            "value.of.alu": -1,
+        },
+        (
+            "value.of.alu is -1",
+            "bins of robot 'second' are called ['one', 'one']",
+            "robot 'second': bin 'one' overlaps",
+            "robot 'third': belt.speed is 0.4 m/s; a hand at 1 %",
+        ),
     ),
     "windows and a skill": (
         {"robots.1.x": 0.3, "robots.2.skills": ["hpde"]},
