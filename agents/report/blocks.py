@@ -20,7 +20,7 @@ from .pays import crossover_grid
 from .peers import peers_table
 from .questions import QUESTIONS, Question
 from .reproduction import table as reproduced_table
-from .speeds import before_table, environment_table, planner_table, shares_table, training_table
+from .speeds import before_table, environment_table, goals_table, planner_table, shares_table, training_table
 from .study import study_grid
 from .study_plan import STUDIES, read_study
 from .submissions import BLOCK as SUBMISSIONS
@@ -33,6 +33,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "grasp": ("benchmark_grasp.json", benchmark_table),
     "planner": ("perf_planner.json", planner_table),
     "environments": ("perf_envs.json", environment_table),
+    "speed-goals": ("perf_envs.json", goals_table),
     "shares": ("perf_shares.json", shares_table),
     "training-shares": ("perf_training.json", training_table),
     "training-before": ("perf_before.json", before_table),

@@ -29,14 +29,9 @@ from benchmarks.fuzz_cases.lines import try_line
 from pnt_gym.errors import ActionError
 
 
-def case_generator(kind: str, number: int) -> Random:
-    """The generator of a case."""
-    return np.random.default_rng([zlib.crc32(kind.encode()), number])
-
-
 def judge_case(kind: str, number: int) -> str | None:
     """What is wrong with a case; None if it works or is refused well."""
-    random = case_generator(kind, number)
+    random = np.random.default_rng([zlib.crc32(kind.encode()), number])
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")

@@ -143,7 +143,7 @@ class LineCell:
         self.live_stream = self.arriving.draw(self.live_stream, rows, generators, in_place=not self._is_stream_kept)
         self._is_stream_kept = False
         initial, before = self._initial_state(len(rows)), self.state
-        books = before.books.write(rows, initial.books.whole())
+        books = before.books.write(rows, initial.books.read())
         fresh = replace(replace_rows(before, rows, initial), books=books)
         work_in_parts(partial(self.turns.advance, self.live_stream, fresh), rows, self._threads)
         self.state = fresh
