@@ -196,7 +196,7 @@ def papers(results: Results) -> str:
         for paper, counts in verdict_counts(record).items()
     ]
     return (
-        f"Published figures that are reproduced, each within its tolerance: {', '.join(sentences)}. Every other figure "
+        f"Published figures that are reproduced, each within its tolerance: {', '.join(sentences)}; every other figure "
         "is listed with its verdict."
     )
 
