@@ -53,12 +53,14 @@ def compile_for(signature: str) -> Callable[[FunctionT], FunctionT]:
     def decorate(function: FunctionT) -> FunctionT:
         try:
             kernel = _NJIT(function)
-            if isinstance(kernel, _DISPATCHER):  # not so under NUMBA_DISABLE_JIT
-                kernel.enable_caching()
-                # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
-                kernel._cache._cache_file._source_stamp = source_digest(function)
-                kernel.compile(signature)
-                kernel.disable_compile()
+            if not isinstance(kernel, _DISPATCHER):  # under NUMBA_DISABLE_JIT
+                # Machine code never warns of a sum that wraps around or of a division by zero.
+                return np.errstate(all="ignore")(kernel)
+            kernel.enable_caching()
+            # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
+            kernel._cache._cache_file._source_stamp = source_digest(function)
+            kernel.compile(signature)
+            kernel.disable_compile()
             return kernel
         except Exception:  # any error of the cache folder; an error of the code is raised again below
             _warn()

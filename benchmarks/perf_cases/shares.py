@@ -9,18 +9,14 @@ import subprocess
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
-from typing import Any, Final
+from typing import Final
 
-import gymnasium as gym
-import numpy as np
-
-from benchmarks.checks import random_action
-from benchmarks.perf_cases.cells import ACTIONS, FLIGHT, SEED, Singles
+from benchmarks.perf_cases.cells import FLIGHT, Cells, Singles, repeat
 from benchmarks.timing import Count, Options, Row
 
 INTERVAL: Final = 0.001
@@ -102,18 +98,6 @@ def sample_shares(parts: Parts) -> Iterator[dict[str, float]]:
     shares |= {part: times[part] / sum(times.values()) for part in [*dict(parts), REST] if part in times}
 
 
-class Cells:
-    """A vector environment on one thread."""
-
-    def __init__(self, env_id: str, level: Any, count: int) -> None:
-        self._env: Any = gym.make_vec(env_id, num_envs=count, level=level, threads=1)
-        self._info, self._rng = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
-
-    def step(self) -> None:
-        """One step of all cells."""
-        self._info = self._env.step(random_action(self._env, self._info, self._rng, ACTIONS))[-1]
-
-
 def steps(options: Options) -> Iterator[Row]:
     """Shares of a step by its parts, of single environments and of vectors on one thread."""
     yield Count(("cpus",), os.cpu_count())
@@ -125,12 +109,6 @@ def steps(options: Options) -> Iterator[Row]:
         name = level if isinstance(level, str) else level["name"]
         yield Count(("steps", n), {"env": env_id, "level": name, "cells": cells})
         yield Count(("steps", n, "parts"), shares)
-
-
-def repeat(call: Callable[[], None], count: int) -> None:
-    """Call a function several times."""
-    for _ in range(count):
-        call()
 
 
 def training(options: Options) -> Iterator[Row]:

@@ -1,9 +1,5 @@
 """`python -m agents.play`: a picture, a video, and what it refuses."""
 
-import signal
-import subprocess
-import sys
-import time
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -12,7 +8,7 @@ import imageio.v3 as iio
 import pytest
 from PIL import Image
 
-from tests.tools.commands import INTERRUPTIBLE, call_here, environment, output_of
+from tests.tools.commands import call_here, output_of
 from tests.tools.nightly import with_nightly
 
 pytestmark = pytest.mark.usefixtures("opengl")
@@ -65,16 +61,3 @@ def test_what_was_there_stays_if_writing_is_broken_off(
     assert call_here(*SHORT, *options, folder=tmp_path).returncode == 0
     assert iio.imread(path).shape[-1] == 3
     assert [*tmp_path.iterdir()] == [path]
-
-
-def test_a_film_that_is_interrupted_leaves_nothing(tmp_path: Path) -> None:
-    command = [sys.executable, "-c", INTERRUPTIBLE, "--video", "a.mp4", "--picks", "10000"]
-    process = subprocess.Popen(command, cwd=tmp_path, env=environment(), stderr=subprocess.PIPE, text=True)
-    until = time.monotonic() + 60.0
-    while not any(tmp_path.iterdir()):
-        assert time.monotonic() < until
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
-    assert (process.returncode, said) == (130, "interrupted\n")
-    assert not any(tmp_path.iterdir())

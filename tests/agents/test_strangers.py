@@ -20,12 +20,6 @@ MOST: Final = 600
 """Of memory [MB]; a command that throws takes some 250."""
 PATIENCE: Final = 120
 """A command that takes longer hangs [s]."""
-ALIASES: Final = "a: &a [0,0,0,0,0,0,0,0,0,0]\n" + "".join(
-    f"{after}: &{after} [{','.join([f'*{before}'] * 10)}]\n"
-    for before, after in zip("abcdefgh", "bcdefghi", strict=True)
-)
-
-
 PEAK: Final = """\
 import resource, subprocess, sys
 code = subprocess.run(sys.argv[1:]).returncode
@@ -47,10 +41,6 @@ def zeros(file: Path, name: str, numbers: int, count: int = 1) -> None:
                     part.write(bytes(2**22))
 
 
-def text(name: str, content: str) -> Callable[[Path], object]:
-    return lambda folder: (folder / name).write_text(content)
-
-
 def sparse(name: str) -> Callable[[Path], object]:
     """A file of a terabyte, of which the disk holds nothing."""
     return lambda folder: os.truncate(folder / name, 2**40)
@@ -61,20 +51,11 @@ def endless(folder: Path) -> None:
     (folder / "policy.npz").symlink_to("/dev/zero")
 
 
-def pipe(folder: Path) -> None:
-    (folder / "args.yml").unlink()
-    os.mkfifo(folder / "args.yml")
-
-
 FOLDERS: Final[dict[str, Callable[[Path], object]]] = {
     "one large array": lambda folder: zeros(folder / "policy.npz", "weight", 2**28),
     "many arrays": lambda folder: zeros(folder / "policy.npz", "weight", 2**20, 200),
     "policy without an end": endless,
-    "arguments are a pipe": pipe,
-    "arguments repeat": text("args.yml", ALIASES),
     "large level": sparse("env.yaml"),
-    "level repeats": text("env.yaml", f"{ALIASES}bins: *i\n"),
-    "base without an end": text("env.yaml", "base: /dev/zero.yaml\n"),
 }
 """What makes an honest folder another one, by what is wrong with it; for other files see `tests/test_reading.py`."""
 

@@ -166,18 +166,6 @@ def test_what_a_controller_saved_carries_no_code(tmp_path: Path, canary: Path) -
     assert not canary.exists()
 
 
-def test_yaml_carries_no_code(tmp_path: Path, canary: Path) -> None:
-    file = tmp_path / "own.yaml"
-    code_in_yaml(file, canary)
-    for command in (
-        ("agents.evaluate", "--controller", "analytic", "--level", file),
-        ("agents.train", "--config", file, "--out", tmp_path / "run"),
-        ("agents.benchmark", "--config", file),
-    ):
-        assert "is not valid YAML" in refused(*command)
-    assert not canary.exists()
-
-
 def test_statistics_of_an_rl_zoo_folder_need_trust(run: Path, canary: Path, tmp_path: Path) -> None:
     inner = tmp_path / "zoo" / "ToyThrow-v0"
     inner.mkdir(parents=True)

@@ -26,7 +26,6 @@ from docs.pages import (
     levels,
     made,
     papers,
-    results,
 )
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CATALOGUE
@@ -147,10 +146,6 @@ def test_pages_of_results_become_pages_of_the_site():
     assert tables == "---\norphan: true\n---\n![a](../../../results/figures/b.svg)"
 
 
-def test_the_papers_verdicts_are_counted():
-    assert names(results.verdict_table(""))[0] == "Hassan et al. 2022"
-
-
 def test_the_citation_is_that_of_the_file():
     said = cite.citation("")
     assert "doi = {10.1109/TMECH.2022.3164247}" in said
@@ -186,15 +181,6 @@ def test_a_page_holds_what_is_made(page):
     assert made.render_page(text) == text
     assert text.count("<!-- made: ") == text.count("<!-- /made -->") == len(made.BLOCK.findall(text))
     assert "<!-- made: " not in made.fill_page(text)
-
-
-def test_a_written_page_replaces_what_was_there():
-    marks = (("<!-- made: levels PnT -->", "<!-- /made -->"), ("<!-- table:benchmark -->", "<!-- /table -->"))
-    stale = "".join(f"{begin}\nformer text\n{end}\n" for begin, end in marks)
-    fresh = made.render_page(stale)
-    assert "former text" not in fresh
-    assert f"<!-- made: levels PnT -->\n{levels.level_table('PnT')}\n<!-- /made -->\n" in fresh
-    assert "| analytic |" in fresh
 
 
 @pytest.mark.parametrize("paper", PAPERS)

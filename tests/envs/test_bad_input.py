@@ -76,12 +76,6 @@ def test_a_vector_environment_rejects_and_goes_on(env_id, bad):
     assert same_bits(a[1], b[1])
 
 
-@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
-def test_an_unknown_level(env_id):
-    with refusal("unknown level 'nowhere'", "nominal"):
-        gym.make(env_id, level="nowhere")
-
-
 @pytest.mark.parametrize("value", [0, -1, "2", 1.5, None, True, [], 10**6, np.nan])
 @pytest.mark.parametrize("name", ["num_envs", "threads"])
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
@@ -240,8 +234,3 @@ def test_a_bin_that_no_throw_reaches_is_told():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         PnTConveyorEnv(level={"bins": {"fixed": [near]}})
-
-
-def test_unknown_arguments_are_named():
-    with pytest.raises(TypeError, match="colour"):
-        gym.make("PnTConveyor-v0", colour="red")

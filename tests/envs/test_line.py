@@ -245,18 +245,3 @@ def test_the_arguments_are_those_of_the_constructor():
     assert f"{levels.duration:g} s unless the level says otherwise" in words(PnTLineEnv, "Episode End")
     assert f"lifted within {levels.horizon:g} s" in words(PnTLineEnv, "Action Space")
     assert f"`price_of_time` of the level, {levels.price_of_time:g} a second" in words(PnTLineEnv, "Rewards")
-
-
-@pytest.mark.parametrize("throws", ["table", "full"])
-def test_threads_and_repetition_change_nothing(throws, tmp_path):
-    level = {**SHORT_LINE, "throws": throws}
-    level = with_table(level, tmp_path) if throws == "table" else level
-    given = []
-    for threads in (1, 2, 2):
-        env = gym.make_vec("PnTLine-v0", num_envs=3, level=level, threads=threads)
-        seen = [env.reset(seed=9)[0]]
-        for k in range(5):
-            observation, reward, *_ = env.step(np.array([k % 3, 0, 1]))
-            seen += [observation, reward]
-        given.append(b"".join(np.ascontiguousarray(one).tobytes() for one in seen))
-    assert given[0] == given[1] == given[2]

@@ -83,12 +83,6 @@ def test_floor_multiples(done: dict[str, Any]) -> None:
     assert rows["oracle", 0]["times_floor"] < 1.0 < rows["analytic", 0]["times_floor"]
 
 
-def test_shares_and_success_sum_to_one(done: dict[str, Any]) -> None:
-    for row in done["table"]:
-        assert sum(row[f"share_{name}"] for name in ("sorted", "missed", "rim", "recontact")) == pytest.approx(1.0)
-        assert row["share_sorted"] == pytest.approx(row["success_rate"])
-
-
 def test_unpaired_results_are_refused(done: dict[str, Any]) -> None:
     results = json.loads(json.dumps(done["results"]))
     results[-1]["columns"]["item"][0] += 1

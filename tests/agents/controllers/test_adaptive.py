@@ -17,7 +17,6 @@ from agents.controllers.protocol import Observation, Outcome
 from agents.controllers.trackers import drift_effects
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
-from agents.judging.evaluation import evaluate
 from agents.judging.loop import observed, practise, throw_held_out
 from agents.judging.throws.data import summary
 from agents.judging.trials import trial_of
@@ -309,13 +308,3 @@ def test_whole_shifts_are_counted_whatever_an_action_means(mode: str) -> None:
     with closing(make_vector("PnTConveyor-v0", "waste", 2, 1, mode)) as env:
         assert not has_feedback(core_of(env))
         assert trial_of(env).count() == 200
-
-
-def test_they_are_evaluated_without_practice_on_whole_shifts() -> None:
-    found = evaluate("kalman", "PnTAdapt-v0", num_envs=2, level=LEVEL)
-    assert found["practice"] == 0
-    assert found["picks"] == len(found["throws"]) == 12
-    assert found["controller"] == "kalman"
-    assert found["level"] == "custom"
-    again = evaluate("kalman", "PnTAdapt-v0", num_envs=2, level=LEVEL)
-    assert again["throws"] == found["throws"]

@@ -120,13 +120,6 @@ def test_virtual_goal_converges_on_a_constant_error(gain: float) -> None:
     assert controller.act(seen) * ON_NOMINAL.scale == pytest.approx(-bias, abs=1e-4)
 
 
-def test_virtual_goal_is_the_papers_update() -> None:
-    controller = virtual_goal(ON_NOMINAL, 0.5)
-    seen, error = observation_of(encode()), np.array([[0.08, 0.01]])
-    controller.learn(outcome_of(seen, controller.act(seen), error))
-    assert controller.act(seen) * ON_NOMINAL.scale == pytest.approx(-0.5 * error, abs=1e-6)
-
-
 def test_a_batch_of_throws_teaches_what_the_same_throws_one_by_one_do() -> None:
     errors = np.array([[0.05, 0.01], [0.03, -0.02], [0.08, 0.0]])
     together, apart = virtual_goal(ON_NOMINAL, 0.5), virtual_goal(ON_NOMINAL, 0.5)

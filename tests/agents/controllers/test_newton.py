@@ -207,15 +207,6 @@ def test_the_jacobian_is_the_slope_of_the_error(count: int) -> None:
     np.testing.assert_allclose(response.jacobian(at), (ends[:3] - ends[3:]).T / (2.0 * step), atol=1e-5)
 
 
-def test_many_throws_show_the_map_and_leave_little_doubt() -> None:
-    response, random = learned(120)
-    at = random.uniform(-0.4, 0.4, (50, 3))
-    truth = np.stack([at[:, 0] ** 2 + 0.2, at[:, 1] - at[:, 2], np.sin(2.0 * at[:, 2])], axis=1)
-    np.testing.assert_allclose(response.error(at), truth, atol=0.02)
-    few, _ = learned(3)
-    assert (response.doubt(at).mean(axis=0) < 0.2 * few.doubt(at).mean(axis=0)).all()
-
-
 def test_newton_ends_within_the_actions_at_the_smallest_error() -> None:
     shift = np.zeros((1, 2))
     response = Response(shift, np.array([[0.5, -0.3]]))

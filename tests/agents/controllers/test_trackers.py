@@ -218,39 +218,6 @@ def learned(name: str, count: int, picks: int = 12, start: int = 0) -> Tracker:
     return tracker
 
 
-@pytest.mark.parametrize("name", TRACKERS)
-def test_a_shift_that_begins_is_forgotten_in_its_rows_only(name: str) -> None:
-    tracker, fresh, asked = learned(name, 4), TRACKERS[name](), throws(4, 77)
-    fresh.begin(everyone(4))
-    before = tracker.effect(asked)
-    tracker.begin(np.array([False, True, False, True]))
-    after, new = tracker.effect(asked), fresh.effect(asked)
-    np.testing.assert_array_equal(after[[0, 2]], before[[0, 2]])
-    np.testing.assert_allclose(after[[1, 3]], new[[1, 3]], atol=1e-15)
-    assert not np.allclose(before[[1, 3]], new[[1, 3]], atol=1e-4)
-    tracker.learn(asked, np.full((4, 2), 0.01), everyone(4))  # and learn from there as if new
-    fresh.learn(asked, np.full((4, 2), 0.01), everyone(4))
-    np.testing.assert_allclose(tracker.effect(asked)[[1, 3]], fresh.effect(asked)[[1, 3]], atol=1e-12)
-
-
-@pytest.mark.parametrize("name", TRACKERS)
-def test_another_number_of_rows_is_another_place(name: str) -> None:
-    tracker, fresh = learned(name, 4), TRACKERS[name]()
-    for one in (tracker, fresh):
-        one.begin(np.array([False, False, True]))
-    np.testing.assert_array_equal(tracker.effect(throws(3, 5)), fresh.effect(throws(3, 5)))
-
-
-@pytest.mark.parametrize("name", TRACKERS)
-def test_rows_of_which_nothing_is_known_stay_as_they_are(name: str) -> None:
-    tracker, asked = learned(name, 3), throws(3, 77)
-    before = tracker.effect(asked)
-    tracker.learn(throws(3, 50), np.full((3, 2), 0.05), np.array([False, True, False]))
-    after = tracker.effect(asked)
-    np.testing.assert_array_equal(after[[0, 2]], before[[0, 2]])
-    assert not np.array_equal(after[1], before[1])
-
-
 @pytest.mark.parametrize("name", ["ema", "kalman", "recursive_ridge"])
 def test_a_landing_that_a_rim_threw_off_moves_the_estimate_little(name: str) -> None:
     """By no more than one that is some deviations off, however far it went."""

@@ -20,7 +20,6 @@ from agents.ground.environments import stream_seed
 from agents.ground.places import POLICY, SHIPPED
 from agents.ground.versions import versions
 from pnt_gym.cells.conveyor.observation import HIDDEN
-from tests.agents.test_trust import poisoned
 from tests.tools.commands import answered, refused
 from tests.tools.datasets import NAME, SMALL, WORK, collected, known, replayed
 
@@ -129,7 +128,6 @@ CELLS = {
     "learner": ("virtual_goal", "--env", "OneJointSort-v0", "--practice", "16", "--throws", "5"),
     "mode": ("random", "--env", "GripperToss-v0", "--action-mode", "release_point", "--throws", "4"),
     "alone": ("random", "--env", "alone:ReleaseAlone-v0", "--throws", "6"),
-    "open": ("random", "--env", "alone:ReleaseOpen-v0", "--throws", "6"),
     "silent": ("random", "--env", "alone:ReleaseSilent-v0", "--throws", "6"),
 }
 ALONE = """
@@ -144,20 +142,12 @@ class Silent:
             raise AttributeError(name)
         return getattr(self.inner, name)
 
-class OpenEnv(PnTReleaseEnv):
-    @classmethod
-    def make_cell(cls, *arguments):
-        cell = super().make_cell(*arguments)
-        cell.hidden = ()
-        return cell
-
 class SilentEnv(PnTReleaseEnv):
     @classmethod
     def make_core(cls, *arguments):
         return Silent(super().make_core(*arguments))
 
 gym.register("ReleaseAlone-v0", entry_point="pnt_gym.envs.conveyor:PnTReleaseEnv")
-gym.register("ReleaseOpen-v0", entry_point="alone:OpenEnv")
 gym.register("ReleaseSilent-v0", entry_point="alone:SilentEnv")
 gym.register("ReleaseClass-v0", entry_point=PnTReleaseEnv)
 """
@@ -168,7 +158,7 @@ def alone(here: Path) -> Iterator[None]:
     """Environments of the user's without a vector form, where nothing is hidden, or nothing tells what is."""
     (here / "alone.py").write_text(ALONE)
     yield
-    for name in ("Alone", "Open", "Silent", "Class"):
+    for name in ("Alone", "Silent", "Class"):
         gym.registry.pop(f"Release{name}-v0", None)
     sys.modules.pop("alone", None)
 
@@ -194,7 +184,7 @@ def test_any_task_and_controller(here: Path, which: str) -> None:
     if which == "assembly":
         assert {*lengths} == {1, 2}
     assert dataset.storage.metadata["pnt_gym"]["practice"] == (16 if which == "learner" else 0)
-    assert ("hidden" in dataset.storage.metadata["columns"]) == (which not in ("open", "silent"))
+    assert ("hidden" in dataset.storage.metadata["columns"]) == (which != "silent")
 
 
 @pytest.mark.usefixtures("alone")
@@ -211,15 +201,6 @@ def test_nothing_is_fetched_or_sent(here: Path, monkeypatch: pytest.MonkeyPatch)
     for name in ("socket", "create_connection", "getaddrinfo"):
         monkeypatch.setattr(socket, name, refuse)
     assert collected("--throws", "4").total_steps == 4
-
-
-def test_nothing_is_unpickled(here: Path) -> None:
-    shutil.copytree(POLICY, here / "run")
-    poisoned(here / "run" / "model.zip", here / "canary")
-    dataset = collected("--controller", "run", "--throws", "4")
-    assert not (here / "canary").exists()
-    assert dataset.storage.metadata["algorithm_name"] == "sac of run"
-    assert dataset.env_spec.kwargs["level"] == "waste"
 
 
 def test_the_expert_is_the_policy_that_ships(here: Path) -> None:

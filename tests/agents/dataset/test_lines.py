@@ -116,18 +116,6 @@ def test_the_figures_of_a_shift_are_those_of_its_decisions() -> None:
         assert np.array_equal(outcome["robot"][:-1], outcome["by"][1:])
 
 
-@pytest.mark.nightly
-def test_neither_processes_nor_lines_beside_change_what_is_decided(
-    levels: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("agents.dataset.collection.CHUNK", 16)
-    options = (*LINE, "--level", "value.yaml", "--controller", "beam", "--throws", "40")
-    one, other = collected(*options), collected(*options, "--jobs", "2", "--num-envs", "3", name="other-v0")
-    files = [Path(dataset.storage.data_path) / "main_data.hdf5" for dataset in (one, other)]
-    assert files[0].read_bytes() == files[1].read_bytes()
-    assert one.total_steps >= 40
-
-
 def test_another_table_of_throws_in_the_same_file_is_another_dataset(levels: Path) -> None:
     level = with_table({"base": "single", "duration": 5.0}, levels)
     config, file = LineConfig.load(level), Path(level["chances"])

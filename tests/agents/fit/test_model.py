@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.fit.hidden import NORMALS, draw_hidden, standard_draws
+from agents.fit.hidden import draw_hidden, standard_draws
 from agents.fit.model import ThrowModel
 from agents.fit.parameters import PARAMETERS, level_at, priors, values_at
 from agents.ground.cli import UsageError
@@ -120,12 +120,6 @@ def test_draws_of_hidden_values_hold_the_truth_as_often_as_they_should() -> None
                          (o.grasp[:, 1], drawn.grasp[:, 1]), (o.com_depth, drawn.com_depth)):  # fmt: skip
         low, high = np.quantile(values.reshape(300, 128), (0.05, 0.95), axis=1)
         assert ((low <= true) & (true <= high)).mean() == pytest.approx(0.9, abs=0.06)
-
-
-def test_mirrored_draws_have_no_mean() -> None:
-    draws = standard_draws(3, 32)
-    assert draws.shape == (3, 32, len(NORMALS))
-    np.testing.assert_allclose(draws.mean(axis=1), 0.0, atol=1e-12)
 
 
 def test_levels_that_have_no_hidden_parameters_are_refused() -> None:

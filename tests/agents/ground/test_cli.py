@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 from agents import doctor
 from agents.ground.cli import run
 from agents.learning.runs import RunFolder
-from tests.tools.commands import answer, call, call_here, environment, figures_of, output_of
+from tests.tools.commands import answer, call, call_here, environment, output_of
 from tests.tools.nightly import with_nightly
 
 pytestmark = pytest.mark.usefixtures("worker_here")
@@ -39,14 +38,6 @@ def test_evaluate_writes_the_contract(tmp_path: Path, env: str, start: Start) ->
     assert data["picks_per_min"] == pytest.approx(60 * 20 / sum(t["cycle_time_s"] for t in data["throws"]))
     assert data["success_low"] <= data["success_rate"] <= data["success_high"]
     assert {t["item"] for t in data["throws"]} <= {"paper", "metal_can", "plastic_package"}
-
-
-def test_own_level_file(tmp_path: Path) -> None:
-    cell = {"items": ["can"], "bins": {"fixed": [{"name": "here", "x": 0.1, "y": 0.4}]}, "motion": {"dwell": 0.2}}
-    (tmp_path / "mine.yaml").write_text(yaml.safe_dump(cell))
-    data = figures_of("evaluate --controller analytic --picks 4 --num-envs 4 --level mine.yaml", tmp_path)
-    assert (data["level"], data["dwell_s"]) == ("mine", 0.2)
-    assert {t["item"] for t in data["throws"]} == {"can"}
 
 
 def test_a_mistake_ends_the_process_in_one_sentence(tmp_path: Path) -> None:

@@ -4,7 +4,6 @@ import sys
 from importlib import import_module
 
 import pytest
-import yaml
 
 from agents.ground import console
 from pnt_gym.__main__ import main
@@ -80,17 +79,6 @@ def test_the_levels_are_listed_with_their_purpose(say):
     assert code == 0
     assert all(f"PnT/{name}" in out for name in ConveyorConfig.level_names())
     assert "Fifteen kinds of waste" in out
-
-
-def test_a_level_shown_in_full_is_that_level_again(say):
-    _, out, _ = say("levels", "--show", "PnT/tight")
-    assert ConveyorConfig.load(yaml.safe_load(out)) == ConveyorConfig.load("tight")
-
-
-def test_a_level_that_does_not_ship_is_one_sentence(say):
-    code, _, error = say("levels", "--show", "PnT/wast")
-    assert code == 2
-    assert error.startswith("error: unknown level 'PnT/wast'; shipped levels are PnT/boxes, PnT/cubes, ")
 
 
 def test_the_demo_lets_all_throw_the_same(say):

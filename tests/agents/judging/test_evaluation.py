@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from agents.controllers import Observation, Outcome, make_controller
-from agents.controllers.own import controller_of
 from agents.ground.environments import stream_seed
 from agents.ground.files import jsonable
 from agents.ground.tables import console
@@ -70,13 +69,6 @@ def test_controllers_meet_the_same_objects() -> None:
     assert not np.array_equal(a.landing_error, b.landing_error)
 
 
-def test_another_seed_means_other_objects() -> None:
-    one, two = Recorder(), Recorder()
-    throw_held_out(one, ToyVectorEnv(4), 8, 0)
-    throw_held_out(two, ToyVectorEnv(4), 8, 1)
-    assert not np.isin(np.concatenate(one.seen)[:, 0], np.concatenate(two.seen)[:, 0]).any()
-
-
 def test_practice_and_evaluation_never_share_an_object() -> None:
     student = Student()
     env = ToyVectorEnv(4)
@@ -110,20 +102,6 @@ def test_practice_is_announced_and_learned_from_but_evaluation_is_frozen() -> No
     assert sum(len(o.error) for o in student.learned) == 10
     throw_held_out(student, env, 8, 0, online=True)
     assert sum(len(o.error) for o in student.learned) == 18
-
-
-def test_whatever_has_learn_practises_and_nothing_else() -> None:
-    recorder = Recorder()
-    practise(recorder, ToyVectorEnv(4), 40, 0)
-    assert sum(len(outcome.error) for outcome in recorder.learned) == 40
-    shown: list[np.ndarray] = []
-
-    def act(features: np.ndarray) -> np.ndarray:
-        shown.append(features)
-        return np.zeros((len(features), 2))
-
-    practise(controller_of(act, ToyVectorEnv(4)), ToyVectorEnv(4), 40, 0)
-    assert not shown
 
 
 def test_summary_agrees_with_the_throws() -> None:

@@ -52,25 +52,6 @@ def test_the_first_shifts_of_many_are_those_of_few():
     assert len(many.value) == 9
 
 
-def test_whoever_decides_meets_the_same_objects():
-    seen = []
-    for name in ("fifo", "atc"):
-        env, core = vector_lines(LEVEL)
-        run_shifts(line_controller(name, core), env, 4, 5)
-        env.reset(seed=5)
-        seen.append((core.cell.stream.x, core.cell.stream.worth, core.cell.stream.objects.kind))
-    for one, other in zip(*seen, strict=True):
-        np.testing.assert_array_equal(one, other)
-
-
-def test_value_is_what_was_brought_in():
-    env, core = vector_lines(LEVEL)
-    told = trial_of(env).run(line_controller("atc", core), 4, 0).report()
-    gained = np.bincount([one["shift"] for one in told["throws"]], [one["value"] for one in told["throws"]])
-    np.testing.assert_allclose(60.0 * gained / 10.0, told["by_shift"]["value_per_min"])
-    assert told["value_per_min"] == pytest.approx(np.mean(told["by_shift"]["value_per_min"]))
-
-
 def by_hand():
     """Two shifts of ten seconds at `skills3`, of seven decisions in all."""
     both = {
@@ -192,18 +173,6 @@ def test_the_table_has_every_figure(tmp_path, monkeypatch):
     assert not any("first/paper" in line or "energy" in line for line in lines_of)
     items = [line.split(":")[0] for line in lines_of if "largest loss" in line]
     assert items == ["can", "yoghurt_cup", "paper_ball", "tray"]  # the worst one first
-
-
-def test_purity_by_bin_is_that_of_all_bins():
-    env, core = vector_lines({"base": "skills3", "duration": 10.0})
-    told = trial_of(env).run(line_controller("random", core), 4, 0).report()
-    in_time = [one for one in told["throws"] if one["ended_in"] >= 0 and one["start"] + one["cycle_time"] <= 10.0]
-    held = {name: 0.0 for name in told["purity_by_bin"]}
-    for one in in_time:
-        robot = core.config.robots[one["by"]].name
-        held[f"{robot}/{core.config.cell.bins.fixed[one['ended_in']].name}"] += one["sorted"]
-    assert sum(held.values()) == sum(told["by_shift"]["sorted"])
-    assert len(in_time) == sum(told["by_shift"]["sorted"]) + sum(told["by_shift"]["misplaced"])
 
 
 def test_rules_take_what_their_name_says():

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from agents.controllers.protocol import Observation
 from agents.dispatchers.imitation import Labels, collect_labels, fit_scorer
@@ -37,14 +36,6 @@ def test_labels_are_of_one_shift_in_each_line(short: str) -> None:
     seen = lessons(IndexRule("a", "soonest"), IndexRule("a", "soonest"), short).observations
     gone = seen[:, 0].reshape(-1)
     assert (gone == gone.min()).sum() == 4
-
-
-def test_progress_counts_every_shift_once(short: str) -> None:
-    counted, env = list[float](), make_vector("PnTLine-v0", short, 3, 1)
-    rule = IndexRule("a", "soonest")
-    collect_labels(rule, rule, env, np.arange(3), counted.append)
-    env.close()
-    assert sum(counted) == pytest.approx(3.0)
 
 
 def test_a_scorer_learns_a_rule_that_is_not_its_own(short: str) -> None:

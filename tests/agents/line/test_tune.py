@@ -15,7 +15,7 @@ from agents.dispatchers import search as tuning
 from agents.dispatchers.registry import line_controller, line_core
 from agents.dispatchers.rules import IndexRule
 from agents.dispatchers.scored import ScoreController
-from agents.dispatchers.search import Bench, SettingsResult
+from agents.dispatchers.search import Bench
 from agents.dispatchers.settings import FILE, rate, settings
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector, stream_seed
@@ -67,11 +67,6 @@ def test_progress_counts_every_shift_once(short: str) -> None:
     Bench(LineConfig.load(short), np.arange(3), counted.append).try_rule("atc", [{"patience": 1.0}, {"patience": 2.0}])
     assert sum(counted) == pytest.approx(6.0)
     assert len(counted) > 5
-
-
-def test_the_best_settings_bring_the_most() -> None:
-    tried = [SettingsResult({"patience": k}, np.array([v, v + 2.0])) for k, v in ((1.0, 3.0), (2.0, 5.0), (4.0, 5.0))]
-    assert tuning.best_result(tried).settings == {"patience": 2.0}
 
 
 def test_no_shift_of_tuning_is_one_of_an_evaluation() -> None:

@@ -7,8 +7,6 @@ from torch import nn
 
 from agents.policies.networks import (
     Dense,
-    Gru,
-    Lstm,
     activate,
     arrays_by_name,
     layers_from_torch,
@@ -19,16 +17,6 @@ from agents.policies.networks import (
 
 def normal(*shape: int) -> np.ndarray:
     return np.random.default_rng(sum(shape)).standard_normal(shape)
-
-
-def test_a_gru_and_an_lstm_remember_as_torchs() -> None:
-    seen, memory = normal(7, 5), normal(7, 4)
-    x, h = torch.tensor(seen).float(), torch.tensor(memory).float()
-    unit, lstm = nn.GRUCell(5, 4), nn.LSTM(5, 4)
-    np.testing.assert_allclose(Gru.from_torch(unit)(seen, memory), unit(x, h).detach(), atol=1e-6)
-    _, parts = lstm(x[None], (h[None], -h[None]))
-    expected = torch.cat(parts).detach().numpy().transpose(1, 0, 2)
-    np.testing.assert_allclose(Lstm.from_torch(lstm)(seen, np.stack([memory, -memory], axis=1)), expected, atol=1e-6)
 
 
 def test_full_layers_compute_as_torchs_and_come_back_from_their_names() -> None:

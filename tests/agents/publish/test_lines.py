@@ -27,7 +27,7 @@ from pnt_gym.cells.base.canvas import Picture
 from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.line.observation import ENTRIES
 from pnt_gym.cells.line.state import CHOICES
-from tests.tools.commands import output_of, refused
+from tests.tools.commands import output_of
 from tests.tools.line import observed, vector_lines
 from tests.tools.nightly import with_nightly
 
@@ -137,9 +137,3 @@ def test_the_film_shows_the_line(run: Path, tmp_path: Path, monkeypatch: pytest.
     assert frames.shape[1:] == (96, 160, 3)
     assert 5 <= len(frames) <= 15
     assert np.abs(frames[0].astype(int) - frames[-1].astype(int)).max() > 40
-
-
-def test_what_goes_with_throws_is_refused(run: Path, tmp_path: Path) -> None:
-    said = refused("agents.publish", run, "--to", tmp_path / "kept", "--picks", "16")
-    assert "--picks goes with throws; PnTLine-v0 is judged by work shifts" in said
-    assert not (tmp_path / "kept").exists()

@@ -100,10 +100,6 @@ def test_a_base_is_followed_to_the_end_and_sections_are_merged_key_by_key():
     assert Oven.load({"base": "hotter", "grill": {"turns": 5}}).grill == Grill(top=250.0, turns=5)
 
 
-def test_what_is_no_mapping_replaces_what_lies_below():
-    assert Oven.load({"base": "hot", "rack": {"shelves": [2]}}).rack == Rack(shelves=(2,))
-
-
 def test_keys_that_exclude_each_other_drop_those_of_the_base():
     assert Oven.load("chicken").rack == Rack(spit=Grill(turns=9))
     assert Oven.load({"base": "chicken", "rack": {"shelves": [4]}}).rack == Rack(shelves=(4,))
@@ -245,15 +241,3 @@ def test_any_other_name_will_do(name, tmp_path):
 def test_truths_and_text_are_no_numbers_at_any_depth(level, said):
     with pytest.raises(ConfigError, match=said):
         ConveyorConfig.load(level)
-
-
-def test_numbers_in_a_file_are_decimal(tmp_path):
-    (tmp_path / "level.yaml").write_text("mismatch: 5e-1\nbelt: {speed: .3}\npicks_per_shift: 010\n")
-    config = ConveyorConfig.load(tmp_path / "level.yaml")
-    assert (config.mismatch, config.belt.speed, config.picks_per_shift) == (0.5, 0.3, 10)
-
-
-def test_a_key_given_twice_changes_nothing_unseen(tmp_path):
-    (tmp_path / "level.yaml").write_text("belt: {speed: 0.3}\nmismatch: 0.5\nbelt: {x: [0, 1]}\n")
-    with pytest.raises(ConfigError, match="key 'belt' is given twice: line 3"):
-        ConveyorConfig.load(tmp_path / "level.yaml")

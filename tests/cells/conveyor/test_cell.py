@@ -124,13 +124,18 @@ def contexts(request):
     return make_core(request.param, 300, seed=11)
 
 
-def test_a_taken_throw_stays_inside_the_workspace_and_below_the_ceiling(contexts):
+def test_a_taken_throw_stays_inside_and_has_room_for_the_reserve(contexts):
     context, config = contexts.context, contexts.config
     points = np.stack([context.pick, context.plan.position], axis=1)
     assert ((points[..., 0] / 0.45) ** 2 + (points[..., 1] / 0.80) ** 2 <= 1.0).all()
     assert (context.plan.position[:, 2] <= context.pick[:, 2] + config.motion.ceiling + 1e-9).all()
     assert context.plan.feasible.all()
     assert is_feasible(contexts, context.plan).all()
+    for sign in (-1.0, 1.0):
+        target = context.target.copy()
+        target[:, :2] += sign * config.motion.reserve * context.direction
+        moved = release_at_elevation(context.pick, target, context.limits, context.plan.angle)
+        assert is_feasible(contexts, moved).all()
 
 
 def test_the_plan_is_the_planners_own(contexts):
@@ -139,15 +144,6 @@ def test_the_plan_is_the_planners_own(contexts):
     plan = plan_release_batch(context.pick, context.target, MotionLimits.t3kr(percent), ceiling=context.ceiling)
     assert same_bits(plan.position, context.plan.position)
     assert set(percent) == set(contexts.config.limits.percent)
-
-
-def test_a_taken_throw_has_room_for_the_reserve(contexts):
-    context, config = contexts.context, contexts.config
-    for sign in (-1.0, 1.0):
-        target = context.target.copy()
-        target[:, :2] += sign * config.motion.reserve * context.direction
-        moved = release_at_elevation(context.pick, target, context.limits, context.plan.angle)
-        assert is_feasible(contexts, moved).all()
 
 
 def test_random_bins_fill_their_ranges():

@@ -206,32 +206,6 @@ def test_neighbouring_bins_may_share_a_wall():
     assert len(config.bins.fixed) == 2
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (b"bins: [1, 2\nbelt: {", "is not valid YAML"),
-        (bytes(range(256)), "is not valid YAML"),
-        (b"- a\n- b\n", "must hold a mapping of settings, it holds list"),
-        (b"", "must hold a mapping of settings, it holds NoneType"),
-        (b"just text", "must hold a mapping of settings, it holds str"),
-        (b"1: 2\n", "unknown key '1'|1"),
-    ],
-)
-def test_files_that_hold_no_level(tmp_path, content, message):
-    path = tmp_path / "cell.yaml"
-    path.write_bytes(content)
-    with pytest.raises(ConfigError, match=message) as caught:
-        ConveyorConfig.load(path)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_directory_is_no_level(tmp_path):
-    folder = tmp_path / "cell.yaml"
-    folder.mkdir()
-    with pytest.raises(ConfigError, match="does not exist"):
-        ConveyorConfig.load(folder)
-
-
 def test_a_users_own_cell_throws(tmp_path):
     """Own belt, bins, limits and items from one file, through to a measured throw."""
     cell = {

@@ -2,10 +2,8 @@
 
 from itertools import cycle, product
 
-import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core
@@ -80,20 +78,6 @@ def test_the_planners_own_world_holds_everything(level, picks):
         assert not info["slip"].any()
 
 
-@pytest.mark.parametrize(("fidelity", "picks"), with_nightly(SIMULATED, [SIMULATED[0], SIMULATED[3]]))
-def test_the_level_ideal_picks_holds_and_sorts_everything(fidelity, picks):
-    """All cross their openings; one in some hundreds, of the heaviest kind, bounces out again."""
-    core = core_of("ideal", picks, rows=range(100), fidelity=fidelity)
-    bounced = 0
-    for _ in range(2):
-        info = core.step(np.zeros((100, 2))).info
-        assert info["picked"].all()
-        assert not info["dropped"].any()
-        assert info["in_opening"].all()
-        bounced += (~info["sorted"]).sum()
-    assert bounced <= 2
-
-
 @pytest.mark.parametrize("level", with_nightly(("nominal", "waste", "unseen"), ["waste"]))
 def test_some_picks_fail_and_a_few_objects_are_lost(level):
     core = core_of(level, rows=range(300), fidelity="flight")
@@ -101,24 +85,3 @@ def test_some_picks_fail_and_a_few_objects_are_lost(level):
     picked, dropped = (np.concatenate([info[name] for info in steps]) for name in ("picked", "dropped"))
     assert 0.70 < picked.mean() < 0.90
     assert 0.002 < dropped[picked].mean() < 0.06
-
-
-CITIZENS = [
-    ("PnTConveyor-v0", {**LEVELS["blown"], "fidelity": "flight"}, "release_point"),
-    ("PnTRelease-v0", {"base": "fast"}, "release_point"),
-    ("PnTConveyor-v0", {"base": "light"}, "throw_or_place"),
-    *zip(
-        ("PnTConveyor-v0", "PnTAdapt-v0", "PnTRelease-v0"),
-        ({"base": "nominal", "planner": planner} for planner in PLANNERS[1:]),
-        ("release_point",) * 3,
-        strict=True,
-    ),
-]
-
-
-@pytest.mark.filterwarnings("error", "ignore:level .* stays empty")
-@pytest.mark.parametrize(("env_id", "level", "mode"), CITIZENS, ids=str)
-def test_the_environments_are_good_citizens(env_id, level, mode):
-    env = gym.make(env_id, level=level, action_mode=mode)
-    check_env(env.unwrapped, skip_render_check=True)
-    env.close()

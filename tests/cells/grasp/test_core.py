@@ -48,17 +48,6 @@ def test_without_surfaces_a_grasp_of_zero_is_the_throw_of_the_conveyor_to_the_bi
         assert same_bits(core.observe()["vector"][:, :17], plain.observe()[:, :17])
 
 
-def test_the_plain_level_holds_and_sorts_what_the_conveyor_does() -> None:
-    """The cell of `waste`, without the cork and with the speed setting of the levels that grasp."""
-    core = GraspCore(GraspConfig.load({"base": "grasp_plain", **FLIGHT, "grasp": {"stages": 1}}), 64)
-    core.reset(np.arange(64), [np.random.default_rng(i) for i in range(64)], seeded=True)
-    plain = make_core({"base": "waste", **FLIGHT, "items": core.config.items, "limits": {"percent": [60]}}, 64)
-    ours, theirs = step(core, pace=1.0), plain.step(np.zeros((64, 2)))
-    assert 0.7 < ours.info["held"].mean() < 1.0
-    assert same_bits(ours.info["held"], theirs.info["picked"])
-    assert same_bits(ours.info["landing_error"], theirs.info["landing_error"])
-
-
 def test_what_follows_a_grasp_is_the_same_in_one_stage_and_in_two() -> None:
     place = (0.01, -0.005)
     one, two = cells(grasp={"stages": 1}), cells()

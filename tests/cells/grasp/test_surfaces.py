@@ -93,13 +93,6 @@ def test_an_object_has_one_surface_alone_and_in_a_batch(waste, places):
         assert same_bits(values.reshape(400, *values.shape[2:]), columns_of(surfaces)[name]), name
 
 
-def test_surfaces_are_small(waste):
-    surfaces = waste[2]
-    columns = sum(values[0].size for values in columns_of(surfaces).values())
-    assert 8 * columns < 1000
-    assert 64 * 33 * 8 * columns < 2e6
-
-
 def test_heights_and_leaks_are_those_of_a_formula(waste, places):
     """Body, less the depth of the zones, with the bumps and the leak of the last zone; in NumPy."""
     objects, _, surfaces = waste
@@ -193,16 +186,6 @@ def test_a_cup_seals_anywhere_inside_an_item_without_a_surface():
     assert (seal_at(surfaces, objects, beside).leak > 50.0).all()
 
 
-def test_a_turned_object_seals_as_before(waste, places):
-    objects, _, surfaces = waste
-    straight = objects.replace(yaw=np.zeros_like(objects.yaw))
-    turn = to_world(objects, places[..., 0], places[..., 1])
-    leak, expected = seal_at(surfaces, objects, turn).leak, seal_at(surfaces, straight, places).leak
-    far = np.abs(np.log(leak) - np.log(expected)) > 0.5
-    # The 16 points of the lip stand elsewhere on the object, so a small part differs.
-    assert far.mean() < 0.06
-
-
 def test_the_centre_of_mass_lies_towards_either_end(waste):
     objects, _, surfaces = waste
     share = np.array([CATALOGUE[name].com for name in (*SEEN, *UNSEEN, "cork")])[objects.kind]
@@ -236,11 +219,6 @@ def held_share(name, count=2500, seed=7):
 @pytest.mark.parametrize("name", [*SEEN, *UNSEEN])
 def test_the_middle_of_a_kind_holds_as_often_as_the_catalogue_says(name):
     assert held_share(name) == pytest.approx(CATALOGUE[name].pick_chance, abs=0.10)
-
-
-def test_kinds_held_out_are_as_hard_as_those_seen():
-    for names, chance in ((SEEN, 0.78), (UNSEEN, 0.74)):
-        assert np.mean([held_share(name, 600) for name in names]) == pytest.approx(chance, abs=0.05)
 
 
 def test_a_zone_lies_where_its_item_says():

@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pnt_gym.arrays import take
 from pnt_gym.cells.gripper.hidden import expected_hidden
 from pnt_gym.engine import mujoco
 from tests.tools.gripper import fields_equal, made, oracle, planned, shortened
@@ -85,17 +84,6 @@ def test_a_drop_at_rest_falls_straight():
     outcome = cell.throw(cell.context.plans)
     assert outcome.is_success.all()
     assert outcome.landing_error.max() < 0.003
-
-
-@pytest.mark.parametrize("level", ["nominal", "belt"])
-def test_single_cells_equal_one_batch_and_threads_do_not_matter(level):
-    rows = 4
-    batch = made(level, rows, threads=2)
-    together = [batch.throw(batch.context.plans) for _ in range(2)]
-    for row in range(rows):
-        single = made(level, 1, seed=row)
-        for outcome in together:
-            assert fields_equal(single.throw(single.context.plans), take(outcome, slice(row, row + 1)))
 
 
 def test_a_preview_changes_nothing_and_tells_what_a_throw_will_do():

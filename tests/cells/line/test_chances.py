@@ -94,22 +94,3 @@ def test_throws_come_out_as_often_as_the_table_has_it(tmp_path):
     assert count > 700
     assert (np.abs(found - wanted) <= 4.0 * np.sqrt(np.maximum(wanted, 1.0))).all()
     assert found[1].sum() == pytest.approx(wanted[1].sum(), abs=4.0 * np.sqrt(0.25 * count))
-
-
-def test_the_same_object_thrown_with_the_same_chance_ends_alike(tmp_path):
-    """What is decided before it changes nothing: its luck is its own."""
-    level = with_table({"base": "line3", "duration": 12.0}, tmp_path, picked=(1.0,) * 4)
-    ends = [dict[tuple[int, int, float], bool](), dict[tuple[int, int, float], bool]()]
-    for seed, ended in enumerate(ends):
-        cell, random = begun(level, 4), np.random.default_rng(seed)
-        table = chances(cell.config)
-        while not cell.over.all():
-            taken = cell.take(decided(cell, random))
-            objects = taken.context.objects
-            chance = table.landing_chance(objects.kind, objects.percent, taken.context.distance)
-            for row in np.flatnonzero(taken.valid):
-                case = row, int(taken.index[row]), round(float(chance[row]), 9)
-                ended[case] = bool(taken.results.is_success[row])
-    both = ends[0].keys() & ends[1].keys()
-    assert len(both) > 10
-    assert all(ends[0][case] == ends[1][case] for case in both)

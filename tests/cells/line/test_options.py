@@ -6,9 +6,6 @@ import pytest
 from benchmarks.line_exactness import compare_shift
 from pnt_gym.arrays import take
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.planning import plan_release_batch
-from pnt_gym.planning.motion.intercept import plan_intercept
-from pnt_gym.planning.motion.limits import LimitRows
 from tests.tools.line import THREE_BINS, begun, chances, decided, with_table
 from tests.tools.nightly import with_nightly
 
@@ -30,44 +27,6 @@ def test_every_case_is_the_planners_own_and_none_is_missing(name, tables):
     assert found.feasible > 20
     assert found.worst < 1e-9
     assert found.hidden > 0 or name != "speed"  # more than can be shown at once
-
-
-def test_without_riding_along_the_times_are_those_of_intercept_and_release(tables):
-    """A hand that stands still while it grips: nothing of the cell but the two public planners."""
-    level = with_table(LEVELS["plain"], tables)
-    cell, random = begun(level, 1, 3), np.random.default_rng(3)
-    config = cell.config.cell
-    seen = 0
-    while seen < 120:
-        state = cell.state
-        choices = take(state.choices, 0)
-        for k in np.flatnonzero(choices.real):
-            one = take(choices, np.array([k]))
-            context = cell.chooser.plan_choices(state.robot, cell.stream, one)
-            objects = context.objects
-            x = cell.stream.x[0, one.index] + config.belt.speed * state.clock[0]
-            place = np.stack([x, objects.draws.lane_y, context.pick[:, 2]], axis=-1)
-            limits = LimitRows.t3kr(objects.percent)
-            met = plan_intercept(
-                state.hand[0, state.robot[:1]],
-                place,
-                np.array([config.belt.speed, 0.0, 0.0]),
-                limits,
-                clearance=config.motion.clearance,
-                window=config.belt.pick_x,
-            )
-            assert met.feasible.all()
-            np.testing.assert_allclose(one.lift, met.time + config.motion.dwell, rtol=0, atol=1e-9)
-            np.testing.assert_allclose(one.wait, met.wait, rtol=0, atol=1e-9)
-            ceiling = context.pick[:, 2] + config.motion.ceiling
-            plan = plan_release_batch(context.pick, context.target, context.throw_limits, ceiling=ceiling)
-            np.testing.assert_allclose(context.plan.position, plan.position, rtol=0, atol=1e-9)
-            assert plan.feasible.all()
-            assert (one.throwing > plan.time).all()
-            seen += 1
-        cell.take(decided(cell, random))
-        if cell.over.any():
-            cell.reset(np.arange(1), cell.generators)
 
 
 @pytest.mark.parametrize("name", ["speed", "skills3", "plain", "three bins"])

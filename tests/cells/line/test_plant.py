@@ -132,17 +132,11 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
         {"cell.extra_items.2.like": "tary"},
         "'alu' is like unknown item 'tary'; perhaps 'tray'",
     ),
-    "bin without a place": (
-        {"cell.bins.fixed.0": {"name": "bottles", "accepts": ["hdpe"]}},
-        "keys 'bins.fixed.0.x' and 'bins.fixed.0.y' are missing",
-    ),
     "bin for strangers": (
         {"cell.bins.fixed.0.accepts": ["hpde", "glass"]},
         "bin 'bottles' accepts 'hpde' and 'glass', which are not among the items ('hdpe', 'brick', 'alu'); no bin "
         "accepts item 'hdpe'",
     ),
-    "two bins in one place": ({"cell.bins.fixed.1.x": -0.2}, "bin 'cartons' overlaps bin 'bottles'; move one of them"),
-    "bin on the belt": ({"cell.bins.fixed.1.y": -0.2}, "bin 'cartons' spans y -0.360..-0.040 m and lies on the belt"),
     "bins as a list": (
         {"cell.bins": plant()["cell"]["bins"]["fixed"]},
         "input should be a section, with keys fixed, r",
@@ -167,16 +161,6 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "keys one level too high": (
         {"belt": {"speed": 0.4}, "robot": []},
         "unknown keys 'belt' (perhaps cell.belt) and 'robot' (perhaps robots)",
-    ),
-    "keys one level too low": (
-        {"cell.robots": [], "cell.arrivals": {}},
-        "cell: 'robots' and 'arrivals' must stand beside",
-    ),
-    "too many objects": ({"arrivals.rate": 12}, "arrivals.rate is 12 objects a second; the belt's lanes have room for"),
-    "a cell that is not there": ({"cell": "plant_cell.yaml"}, "cell: level file 'plant_cell.yaml' does not exist"),
-    "bins drawn at random": (
-        {"cell": "waste"},
-        "have fixed bins: leave random out and list the bins in cell.bins.fixed",
     ),
     "the assumed cup is too weak": (
         {"cell.extra_items.1.mass": 2.0},
@@ -208,10 +192,6 @@ PAIRS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "a mass in grams and an item's name": (
         {"cell.extra_items.0.mass": 60, "cell.items": ["hdpe", "brik", "alu"]},
         ("extra_items.0.mass is 60", "items: unknown item 'brik'; perhaps 'brick'"),
-    ),
-    "a robot's place and a value": (
-        {"robots.2.x": "far", "value.of": {"glass": 2.0}},
-        ("robots.2.x is 'far'", "value.of: 'glass' is not among the cell's items"),
     ),
     "an unknown key of the cell, windows and a value": (
         {"cell.extra_items.0.weight": 0.06, "robots.1.x": 0.3, "value.of": {"glass": 2.0}},

@@ -6,7 +6,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pnt_gym.cells.conveyor.movers.tracking import stop_motion
-from pnt_gym.cells.line.cell import IDLE_TIME
 from pnt_gym.cells.line.outcome import shift_figures
 from pnt_gym.cells.line.state import Fate
 from pnt_gym.planning.motion.limits import LimitRows
@@ -165,21 +164,6 @@ def test_what_a_cup_did_not_lift_is_offered_again_here_and_downstream(tables):
     assert all(found == sorted(found) for found in robots)  # a belt does not run back
 
 
-def test_a_second_try_is_as_likely_as_the_first(tables):
-    """Of what failed once the table's share fails again."""
-    level = with_table({"base": "line3", "duration": 60.0}, tables, picked=(0.5,) * 4)
-    first, again = np.zeros(2), np.zeros(2)
-    cell, random = begun(level, 8), np.random.default_rng(0)
-    for before, taken, _ in shift(cell, random):
-        rows = np.flatnonzero(taken.valid)
-        tried = before.books.whole().attempts[rows, taken.index[rows]] > 0
-        for which, counts in ((~tried, first), (tried, again)):
-            counts += [taken.results.picked[rows][which].sum(), which.sum()]
-    for picked, tries in (first, again):
-        assert tries > 100
-        assert abs(picked / tries - 0.5) < 4.0 * 0.5 / np.sqrt(tries)
-
-
 @pytest.mark.parametrize("count", [1, 4])
 def test_a_robot_that_is_down_does_nothing_then(count, tables):
     cell, random = begun(level_of("burst", tables), count, 2), np.random.default_rng(2)
@@ -218,25 +202,6 @@ def test_lines_whose_robots_wait_and_stand_still_do_so_each_by_itself(tables):
             assert (together.state.choices.real[row] == one.state.choices.real[0]).all()
         for cell in (together, *alone):
             cell.take(np.zeros(cell.count, dtype=np.int64))
-
-
-def test_an_action_that_there_is_not_is_a_tenth_of_a_second_of_standing_still(tables):
-    cell = begun(level_of("line", tables), 2, 1)
-    before = cell.state
-    taken = cell.take(np.array([0, 15]))
-    assert taken.valid.tolist() == [True, False]
-    assert taken.end[1] - taken.start[1] == pytest.approx(IDLE_TIME, abs=1e-12)
-    assert taken.value[1] == 0.0
-    after = cell.state
-    for own, earlier in zip(after.books.whole(), before.books.whole(), strict=True):
-        assert (own[1] == earlier[1]).all()
-    robot = before.robot[1]
-    assert after.free[1, robot] == before.clock[1] + IDLE_TIME
-    assert (after.hand[1, robot] == before.hand[1, robot]).all()
-    assert (after.busy[1] == before.busy[1]).all()
-    others = np.arange(3) != robot
-    # Who stands still because there is nothing to do has looked again by then.
-    assert (after.free[1, others] >= before.free[1, others]).all()
 
 
 @pytest.mark.parametrize("name", ["single", "speed", "burst", "flight"])

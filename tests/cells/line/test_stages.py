@@ -247,11 +247,3 @@ def test_robots_that_find_nothing_to_take_end_in_a_sentence(monkeypatch: pytest.
     monkeypatch.setattr("pnt_gym.cells.line.turns.MOST_LOOKS", 0)
     with pytest.raises(ConfigError, match="level 'single': the robots find no object that they can take"):
         gym.make("PnTLine-v0", level="single")
-
-
-def test_the_context_of_a_line_is_its_state() -> None:
-    cell = gym.make("PnTLine-v0", level="single").unwrapped.core.cell
-    state = cell.state
-    assert cell.context is state
-    cell.context = state
-    assert cell.state is state

@@ -119,15 +119,6 @@ def test_enough_is_drawn_for_every_shift():
         assert (stream.x[:, -1] < end).all()
 
 
-def test_items_come_in_the_shares_of_the_mix():
-    config, stream = drawn({"base": "single", "duration": 1000.0}, 6)
-    mix = config.cell.mix
-    wanted = np.array([mix[name] for name in config.cell.items]) / sum(mix.values())
-    kinds = stream.objects.kind.ravel()
-    found = np.bincount(kinds, minlength=4) / kinds.size
-    assert np.abs(found - wanted).max() < 4.0 * np.sqrt(0.25 / kinds.size)
-
-
 def test_an_item_that_the_mix_does_not_list_does_not_come():
     items = ["tray", "cork", "can"]
     config = ConveyorConfig.load({"items": items, "mix": {"tray": 1.0, "can": 3.0}})

@@ -50,13 +50,6 @@ def test_drawn_goals_lie_in_their_region_and_differ():
     assert cell.context.plans.feasible.all()
 
 
-def test_a_fixed_goal_comes_again_and_again():
-    cell = cells("paper")
-    for _ in range(2):
-        np.testing.assert_allclose(cell.context.goal, np.tile([0.0, 0.4, np.deg2rad(150.0), 0.0], (COUNT, 1)))
-        throw(cell)
-
-
 def test_goals_out_of_reach_are_named():
     goal = {"name": "far", "x": -2.5, "y": 0.4, "phi_deg": 150, "dy": 0.0}
     with pytest.raises(ConfigError, match=r"goal 'far' \(x -2\.5 m, .* is out of the arm's reach"):
@@ -89,23 +82,6 @@ def test_a_delay_makes_nominal_throws_fail_and_ten_milliseconds_more_so():
     assert 0.05 < ten.landing_error.mean() < 0.16
     assert five.is_success.mean() < 0.1
     assert ten.is_success.mean() < 0.1
-
-
-def test_virtual_goals_make_up_for_a_delay():
-    """Miyashita et al. 2010, Eq. 34, with K = 0.7 on the paper's goal: after ten throws the errors are small."""
-    cell = cells("paper", count=8)
-    virtual = cell.context.goal.copy()
-    first = None
-    for _ in range(10):
-        plans = cell.planner.plan(virtual, cell.context.part)
-        assert plans.feasible.all()
-        outcome = cell.throw(plans)
-        first = outcome if first is None else first
-        virtual -= 0.7 * outcome.error
-    assert first.landing_error.mean() > 0.03
-    assert outcome.landing_error.mean() < 0.004
-    assert np.abs(outcome.true_error[:, 2]).mean() < np.deg2rad(1.5)
-    assert np.abs(outcome.true_error[:, 3]).mean() < 0.03
 
 
 @pytest.mark.parametrize(
@@ -255,22 +231,6 @@ def test_a_pose_shows_the_part_on_the_resting_arm(task):
     place = data.body(name).xpos[[0, 2]]
     assert np.hypot(*place) == pytest.approx(cell.context.plans.u[1, 2], abs=1e-9)
     assert model.body(name).mass[0] == pytest.approx(cell.job.parts[cell.context.part[1]].mass)
-
-
-@pytest.mark.parametrize(
-    ("task", "release", "throws"),
-    [("throw", "ideal", 2), ("throw", "contact", 1), ("sort", "ideal", 1), ("assembly", "ideal", 2)],
-)
-def test_rows_are_the_same_alone_in_a_batch_and_with_two_threads(task, release, throws):
-    kind = {"task": task, "release": release, "mismatch": 0.05}
-    batch, twice = cells(count=4, **kind), cells(count=4, threads=2, **kind)
-    singles = [cells(count=1, seed=i, **kind) for i in range(4)]
-    for _ in range(throws):
-        outcomes = [throw(cell) for cell in (batch, twice, *singles)]
-        for name in ("measured", "true", "goal", "is_success", "cycle_time", "peak_torque", "final"):
-            values = [getattr(outcome, name) for outcome in outcomes]
-            assert values[0].tobytes() == values[1].tobytes(), name
-            assert np.concatenate(values[2:]).tobytes() == values[0].tobytes(), name
 
 
 def test_placement_scatter_alone_moves_throws_by_millimetres_at_most():

@@ -147,22 +147,6 @@ def test_every_goal_has_a_throw_within_the_limits(name, part, goal):
     assert is_dynamic_grasp(u, part, arm)
 
 
-@EVERY_THROW
-def test_arrival_is_the_end_of_a_ballistic_flight(name, part, goal):
-    u = release(goal, part.half_height, GUESS[name])[None]
-    poses = flight_poses(u, part.half_height, 1001)[0]
-    state = arrival(u, part.half_height)[0]
-    np.testing.assert_allclose(state[[0, 1, 2, 4]], goal, atol=1e-10)
-    step = u[0, 3] / 1000
-    bend = np.diff(poses, 2, axis=0) / step**2
-    np.testing.assert_allclose(bend, np.broadcast_to([0.0, -9.81, 0.0], bend.shape), atol=1e-5)
-    last = (3 * poses[-1] - 4 * poses[-2] + poses[-3]) / (2 * step)
-    np.testing.assert_allclose(last, state[3:], atol=1e-8)
-    # It leaves where the part lies on the arm, across the line to the pivot.
-    first = (-3 * poses[0] + 4 * poses[1] - poses[2]) / (2 * step)
-    np.testing.assert_allclose(first[:2], u[0, 1] * np.array([-poses[0, 1], poses[0, 0]]), atol=1e-8)
-
-
 def test_the_assembly_arrives_along_the_slots():
     for part, goal in ASSEMBLY:
         state = arrival(release(goal, part.half_height, GUESS[part.name])[None], part.half_height)[0]
@@ -198,11 +182,6 @@ def test_clearance_is_that_of_a_fine_search_over_the_flight():
     np.testing.assert_allclose(found, fine, atol=1.5e-3)
     assert 5 < (found < 0.0).sum() < 55
     np.testing.assert_array_equal(clearance(u[7:8], TEE, SORTING), found[7:8])
-
-
-def test_nothing_is_in_the_way_where_there_is_nothing():
-    u = np.array([GUESS["pallet_1"]])
-    assert clearance(u, BLOCK, [])[0] == np.inf
 
 
 def test_the_vertical_speed_decides_whether_the_other_pallets_are_passed():

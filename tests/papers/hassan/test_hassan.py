@@ -10,7 +10,7 @@ from agents.ground.drawings import svg
 from agents.reproduce.finding import judge_statements
 from agents.reproduce.grids import by_quantity
 from papers import hassan
-from papers.hassan import claims
+from papers.hassan import cases
 from papers.hassan import example as hassan_example
 from papers.hassan import figures as hassan_figures
 from papers.hassan import inconsistencies as hassan_inconsistencies
@@ -18,7 +18,6 @@ from papers.hassan import methods as hassan_methods
 from papers.hassan import table as hassan_table
 from papers.hassan.cases import PUBLISHED, SHOWN, cell_cycle, picks_per_min
 from papers.hassan.inconsistencies import inconsistency_findings
-from pnt_gym.planning import MotionLimits
 
 
 @pytest.fixture(scope="module")
@@ -72,17 +71,17 @@ def faster(cycle, dwell=0.0):
 
 PAPER, OVERLAP = "table1/paper-clock", "hassan/figure-12/constant-jerk-overlap"
 WRONG = {
-    f"{PAPER}/min-time-throw/inside/40": (hassan_table, "picks_per_min", faster),
-    f"{PAPER}/horizontal-throw/outside/35": (hassan_table, "picks_per_min", faster),
-    f"{PAPER}/pick-and-place/inside/15": (hassan_table, "picks_per_min", faster),
+    f"{PAPER}/min-time-throw/inside/40": (cases, "picks_per_min", faster),
+    f"{PAPER}/horizontal-throw/outside/35": (cases, "picks_per_min", faster),
+    f"{PAPER}/pick-and-place/inside/15": (cases, "picks_per_min", faster),
     f"{OVERLAP}/peak-speed": (hassan_figures, "cell_cycle", wrong_cycle),
     f"{OVERLAP}/peak-acceleration": (hassan_figures, "cell_cycle", wrong_cycle),
     f"{OVERLAP}/picks-per-min": (hassan_figures, "cell_cycle", wrong_cycle),
     f"{OVERLAP}/loop": (hassan_figures, "cell_cycle", wrong_cycle),
-    "hassan/inconsistency/peak-acceleration-jerk-overlap-turn": (hassan_inconsistencies, "cell_cycle", wrong_cycle),
-    "hassan/inconsistency/greatest-acceleration": (hassan_inconsistencies, "picks_per_min", faster),
+    "hassan/inconsistency/peak-acceleration-jerk-overlap-turn": (cases, "cell_cycle", wrong_cycle),
+    "hassan/inconsistency/greatest-acceleration": (cases, "picks_per_min", faster),
     "hassan/inconsistency/gain-existing-over-pick-and-place": (
-        hassan_inconsistencies,
+        cases,
         "PUBLISHED",
         {**PUBLISHED, ("horizontal-throw", "inside", 40): 90},
     ),
@@ -234,13 +233,6 @@ def test_eight_statements_of_the_paper_differ_by_every_reading(inconsistencies, 
         "throw-1-point", "throw-2-landing", "throw-2-point", "throw-3-point", "greatest-height", "method-2-heights",
         "outside-30-proposed", "outside-30-horizontal",
     ]  # fmt: skip
-
-
-def test_the_double_s_is_slower_where_its_limits_are():
-    strokes, limits = np.array([0.01, 0.3, 2.0]), MotionLimits(1.8, 36.0, 900.0)
-    right = claims.double_s_time(strokes, limits)
-    assert (claims.double_s_time(strokes, MotionLimits(1.7, 36.0, 900.0)) >= right).all()
-    assert claims.double_s_time(strokes, MotionLimits(1.7, 36.0, 900.0))[2] > right[2]
 
 
 def test_methods_agree_with_the_exact_solver(monkeypatch):

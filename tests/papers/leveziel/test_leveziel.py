@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from papers.leveziel import cases as leveziel_cases
-from papers.leveziel import formulas as leveziel_formulas
 from papers.leveziel import indices as leveziel_indices
 from papers.leveziel import workspace as leveziel_workspace
 from papers.leveziel.cases import arm_positions, is_reachable, lowest_pose, poses_at, random_poses, reduced
@@ -210,19 +208,3 @@ def test_conventions_are_shown_by_numbers() -> None:
     assert coplanar.details["coplanar_deg"] == pytest.approx(71.2, abs=0.05)
     assert coplanar.details["singular_deg"] == pytest.approx(54.5, abs=0.05)
     assert min(map(abs, coplanar.details["entries_m2"])) > 1e-4
-
-
-def test_finite_differences_are_exact_for_polynomials() -> None:
-    at = np.array([[0.3, -0.2, 0.5, 0.1]])
-
-    def cubes(values: Floats) -> Floats:
-        return np.column_stack([values[:, 0] ** 3, values[:, 1] * values[:, 2], values[:, 3], values[:, 0]])
-
-    want = np.array([[[0.27, 0, 0, 0], [0, 0.5, -0.2, 0], [0, 0, 0, 1], [1, 0, 0, 0]]])
-    np.testing.assert_allclose(leveziel_formulas.central_differences(cubes, at), want, atol=1e-9)
-
-
-def test_the_grid_and_the_poses_are_the_same_every_time() -> None:
-    assert (random_poses(50, seed=1) == random_poses(50, seed=1)).all()
-    assert (random_poses(50, seed=1) != random_poses(50, seed=2)).any()
-    assert leveziel_cases.PAPER_COUNT == 51_624

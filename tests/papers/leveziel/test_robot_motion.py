@@ -30,10 +30,6 @@ MOVES = [
 PROFILES = [Profile(), Profile("trapezoid", 0.5), Profile("s-curve", 0.3)]
 
 
-def test_the_motors_turn_at_70_rpm():
-    assert MOTOR_SPEED * 60.0 / (2.0 * np.pi) == pytest.approx(70.0, rel=1e-12)
-
-
 @pytest.mark.parametrize("move", MOVES)
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_motion_uses_its_limits_and_no_more(move, profile):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import by_quantity
 from papers.miyashita import (
     acceptance,
     accessible,
@@ -18,7 +17,6 @@ from papers.miyashita import (
     formulas,
     learning,
     margins,
-    overview,
     reach,
     tasks,
 )
@@ -162,14 +160,6 @@ def test_cells_of_the_space_hold_what_lands_in_them() -> None:
     assert release_states_batch(z[:200]).feasible.all()
 
 
-@pytest.mark.nightly
-def test_a_faster_arm_reaches_all_that_the_motor_does_within_one_turn() -> None:
-    own = {tuple(cell) for cell in accessible.accessible_space(samples=SAMPLES).kinematic}
-    wider = {tuple(cell) for cell in accessible.reachable_cells(2, SAMPLES)}
-    assert own < wider
-    assert max(angle for _, _, angle in wider) == 71
-
-
 def test_ten_throws_bring_the_block_to_the_paper_goal() -> None:
     for delay in (0, 5, 10):
         r = row("learning", f"learning/delay-{delay}ms/K-1")
@@ -186,17 +176,6 @@ def test_what_gain_and_scatter_decide_is_not_held_against_the_paper() -> None:
     assert {r.statement for r in rows if r.verdict == "not reproducible"} == {"miyashita/fig-10/angle"}
     for name in ("contact", "sorting", "assembly"):
         assert {r.verdict for r in findings(name).rows} == {"ours"}
-
-
-@pytest.mark.nightly
-def test_tables_over_all_delays_take_what_is_there() -> None:
-    grids = overview(by_quantity(findings("acceptance-5ms").rows)).grids
-    assert [line[:2] for line in grids["acceptance"].rows][-2:] == [
-        ["5ms late", "1-to-0.5, any release"],
-        ["5ms late", "scatter alone"],
-    ]
-    assert len(grids["limits"].rows) == 5
-    assert not overview({}).grids
 
 
 @pytest.mark.nightly

@@ -66,14 +66,6 @@ def test_arrays_are_copied_and_read_only():
         limits.velocity[0] = 3.0
 
 
-def test_value_equality_and_hash():
-    assert MotionLimits(1.0, 2.0, 3.0) == MotionLimits(1.0, 2.0, 3.0)
-    assert hash(MotionLimits(1.0, 2.0, 3.0)) == hash(MotionLimits(1.0, 2.0, 3.0))
-    assert MotionLimits(1.0, 2.0, 3.0) != MotionLimits(1.0, 2.0, 3.5)
-    assert MotionLimits(1.0, 2.0, 3.0) != (1.0, 2.0, 3.0)
-    assert MotionLimits(1.0, 2.0, 3.0).with_scale(2.0) == MotionLimits(2.0, 4.0, 6.0)
-
-
 def test_numbers_need_one_set_of_limits():
     assert MotionLimits(1.0, 2.0, 3.0).numbers() == (1.0, 2.0, 3.0)
     with pytest.raises(ValueError, match="take a row"):

@@ -48,32 +48,6 @@ def test_throws_from_the_belt_keep_limits_in_every_direction(seed):
     assert peaks.velocity.max() > 1.0 - 1e-9
 
 
-def test_a_fading_that_lasts_longer_would_break_the_speed_limit():
-    """So the bound on its time is not an idle one."""
-    _, limits, speed, count = random_belt(3)
-    longest = (limits.velocity + speed) / limits.acceleration + limits.acceleration / limits.jerk
-    fading = Fading(speed, 1.5 * longest)
-    ahead = np.tile([1.0, 0.0, 0.0], (count, 1))
-    throw = accelerate(ahead, np.full(count, 5.0), fading.planning_limits(limits))
-    path = JerkTrajectory.concatenate(np.zeros((count, 3)), [superpose(throw, fading.fade_out())], speed * ahead)
-    assert (path.peak_ratios(limits).velocity > 1.0 + 1e-3).mean() > 0.3
-
-
-def test_a_fading_is_a_smooth_stop_over_its_way():
-    _, limits, speed, count = random_belt(1)
-    fading = Fading.for_limits(limits, count, speed)
-    belt = np.tile([speed, 0.0, 0.0], (count, 1))
-    path = JerkTrajectory.concatenate(np.zeros((count, 3)), [fading.fade_out()], belt)
-    np.testing.assert_allclose(path.duration, fading.time)
-    np.testing.assert_allclose(path.end[:, 0], fading.way, atol=1e-12)
-    np.testing.assert_allclose(path.end[:, 1:], 0.0)
-    np.testing.assert_allclose(path.knots.velocity[:, -1], 0.0, atol=1e-12)
-    np.testing.assert_allclose(path.knots.acceleration[:, [0, -1]], 0.0, atol=1e-9)
-    left = fading.planning_limits(limits)
-    np.testing.assert_allclose(limits.acceleration - left.acceleration, np.abs(path.knots.acceleration).max((1, 2)))
-    np.testing.assert_allclose(limits.jerk - left.jerk, np.abs(path.jerks).max((1, 2)))
-
-
 @pytest.mark.parametrize("speed", [0.05, 0.25, 0.8])
 @pytest.mark.parametrize("percents", [(40.0,), (30.0, 40.0, 45.0), (100.0,), (25.0, 60.0)])
 def test_returns_onto_the_belt_keep_limits_with_and_without_a_descent(speed, percents):

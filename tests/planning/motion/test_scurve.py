@@ -85,19 +85,6 @@ def test_samples_are_each_others_derivatives(distance, velocity, acceleration, j
     assert np.all(np.abs((after[2] - before[2]) / (2 * step) - third) <= tolerance / step**2)
 
 
-def test_motion_is_continuous_across_segment_borders():
-    distance, limits = random_strokes(500, seed=13)
-    curve = min_time_scurve(distance, limits)
-    edges = np.cumsum(curve.durations, axis=1)
-    gap = 1e-9 * curve.duration[:, None]
-    before, after = curve.sample(edges - gap), curve.sample(edges + gap)
-    # No jump: over a short time each quantity changes by no more than its derivative's bound allows.
-    bounds = (curve.velocity, curve.acceleration, curve.jerk)
-    for earlier, later, bound in zip(before, after, bounds, strict=True):
-        rounding = 1e-14 * np.abs(earlier).max(axis=1, keepdims=True) + 1e-14 * bound[:, None]
-        assert np.all(np.abs(later - earlier) <= 2.0 * gap * bound[:, None] * (1 + 1e-6) + rounding)
-
-
 def test_zero_stroke_takes_no_time():
     curve = min_time_scurve(0.0, MotionLimits.t3kr(50))
     assert curve.duration == 0.0

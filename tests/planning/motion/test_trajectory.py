@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from pnt_gym.arrays import take
 from pnt_gym.planning import (
     JerkTrajectory,
     MotionLimits,
@@ -91,16 +90,6 @@ def test_times_in_any_order_give_what_each_gives_alone():
     np.testing.assert_allclose(path.sample(path.knot_times).velocity, path.knots.velocity, atol=1e-12)
 
 
-def test_rest_before_and_after():
-    path, _, _, _, _ = throw_and_return()
-    before, after = path.sample(np.array([-1.0])), path.sample(np.array([100.0]))
-    np.testing.assert_array_equal(before.position[:, 0], path.start)
-    np.testing.assert_array_equal(after.position[:, 0], path.end)
-    for state in (before, after):
-        assert not state.velocity.any()
-        assert not state.acceleration.any()
-
-
 def test_rest_to_rest_matches_the_scalar_curve():
     limits = MotionLimits.t3kr(35)
     move = np.array([[0.3, -0.4, 0.0]])
@@ -116,17 +105,6 @@ def test_a_move_of_nothing_takes_no_time_beside_others():
     path = JerkTrajectory.concatenate(np.ones((2, 3)), [rest_to_rest(moves, MotionLimits.t3kr(35))])
     assert path.duration[0] == 0.0
     np.testing.assert_array_equal(path.sample(np.linspace(0.0, 0.3, 7)).position[0], 1.0)
-
-
-def test_moving_start_is_integrated():
-    state = np.array([[1.0, 0.0, 0.0]])
-    path = JerkTrajectory(np.zeros((1, 3)), np.array([[2.0]]), np.zeros((1, 1, 3)), state, 2.0 * state)
-    position, velocity, acceleration = path.sample(np.array([0.0, 1.0, 2.0]))
-    np.testing.assert_allclose(position[0, :, 0], [0.0, 2.0, 6.0])
-    np.testing.assert_allclose(velocity[0, :, 0], [1.0, 3.0, 5.0])
-    np.testing.assert_allclose(acceleration[0, :, 0], 2.0)
-    taken = take(path, np.array([0, 0]))
-    np.testing.assert_array_equal(taken.sample(np.array([1.5])).position[1], path.sample(np.array([1.5])).position[0])
 
 
 def test_quickest_stop_is_the_mirrored_start():
@@ -166,26 +144,6 @@ def test_bad_times_are_refused():
     path = JerkTrajectory(np.zeros((2, 3)), np.ones((2, 1)), np.zeros((2, 1, 3)))
     with pytest.raises(ValueError, match="times"):
         path.sample(np.zeros((3, 4)))
-
-
-def test_superposed_motions_are_the_sums_of_their_samples():
-    rng = np.random.default_rng(0)
-    count = 50
-    parts = [random_segments(rng, count, columns) for columns in (5, 8)]
-    # Both end together in some rows, and borders coincide.
-    parts[1].durations[:5, :5], parts[1].durations[:5, 5:] = parts[0].durations[:5], 0.0
-    start, velocity = rng.normal(size=(2, count, 3))
-    whole = JerkTrajectory.concatenate(start, [superpose(*parts)], velocity, rides=True)
-    one, other = (JerkTrajectory.concatenate(np.zeros((count, 3)), [part]) for part in parts)
-    np.testing.assert_allclose(whole.duration, np.maximum(one.duration, other.duration))
-    both = np.minimum(one.duration, other.duration)[:, None] * np.linspace(0.0, 1.0, 400)
-    found = whole.sample(both)
-    line = start[:, None] + both[..., None] * velocity[:, None]
-    first, second = one.sample(both), other.sample(both)
-    total = first.velocity + second.velocity + velocity[:, None]
-    np.testing.assert_allclose(found.position, first.position + second.position + line, atol=1e-12)
-    np.testing.assert_allclose(found.velocity, total, atol=1e-12)
-    np.testing.assert_allclose(found.acceleration, first.acceleration + second.acceleration, atol=1e-12)
 
 
 def random_segments(rng, count, columns):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.special import ellipe
 
 from pnt_gym.errors import PlanningError
-from pnt_gym.planning.paths import EllipsePath, approximate_half_circumference, half_circumference
+from pnt_gym.planning.paths import EllipsePath, half_circumference
 from pnt_gym.planning.paths.ellipse import MOST_NODES
 
 EXAMPLE = EllipsePath.paper(half_width=0.15, half_rise=0.025)
@@ -41,15 +41,6 @@ def test_exact_length_of_the_example_by_two_other_ways():
 def test_half_circumference_is_the_elliptic_integral(ratio):
     for major, minor in ((2.0, 2.0 * ratio), (2.0 * ratio, 2.0)):
         assert half_circumference(major, minor) == pytest.approx(4.0 * ellipe(1.0 - ratio**2), rel=1e-13)
-
-
-def test_mean_error_of_the_printed_approximation():
-    a, b = np.meshgrid(np.arange(5.0, 21.0), np.arange(2.0, 21.0), indexing="ij")
-    m = 1.0 - (np.minimum(a, b) / np.maximum(a, b)) ** 2
-    exact = 2.0 * np.maximum(a, b) * ellipe(m)
-    error = np.abs(approximate_half_circumference(a, b) - exact)
-    assert error.mean() == pytest.approx(0.0786, abs=5e-5)
-    assert (error / exact).mean() == pytest.approx(0.002315, abs=5e-7)
 
 
 @given(widths, shares, tops)

@@ -8,17 +8,12 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.planning import (
     EllipticWorkspace,
-    JerkTrajectory,
     MotionLimits,
-    accelerate,
-    brake,
-    landing_point,
     min_time_scurve,
     plan_intercept,
     plan_release_batch,
     release_at_elevation,
     release_at_point,
-    rest_to_rest,
 )
 from pnt_gym.planning.straight import kernel, release
 from tests.tools.planning import random_throws
@@ -72,25 +67,6 @@ def test_row_does_not_depend_on_its_batch(plan):
         part = plan(rows)
         for item in dataclasses.fields(part):
             np.testing.assert_array_equal(getattr(part, item.name), getattr(whole, item.name)[rows], item.name)
-
-
-def test_sampled_path_does_not_depend_on_its_batch():
-    def sample(rows):
-        limits, step = take(LIMITS, rows), (TARGETS - PICKS)[rows]
-        plans = plan_release_batch(PICKS[rows], TARGETS[rows], limits)
-        parts = [
-            accelerate(plans.direction, plans.distance, limits),
-            brake(plans.direction, plans.speed, limits),
-            rest_to_rest(-step, limits),
-        ]
-        path = JerkTrajectory.concatenate(PICKS[rows], parts)
-        landing = landing_point(plans.position, plans.velocity, TARGETS[rows, 2])
-        return [*path.sample(np.linspace(-0.1, 2.0, 37)), *path.peak_ratios(limits), landing]
-
-    whole = sample(slice(None))
-    for rows in (np.array([7]), np.arange(64), np.arange(5, 200)):
-        for part, full in zip(sample(rows), whole, strict=True):
-            np.testing.assert_array_equal(part, full[rows])
 
 
 @pytest.mark.parametrize("plan", [free, ceiling, workspace])

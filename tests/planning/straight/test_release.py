@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from pnt_gym.arrays import take
 from pnt_gym.planning import (
-    GRAVITY,
     EllipticWorkspace,
     InfeasibleThrow,
     MotionLimits,
@@ -50,17 +49,6 @@ def test_numeric_example_of_hassan_2022(ceiling, tolerance, positions, times):
     assert plans.ceiling_active.all() == (ceiling is not None)
     if times is not None:
         np.testing.assert_allclose(plans.time, times, rtol=0, atol=6e-5)
-
-
-@given(offsets, percents)
-def test_free_optimum_lands_at_right_angles_to_its_release(offset, percent):
-    assume(np.hypot(offset[0], offset[1]) > 1e-3)
-    plan = plan_release(np.zeros(3), offset, MotionLimits.t3kr(percent))
-    landing_velocity = plan.velocity - [0.0, 0.0, GRAVITY * plan.flight_time]
-    scale = np.linalg.norm(landing_velocity) * plan.speed
-    assert abs(landing_velocity @ plan.velocity) <= 1e-7 * scale
-    assert GRAVITY * plan.flight_time * np.sin(plan.angle) == pytest.approx(plan.speed, rel=1e-7)
-    assert 0.0 < plan.angle < 0.5 * np.pi
 
 
 @given(offsets, percents, st.floats(0.0, 0.05))

@@ -206,15 +206,6 @@ def test_jx_and_jq_are_the_derivatives_of_the_closure(branch):
     np.testing.assert_allclose(jacobian_q(poses, branch=branch), j_q * OUTWARD, atol=1e-15)
 
 
-def test_jacobian_is_the_derivative_of_the_forward_kinematics():
-    step, q = 1e-5, inverse_kinematics(POSES)
-    columns = [
-        (forward_kinematics(q + step * e, start=POSES) - forward_kinematics(q - step * e, start=POSES)) / (2 * step)
-        for e in np.eye(4)
-    ]
-    np.testing.assert_allclose(jacobian(POSES), np.stack(columns, axis=-1), atol=1e-7)
-
-
 def test_jacobian_and_its_inverse():
     forward, inverse = jacobian(POSES), inverse_jacobian(POSES)
     np.testing.assert_allclose(forward, np.linalg.solve(jacobian_x(POSES), jacobian_q(POSES)), atol=1e-13)

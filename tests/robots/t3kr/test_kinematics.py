@@ -74,25 +74,6 @@ def test_forward_kinematics_of_inconsistent_angles_is_the_best_fit():
         assert misfit(point + shift) > misfit(point)
 
 
-def test_jacobian_matches_finite_differences():
-    step = 1e-5
-    columns = [
-        (inverse_kinematics(POINTS + step * axis) - inverse_kinematics(POINTS - step * axis)) / (2 * step)
-        for axis in np.eye(3)
-    ]
-    np.testing.assert_allclose(jacobian(POINTS), np.stack(columns, axis=-1), atol=2e-8)
-
-
-def test_rod_tilt_is_the_angle_out_of_the_arm_plane():
-    q = inverse_kinematics(POINTS)
-    rods = platform_joints(POINTS) - elbows(q)
-    azimuth = np.deg2rad([75.0, 105.0, 255.0, 285.0])
-    normals = np.stack([-np.sin(azimuth), np.cos(azimuth), np.zeros(4)], axis=-1)
-    tilt = closed_pose(POINTS)[:, 2:12:3]
-    np.testing.assert_allclose(tilt, np.arcsin((rods * normals).sum(axis=-1) / 1.05), atol=1e-12)
-    assert np.abs(tilt).max() < np.deg2rad(45.0)
-
-
 def test_out_of_reach_is_nan_for_all_arms():
     points = np.array([[0.0, 0.0, -1.6], [2.0, 0.0, -0.5], [0.0, -1.9, -0.6], [0.0, 0.0, -0.6]])
     for values in (inverse_kinematics(points), jacobian(points).reshape(4, 12), closed_pose(points)):

@@ -85,15 +85,6 @@ def test_sweeps_are_those_of_every_moment_in_arrays():
     np.testing.assert_array_equal(sweeps_through(carried, start, way, neighbours, place), meets)
 
 
-def test_only_what_is_higher_than_the_underside_is_met():
-    one, other = some_objects(4, 0), some_objects(4, 50)
-    height = other.size[:, 2]
-    for lift, meets in ((height - 0.001, True), (height + 0.001, False), (height * 0 - 0.05, False)):
-        way = np.stack([0 * lift, 0 * lift, lift], axis=-1)[:, None]
-        found = sweeps_through(one, np.zeros((4, 2)), way, take(other, np.s_[:, None]), np.zeros((4, 1, 2)))
-        assert (found == meets).all()
-
-
 def straight_throw(count=3):
     """Throws from rest towards +y, rising."""
     limits = MotionLimits.t3kr(40.0)

@@ -99,14 +99,6 @@ def test_what_passes_as_clear_is_farther_away_than_the_margin():
     assert possible.sum() > count / 4
 
 
-def test_a_faster_passage_needs_more_room():
-    objects = objects_like(1, 0)
-    apart, up = np.array([[[0.0, 0.0, -0.15]]]), np.array([[[0.0, 0.0, 1.0]]])
-    slow, fast = (Passage(apart, np.array([[[0.0, 0.0, speed]]]), up) for speed in (0.1, 100.0))
-    assert not slow.may_touch(objects, 0.004).any()
-    assert fast.may_touch(objects, 0.004).all()
-
-
 def test_objects_are_foreseen_to_fall_and_turn_as_they_were_let_go():
     rng, since = np.random.default_rng(0), np.array([0.0, 0.05, 0.1])
     place, velocity = rng.normal(size=(5, 3, 3)), rng.normal(size=(5, 3, 3))

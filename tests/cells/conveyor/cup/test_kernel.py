@@ -66,18 +66,6 @@ def test_possible_touches_are_those_of_the_formula(objects, rng, lip):
     assert 0.2 < near.mean() < 0.8
 
 
-def test_a_moment_does_not_depend_on_other_objects(objects, rng):
-    passage = passages(rng)
-    columns = objects.shape, objects.extents, objects.com_depth - LIP_GAP, objects.cup_radius
-    near, alone = np.empty((COUNT, MOMENTS), dtype=bool), np.empty((1, MOMENTS), dtype=bool)
-    motion = passage.centre, passage.drift, passage.up
-    kernel.find_near(*columns, *motion, 0.004, 0.002, LIP, near)
-    for row in range(COUNT):
-        part = slice(row, row + 1)
-        kernel.find_near(*(c[part] for c in columns), *(m[part] for m in motion), 0.004, 0.002, LIP, alone)
-        np.testing.assert_array_equal(alone[0], near[row])
-
-
 def test_the_vertical_is_that_of_the_attitude(rng):
     turns = Rotation.random(COUNT * MOMENTS, rng=rng)
     up = np.empty((COUNT, MOMENTS, 3))

@@ -12,7 +12,7 @@ from agents.ground.metrics import wilson
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.items import BOX, ELLIPSOID
 from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
-from pnt_gym.cells.conveyor.cup.hold import inside_outline, picked, seal_chance
+from pnt_gym.cells.conveyor.cup.hold import picked, seal_chance
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning import MotionLimits, min_time_scurve
 from tests.tools.nightly import with_nightly
@@ -34,34 +34,6 @@ def moved(context, shape, place):
     """The same objects with another shape, and the cup at a place (N, 2) from the middle."""
     objects = replace(context.objects, shape=np.full(len(place), shape), grasp=-place)
     return replace(context, objects=objects, belt_shift=np.zeros(len(place)))
-
-
-def test_distance_from_a_rectangle_is_that_of_its_nearest_edge():
-    """By brute force: the nearest of many points of the edge, positive inside."""
-    context, random = some(40), np.random.default_rng(1)
-    place = random.uniform(-0.12, 0.12, (40, 2))
-    found = inside_outline(moved(context, BOX, place).objects, place)
-    edge = np.linspace(-1.0, 1.0, 4001)
-    for row in range(40):
-        o = take(context.objects, row)
-        turn = np.array([[np.cos(o.yaw), np.sin(o.yaw)], [-np.sin(o.yaw), np.cos(o.yaw)]])
-        x, y = turn @ place[row]
-        a, b = o.size[:2] / 2.0
-        one = np.ones_like(edge)
-        points = np.concatenate([np.stack(p, axis=1) for p in ((a * edge, b * one), (a * edge, -b * one),
-                                                               (a * one, b * edge), (-a * one, b * edge))])  # fmt: skip
-        distance = np.hypot(*(points - [x, y]).T).min()
-        inside = abs(x) <= a and abs(y) <= b
-        assert found[row] == pytest.approx(distance if inside else -distance, abs=1e-4)
-
-
-def test_distance_from_a_circle_is_exact():
-    context = some(50)
-    radius = context.objects.size[:, 0] / 2.0
-    objects = replace(context.objects, size=np.repeat(2.0 * radius[:, None], 3, axis=1))
-    place = np.random.default_rng(2).uniform(-0.1, 0.1, (50, 2))
-    circles = replace(objects, shape=np.full(50, ELLIPSOID))
-    np.testing.assert_allclose(inside_outline(circles, place), radius - np.hypot(*place.T), atol=1e-12)
 
 
 @pytest.mark.parametrize("shape", [BOX, ELLIPSOID])
@@ -189,38 +161,6 @@ def test_objects_of_one_belt_fail_one_by_one(gap):
     core = make_core(vary("waste_plain", belt={"gap": gap}, **FAILING), 3, picks="belt")
     draws = core.cell.source.stream.queue.pick_draw
     assert len(np.unique(draws)) == draws.size
-
-
-@pytest.mark.parametrize("dispatch", ["first", "soonest", "atc"])
-def test_all_that_the_belt_brought_is_thrown_failed_passed_or_still_there(dispatch):
-    """Counted where objects are drawn, cell by cell."""
-    config = vary(
-        "waste_plain",
-        dispatch=dispatch,
-        fidelity="flight",
-        picks_per_shift=1000,
-        belt={"speed": 0.5, "gap": "edge"},
-        **FAILING,
-    )
-    core = make_core(config, 4, picks="belt", seed=1)
-    stream, planner = core.cell.source.stream, core.cell.planner
-    brought, draw = np.full(4, stream.length), planner.draw
-
-    def counted(generators, rows, count):
-        np.add.at(brought, rows, count)
-        return draw(generators, rows, count)
-
-    # What was let go before the first throw was replaced already, and so was the first object itself.
-    first = core.cell.source.passed + 1
-    planner.draw = counted
-    steps = [core.step(np.zeros((4, 2))).info for _ in range(10)]
-    thrown = np.sum([info["picked"].astype(int) for info in steps], axis=0)
-    failed = np.sum([~info["picked"] for info in steps], axis=0)
-    passed = np.sum([info["passed"] for info in steps], axis=0) + core.cell.source.passed
-    under_the_cup = 1
-    assert same_bits(brought + first, thrown + failed + passed + under_the_cup + stream.length)
-    assert passed.sum() > 0
-    assert failed.sum() > 0
 
 
 METHODS = ("straight", "free_direction", "horizontal", "pick_and_place", "ellipse", "auto")

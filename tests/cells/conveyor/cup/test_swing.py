@@ -218,13 +218,6 @@ def test_landings_in_the_full_physics_converge_with_the_step():
     assert fine < 0.6 * coarse
 
 
-def test_a_stiff_lip_is_nearly_a_rigid_one():
-    core = make_core(level(fidelity="flight", stiffness=100.0), COUNT)
-    parting = clock_of(core).parting
-    assert np.abs(parting.velocity).max() < 0.01
-    assert vertical(parting.attitude)[:, 2].min() > np.cos(0.003)
-
-
 @cache
 def steps_until_clear(stiffness, count=200):
     """Of throws with the robot, from the release on."""

@@ -4,11 +4,10 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from papers.hassan.planning.throw_check import check_throw
 from pnt_gym.cells.conveyor.movers.straight import StraightMover
 from pnt_gym.planning.motion.limits import MotionLimits
 from tests.tools.nightly import with_nightly
-from tests.tools.throws import is_feasible, make_core, same_bits, spy_on_plant, vary
+from tests.tools.throws import is_feasible, make_core, same_bits, vary
 
 FREE = {"planner": "free_direction", "motion": {"follow_through": {"window": 0.0}}}
 COUNT = 24
@@ -28,25 +27,6 @@ def test_without_mismatch_every_throw_lands_and_the_cup_never_touches_again(pick
         assert not info["recontact"].any()
         assert info["is_success"].all()
         assert info["peak_torque"].max() < 530.0
-
-
-@pytest.mark.parametrize("picks", with_nightly(("belt", "independent"), ["belt"]))
-def test_every_path_keeps_limits_and_rules_at_ten_kilohertz(picks):
-    core = core_of(level="waste_plain", picks=picks)
-    calls, rules = spy_on_plant(core), core.cell.planner.mover.rules
-    for _ in range(2):
-        core.step(np.zeros((COUNT, 2)))
-    for context, cycle, _ in calls:
-        found = check_throw(cycle.path, cycle.release_time, context.target, context.limits, context.ceiling, rules)
-        curved = ~context.plan.straight
-        assert curved.mean() > 0.9
-        assert found.keeps_rules(landing=1e-9)[curved].all()
-
-
-def test_the_free_direction_is_quicker_than_the_straight_throw_at_the_same_window():
-    free = core_of(picks="independent").step(np.zeros((COUNT, 2))).info["cycle_time"]
-    straight = core_of(picks="independent", planner="straight").step(np.zeros((COUNT, 2))).info["cycle_time"]
-    assert free.mean() < 0.85 * straight.mean()
 
 
 def test_an_impossible_correction_is_shortened_and_stays_legal():

@@ -69,13 +69,18 @@ def test_there_is_no_jump_at_a_border(cycle):
         np.testing.assert_allclose(b, a, atol=tolerance)
 
 
-def test_the_release_is_the_planned_one(cycle):
+def test_release_and_stop_are_the_planned_ones(cycle):
     _, pick, release, *_, motion, path = cycle
     state = path.sample(motion.release_time[:, None])
     np.testing.assert_allclose(state.position[:, 0], release.position, atol=1e-9)
     np.testing.assert_allclose(state.velocity[:, 0], release.velocity, atol=1e-9)
     np.testing.assert_allclose(motion.release_time, release.time, atol=1e-9)
     np.testing.assert_array_equal(path.start, pick)
+    state = path.sample(motion.stop_time[:, None])
+    np.testing.assert_allclose(state.position[:, 0], motion.stop, atol=1e-9)
+    np.testing.assert_allclose(state.velocity[:, 0], 0.0, atol=1e-9)
+    way = motion.stop - pick
+    np.testing.assert_allclose(np.cross(way, release.direction), 0.0, atol=1e-12)
 
 
 def test_the_velocity_is_constant_in_the_window(cycle):
@@ -85,15 +90,6 @@ def test_the_velocity_is_constant_in_the_window(cycle):
     np.testing.assert_allclose(velocity, np.repeat(release.velocity[:, None], 7, axis=1), atol=1e-9)
     later = path.sample((motion.release_time + follow.window + 0.01)[:, None]).velocity[:, 0]
     assert (np.linalg.norm(later, axis=1) < release.speed - 1e-6).all()
-
-
-def test_the_hand_stops_on_the_throw_line(cycle):
-    _, pick, release, *_, motion, path = cycle
-    state = path.sample(motion.stop_time[:, None])
-    np.testing.assert_allclose(state.position[:, 0], motion.stop, atol=1e-9)
-    np.testing.assert_allclose(state.velocity[:, 0], 0.0, atol=1e-9)
-    way = motion.stop - pick
-    np.testing.assert_allclose(np.cross(way, release.direction), 0.0, atol=1e-12)
 
 
 def test_the_hand_arrives_above_the_next_pick_waits_there_and_comes_down_vertically(cycle):

@@ -8,7 +8,7 @@ import pytest
 
 import pnt_gym  # noqa: F401 - registers the environments
 from pnt_gym.cells.base.items import item_arrays
-from pnt_gym.cells.conveyor.objects.fill import LEAST_DEPTH, Fill, draw_fill, mean_volumes, volume_of
+from pnt_gym.cells.conveyor.objects.fill import LEAST_DEPTH, Fill, bins_of_cells, draw_fill, mean_volumes, volume_of
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, parts_of, same_bits, vary
 
@@ -73,6 +73,17 @@ def test_an_overfull_bin_keeps_a_least_depth():
     np.testing.assert_allclose(heap.depth(np.array([0.04, 0.05]), config), [[LEAST_DEPTH, 0.30]])
     low = filling(depth=0.01)
     np.testing.assert_allclose(heap.depth(np.array([0.04, 0.05]), low), [[0.01, 0.01]])
+
+
+def test_bins_that_are_held_back_forget_what_ended_in_them():
+    config = filling()
+    bins, objects = bins_of_cells(config, 2, carried=True), make_core(config, 2, seed=1).context.objects
+    empty = bins.begin(np.arange(2), np.zeros((2, 2)))
+    with bins.hold_back(np.array([True, False])):
+        filled = bins.after(objects, np.array([0, 0]), empty)
+    kept = bins.after(objects, np.array([-1, -1]), filled)
+    assert (filled[:, 0] < empty[:, 0]).all()
+    np.testing.assert_array_equal(kept, [empty[0], filled[1]])
 
 
 @pytest.mark.parametrize("fidelity", ["full", "flight"])

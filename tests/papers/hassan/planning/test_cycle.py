@@ -17,11 +17,9 @@ from pnt_gym.planning import (
     Segments,
     landing_point,
     min_time_scurve,
-    plan_release,
     rest_to_rest,
 )
 from tests.tools.nightly import with_nightly
-from tests.tools.planning import printed_algorithm
 
 PICKS = np.array([(-0.2, -0.25, -0.85), (-0.2, -0.35, -0.85), (-0.3, -0.35, -0.85)])
 NEXT = np.roll(PICKS, -1, axis=0)
@@ -110,72 +108,6 @@ def test_a_throw_brakes_at_once():
     ramp = curve.velocity / curve.acceleration + curve.acceleration / curve.jerk
     assert path.duration[0] == pytest.approx(0.3 / curve.velocity + 1.5 * ramp, rel=1e-12)
     assert path.end[0, 0] == pytest.approx(0.3 + 0.5 * curve.velocity * ramp, rel=1e-12)
-
-
-def printed_move(distance, limits):
-    """Duration and ramp of a stroke by the printed algorithm and Eq. 4."""
-    v, a = printed_algorithm(distance, *limits)
-    ramp = v / a + a / limits[2]
-    return distance / v + ramp, ramp
-
-
-def chain(moves, overlap):
-    """Time of consecutive (duration, ramp up, ramp down)."""
-    total = moves[0][0]
-    for first, second in pairwise(moves):
-        total += second[0] - (min(first[2], second[1]) if overlap else 0.0)
-    return total
-
-
-def printed_cycle(builder, pick, target, following, percent, overlap):
-    """The clock of one cycle by hand: heights 0.10 and 0.05 m, delta 5 mm, brake at once after the release."""
-    limits = (0.06 * percent, 1.2 * percent, 30.0 * percent)
-    flat = target[:2] - pick[:2]
-    full = np.hypot(*flat)
-
-    def straight(distance):
-        time, ramp = printed_move(distance, limits)
-        return time, ramp, ramp
-
-    up, down = straight(0.10), straight(0.05)
-    if builder is pick_and_place:
-        carry = straight(full)
-        back = straight(np.linalg.norm(following - target))
-        return chain([up, carry, up], overlap) + chain([up, back, up], overlap)
-    if builder is horizontal_throw:
-        reach = full - 0.005 / max(abs(flat / full))
-        fall = np.sqrt(2.0 * 0.10 / 9.81)
-        near, far = 0.0, reach
-        for _ in range(200):
-            middle = 0.5 * (near + far)
-            over = middle + printed_algorithm(2.0 * middle, *limits)[0] * fall > reach
-            near, far = (near, middle) if over else (middle, far)
-        distance, direction, lift = near, np.array([*flat / full, 0.0]), np.array([0.0, 0.0, 0.10])
-    else:
-        plan = plan_release(pick, target, MotionLimits(*limits), ceiling=pick[2] + 0.10, tolerance=0.005)
-        distance, direction, lift = plan.distance, plan.direction, np.zeros(3)
-    v, a = printed_algorithm(2.0 * distance, *limits)
-    ramp = v / a + a / limits[2]
-    throw = (distance / v + 1.5 * ramp, ramp, ramp)
-    stop = pick + lift + (distance + 0.5 * v * ramp) * direction
-    approach = 0.10 if builder is horizontal_throw else 0.05
-    back = straight(np.linalg.norm(following + np.array([0.0, 0.0, approach]) - stop))
-    last = up if builder is horizontal_throw else down
-    first = [up] if builder is horizontal_throw else []
-    return chain([*first, throw, back, last], overlap)
-
-
-@pytest.mark.parametrize("builder", BUILDERS)
-@pytest.mark.parametrize("overlap", ["ramp", "none"])
-def test_the_clock_adds_up(builder, overlap):
-    for targets, percentages in ((INSIDE, (15, 30, 40)), (OUTSIDE, (35, 40, 45))):
-        for percent in percentages:
-            cycle = planned(builder, PICKS, targets, NEXT, MotionLimits.t3kr(percent), CycleRules(overlap=overlap))
-            expected = [
-                printed_cycle(builder, *row, percent, overlap == "ramp")
-                for row in zip(PICKS, targets, NEXT, strict=True)
-            ]
-            np.testing.assert_allclose(cycle.duration, expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("builder", BUILDERS)
