@@ -74,9 +74,9 @@ def _pairs(fitted: Fitted, samples: Floats) -> list[str]:
             if abs(correlation[i, j]) > TOGETHER:
                 begin = TOLD.get(frozenset({first.name, second.name}), "-")
                 parts = [part for name, part in combinations.items() if name.startswith(begin)]
-                hint = f" Known is: {_best(parts)}." if parts else ""
+                hint = f" Known: {_best(parts)}." if parts else ""
                 texts.append(
-                    f"{second.label.capitalize()} and {first.label} are told together only (correlation "
+                    f"This log tells {second.label} and {first.label} only together (correlation "
                     f"{correlation[i, j]:.2f}).{hint}"
                 )
     return texts
@@ -99,7 +99,8 @@ def _modes(fitted: Fitted, samples: Floats) -> list[str]:
         return []
     far = np.abs(samples[:, names.index("stiffness")] - fitted.posterior.best.z[names.index("stiffness")]) > 1.0
     share = float(far.mean())
-    return [f"Another stiffness of the lip explains the log nearly as well ({share:.0%})."] if share > 0.1 else []
+    text = f"Another stiffness of the lip explains the log nearly as well, with a probability of {share:.0%}."
+    return [text] if share > 0.1 else []
 
 
 def verdict(fitted: Fitted) -> list[str]:

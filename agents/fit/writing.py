@@ -23,7 +23,7 @@ FRAME: Final = 30
 STYLE: Final = (
     "body{font:15px/1.5 system-ui,sans-serif;max-width:60rem;margin:1rem auto;padding:0 1rem}"
     "table{border-collapse:collapse;display:block;overflow-x:auto}td,th{padding:.2rem .7rem;text-align:right;"
-    "border-bottom:1px solid #ddd}.left{text-align:left}svg{max-width:100%;height:auto}"
+    "border-bottom:1px solid #ddd}.left{text-align:left}figure{margin:0}svg{width:100%;max-width:640px;height:auto}"
     ".wrong{color:#b00;font-weight:700}"
 )
 
@@ -82,12 +82,13 @@ def page(fitted: Fitted, samples: Floats, title: str) -> str:
         *(f"<p>{html_text(sentence)}</p>" for sentence in texts),
         *(f"<h2>{html_text(grid.headline)}</h2>{grid.html()}" for grid in grids),
     ]
-    head = f"<!doctype html><html lang='en'><head><meta charset='utf-8'><title>{escape(title)}</title>"
+    phone = "<meta name='viewport' content='width=device-width'>"
+    head = f"<!doctype html><html lang='en'><head><meta charset='utf-8'>{phone}<title>{escape(title)}</title>"
     return f"{head}<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n"
 
 
 def picture(fitted: Fitted) -> str:
-    """Measured and predicted landings from above, in millimetres from the target or the drag-free landing."""
+    """Measured and predicted landings from above, from the target, or from the landing where no target is logged."""
     density, mode = fitted.posterior.density, fitted.posterior.best
     rows = density.has_landing
     origin = np.where(np.isfinite(fitted.log.target), fitted.log.target, fitted.log.landing)[rows]
@@ -107,8 +108,9 @@ def picture(fitted: Fitted) -> str:
         marks.append(f'<path d="M{u - 4:.1f} {v:.1f}h8M{u:.1f} {v - 4:.1f}v8" stroke="#dd8452" stroke-width="2"/>')
     middle = WIDE / 2
     cross = f'<path d="M{middle} {FRAME}V{WIDE - FRAME}M{FRAME} {middle}H{WIDE - FRAME}" stroke="#ddd"/>'
-    text = (
-        f'<text x="{FRAME}" y="18" font-size="14">landings from the target, along the belt to the right; edge '
-        f"{largest:.0f} mm; dots measured, crosses predicted by the fit</text>"
+    words = (
+        f"Landings from above, relative to their targets; the belt runs to the right, and the lines reach "
+        f"{largest:.0f} mm to each side. Dots are measured, crosses are predicted by the fit."
     )
-    return f'<svg viewBox="0 0 {WIDE} {WIDE}" role="img">{text}{cross}{"".join(marks)}</svg>'
+    drawing = f'<svg viewBox="0 0 {WIDE} {WIDE}" role="img">{cross}{"".join(marks)}</svg>'
+    return f"<figure>{drawing}<figcaption>{words}</figcaption></figure>"

@@ -171,7 +171,7 @@ def plan_figures(shifts: Shifts, config: LineConfig, counted: Counted | None) ->
     recovery, value = mean_interval(shifts.figures["shift_recovery"]), mean_interval(shifts.value)
     fates = Fates.of_shifts(shifts, config, counted)
     # A shipped table is larger than the one whose throws say what became of them.
-    spread = 0.0 if counted is None or config.chances is None else table_spread(fates, counted)
+    spread = 0.0 if counted is None or config.chances is None else table_spread(shifts, fates, counted)
     by_item = zip(config.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
     return {
         "recovery": recovery.value,
@@ -190,13 +190,18 @@ def plan_figures(shifts: Shifts, config: LineConfig, counted: Counted | None) ->
     }
 
 
-def table_spread(fates: Fates, counted: Counted) -> float:
-    """Half of the 95 % interval of a recovery that comes from the counts of the table: sums of binomial variances."""
-    counts = fates.counts.sum(axis=0)
-    sorted_, vain = counts[:, 0], counts[:, 1:4].sum(axis=1)  # misplaced, missed and lost
-    thrown = sorted_ + vain
-    chance = np.divide(sorted_, thrown, out=np.ones_like(thrown), where=thrown > 0.0)
-    variance = (thrown / counts.sum()) ** 2 * chance * (1.0 - chance) / np.maximum(counted.held, 1)
+def table_spread(shifts: Shifts, fates: Fates, counted: Counted) -> float:
+    """Half of the 95 % interval of a recovery that comes from the counts of the table: sums of binomial variances.
+
+    An attempt succeeds if the cup seals and the object ends in its bin. Robots that have time left try again after a
+    failed pick; for their plans the figure is an upper bound.
+    """
+    kind, items = shifts.decisions["true_kind"], len(counted.held)
+    attempts = np.bincount(kind, minlength=items).astype(np.float64)
+    sealed = np.bincount(kind[shifts.decisions["picked"].astype(bool)], minlength=items)
+    chance = np.minimum(fates.counts.sum(axis=0)[:, 0] / np.maximum(attempts, 1.0), 1.0)
+    tries = counted.held * attempts / np.maximum(sealed, 1)  # the table's file keeps the sealed ones
+    variance = (attempts / fates.counts.sum()) ** 2 * chance * (1.0 - chance) / np.maximum(tries, 1.0)
     return float(1.96 * np.sqrt(variance.sum()))
 
 

@@ -184,7 +184,7 @@ def test_a_plan_tells_more_than_throws_that_come() -> None:
 def test_words_name_what_a_log_does_not_tell() -> None:
     _, fitted = twin_and_fit()
     text = " ".join(sentences(fitted, fitted.posterior.samples()))
-    assert "are told together only" in text
+    assert "camera along the belt and belt speed over the encoder's only together" in text
     assert "camera along the belt + " in text
     assert "the camera over the bins would be taken for one of the belt camera" in text
     few = take(usual_log(), np.flatnonzero(usual_log().has_landing)[:10])
@@ -212,6 +212,7 @@ def test_the_level_loads_and_says_what_was_fitted(tmp_path: Path) -> None:
     assert same.bias.camera == pytest.approx(loaded.bias.camera, rel=1e-4)
     drawn = page(fitted, samples, "A fit")
     assert drawn.count("<circle") == 40
+    assert "<figcaption>Landings from above, relative to their targets" in drawn
     assert "<table>" in drawn
 
 
