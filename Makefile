@@ -79,9 +79,8 @@ bench-quick: setup ## small benchmarks, minutes
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_quick.yaml
 	$(BIN)/python -m agents.benchmark --config configs/benchmark_line_quick.yaml
 
-perf: dev ## planner, robot and environment speed and the checks of physics in results/; a line's choices against the planner
+perf: dev ## planner and environment speed and the checks of physics in results/; a line's choices against the planner
 	$(BIN)/python benchmarks/perf.py planner --json results/perf_planner.json
-	$(BIN)/python benchmarks/perf.py free_direction --json results/perf_free_direction.json
 	$(BIN)/python benchmarks/perf.py envs --json results/perf_envs.json
 	$(BIN)/python benchmarks/perf.py shares --json results/perf_shares.json
 	$(BIN)/python benchmarks/study.py physics --json results/physics.json

@@ -1,4 +1,4 @@
-"""Speeds of planners, robots, cells and environments, and the figures that stand beside them.
+"""Speeds of planners, grasping and environments, and the figures that stand beside them.
 
 `python benchmarks/perf.py planner envs/PnTLine-v0 --json FILE` measures these cases, without a name all; a name before
 a slash takes all that begin so. Cases whose names have the same beginning share the form of their results.
@@ -22,18 +22,11 @@ import pnt_gym
 from agents.ground.cli import UsageError, at_least, option, run
 from agents.ground.outputs import check_writable, deliver_json
 from agents.ground.versions import versions
-from benchmarks.perf_cases import cells, grasp, planning, robots, shares
+from benchmarks.perf_cases import cells, grasp, planning, shares
 from benchmarks.timing import Options, Place, Row, figures, nest
 
 CASES: Final[dict[str, Callable[[Options], Iterator[Row]]]] = {
     "planner": planning.planner,
-    **{f"free_direction/{percent}": partial(planning.free_direction, percent) for percent in (30, 40, 45)},
-    "one_joint_planner/batch": planning.one_joint_batch,
-    "one_joint_planner/solvers": planning.one_joint_solvers,
-    "robot": robots.t3kr,
-    "gripper_kinematics": robots.gripper_kinematics,
-    "one_joint": cells.one_joint,
-    "gripper": cells.gripper,
     "grasp": grasp.grasp,
     "shares": shares.steps,
     "training": shares.training,
@@ -44,7 +37,7 @@ CASES: Final[dict[str, Callable[[Options], Iterator[Row]]]] = {
 
 @dataclass(frozen=True)
 class Arguments(Options):
-    """Time planners, robots, cells and environments; what is compared is timed in turn, in one run."""
+    """Time planners, grasping and environments; what is compared is timed in turn, in one run."""
 
     cases: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="CASE")] = ()
     """Names of cases or their beginnings; all without one."""

@@ -66,6 +66,8 @@ def gripper_solids(config: GripperConfig, thrown: Any) -> Solids:
 def crossings(offset: np.ndarray, half: np.ndarray, free: np.ndarray) -> np.ndarray:
     """Steps (N, M - 1) in which a centre passes the middle of a wall, however fast: flat objects dip into its surface.
 
+    A centre that is nearer to an edge of the wall than to its sides passes over the edge, into which it dips as well.
+
     Args:
         offset: from the wall's middle along its own axes (N, M, 2 or 3) [m].
         half: its half extents (N, 2 or 3) [m].
@@ -73,7 +75,7 @@ def crossings(offset: np.ndarray, half: np.ndarray, free: np.ndarray) -> np.ndar
     """
     rows, thin = np.arange(len(half)), half.argmin(axis=-1)
     side = offset[rows, :, thin]
-    beside = np.abs(offset) < half[:, None]
+    beside = np.abs(offset) < (half - half[rows, thin, None])[:, None]
     beside[rows, :, thin] = True
     in_range = beside.all(axis=-1) & free
     return (side[:, 1:] * side[:, :-1] <= 0.0) & in_range[:, 1:] & in_range[:, :-1]

@@ -136,6 +136,13 @@ def test_fast_centres_cross_and_flat_ones_dip() -> None:
         assert not soak_walls.crossings(np.add(offset, [0.2, 0, 0]), half, free).any()
 
 
+@pytest.mark.parametrize(("below_edge", "crossed"), [(0.002, []), (0.008, [0])])
+def test_centres_pass_over_an_edge_and_through_a_wall_below_its_edge(below_edge: float, crossed: list[int]) -> None:
+    half, free = np.array([[0.1, 0.005, 0.1]]), np.ones((1, 2), dtype=bool)
+    offset = np.array([[[0.0, -0.001, 0.1 - below_edge], [0.0, 0.001, 0.1 - below_edge]]])
+    assert np.flatnonzero(soak_walls.crossings(offset, half, free)).tolist() == crossed
+
+
 def test_a_soak_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(soak, "pairs", lambda: [("PnTRelease-v0", "ideal")])
     monkeypatch.setattr(soak, "soak_round", lambda *_: [])

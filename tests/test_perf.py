@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+import pnt_gym
 from agents.ground.cli import UsageError
 from agents.report.speeds import before_table, shares_table, training_table
 from benchmarks import perf, timing
@@ -82,10 +83,7 @@ def test_results_have_the_form_that_tables_read(
 
 def test_a_name_stands_for_all_cases_that_begin_so() -> None:
     assert perf.select_cases([]) == [*perf.CASES]
-    assert perf.select_cases(["free_direction", "planner"]) == [
-        "planner",
-        *(f"free_direction/{p}" for p in (30, 40, 45)),
-    ]
+    assert perf.select_cases(["envs", "planner"]) == ["planner", *(f"envs/{env_id}" for env_id in pnt_gym.ENV_IDS)]
     with pytest.raises(UsageError, match="unknown case 'one'; known are planner"):
         perf.select_cases(["one"])
 

@@ -85,8 +85,7 @@ class Entry(Section):
             correcting, deciding = ", ".join((*NAMES, *RESIDUAL, "MODULE:CLASS")), ", ".join((*DECIDING, *MASKED))
             raise ValueError(
                 f"unknown controller {self.controller!r}; known are {correcting}, of a line {deciding}, a scorer's "
-                ".npz "
-                "file, and a run folder"
+                ".npz file, and a run folder"
             )
         if self.config is not None and self.controller not in TRAINED:
             raise ValueError(f"entry {self.label!r}: `config` can be used only with {', '.join(TRAINED)}")
@@ -96,9 +95,8 @@ class Entry(Section):
             )
         if not 1 <= self.stack <= MAX_STACK or self.over not in BASES:
             raise ValueError(
-                f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MAX_STACK} over "
-                "one of "
-                f"{', '.join(BASES)}"
+                f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MAX_STACK} over one "
+                f"of {', '.join(BASES)}"
             )
         if self.controller in (*PRETRAINED, SEARCHED) or self.online:
             return

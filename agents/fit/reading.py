@@ -27,6 +27,8 @@ MOST: Final = 400
 """Throws of a fit; of a longer log so many are drawn by chance."""
 LARGEST: Final = 5.0
 """Largest coordinate of a cell [m]."""
+FASTEST: Final = 20.0
+"""Largest component of a release's velocity; robots reach 6 m/s [m/s]."""
 MARGIN: Final = 0.15
 """Distance beyond the belt's lanes and window at which a pick is none of this cell [m]."""
 ASTRAY: Final = 0.35
@@ -169,11 +171,15 @@ def check_log(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
 
 
 def _check_units(log: ThrowLog) -> None:
-    for field in ("pick", "release", "landing", "target", "size", "grasp"):
+    most = dict.fromkeys(("pick", "release", "landing", "target", "size", "grasp"), LARGEST) | {"velocity": FASTEST}
+    for field, bound in most.items():
         for name, values in zip(GROUPS[field], getattr(log, field).T, strict=True):
             largest = np.nanmax(np.abs(values), initial=0.0)
-            if largest > LARGEST:
-                raise UsageError(f"{name} reaches {largest:g}; lengths are in metres, and these look like millimetres")
+            if largest > bound:
+                raise UsageError(
+                    f"{name} reaches {largest:g}; lengths are in metres, velocities in m/s, and these look like "
+                    "millimetres"
+                )
     if np.nanmax(np.abs(log.yaw), initial=0.0) > 2.0 * np.pi:
         raise UsageError("yaw goes beyond a full turn; angles are in radians, and these look like degrees")
     if np.nanmax(log.mass, initial=0.0) > LARGEST:

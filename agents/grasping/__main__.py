@@ -90,22 +90,16 @@ def compare(network: PlaceNetwork | PlaceMaps, arguments: Arguments) -> None:
 
 
 def places_by_name(scenes: Scenes, features: PlaceFeatures, network: PlaceNetwork | PlaceMaps) -> dict[str, Floats]:
-    """Places (N, 2) of the rules, of the network and of the oracle [m]."""
+    """Places (N, 2) of the rules, of the oracle and of the network [m]."""
     from .fcn import PlaceMaps, input_maps  # noqa: PLC0415 - as above
     from .practice import network_places  # noqa: PLC0415 - help comes first
-    from .rules import COLOURED, centroid_places, flattest_places, oracle_places, rule_places  # noqa: PLC0415 - as above
+    from .rules import PLACES  # noqa: PLC0415 - as above
 
-    return {
-        "centre": 0.0 * scenes.middle,
-        "centroid": centroid_places(features),
-        "flattest, naive": flattest_places(features),
-        "flattest, tuned": rule_places(features),
-        "flattest, tuned with colour": rule_places(features, COLOURED),
-        "networks": network.places(input_maps(scenes.images, scenes.radius), features)
-        if isinstance(network, PlaceMaps)
-        else network_places(features, network),
-        "oracle": oracle_places(scenes),
-    }
+    if isinstance(network, PlaceMaps):
+        learned = network.places(input_maps(scenes.images, scenes.radius), features)
+    else:
+        learned = network_places(features, network)
+    return {**{name: place(scenes, features) for name, place in PLACES.items()}, "networks": learned}
 
 
 if __name__ == "__main__":

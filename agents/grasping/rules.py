@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final, NamedTuple, final
 
 import numpy as np
@@ -88,3 +89,14 @@ def oracle_maps(scenes: Scenes) -> Floats:
 def oracle_places(scenes: Scenes) -> Floats:
     """The places with the highest exact expected worths (N, 2) [m]."""
     return np.concatenate([best_places(oracle_maps(part)) for part in scenes.parts(100)])
+
+
+PLACES: Final[dict[str, Callable[[Scenes, PlaceFeatures], Floats]]] = {
+    "centre": lambda scenes, features: np.zeros_like(scenes.middle),
+    "centroid": lambda scenes, features: centroid_places(features),
+    "flattest, naive": lambda scenes, features: flattest_places(features),
+    "flattest, tuned": lambda scenes, features: rule_places(features, TUNED),
+    "flattest, tuned with colour": lambda scenes, features: rule_places(features, COLOURED),
+    "oracle": lambda scenes, features: oracle_places(scenes),
+}
+"""Places (N, 2) [m] by the rules and by the oracle, by the names of tables."""

@@ -201,9 +201,8 @@ class Trial(ABC):
         """
         if run_args["algo"] not in self.algorithms:
             raise UsageError(
-                f"algorithm {run_args['algo']} does not learn from {self.step}s of {run_args['env']}; algorithms "
-                "there are "
-                f"{', '.join(self.algorithms)}"
+                f"algorithm {run_args['algo']} does not learn from {self.step}s of {run_args['env']}; algorithms there "
+                f"are {', '.join(self.algorithms)}"
             )
 
     def hyperparameters(self, run_args: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:

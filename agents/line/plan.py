@@ -18,7 +18,7 @@ from .plan_picture import plan_picture
 from .planned import Conditions
 from .plans import Sweep
 from .reasons import plans_table
-from .verdict import check_plans, judge_line, load_line
+from .verdict import LEAST, check_plans, judge_line, load_line
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Arguments:
     minutes: float = 2.0
     """Length of a shift [min]."""
     shifts: int = 16
-    """Work shifts for each plan."""
+    """Work shifts for each plan, at least 2."""
     burst: Annotated[float | None, option("the level's own", "SHAPE")] = None
     """Shape of the gamma distribution of the gaps between objects: 1 is a Poisson process, less means bursts."""
     down: Annotated[str | None, option("no robot", "ROBOT:MINUTES")] = None
@@ -52,7 +52,7 @@ class Arguments:
     throws: int = 1000
     """Throws in the full physics to count for a table of chances that does not exist yet."""
     check: int = 4
-    """Shifts that the chosen plan works in the full physics as well; 0 for none."""
+    """Shifts that the chosen plan works in the full physics as well, at least 2; 0 for none."""
     seed: int = 0
     """Seed of the objects."""
     json: Annotated[Path | None, option("none", "FILE")] = None
@@ -67,19 +67,19 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Judge every plan, and report the smallest one that reaches the recovery, the reason, and what air jets sort."""
-    at_least(vars(arguments), shifts=1, seed=0, throws=100, check=0, threads=1)
-    check_plans(arguments.recovery, arguments.robots, arguments.controller)
+    options = vars(arguments)
+    at_least(options, **LEAST)
+    sweep = Sweep(**{name: options[name] for name in Sweep.__dataclass_fields__})
+    conditions = Conditions(**{name: options[name] for name in Conditions.__dataclass_fields__})
+    check_plans(arguments.recovery, sweep, conditions)
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)
     level = load_line(arguments.level, arguments.release)
     show_assumed(level)
-    options = vars(arguments)
-    sweep = Sweep(**{name: options[name] for name in Sweep.__dataclass_fields__})
-    conditions = Conditions(**{name: options[name] for name in Conditions.__dataclass_fields__})
     judged = judge_line(level, sweep, conditions, arguments.recovery, arguments.release, console().print)
     verdict = judged.verdict
     shifts = f"{arguments.shifts} shifts of {arguments.minutes:g} min each"
-    title = f"level {arguments.level}, {shifts}, {arguments.controller}, release {verdict.release}; shares in %"
+    title = f"shares in %; level {arguments.level}, {shifts}, {arguments.controller}, release {verdict.release}"
     console().print(plans_table(title, judged.plans, arguments.recovery).terminal())
     for sentence in verdict.sentences:
         console().print(sentence)

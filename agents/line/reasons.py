@@ -17,15 +17,20 @@ THROWN: Final = ("misplaced", "missed", "lost")
 
 
 def plans_table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
-    """Table of all plans, with the causes for which objects were not sorted."""
+    """Table of all plans, with the causes for which objects were not sorted.
+
+    What is the same in all plans stands in the title, because a terminal has room for about twelve columns.
+    """
     header = ["robots", "skills", "belt", "limits", "recovery", "value/min", "at work"]
     header += ["missed", "unsealed", "not tried", "worst item", "J each", "money/h", "enough"]
     rows = [_cells(plan, recovery) for plan in plans]
-    # Skills that are the same in all plans, and money that no level names, would only take room.
-    idle = {"skills"} if len({plan.row["skills"] for plan in plans}) == 1 else set[str]()
-    idle |= {"money/h"} if all(plan.row["money_per_hour"] is None for plan in plans) else set()
-    kept = [index for index, name in enumerate(header) if name not in idle]
-    return Grid(title, [header[index] for index in kept], [[row[index] for index in kept] for row in rows])
+    # Money that no level names would only take room.
+    idle = {"money/h"} if all(plan.row["money_per_hour"] is None for plan in plans) else set[str]()
+    alike = [name for name in ("skills", "belt", "limits") if len({row[header.index(name)] for row in rows}) == 1]
+    parts = [title, *(f"{name} {rows[0][header.index(name)]}" for name in alike if name != "skills")]
+    kept = [index for index, name in enumerate(header) if name not in idle | {*alike}]
+    cells = [[row[index] for index in kept] for row in rows]
+    return Grid(", ".join(parts), [header[index] for index in kept], cells)
 
 
 def _cells(plan: Planned, recovery: float) -> list[str]:

@@ -19,6 +19,8 @@ from .plans import Sweep, make_plans
 from .reasons import answer, check_text, chosen_plan, reason, throws_are_the_reason
 
 ANALYTIC: Final = "analytic"
+LEAST: Final = {"shifts": 2, "seed": 0, "throws": 100, "check": 0, "threads": 1}
+"""Least values of options; the interval of a recovery needs two shifts."""
 LEARNED: Final = "shipped:waste-sac"
 """Release with which the analytic one is compared."""
 
@@ -133,11 +135,10 @@ def plan_line(
     known = (*Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
     if strangers := [name for name in options if name not in known]:
         raise UsageError(f"plan_line has no option {strangers[0]!r}; options are {', '.join(known)}")
-    least = {"shifts": 1, "seed": 0, "throws": 100, "check": 0, "threads": 1}
-    at_least(options, **{name: bound for name, bound in least.items() if name in options})
+    at_least(options, **{name: bound for name, bound in LEAST.items() if name in options})
     sweep = Sweep(**{name: options[name] for name in Sweep.__dataclass_fields__ if name in options})
     conditions = Conditions(**{name: options[name] for name in Conditions.__dataclass_fields__ if name in options})
-    check_plans(recovery, sweep.robots, conditions.controller)
+    check_plans(recovery, sweep, conditions)
     return judge_line(load_line(level, release), sweep, conditions, recovery, release).entries
 
 
@@ -167,15 +168,17 @@ def judge_line(
     return Judged(level, conditions, plans, give_verdict(plans, recovery, conditions, release))
 
 
-def check_plans(recovery: float, robots: Sequence[int], controller: str) -> None:
-    """Make sure that a recovery, numbers of robots and a controller are possible.
+def check_plans(recovery: float, sweep: Sweep, conditions: Conditions) -> None:
+    """Make sure that a recovery, numbers of robots, a controller and a number of checked shifts are possible.
 
     Raises:
         UsageError: one of them is not.
     """
     if not 0.0 < recovery < 1.0:
         raise UsageError(f"--recovery is {recovery:g}; it must lie between 0 and 1")
-    if not (robots and all(1 <= count <= MOST_ROBOTS for count in robots)):
-        raise UsageError(f"--robots is {robots}; a line has 1 to {MOST_ROBOTS} robots")
-    if controller not in NAMES:
-        raise UsageError(f"--controller is {controller!r}; it must be one of {', '.join(NAMES)}")
+    if not (sweep.robots and all(1 <= count <= MOST_ROBOTS for count in sweep.robots)):
+        raise UsageError(f"--robots is {sweep.robots}; a line has 1 to {MOST_ROBOTS} robots")
+    if conditions.controller not in NAMES:
+        raise UsageError(f"--controller is {conditions.controller!r}; it must be one of {', '.join(NAMES)}")
+    if conditions.check == 1:
+        raise UsageError("--check is 1; it must be 0 or at least 2, because one shift has no interval")

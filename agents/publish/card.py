@@ -74,8 +74,7 @@ def card(
         markdown_text(f"# {run_args['algo'].upper()} on {run_args['env']}, level {level}"),
         f"Trained for {run_args['steps']} {trial.step}s with seed {run_args['seed']}, action mode "
         f"{markdown_text(run_args['action_mode'])}.{_training_text(run_args)} Measured on {first[kind_card.judged]} "
-        "held-out "
-        f"{kind_card.judged.replace('picks', 'throws')} per level (seed {first['seed']}):",
+        f"held-out {kind_card.judged.replace('picks', 'throws')} per level (seed {first['seed']}):",
         Grid("", ("level", *kind_card.header), rows).markdown(),
         f"[{kind_card.film}]({REPLAY})." if REPLAY in files else "",
         f"The {trial.step}s that it learned from, with its exploration:\n\n![{shown}]({CURVE})",

@@ -18,6 +18,7 @@ from typing import Any, Final
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import load_env_creator
 
 import pnt_gym
 from benchmarks.fuzz_cases.basis import JUNK, Find, Random, Refused, finite, pick, refusable
@@ -25,20 +26,7 @@ from benchmarks.fuzz_cases.files import file_case, output_case
 from benchmarks.fuzz_cases.infos import infos_case
 from benchmarks.fuzz_cases.levels import hours_case, level_case
 from benchmarks.fuzz_cases.lines import try_line
-from pnt_gym.envs import conveyor, grasp, gripper, line, one_joint
 from pnt_gym.errors import ActionError
-
-MODES: Final = {
-    "PnTConveyor-v0": ("release_point", "release_xyz", "virtual_goal", "fixed_throw"),
-    "PnTAdapt-v0": ("release_point", "release_xyz", "virtual_goal", "fixed_throw"),
-    "PnTRelease-v0": ("release_point", "release_xyz", "virtual_goal", "fixed_throw"),
-    "OneJointThrow-v0": ("virtual_goal", "release_state"),
-    "OneJointSort-v0": ("virtual_goal", "release_state"),
-    "OneJointAssembly-v0": ("virtual_goal", "release_state"),
-    "GripperToss-v0": ("release", "release_point"),
-    "PnTLine-v0": ("choice",),
-    "PnTGrasp-v0": ("grasp",),
-}
 
 
 def case_generator(kind: str, number: int) -> Random:
@@ -68,7 +56,14 @@ ENTRIES: Final = (*JUNK, 0.0, 1.0, -1.0, 1e-30, 5e-324, 1e30, 1e308, -1e308, 2.0
 
 
 @cache
-def cell(env_id: str, mode: str, count: int) -> Any:
+def modes(env_id: str) -> tuple[str, ...]:
+    """Action modes of an environment; those of a line have no name but one."""
+    core = cell(env_id, None, 0).core
+    return tuple(getattr(core, "action_sizes", (core.action_mode,)))
+
+
+@cache
+def cell(env_id: str, mode: str | None, count: int) -> Any:
     """An environment that is kept; single for a count of 0."""
     if count:
         return gym.make_vec(env_id, num_envs=count, action_mode=mode, threads=1).unwrapped
@@ -78,7 +73,7 @@ def cell(env_id: str, mode: str, count: int) -> Any:
 def action_case(random: Random) -> str:
     """An action of any shape, type and value; whatever it was, the next one is thrown."""
     env_id = pick(random, pnt_gym.ENV_IDS)
-    mode, count = pick(random, MODES[env_id]), int(random.choice([0, 2]))
+    mode, count = pick(random, modes(env_id)), int(random.choice([0, 2]))
     env = cell(env_id, mode, count)
     env.reset(seed=int(random.integers(1000)))
     action = any_action(random, env.action_space.shape)
@@ -132,25 +127,14 @@ def calls_case(random: Random) -> str:
     return f"{subject} {calls}"
 
 
-FORMS: Final = {
-    "PnTConveyor-v0": (conveyor.PnTConveyorEnv, conveyor.PnTConveyorVectorEnv),
-    "PnTAdapt-v0": (conveyor.PnTAdaptEnv, conveyor.PnTAdaptVectorEnv),
-    "PnTRelease-v0": (conveyor.PnTReleaseEnv, conveyor.PnTReleaseVectorEnv),
-    "OneJointThrow-v0": (one_joint.OneJointThrowEnv, one_joint.OneJointThrowVectorEnv),
-    "OneJointSort-v0": (one_joint.OneJointSortEnv, one_joint.OneJointSortVectorEnv),
-    "OneJointAssembly-v0": (one_joint.OneJointAssemblyEnv, one_joint.OneJointAssemblyVectorEnv),
-    "GripperToss-v0": (gripper.GripperTossEnv, gripper.GripperTossVectorEnv),
-    "PnTLine-v0": (line.PnTLineEnv, line.PnTLineVectorEnv),
-    "PnTGrasp-v0": (grasp.PnTGraspEnv, grasp.PnTGraspVectorEnv),
-}
-
-
 def open_env(random: Random, env_id: str) -> tuple[Any, str]:
     """An environment, made directly, with an argument that may be anything."""
-    form = pick(random, FORMS[env_id])
-    arguments: dict[str, Any] = {}
+    spec = gym.spec(env_id)
+    entry = pick(random, (spec.entry_point, spec.vector_entry_point))
+    form, arguments = load_env_creator(entry), dict[str, Any]()
     if random.random() < 0.3:
-        names = ("level", "action_mode", "threads", "render_mode", *(["num_envs"] if form is FORMS[env_id][1] else []))
+        names = ("level", "action_mode", "threads", "render_mode")
+        names += ("num_envs",) if entry == spec.vector_entry_point else ()
         arguments[pick(random, names)] = pick(random, JUNK)
     return form(**arguments), f"{form.__name__}({arguments})"
 

@@ -16,25 +16,14 @@ import numpy as np
 import yaml
 
 import pnt_gym
+from agents.ground.environments import config_of
 from benchmarks.fuzz_cases.basis import JUNK, Find, Random, Refused, finite, pick, refusable
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 from pnt_gym.robots.gripper.geometry import PROTOTYPE
 
-CONFIGS: Final[dict[str, Any]] = {
-    "PnTConveyor-v0": ConveyorConfig,
-    "PnTAdapt-v0": ConveyorConfig,
-    "PnTRelease-v0": ConveyorConfig,
-    "OneJointThrow-v0": OneJointConfig,
-    "OneJointSort-v0": OneJointConfig,
-    "OneJointAssembly-v0": OneJointConfig,
-    "GripperToss-v0": GripperConfig,
-    "PnTLine-v0": LineConfig,
-}
 MILD: Final = (0.5, 0.7, 0.9, 1.1, 1.3, 1.5, 2.0, 3.0)
 WILD: Final = (0.0, -1.0, 0.1, 5.0, 10.0, 30.0, 100.0, 1e3, 1e6, 1e12, 1e300, 1e-3, 1e-9)
 OWN_ITEM: Final = {
@@ -48,7 +37,7 @@ OWN_ITEM: Final = {
 def level_case(random: Random) -> str:
     """A level one to three of whose values were changed, thrown in twice."""
     env_id = pick(random, pnt_gym.ENV_IDS)
-    config = CONFIGS[env_id]
+    config: Any = type(config_of(env_id))
     level: dict[str, Any] = {"base": pick(random, config.level_names())}
     full_level = whole_level(config, level["base"])
     for _ in range(int(random.choice([1, 1, 2, 3]))):

@@ -1,11 +1,10 @@
-"""Cases of cells and environments: throws per second, and how much of it is physics."""
+"""Cases of environments: throws per second, and how much of it is physics."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
-from itertools import product
 from statistics import mean
 from typing import Any
 
@@ -13,16 +12,8 @@ import gymnasium as gym
 import numpy as np
 
 from benchmarks.checks import random_action
-from benchmarks.studies.cells import draw_first
 from benchmarks.timing import CPU, Count, Options, Place, Row, Timing
-from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.action import corrected
 from pnt_gym.cells.base.parallel import call_in_threads
-from pnt_gym.cells.gripper.action import MODES
-from pnt_gym.cells.gripper.cell import GripperCell
-from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.one_joint.cell import OneJointCell
-from pnt_gym.cells.one_joint.config import OneJointConfig
 
 SEED, ROUNDS = 0, 5
 FLIGHT = {"name": "waste, fidelity: flight", "base": "waste", "fidelity": "flight"}
@@ -70,20 +61,31 @@ class Tap:
         )
 
 
-class Vector:
+class Cells:
+    """A vector environment that is stepped at random."""
+
+    def __init__(self, env_id: str, level: Any, count: int, threads: int = 1) -> None:
+        self.env: Any = gym.make_vec(env_id, num_envs=count, level=level, threads=threads)
+        self.info, self._rng = self.env.reset(seed=SEED)[1], np.random.default_rng(SEED)
+
+    def step(self) -> None:
+        """One step of all cells."""
+        self.info = self.env.step(random_action(self.env, self.info, self._rng, ACTIONS))[-1]
+
+
+class Vector(Cells):
     """A vector environment and the physics inside it."""
 
     def __init__(self, env_id: str, level: Any, cells: int, threads: int) -> None:
-        self._env: Any = gym.make_vec(env_id, num_envs=cells, level=level, threads=threads)
-        self._plants = [[tap_batches(part) for part in parts] for parts in plants(self._env.unwrapped.core.cell)]
+        super().__init__(env_id, level, cells, threads)
+        self._plants = [[tap_batches(part) for part in parts] for parts in plants(self.env.unwrapped.core.cell)]
         self._taps, self._steps = [tap for parts in self._plants for part in parts for tap in part], list[int]()
-        self._info, self._rng = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
 
     def step(self) -> None:
         """Throw once in every cell."""
         for tap in self._taps:
             tap.calls = []
-        self._info = self._env.step(random_action(self._env, self._info, self._rng, ACTIONS))[-1]
+        super().step()
         self._steps.append(sum(tap.steps for tap in self._taps))
 
     def repeat(self) -> None:
@@ -167,52 +169,3 @@ def vector_rows(row: Place, vector: Vector, cells: int, threads: int) -> Iterato
     yield Timing((*row, "env_over_bare_cpu"), bare, "x", cells, clock=CPU, over=step)
     yield Timing((*row, "physics_us_per_step"), bare, "us", lambda: max(vector.steps(), 1.0) / threads)
     yield Count((*row, "physics_steps_per_throw"), lambda: vector.steps() / cells)
-
-
-def one_joint(options: Options) -> Iterator[Row]:
-    """The one-joint thrower's cell: a round, and its plan and its plant alone."""
-    for n, (task, threads) in enumerate(product(("throw", "sort", "assembly"), options.threads)):
-        cell = OneJointCell(OneJointConfig.load("nominal", task=task), options.cells, threads)
-        yield Count(("rates", n), {"task": task, "cells": options.cells, "threads": threads})
-        yield from one_joint_rows(("rates", n), draw_first(cell, SEED), options.cells)
-
-
-def one_joint_rows(row: Place, cell: OneJointCell, cells: int) -> Iterator[Row]:
-    """Rows of one task: a round is a plan for every cell, the simulated throw, the camera's estimate and new goals."""
-    context, last = cell.context, list[Floats]()
-
-    def plan() -> None:
-        cell.planner.plan(context.goal, context.part)
-
-    def fly() -> None:
-        last[:] = [cell.plant.fly(context, context.plans).last_step]
-
-    def throw() -> None:
-        cell.throw(cell.planner.plan(cell.context.goal, cell.context.part))
-
-    def steps() -> float:
-        return float(last[0].mean()) + 1.0
-
-    round_place, plant = (*row, "throws_per_s"), (*row, "plant_throws_per_s")
-    yield Timing(round_place, throw, "1/s", cells, ROUNDS)
-    yield Timing((*row, "throws_per_cpu_s"), round_place, "1/s", cells, clock=CPU)
-    yield Timing(plant, fly, "1/s", cells, ROUNDS)
-    yield Timing((*row, "plant_throws_per_cpu_s"), plant, "1/s", cells, clock=CPU)
-    yield Timing((*row, "plan_us_per_throw"), plan, "us", cells, ROUNDS)
-    yield Count((*row, "physics_steps_per_throw"), steps)
-    yield Timing((*row, "cpu_us_per_step"), plant, "us", lambda: cells * steps(), clock=CPU)
-
-
-def gripper(options: Options) -> Iterator[Row]:
-    """The gripper robot's cell: a round of plans, simulated picks and tosses, outcomes, and the next objects."""
-    for n, (level, threads) in enumerate(product(("nominal", "belt"), options.threads)):
-        cell, row = GripperCell(GripperConfig.load(level), options.cells, threads), ("rates", n)
-        round_place = (*row, "throws_per_s")
-        yield Count(row, {"level": level, "cells": options.cells, "threads": threads})
-        yield Timing(round_place, partial(toss, draw_first(cell, SEED)), "1/s", options.cells, ROUNDS)
-        yield Timing((*row, "throws_per_cpu_s"), round_place, "1/s", options.cells, clock=CPU)
-
-
-def toss(cell: GripperCell) -> None:
-    """A round of the gripper robot, without corrections."""
-    cell.throw(corrected(MODES["release"], cell.planner, cell.context, np.zeros((cell.count, 3)), np.ones(3))[0])

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 from statistics import mean
-from typing import Any, cast
+from typing import Any
 
-import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
 from agents.grasping.features import place_features
 from agents.grasping.scenes import Scenes
 from agents.ground.infos import rows_thrown
-from benchmarks.checks import random_action
+from benchmarks.perf_cases.cells import SEED, Cells
 from benchmarks.timing import Count, Options, Row, Timing
 from pnt_gym.arrays import Floats, take
 from pnt_gym.cells.conveyor.objects.records import Objects
@@ -22,9 +21,7 @@ from pnt_gym.cells.grasp.config import CHANNELS, PIXELS, GraspConfig
 from pnt_gym.cells.grasp.images import clean_images, draw_images
 from pnt_gym.cells.grasp.surfaces import IMAGE, draw_surfaces, object_keys, seal_at, surface_table
 
-OBJECTS, PLACES, SEED = 1000, 24, 0
-ACTIONS = 0.1
-"""Random actions up to this, so that cups stay on their objects."""
+OBJECTS, PLACES = 1000, 24
 STEPS = 12
 
 
@@ -36,20 +33,20 @@ class NoPictures:
         return np.zeros((len(middles), CHANNELS, PIXELS, PIXELS), dtype=np.uint8)
 
 
-class Picks:
+class Picks(Cells):
     """A vector environment whose picks are counted; a pick takes two steps or more where it begins with a grasp."""
 
-    def __init__(self, env_id: str, level: dict[str, Any], cells: int, sees: bool = True) -> None:
-        self._env, self._cells = gym.make_vec(env_id, num_envs=cells, level=level), cells
+    def __init__(self, env_id: str, level: dict[str, Any], count: int, sees: bool = True) -> None:
+        super().__init__(env_id, level, count, threads=2)
         if not sees:
-            cast("Any", self._env).core.pictures = NoPictures()
-        self._info, self._random = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
+            self.env.core.pictures = NoPictures()
+            self.info = self.env.reset(seed=SEED)[1]
         self._picks: list[int] = []
 
     def step(self) -> None:
         """One step of all cells."""
-        self._info = self._env.step(random_action(self._env, self._info, self._random, ACTIONS))[-1]
-        self._picks.append(int(rows_thrown(self._info, self._cells).sum()))
+        super().step()
+        self._picks.append(int(rows_thrown(self.info, self.env.num_envs).sum()))
 
     def per_step(self) -> float:
         """Picks that ended in a step, on average; without the first step, which warms up."""

@@ -14,13 +14,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
-from typing import Any, Final
+from typing import Final
 
-import gymnasium as gym
-import numpy as np
-
-from benchmarks.checks import random_action
-from benchmarks.perf_cases.cells import ACTIONS, FLIGHT, SEED, Singles
+from benchmarks.perf_cases.cells import FLIGHT, Cells, Singles
 from benchmarks.timing import Count, Options, Row
 
 INTERVAL: Final = 0.001
@@ -100,18 +96,6 @@ def sample_shares(parts: Parts) -> Iterator[dict[str, float]]:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
     shares |= {part: times[part] / sum(times.values()) for part in [*dict(parts), REST] if part in times}
-
-
-class Cells:
-    """A vector environment on one thread."""
-
-    def __init__(self, env_id: str, level: Any, count: int) -> None:
-        self._env: Any = gym.make_vec(env_id, num_envs=count, level=level, threads=1)
-        self._info, self._rng = self._env.reset(seed=SEED)[1], np.random.default_rng(SEED)
-
-    def step(self) -> None:
-        """One step of all cells."""
-        self._info = self._env.step(random_action(self._env, self._info, self._rng, ACTIONS))[-1]
 
 
 def steps(options: Options) -> Iterator[Row]:

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.controllers.oracle import Oracle
+from agents.controllers.protocol import Observation
 from agents.ground.infos import results
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.core import Cell, Core
+from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-CellT = TypeVar("CellT", bound=Cell[Any, Any, Any, Any])
 Settings: TypeAlias = Mapping[str, Any]
 Figures: TypeAlias = dict[str, Any]
 Infos: TypeAlias = dict[str, NDArray[Any]]
 CELLS = 50
 """Rows side by side unless a plan has other settings; a part of what a seed means."""
+MEAN_OF_RAYLEIGH: Final = np.sqrt(np.pi / 2.0)
+"""Mean distance of a point with normal coordinates of deviation 1."""
 
 
 class Amount(NamedTuple):
@@ -37,12 +40,6 @@ def make_seeded_cells(config: ConveyorConfig, picks: Picks, cells: int, seed: in
     return core
 
 
-def draw_first(cell: CellT, seed: int) -> CellT:
-    """The same cell, of any robot, with the first throws of its rows drawn; the same seed gives the same objects."""
-    cell.reset(np.arange(cell.count), generators(cell.count, seed))
-    return cell
-
-
 def generators(count: int, seed: int) -> list[np.random.Generator]:
     """A generator for each of `count` rows."""
     return [np.random.default_rng([seed, row]) for row in range(count)]
@@ -58,6 +55,27 @@ def zero_actions(core: Core) -> Callable[[int], Floats]:
     """Actions that leave every throw as the planner made it."""
     zero = np.zeros((core.count, *core.action_space.shape))
     return lambda _: zero
+
+
+def oracle_actions(core: Core, error: float = 0.0) -> Callable[[int], Floats]:
+    """Actions of the suite's oracle, with normal errors added whose mean size is `error` [m]."""
+    if core.correction is None:
+        raise RuntimeError(f"level {core.config.name!r}: actions {core.action_mode!r} do not shift the landing")
+    oracle, scale = Oracle(core, core.correction), core.correction.scale
+    random = np.random.default_rng(0)  # the same errors, but for their size, in every case
+
+    def act(_: int) -> Floats:
+        actions = oracle.act(Observation(core.cell.observe(), core.cell.context.kind))
+        errors = error / MEAN_OF_RAYLEIGH * random.standard_normal(actions.shape)
+        return np.clip(actions + errors / scale, -1.0, 1.0)
+
+    return act
+
+
+def throw(level: Settings, amount: Amount, act: Callable[[Core], Callable[[int], Any]] = zero_actions) -> Infos:
+    """Infos of independent throws on a level, with the actions that `act` gives for the cells."""
+    core = make_seeded_cells(ConveyorConfig.load(level), "independent", CELLS, amount.seed, amount.threads)
+    return infos(core, act(core), amount.throws)
 
 
 def distance(info: Infos, reference: Infos) -> Floats:

@@ -15,17 +15,7 @@ from agents.ground.environments import make_vector
 from agents.ground.metrics import throughput
 from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import summary
-from benchmarks.studies.cells import (
-    CELLS,
-    Amount,
-    Figures,
-    Infos,
-    Settings,
-    distance,
-    infos,
-    make_seeded_cells,
-    zero_actions,
-)
+from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, distance, make_seeded_cells, throw
 from pnt_gym.arrays import concatenate_records, length
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -37,8 +27,7 @@ from pnt_gym.planning.motion.trajectory import JerkTrajectory
 @cache
 def _throws(level: str, amount: Amount) -> Infos:
     """Infos of the planner's throws on a level as JSON; the same objects and targets for every cup."""
-    core = make_seeded_cells(ConveyorConfig.load(json.loads(level)), "independent", CELLS, amount.seed, amount.threads)
-    return infos(core, zero_actions(core), amount.throws)
+    return throw(json.loads(level), amount)
 
 
 def _throws_with(level: Settings, amount: Amount, **changes: Any) -> Infos:

@@ -4,18 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, distance, infos, make_seeded_cells
-from pnt_gym.cells.conveyor.config import ConveyorConfig
-
-
-def _throws(settings: Settings, fidelity: str, amount: Amount) -> Infos:
-    """Infos of independent throws; both fidelities get the same objects, targets and actions."""
-    config = ConveyorConfig.load({**settings["level"], "fidelity": fidelity})
-    core = make_seeded_cells(config, "independent", CELLS, amount.seed, amount.threads)
-    largest, steps = settings["actions"], -(-amount.throws // CELLS)
-    actions = np.random.default_rng(amount.seed).uniform(-largest, largest, (steps, CELLS, 2))
-    actions[::2] = 0.0
-    return infos(core, lambda step: actions[step], amount.throws)
+from benchmarks.studies.cells import CELLS, Amount, Figures, Settings, distance, throw
 
 
 def figures(settings: Settings, amount: Amount) -> Figures:
@@ -25,7 +14,13 @@ def figures(settings: Settings, amount: Amount) -> Figures:
         settings: `level`, and `actions`, the largest random correction as a share of the largest there is.
         amount: throws.
     """
-    full, flight = (_throws(settings, fidelity, amount) for fidelity in ("full", "flight"))
+    largest, steps = settings["actions"], -(-amount.throws // CELLS)
+    actions = np.random.default_rng(amount.seed).uniform(-largest, largest, (steps, CELLS, 2))
+    actions[::2] = 0.0
+    full, flight = (
+        throw({**settings["level"], "fidelity": fidelity}, amount, lambda core: lambda step: actions[step])
+        for fidelity in ("full", "flight")
+    )
     off = np.hypot(*distance(flight, full))
     off = off[np.isfinite(off)]
     return {

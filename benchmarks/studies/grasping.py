@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,7 +15,7 @@ from agents.grasping.fcn import PlaceMaps, input_maps, learn_maps
 from agents.grasping.features import SIGHTS, PlaceFeatures, place_features
 from agents.grasping.kinds import with_drawn_kinds
 from agents.grasping.practice import Practice, network_places, practise
-from agents.grasping.rules import COLOURED, TUNED, centroid_places, flattest_places, oracle_places, rule_places
+from agents.grasping.rules import PLACES
 from agents.grasping.scenes import Scenes, Tries
 from agents.grasping.tuning import DEPTH_SETTINGS, colour_settings, tune
 from agents.ground.metrics import rate_difference, throughput, wilson
@@ -24,20 +24,11 @@ from agents.judging.throws.data import Throws
 from agents.judging.throws.record import ThrowRecord
 from agents.judging.trials import trial_of
 from benchmarks.studies.cells import Amount, Figures, Settings
-from pnt_gym.arrays import Floats, concatenate_records, take
+from pnt_gym.arrays import concatenate_records, take
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.images import clean_images
 from pnt_gym.cells.grasp.surfaces import surface_table
 
-PLACES: Final[dict[str, Callable[[Scenes, PlaceFeatures], Floats]]] = {
-    "centre": lambda scenes, features: np.zeros_like(scenes.middle),
-    "centroid": lambda scenes, features: centroid_places(features),
-    "flattest, naive": lambda scenes, features: flattest_places(features),
-    "flattest, tuned": lambda scenes, features: rule_places(features, TUNED),
-    "flattest, tuned with colour": lambda scenes, features: rule_places(features, COLOURED),
-    "oracle": lambda scenes, features: oracle_places(scenes),
-}
-"""Rules, and the oracle, by their names in a plan."""
 ENV: Final = "PnTGrasp-v0"
 CELLS: Final = 64
 """Rows side by side; a part of what a seed means."""

@@ -8,11 +8,19 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from agents.controllers.oracle import Oracle
-from agents.controllers.protocol import Observation
 from agents.ground import metrics
 from agents.ground.cli import UsageError
-from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, infos, make_seeded_cells, zero_actions
+from benchmarks.studies.cells import (
+    CELLS,
+    Amount,
+    Figures,
+    Infos,
+    Settings,
+    infos,
+    make_seeded_cells,
+    oracle_actions,
+    zero_actions,
+)
 from benchmarks.studies.flown import Watch, time_ratio
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.core import Core
@@ -164,14 +172,6 @@ def throw(settings: Settings, amount: Amount) -> Thrown:
     cells = shifts or settings.get("cells", CELLS)
     config = ConveyorConfig.load(level)
     core = make_seeded_cells(config, settings.get("picks", "independent"), cells, amount.seed, amount.threads)
-    act = _oracle(core) if settings.get("controller", "analytic") == "oracle" else zero_actions(core)
+    act = oracle_actions(core) if settings.get("controller", "analytic") == "oracle" else zero_actions(core)
     watch = Watch(core.cell)
     return Thrown(infos(core, act, amount.throws * max(shifts, 1)), core, watch, shifts)
-
-
-def _oracle(core: Core) -> Callable[[int], Any]:
-    """Actions of the oracle of the suite."""
-    if core.correction is None:
-        raise RuntimeError(f"actions {core.action_mode!r} do not shift the landing")
-    oracle = Oracle(core, core.correction)
-    return lambda _: oracle.act(Observation(core.cell.observe(), core.cell.context.kind))

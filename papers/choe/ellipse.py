@@ -63,17 +63,14 @@ def _example_rows() -> list[Row]:
 def _numbering_row() -> Row:
     e = example()
     numbers = "37, 38" if math.dist(_equation_37(e), e.top) < ROUNDING else "24, 25"
-    note = (
-        "equations that give the top; the text has another numbering. Evaluated, Eq. 37 gives it, and Eq. 24 is the "
-        f"ellipse itself, A x^2 + B x y + C y^2 = {_equation_24(e, *e.top):.3f}"
-    )
     return Row.compared(
         "choe/misprint/equation-numbers",
         "(24), (25)",
         numbers,
         "-",
         explained=next((cited for cited, number in CITED.items() if number == numbers), None),
-        note=note,
+        note="equations that give the top; the text has another numbering. Evaluated, Eq. 37 gives it, and Eq. 24 is "
+        f"the ellipse itself, A x^2 + B x y + C y^2 = {_equation_24(e, *e.top):.3f}",
         cited_and_meant=CITED,
     )
 

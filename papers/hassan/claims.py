@@ -18,18 +18,9 @@ from pnt_gym.planning import (
     release_at_elevation,
 )
 
-from .cases import (
-    CELLS,
-    LIMIT_TOLERANCE,
-    METHODS,
-    PERCENTAGES,
-    PROTOCOLS,
-    cell_cycle,
-    limits_at,
-    scene,
-)
+from . import cases
 
-RULES: Final = PROTOCOLS["paper-clock"].rules
+RULES: Final = cases.PROTOCOLS["paper-clock"].rules
 THROWS: Final = 2000
 GRID: Final = 300
 STROKES: Final = np.geomspace(1e-3, 5.0, 200)
@@ -39,7 +30,7 @@ SMALL_GAIN: Final = 0.1
 """Gain of the cycle time [%] up to which the quickest release counts as the quickest cycle."""
 DOUBLE_S: Final = 20_000
 """Number of random strokes and limits at which Algorithm 1 is compared with the double S."""
-BY_THROW: Final = tuple(name for name in METHODS if name.endswith("throw"))
+BY_THROW: Final = tuple(name for name in cases.METHODS if name.endswith("throw"))
 """The two methods that throw."""
 CONSTANT_J: Final = "constant-jerk-overlap"
 
@@ -119,7 +110,7 @@ def _quickest_cycle_row() -> Row:
 
     The hand stops on the line, and there is no ceiling.
     """
-    gain = max(float(_time_gains(zone, limits_at(percent)).max()) for zone, percent in CELLS)
+    gain = max(float(_time_gains(zone, cases.limits_at(percent)).max()) for zone, percent in cases.CELLS)
     return Row.compared(
         "hassan/claim/quickest-release-is-quickest-cycle",
         0.0,
@@ -132,7 +123,7 @@ def _quickest_cycle_row() -> Row:
 
 def _time_gains(zone: str, limits: MotionLimits) -> Floats:
     """Share of the cycle time (3,) that the best elevation saves over the elevation of the quickest release."""
-    picks, targets, following = scene(zone)
+    picks, targets, following = cases.scene(zone)
     best = plan_release_batch(picks, targets, limits)
     angles = (best.angle[:, None] + np.linspace(-0.15, 0.15, 2 * GRID + 1)).ravel()
     rows = np.repeat(np.arange(len(picks)), 2 * GRID + 1)
@@ -189,9 +180,9 @@ def double_s_time(stroke: Floats, limits: MotionLimits) -> Floats:
 
 def _throw_distances(protocol: str, method: str, zone: str, percent: int) -> Floats:
     """Ways (3,) [m] from the start of the throw to its release: from the pick, or from the lifted hand."""
-    cycle = cell_cycle(protocol, method, zone, percent)
+    cycle = cases.cell_cycle(protocol, method, zone, percent)
     lift = np.array([0.0, 0.0, RULES.lift if method == "horizontal-throw" else 0.0])
-    return length(cycle.release_position - scene(zone)[0] - lift)
+    return length(cycle.release_position - cases.scene(zone)[0] - lift)
 
 
 def _attained_rows() -> list[Row]:
@@ -199,8 +190,8 @@ def _attained_rows() -> list[Row]:
     shares: dict[str, list[Floats]] = {"velocity": [], "acceleration": []}
     for protocol in ("paper-clock", CONSTANT_J):
         for method in BY_THROW:
-            for cell in CELLS:
-                limits = PROTOCOLS[protocol].limits(cell[1])
+            for cell in cases.CELLS:
+                limits = cases.PROTOCOLS[protocol].limits(cell[1])
                 # A throw is the first half of the S-curve over 2 P_r (III-D).
                 curve = min_time_scurve(2.0 * _throw_distances(protocol, method, *cell), limits)
                 for name, values, bound in zip(
@@ -213,10 +204,10 @@ def _attained_rows() -> list[Row]:
             1.0,
             float(np.min(values)),
             "-",
-            within=LIMIT_TOLERANCE,
+            within=cases.LIMIT_TOLERANCE,
             statement=f"table1/peak-{name}",
             note=f"least {name} as a share of its limit over {np.size(values) // 2} throws of Table I, "
-            f"{len(CELLS) * 3} of each method, with J scaled and with J constant",
+            f"{len(cases.CELLS) * 3} of each method, with J scaled and with J constant",
         )
         for name, values in shares.items()
     ]
@@ -226,7 +217,7 @@ def _closer_release_rows() -> list[Row]:
     """Rows on section IV-C3: with the acceleration the release point comes closer to the pick."""
     rows: list[Row] = []
     for method in BY_THROW:
-        ways = [float(_throw_distances("paper-clock", method, "outside", p)[0]) for p in PERCENTAGES["outside"]]
+        ways = [float(_throw_distances("paper-clock", method, "outside", p)[0]) for p in cases.PERCENTAGES["outside"]]
         rows.append(
             Row.compared(
                 f"hassan/claim/release-comes-closer/{method}",
@@ -236,7 +227,7 @@ def _closer_release_rows() -> list[Row]:
                 holds=all(np.diff(ways) < 0.0),
                 statement="hassan/claim/release-comes-closer",
                 note="way of the first throw to its release, outside at "
-                f"{', '.join(map(str, PERCENTAGES['outside']))} % of the limits",
+                f"{', '.join(map(str, cases.PERCENTAGES['outside']))} % of the limits",
                 ways_m=ways,
             )
         )
@@ -249,10 +240,10 @@ def _one_minimum_row() -> Row:
     The paper then needs Eq. 22 only where theta_m and theta* differ. In its own experiments they agree.
     """
     slower, minima = list[float](), list[int]()
-    for percent in PERCENTAGES["inside"]:
-        picks, targets, _ = scene("inside")
+    for percent in cases.PERCENTAGES["inside"]:
+        picks, targets, _ = cases.scene("inside")
         for constant in (False, True):
-            limits = limits_at(percent, constant_jerk=constant)
+            limits = cases.limits_at(percent, constant_jerk=constant)
             way = _distances_at_top_speed(picks, targets, limits.numbers()[0])
             minima += _count_minima(way).tolist()
             slower += (plan_release_batch(picks, targets, limits).speed / limits.numbers()[0]).tolist()

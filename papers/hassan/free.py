@@ -23,18 +23,7 @@ from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
 
 from ..common.fastest import NoMotionFound
-from .cases import (
-    CEILING,
-    CELLS,
-    LIMIT_TOLERANCE,
-    PUBLISHED,
-    TARGETS,
-    cell_cycle,
-    cycle_details,
-    limits_at,
-    picks_per_min,
-    scene,
-)
+from . import cases
 from .figures import draw_flight, side_view
 from .per_pick import CYCLE, Cell, cell_mover, loss_rows, per_pick_cycle, per_pick_grid, timing_rows, two_phases
 from .planning.cycle import Cycle
@@ -45,7 +34,7 @@ from .simulated import simulate, simulation_details, simulation_rows
 OPTIMUM: Final = "table1/limits-respected/free-direction-throw"
 PER_PICK: Final = "table1/limits-respected/free-direction-per-pick"
 CONSTANT_JERK: Final = "table1/constant-jerk/free-direction-throw"
-KEPT_MISS: Final = math.sqrt(2.0) * CYCLE.tolerance + LIMIT_TOLERANCE
+KEPT_MISS: Final = math.sqrt(2.0) * CYCLE.tolerance + cases.LIMIT_TOLERANCE
 """Greatest planned miss [m]: throws are aimed short of the target by delta along x or y, so by up to delta sqrt 2."""
 RULES: Final = cell_mover(40).rules
 """Rules that bind the hand besides the limits: the conveyor cell's rules, without a window after the release."""
@@ -106,7 +95,7 @@ def optima(rules: HandRules) -> PlannedCycles:
 def plan_cycles(plan: Callable[[str, int], Cycle], prefix: str = "") -> PlannedCycles:
     """Cycles that ``plan`` finds for zone and percentage of every cell; a reason begins with the text ``prefix``."""
     cycles: dict[Cell, Cycle | str] = {}
-    for cell in CELLS:
+    for cell in cases.CELLS:
         try:
             cycles[cell] = plan(*cell).require()
         except (NoMotionFound, InfeasibleThrow) as error:
@@ -121,10 +110,10 @@ def free_cycle(zone: str, percent: float, rules: HandRules = RULES, *, constant_
     Raises:
         NoMotionFound: the solver found no motion within all bounds for a pick of the loop.
     """
-    limits = limits_at(percent, constant_jerk=constant_jerk)
+    limits = cases.limits_at(percent, constant_jerk=constant_jerk)
     throws = [
-        fastest_throw(*ends, limits, ceiling=CEILING, tolerance=CYCLE.tolerance, rules=rules)
-        for ends in zip(*scene(zone), strict=True)
+        fastest_throw(*ends, limits, ceiling=cases.CEILING, tolerance=CYCLE.tolerance, rules=rules)
+        for ends in zip(*cases.scene(zone), strict=True)
     ]
     return two_phases(
         stack_paths([throw.path for throw in throws]),
@@ -156,8 +145,10 @@ def free_rows(
     folder: str, plans: PlannedCycles, rules: HandRules, note: str, *, constant_jerk: bool = False
 ) -> list[Row]:
     """One row for every cell, planned or infeasible, and rows that sum up the simulation of all cells."""
-    names = {cell: f"{folder}/{cell[0]}/{cell[1]}" for cell in CELLS}
-    measured = simulate({names[cell]: (cycle, TARGETS[cell[0]]) for cell, cycle in _feasible_cycles(plans).items()})
+    names = {cell: f"{folder}/{cell[0]}/{cell[1]}" for cell in cases.CELLS}
+    measured = simulate(
+        {names[cell]: (cycle, cases.TARGETS[cell[0]]) for cell, cycle in _feasible_cycles(plans).items()}
+    )
     rows: list[Row] = []
     for cell, name in names.items():
         cycle = plans[cell]
@@ -165,7 +156,7 @@ def free_rows(
             rows.append(Row.missing(name, None, "picks/min", "infeasible", note=cycle))
             continue
         details = free_details(cell, cycle, rules, constant_jerk=constant_jerk) | simulation_details(measured[name])
-        rows.append(Row.ours(name, picks_per_min(cycle), "picks/min", note=note, **details))
+        rows.append(Row.ours(name, cases.picks_per_min(cycle), "picks/min", note=note, **details))
     return rows + (simulation_rows(folder, measured.values()) if measured else [])
 
 
@@ -175,14 +166,14 @@ def _feasible_cycles(plans: PlannedCycles) -> dict[Cell, Cycle]:
 
 def free_details(cell: Cell, cycle: Cycle, rules: HandRules, *, constant_jerk: bool = False) -> dict[str, Any]:
     """Entries of a cell's row: picks per minute over the published throw, and limits and rules checked at 10 kHz."""
-    targets, limits = scene(cell[0])[1], limits_at(cell[1], constant_jerk=constant_jerk)
-    check = check_throw(cycle.path, cycle.release_time, targets, limits, CEILING, rules)
-    best = float(PUBLISHED["min-time-throw", *cell])
-    top = cycle.sample(rate=SAMPLE_RATE).position[..., 2].max(axis=1) - CEILING
+    targets, limits = cases.scene(cell[0])[1], cases.limits_at(cell[1], constant_jerk=constant_jerk)
+    check = check_throw(cycle.path, cycle.release_time, targets, limits, cases.CEILING, rules)
+    best = float(cases.PUBLISHED["min-time-throw", *cell])
+    top = cycle.sample(rate=SAMPLE_RATE).position[..., 2].max(axis=1) - cases.CEILING
     level = np.hypot(cycle.release_velocity[:, 0], cycle.release_velocity[:, 1])
     return {
         "published_best": best,
-        "over_published_best": picks_per_min(cycle) / best - 1.0,
+        "over_published_best": cases.picks_per_min(cycle) / best - 1.0,
         "limits_kept": bool(check.keeps_rules(KEPT_MISS).all()),
         "peak_velocity_ratio": float(check.velocity.max()),
         "peak_acceleration_ratio": float(check.acceleration.max()),
@@ -192,14 +183,14 @@ def free_details(cell: Cell, cycle: Cycle, rules: HandRules, *, constant_jerk: b
         "inside_workspace_m": float(-check.outside.max()),
         "planned_miss_m": float(check.landing.max()),
         "release_angles_deg": np.degrees(np.arctan2(cycle.release_velocity[:, 2], level)).tolist(),
-        **cycle_details(cycle),
+        **cases.cycle_details(cycle),
     }
 
 
 def free_figure(free: Callable[[str, float], Cycle]) -> str:
     """Drawing of the straight throw and of the throw in a free direction as SVG: side view, speed, acceleration."""
     cycles = {
-        "straight throw": cell_cycle("limits-respected", "min-time-throw", *EXAMPLE),
+        "straight throw": cases.cell_cycle("limits-respected", "min-time-throw", *EXAMPLE),
         "free direction": free(*EXAMPLE),
     }
     figure, axes = subplots(2, 2, (12.5, 5.6), width_ratios=(1.3, 1.0))
@@ -207,7 +198,7 @@ def free_figure(free: Callable[[str, float], Cycle]) -> str:
         _draw_side_view(axes[2 * k], cycle, f"{name}: pick to pick in {cycle.duration[0]:.3f} s")
     handles = axes[0].get_legend_handles_labels()
     axes[2].legend(*handles, fontsize=8, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.28))
-    limits = limits_at(EXAMPLE[1]).numbers()
+    limits = cases.limits_at(EXAMPLE[1]).numbers()
     for k, name in enumerate(("speed [m/s]", "acceleration [m/s²]")):
         _draw_over_time(axes[2 * k + 1], cycles, k, name, limits[k])
     axes[1].legend(fontsize=8)
@@ -222,7 +213,7 @@ def _draw_side_view(axes: Axes, cycle: Cycle, title: str) -> None:
         points = cycle.sample(np.linspace(begin, end, 400)).position[0]
         axes.plot(*side_view(points, EXAMPLE[0]), color=COLOURS[k], label=label)
     draw_flight(axes, cycle, EXAMPLE[0], "black")
-    axes.axhline(CEILING, color=COLOURS[3], linewidth=1, label="ceiling of the release")
+    axes.axhline(cases.CEILING, color=COLOURS[3], linewidth=1, label="ceiling of the release")
     across, up = "distance from the pick towards the target [m]", "height z [m]"
     dress(axes, across, up, title, aspect="equal", ylim=(-0.88, -0.56))
 

@@ -16,23 +16,7 @@ from agents.reproduce.grids import by_quantity, plain
 from pnt_gym.arrays import Floats
 from pnt_gym.planning import MotionLimits, brake_distance, plan_release_batch, rest_to_rest
 
-from .cases import (
-    CEILING,
-    CLOSE,
-    INITIAL,
-    LIMIT_TOLERANCE,
-    PERCENTAGES,
-    PICKS,
-    PROTOCOLS,
-    PUBLISHED,
-    TARGETS,
-    WORKSPACE,
-    cell_cycle,
-    limits_at,
-    loop,
-    picks_per_min,
-    scene,
-)
+from . import cases
 from .claims import claim_rows
 from .example import example_rows
 from .figures import AXIS_END
@@ -40,7 +24,7 @@ from .formulas import formula_rows
 from .planning.blend import begin_times, throw_move
 from .planning.cycle import CycleRules
 
-RULES: Final = PROTOCOLS["paper-clock"].rules
+RULES: Final = cases.PROTOCOLS["paper-clock"].rules
 OVERLAPS: Final = {"none": "no overlap", "jerk": "jerk phases", "half-ramp": "half ramps", "ramp": "whole ramps"}
 JERKS: Final = {"scaled": False, "constant": True}
 
@@ -74,7 +58,7 @@ def _gain_rows() -> Iterator[Row]:
     "the performance".
     """
     place, level, throw = (
-        PUBLISHED[method, "inside", 40] for method in ("pick-and-place", "horizontal-throw", "min-time-throw")
+        cases.PUBLISHED[method, "inside", 40] for method in ("pick-and-place", "horizontal-throw", "min-time-throw")
     )
     pairs = (
         ("proposed-over-pick-and-place", 57.5, 1, throw, place, False),
@@ -84,20 +68,17 @@ def _gain_rows() -> Iterator[Row]:
     for name, gain, digits, new, old, of_picks in pairs:
         fall = 100.0 * (1.0 - old / new)
         rise = 100.0 * (new / old - 1.0)
-        words = (
-            f"as a rise of the picks per minute from {old} to {new}, of which the paper says it; the cycle time falls "
-            f"by {fall:.1f} %"
-            if of_picks
-            else f"fall of the cycle time, as an improvement of the performance; picks/min rise by {rise:.1f} %. Equal "
-            "within a whole unit of the last digit, as the printed figure may be cut"
-        )
         yield Row.compared(
             f"hassan/inconsistency/gain-{name}",
             gain,
             rise if of_picks else fall,
             "%",
             within=10.0**-digits,
-            note=words,
+            note=f"as a rise of the picks per minute from {old} to {new}, of which the paper says it; the cycle time "
+            f"falls by {fall:.1f} %"
+            if of_picks
+            else f"fall of the cycle time, as an improvement of the performance; picks/min rise by {rise:.1f} %. Equal "
+            "within a whole unit of the last digit, as the printed figure may be cut",
             explained=fall if of_picks else None,
             cycle_time_reduction_percent=fall,
             rise_of_picks_percent=rise,
@@ -112,9 +93,9 @@ def _peak_rows() -> Iterator[Row]:
     places = {"corners": ("pick-and-place", "corners of pick-and-place")}
     places["turn"] = ("min-time-throw", "turn of the proposed throw")
     for protocol in ("paper-clock", "jerk-overlap", "constant-jerk-overlap"):
-        reading = PROTOCOLS[protocol]
+        reading = cases.PROTOCOLS[protocol]
         for place, (method, where) in places.items():
-            peak = cell_cycle(protocol, method, "inside", 30).peak_ratios(reading.limits(30))
+            peak = cases.cell_cycle(protocol, method, "inside", 30).peak_ratios(reading.limits(30))
             quantity = f"hassan/inconsistency/peak-acceleration-{protocol}-{place}"
             figure, jerk = float(peak.acceleration.max()), float(peak.jerk.max())
             note = f"at 30 %, {reading.label}, at the {where}; jerk up to {jerk:.2f} J"
@@ -126,7 +107,7 @@ def _peak_rows() -> Iterator[Row]:
                 1.0,
                 figure,
                 "A_max",
-                within=LIMIT_TOLERANCE,
+                within=cases.LIMIT_TOLERANCE,
                 note=note,
                 statement="table1/peak-acceleration",
                 peak_jerk_ratio=jerk,
@@ -135,26 +116,26 @@ def _peak_rows() -> Iterator[Row]:
 
 def _brake_point_row() -> Row:
     """Row on the end of the throw: section III-D's stroke is P = 2 P_r, and III-C stops the hand after the release."""
-    picks, targets, _ = scene("outside")
+    picks, targets, _ = cases.scene("outside")
     way = np.hypot(*(targets - picks)[:, :2].T)
     ends: list[Floats] = []
     stops: list[Floats] = []
-    for percent in PERCENTAGES["outside"]:
-        limits = limits_at(percent)
-        release = plan_release_batch(picks, targets, limits, CEILING, RULES.tolerance)
+    for percent in cases.PERCENTAGES["outside"]:
+        limits = cases.limits_at(percent)
+        release = plan_release_batch(picks, targets, limits, cases.CEILING, RULES.tolerance)
         ends.append(picks + 2.0 * (release.position - picks))
         stops.append(release.position + brake_distance(release.speed, limits)[:, None] * release.direction)
     shares = [float(value) for end in ends for value in np.hypot(*(end - picks)[:, :2].T) / way]
     radii = [float(value) for end in ends for value in np.hypot(*end[:, :2].T)]
-    target = math.hypot(*TARGETS["outside"][:2])
+    target = math.hypot(*cases.TARGETS["outside"][:2])
     inside = "inside the workspace"
     return Row.compared(
         "hassan/inconsistency/stroke-twice-the-release",
         inside,
         max(shares),
         "of the way to the target",
-        holds=all(WORKSPACE.contains(end).all() for end in ends),
-        explained=inside if all(WORKSPACE.contains(stop).all() for stop in stops) else None,
+        holds=all(cases.WORKSPACE.contains(end).all() for end in ends),
+        explained=inside if all(cases.WORKSPACE.contains(stop).all() for stop in stops) else None,
         note=f"a hand that runs the whole stroke 2 P_r stops {100 * (min(shares) - 1):.0f} to "
         f"{100 * (max(shares) - 1):.0f} % beyond the outside target, {min(radii):.2f} to {max(radii):.2f} m from the "
         f"axis (target {target:.2f} m); one that brakes at the release stays inside",
@@ -165,10 +146,12 @@ def _brake_point_row() -> Row:
 
 def _acceleration_row() -> Row:
     """Row on the greatest acceleration: section IV-B3 prints A_max = 12 m/s2, section IV-A 12 G = 120 m/s2."""
-    published = float(PUBLISHED["min-time-throw", "inside", 30])
-    velocity, _, jerk = limits_at(30).numbers()
+    published = float(cases.PUBLISHED["min-time-throw", "inside", 30])
+    velocity, _, jerk = cases.limits_at(30).numbers()
     low, full = (
-        picks_per_min(loop("min-time-throw", "inside", MotionLimits(velocity, 0.3 * peak, jerk), RULES, None))
+        cases.picks_per_min(
+            cases.loop("min-time-throw", "inside", MotionLimits(velocity, 0.3 * peak, jerk), RULES, None)
+        )
         for peak in (12.0, 120.0)
     )
     return Row.compared(
@@ -176,7 +159,7 @@ def _acceleration_row() -> Row:
         published,
         low,
         "picks/min",
-        within=share(published, CLOSE),
+        within=share(published, cases.CLOSE),
         explained=full,
         note=f"proposed throw at 30 % of A_max = 12 m/s2 as IV-B3 prints it; 12 G gives {full:.1f}",
         picks_per_min_12=low,
@@ -204,9 +187,9 @@ def _jerk_rows() -> list[Row]:
 def _difference_row(name: str, note: str, *rules: CycleRules, constant_jerk: bool = False) -> Row:
     """Row with mean and worst difference to Table I; the time of a cell is the mean of its times under ``rules``."""
     differences: list[float] = []
-    for (method, zone, percent), published in PUBLISHED.items():
-        limits = limits_at(percent, constant_jerk=constant_jerk)
-        times = [loop(method, zone, limits, rule, None).require().duration.sum() for rule in rules]
+    for (method, zone, percent), published in cases.PUBLISHED.items():
+        limits = cases.limits_at(percent, constant_jerk=constant_jerk)
+        times = [cases.loop(method, zone, limits, rule, None).require().duration.sum() for rule in rules]
         differences.append(abs(180.0 / float(np.mean(times)) / published - 1.0))
     worst = 100.0 * max(differences)
     return Row.ours(
@@ -251,24 +234,26 @@ def _sensitivity_rows() -> list[Row]:
 def _return_rows() -> Iterator[Row]:
     """Rows on a free way back, which is ours: what it is worth, and how it leaves the paper's path."""
     cell = ("min-time-throw", "inside", 40)
-    flying, stopping = (picks_per_min(cell_cycle(name, *cell)) for name in ("limits-respected", "no-overlap"))
+    flying, stopping = (
+        cases.picks_per_min(cases.cell_cycle(name, *cell)) for name in ("limits-respected", "no-overlap")
+    )
     yield Row.ours(
         "hassan/free-return/min-time-throw/inside/40",
         flying,
         "picks/min",
-        beside=float(PUBLISHED[cell]),
+        beside=float(cases.PUBLISHED[cell]),
         note=f"J scaled, nothing exceeded; {stopping:.1f} with a stop at every corner, as the conveyor's straight "
         "throw returns unless its return is flying",
         with_stops=stopping,
     )
-    cycle = cell_cycle("constant-jerk", "pick-and-place", "inside", 30)
+    cycle = cases.cell_cycle("constant-jerk", "pick-and-place", "inside", 30)
     heights = cycle.sample(np.linspace(0.0, float(cycle.duration[0]), 2001)).position[0, :, 2]
     yield Row.ours(
         "hassan/free-return/pick-and-place-rises",
-        float(heights.max()) - PICKS[0][2],
+        float(heights.max()) - cases.PICKS[0][2],
         "m",
         note=f"above the picks at most, to z = {heights.max():.2f} m, on its way back by "
-        f"{PROTOCOLS['constant-jerk'].label}, first cycle inside at 30 %; the paper's rectangle has a lift of "
+        f"{cases.PROTOCOLS['constant-jerk'].label}, first cycle inside at 30 %; the paper's rectangle has a lift of "
         f"{RULES.lift:.2f} m",
     )
 
@@ -277,8 +262,8 @@ def _clock_rows() -> Iterator[Row]:
     """Rows on the clock: a run begins and ends at P_initial (section IV-B), on the axis of Fig. 12 with three picks."""
     for protocol in ("paper-clock", "constant-jerk-overlap"):
         first, later = _run_times(protocol)
-        loop_time = float(cell_cycle(protocol, "min-time-throw", "inside", 30).duration.sum())
-        label, end = PROTOCOLS[protocol].label, f"on an axis of {AXIS_END:g} s"
+        loop_time = float(cases.cell_cycle(protocol, "min-time-throw", "inside", 30).duration.sum())
+        label, end = cases.PROTOCOLS[protocol].label, f"on an axis of {AXIS_END:g} s"
         name = "hassan/inconsistency/clock-figure-12" + ("" if protocol == "paper-clock" else f"-{protocol}")
         yield Row.compared(
             name,
@@ -298,7 +283,7 @@ def _clock_rows() -> Iterator[Row]:
                 "hassan/inconsistency/clock-picks",
                 180.0 / (first + later),
                 "picks/min",
-                beside=float(PUBLISHED["min-time-throw", "inside", 30]),
+                beside=float(cases.PUBLISHED["min-time-throw", "inside", 30]),
                 note=f"a clock of ours that counts the ways from and to P_initial too; {180.0 / loop_time:.1f} in the "
                 "closed loop",
             )
@@ -306,11 +291,11 @@ def _clock_rows() -> Iterator[Row]:
 
 def _run_times(protocol: str) -> tuple[float, float]:
     """Time [s] from P_initial to rest at the first pick, and from there over three throws at 30 % to P_initial."""
-    limits, rules = PROTOCOLS[protocol].limits(30), PROTOCOLS[protocol].rules
-    picks, targets, _ = scene("inside")
-    release = plan_release_batch(picks, targets, limits, CEILING, rules.tolerance)
+    limits, rules = cases.PROTOCOLS[protocol].limits(30), cases.PROTOCOLS[protocol].rules
+    picks, targets, _ = cases.scene("inside")
+    release = plan_release_batch(picks, targets, limits, cases.CEILING, rules.tolerance)
     stop = (release.position + brake_distance(release.speed, limits)[:, None] * release.direction)[2:]
-    down, home = np.array([[0.0, 0.0, rules.approach]]), np.array([INITIAL])
+    down, home = np.array([[0.0, 0.0, rules.approach]]), np.array([cases.INITIAL])
     points = [home, picks[:1] + down, picks[:1]]
     first_moves = [rest_to_rest(b - a, limits) for a, b in pairwise(points)]
     last_moves = [
@@ -321,5 +306,5 @@ def _run_times(protocol: str) -> tuple[float, float]:
         float(begin_times(moves, rules.overlap)[0, -1] + moves[-1].durations.sum())
         for moves in (first_moves, last_moves)
     )
-    middle = cell_cycle(protocol, "min-time-throw", "inside", 30).duration[:2].sum()
+    middle = cases.cell_cycle(protocol, "min-time-throw", "inside", 30).duration[:2].sum()
     return first, float(middle) + last

@@ -12,27 +12,7 @@ from agents.reproduce.finding import Findings, Row, share
 from agents.reproduce.grids import by_quantity, value
 from pnt_gym.planning import InfeasibleThrow
 
-from .cases import (
-    CELLS,
-    CHOSEN,
-    CLOSE,
-    CLOSE_FOLD,
-    FOLD,
-    LIMIT_TOLERANCE,
-    METHODS,
-    PERCENTAGES,
-    PROTOCOLS,
-    PUBLISHED,
-    SIMULATED,
-    TARGETS,
-    TITLES,
-    ByCell,
-    Key,
-    cell_cycle,
-    cycle_details,
-    differences,
-    picks_per_min,
-)
+from . import cases
 from .simulated import ByMismatch, simulate, simulation_details, simulation_rows
 
 STYLES: Final = dict(
@@ -43,11 +23,14 @@ STYLES: Final = dict(
 
 def table_findings() -> Findings:
     """All cells of Table I by all protocols, with differences, orders and peaks over the whole table."""
-    reproduced = {name: {cell: picks_per_min(cell_cycle(name, *cell)) for cell in PUBLISHED} for name in PROTOCOLS}
+    reproduced = {
+        name: {cell: cases.picks_per_min(cases.cell_cycle(name, *cell)) for cell in cases.PUBLISHED}
+        for name in cases.PROTOCOLS
+    }
     rows: list[Row] = []
     for name, values in reproduced.items():
-        measured = _simulate_cells(name) if name in SIMULATED else {}
-        cells = [cell_row(name, cell, measured.get(cell)) for cell in PUBLISHED]
+        measured = _simulate_cells(name) if name in cases.SIMULATED else {}
+        cells = [cell_row(name, cell, measured.get(cell)) for cell in cases.PUBLISHED]
         rows += [*cells, *_difference_rows(name, values), *_order_rows(name, values), *_peak_rows(name, cells)]
         rows += _simulation_rows(name, measured)
     rows.append(_place_outside_row())
@@ -56,12 +39,12 @@ def table_findings() -> Findings:
     )
 
 
-def cell_row(protocol: str, cell: Key, trials: ByMismatch | None = None) -> Row:
+def cell_row(protocol: str, cell: cases.Key, trials: ByMismatch | None = None) -> Row:
     """Row of one cell by one protocol, with the simulated figures if the cell was simulated."""
-    settings, cycle = PROTOCOLS[protocol], cell_cycle(protocol, *cell).require()
-    picks, published = picks_per_min(cycle), float(PUBLISHED[cell])
+    settings, cycle = cases.PROTOCOLS[protocol], cases.cell_cycle(protocol, *cell).require()
+    picks, published = cases.picks_per_min(cycle), float(cases.PUBLISHED[cell])
     peaks = cycle.peak_ratios(settings.limits(cell[2]))
-    part = CLOSE_FOLD if cell == FOLD else CLOSE
+    part = cases.CLOSE_FOLD if cell == cases.FOLD else cases.CLOSE
     bound = f"; a reading of what the paper leaves open, judged within {100 * part:.0f} %, which is our bound"
     reading = bound if settings.reading else ""
     return _protocol_row(
@@ -76,7 +59,7 @@ def cell_row(protocol: str, cell: Key, trials: ByMismatch | None = None) -> Row:
         peak_velocity_ratio=float(peaks.velocity.max()),
         peak_acceleration_ratio=float(peaks.acceleration.max()),
         peak_jerk_ratio=float(peaks.jerk.max()),
-        **cycle_details(cycle),
+        **cases.cycle_details(cycle),
         **({} if trials is None else simulation_details(trials)),
     )
 
@@ -86,32 +69,35 @@ def _protocol_row(
 ) -> Row:
     """Row of a protocol's figure: compared with the published figure if the protocol is a reading, else `ours`."""
     quantity = f"table1/{protocol}/{name}"
-    if PROTOCOLS[protocol].reading:
+    if cases.PROTOCOLS[protocol].reading:
         statement = f"table1/{name}"
         return Row.compared(quantity, published, figure, unit, within=within, note=note, statement=statement, **details)
     return Row.ours(quantity, figure, unit, beside=published, note=note, **details)
 
 
-def _simulate_cells(protocol: str) -> dict[Key, ByMismatch]:
+def _simulate_cells(protocol: str) -> dict[cases.Key, ByMismatch]:
     """Simulated figures of every cell by one protocol."""
-    plans = {"/".join(map(str, cell)): (cell_cycle(protocol, *cell), TARGETS[cell[1]]) for cell in PUBLISHED}
-    return dict(zip(PUBLISHED, simulate(plans).values(), strict=True))
+    plans = {
+        "/".join(map(str, cell)): (cases.cell_cycle(protocol, *cell), cases.TARGETS[cell[1]])
+        for cell in cases.PUBLISHED
+    }
+    return dict(zip(cases.PUBLISHED, simulate(plans).values(), strict=True))
 
 
-def _simulation_rows(protocol: str, measured: Mapping[Key, ByMismatch]) -> list[Row]:
+def _simulation_rows(protocol: str, measured: Mapping[cases.Key, ByMismatch]) -> list[Row]:
     rows: list[Row] = []
-    for method in METHODS if measured else ():
+    for method in cases.METHODS if measured else ():
         summaries = [figures for cell, figures in measured.items() if cell[0] == method]
         rows += simulation_rows(f"table1/{protocol}/{method}", summaries)
     return rows
 
 
-def _difference_rows(protocol: str, values: ByCell) -> list[Row]:
+def _difference_rows(protocol: str, values: cases.ByCell) -> list[Row]:
     """Rows with the mean and the largest difference of all cells to Table I; the paper gives no such figures."""
-    by_cell = differences(values)
-    off_fold = {cell: difference for cell, difference in by_cell.items() if cell != FOLD}
+    by_cell = cases.differences(values)
+    off_fold = {cell: difference for cell, difference in by_cell.items() if cell != cases.FOLD}
     mean = sum(by_cell.values()) / len(by_cell)
-    fitted = f"; {CHOSEN}" if protocol == "paper-clock" else ""
+    fitted = f"; {cases.CHOSEN}" if protocol == "paper-clock" else ""
     shares = {
         "mean-difference": (mean, f"mean absolute relative difference of all cells{fitted}"),
         "worst-difference": (max(by_cell.values()), _worst(by_cell)),
@@ -123,15 +109,19 @@ def _difference_rows(protocol: str, values: ByCell) -> list[Row]:
     ]
 
 
-def _worst(by_cell: ByCell) -> str:
+def _worst(by_cell: cases.ByCell) -> str:
     cell = max(by_cell, key=lambda key: by_cell[key])
     return "largest absolute relative difference, at " + "/".join(map(str, cell))
 
 
-def _order_rows(protocol: str, values: ByCell) -> list[Row]:
+def _order_rows(protocol: str, values: cases.ByCell) -> list[Row]:
     """Rows that count in how many columns and rows of the table the published order holds."""
-    columns = [[values[m, *cell] for m in reversed(METHODS) if (m, *cell) in values] for cell in CELLS]
-    lines = [[values[m, z, p] for p in PERCENTAGES[z] if (m, z, p) in values] for m in METHODS for z in TARGETS]
+    columns = [[values[m, *cell] for m in reversed(cases.METHODS) if (m, *cell) in values] for cell in cases.CELLS]
+    lines = [
+        [values[m, z, p] for p in cases.PERCENTAGES[z] if (m, z, p) in values]
+        for m in cases.METHODS
+        for z in cases.TARGETS
+    ]
     ordered = "columns in which the proposed throw is quickest and pick-and-place slowest"
     rising = "rows in which every higher percentage brings more picks"
     return [
@@ -159,22 +149,22 @@ def _peak_rows(protocol: str, cells: list[Row]) -> list[Row]:
     rows: list[Row] = []
     for name, peak in worst.items():
         note = f"greatest {name} of all cells as a share of its limit"
-        if name == "jerk" or PROTOCOLS[protocol].fitted:
+        if name == "jerk" or cases.PROTOCOLS[protocol].fitted:
             rows.append(Row.ours(f"table1/{protocol}/peak-{name}", peak, "-", beside=1.0, note=note))
         else:
-            rows.append(_protocol_row(protocol, f"peak-{name}", 1.0, peak, "-", note, LIMIT_TOLERANCE))
+            rows.append(_protocol_row(protocol, f"peak-{name}", 1.0, peak, "-", note, cases.LIMIT_TOLERANCE))
     return rows
 
 
 def _place_outside_row() -> Row:
     """Row of the cells that the paper leaves empty: the hand cannot place an object outside its workspace."""
     name, picks, refused = "hassan/pick-and-place-outside", list[float](), 0
-    for percent in PERCENTAGES["outside"]:
+    for percent in cases.PERCENTAGES["outside"]:
         try:
-            picks.append(picks_per_min(cell_cycle("paper-clock", "pick-and-place", "outside", percent)))
+            picks.append(cases.picks_per_min(cases.cell_cycle("paper-clock", "pick-and-place", "outside", percent)))
         except InfeasibleThrow:
             refused += 1
-    note = f"the target {TARGETS['outside']} lies outside the workspace: no plan at {refused} of 3 percentages"
+    note = f"the target {cases.TARGETS['outside']} lies outside the workspace: no plan at {refused} of 3 percentages"
     if picks:
         return Row.compared(name, "-", max(picks), "picks/min", note=note, refused=refused)
     return Row.missing(name, "-", "picks/min", "infeasible", note=note, refused=refused)
@@ -195,22 +185,24 @@ def _whole_table_grid(rows: list[Row]) -> Grid:
     }
     lines = [
         [settings.label, *(value(rows_by_quantity, f"table1/{name}/{entry}", form) for entry, form in forms.values())]
-        for name, settings in PROTOCOLS.items()
+        for name, settings in cases.PROTOCOLS.items()
     ]
     return Grid("Table I as a whole", ["difference to the published table", *forms], lines)
 
 
-def table_figure(reproduced: Mapping[str, ByCell]) -> str:
+def table_figure(reproduced: Mapping[str, cases.ByCell]) -> str:
     """Drawing of picks per minute over the percentage as SVG, published and by the main protocols."""
     figure, panels = subplots(1, 2, (10.5, 4.6))
-    for axes, (zone, percents) in zip(panels, PERCENTAGES.items(), strict=True):
-        for k, method in enumerate(METHODS):
-            cells = [(method, zone, percent) for percent in percents if (method, zone, percent) in PUBLISHED]
-            shares, name = [cell[2] for cell in cells], TITLES[method]
-            axes.plot(shares, [PUBLISHED[cell] for cell in cells], "o", color=COLOURS[k], label=f"{name}, published")
+    for axes, (zone, percents) in zip(panels, cases.PERCENTAGES.items(), strict=True):
+        for k, method in enumerate(cases.METHODS):
+            cells = [(method, zone, percent) for percent in percents if (method, zone, percent) in cases.PUBLISHED]
+            shares, name = [cell[2] for cell in cells], cases.TITLES[method]
+            axes.plot(
+                shares, [cases.PUBLISHED[cell] for cell in cells], "o", color=COLOURS[k], label=f"{name}, published"
+            )
             for protocol, style in STYLES.items():
                 picks = [reproduced[protocol][cell] for cell in cells]
-                label = f"{name}, {PROTOCOLS[protocol].label}"
+                label = f"{name}, {cases.PROTOCOLS[protocol].label}"
                 axes.plot(shares, picks, style, color=COLOURS[k], label=label)
         across, title = "share of the robot's limits [%]", f"target {zone} the workspace"
         dress(axes, across, "picks per minute", title, xticks=percents, ylim=(0.0, 130.0))

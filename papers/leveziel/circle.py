@@ -87,18 +87,15 @@ def fit_circle(theta: float, pixel: float) -> tuple[float, Shares]:
 def _share_rows(pixel: float) -> Iterator[Row]:
     """Rows with the circle's share of area and radius at the heights that are drawn."""
     home, middle, lower = (shares(height, HOME_THETA, pixel) for height in HEIGHTS)
-    note = (
-        "the paper names no height, and the share depends on it: of the reduced workspace's section at -45 deg and z = "
-        f"-200 mm; at z = -240 mm it has {100.0 * lower.area:.1f} % of the section's area but does not fit: only "
-        f"{1e3 * lower.inscribed:.0f} mm of radius do"
-    )
     yield Row.missing(
         "leveziel/circle/area",
         PUBLISHED,
         "-",
         "unpublished",
         reproduced=f"{100.0 * home.area:.0f} %",
-        note=note,
+        note="the paper names no height, and the share depends on it: of the reduced workspace's section at -45 deg "
+        f"and z = -200 mm; at z = -240 mm it has {100.0 * lower.area:.1f} % of the section's area but does not fit: "
+        f"only {1e3 * lower.inscribed:.0f} mm of radius do",
         share=100.0 * home.area,
         share_240=100.0 * lower.area,
         inscribed_240_m=lower.inscribed,
@@ -120,17 +117,14 @@ def _largest_row(pixel: float) -> Row:
     deepest = max(height for height, _ in best.values())
     areas = {name: 100.0 * shares(deepest, np.deg2rad(float(name)), pixel).area for name in best}
     name, (height, best_share) = max(best.items(), key=lambda item: item[1][1].area)
-    note = (
-        "the most of all heights and of -60, -45 and -30 deg, so searched for and no proof: where the section just "
-        f"holds the circle, z = {1e3 * height:.0f} mm at {name} deg; opened and closed at one height it covers "
-        f"{min(areas.values()):.0f} to {max(areas.values()):.0f} % (z = {1e3 * deepest:.0f} mm)"
-    )
     return Row.ours(
         "leveziel/circle/largest-area",
         f"{100.0 * best_share.area:.0f} %",
         "-",
         beside=PUBLISHED,
-        note=note,
+        note="the most of all heights and of -60, -45 and -30 deg, so searched for and no proof: where the section "
+        f"just holds the circle, z = {1e3 * height:.0f} mm at {name} deg; opened and closed at one height it covers "
+        f"{min(areas.values()):.0f} to {max(areas.values()):.0f} % (z = {1e3 * deepest:.0f} mm)",
         by_angle={key: [h, 100.0 * s.area] for key, (h, s) in best.items()},
         all_angles=areas,
     )

@@ -113,16 +113,13 @@ def _servo_rows(times: list[float], spread: list[float]) -> Iterator[Row]:
         f"{1e3 * ramp:.1f} ms if told to turn at 70 rpm, {1e3 * smooth:.1f} ms if told that of 60 ms"
     )
     yield Row.ours("leveziel/closing/servo-limited", stiff, "s", beside=BOUND, note=note, ramp=ramp, smooth=smooth)
-    note = (
-        f"the same with the gain that the servos are delivered with, {FACTORY_GAIN:g} N m/rad: next to the published "
-        f"time; {low:.0f} and {high:.0f} ms with half and twice the assumed inertia of the motors; {end}"
-    )
     yield Row.ours(
         "leveziel/closing/servo-limited-factory-gain",
         factory,
         "s",
         beside=BOUND,
-        note=note,
+        note=f"the same with the gain that the servos are delivered with, {FACTORY_GAIN:g} N m/rad: next to the "
+        f"published time; {low:.0f} and {high:.0f} ms with half and twice the assumed inertia of the motors; {end}",
         armatures=dict(zip((f"{a:g}" for a in ARMATURES), spread, strict=True)),
     )
 

@@ -108,18 +108,15 @@ def _grip_row(cycles: Cycles, where: str) -> Row:
     is_held = outcome.picked & (outcome.release_delay >= plans.open_time - plans.release_time)
     force = cycles.force[:, carried]
     both_pads = 100.0 * float(contacts.all(axis=2).mean())
-    note = (
-        f"cycles in which the cork is never free of the pads for {1e3 * BRUSHING:.0f} ms before they open: {where}; "
-        f"both pads touch it {both_pads:.1f} % of the time from the lift on, pressed by {force.min():.1f} to "
-        f"{force.max():.1f} N, and it moves by {1e3 * outcome.slip.max():.2f} mm along them at most"
-    )
     return Row.compared(
         "leveziel/cycle/held",
         "not released during the displacement",
         100.0 * float(is_held.mean()),
         "%",
         holds=bool(is_held.all()),
-        note=note,
+        note=f"cycles in which the cork is never free of the pads for {1e3 * BRUSHING:.0f} ms before they open: "
+        f"{where}; both pads touch it {both_pads:.1f} % of the time from the lift on, pressed by {force.min():.1f} to "
+        f"{force.max():.1f} N, and it moves by {1e3 * outcome.slip.max():.2f} mm along them at most",
         both_pads=both_pads,
         slip_max_m=float(outcome.slip.max()),
     )

@@ -167,16 +167,13 @@ def _condition_row(count: int) -> Row:
     sin, cos = (d * f + e * root) / square, (e * f - d * root) / square
     over = float(np.maximum(np.abs(sin), np.abs(cos)).max() - 1.0)
     norm = float(np.abs(sin**2 + cos**2 - 1.0).max())
-    note = (
-        f"of {count:,} random D, E, F the {len(d):,} with D^2 + E^2 >= F^2 exceed 1 by {max(over, 0.0):g} and s^2 + "
-        f"c^2 is 1 within {norm:.0e}"
-    )
     return Row.ours(
         "leveziel/inconsistency/condition-7",
         "redundant" if over < ZERO else "needed",
         "-",
         beside="|s_i| <= 1 and |c_i| <= 1",
-        note=note,
+        note=f"of {count:,} random D, E, F the {len(d):,} with D^2 + E^2 >= F^2 exceed 1 by {max(over, 0.0):g} and s^2 "
+        f"+ c^2 is 1 within {norm:.0e}",
         over=over,
         norm=norm,
     )
@@ -189,18 +186,15 @@ def _coplanar_row() -> Row:
     coplanar, singular = [*ASIDE, angle], [*ASIDE, float(singular_angle(ASIDE))]
     entries = jacobian_x(singular)[[1, 3], 3]
     index = float(tau(coplanar))
-    note = (
-        f"tau at (0, 60, -200) mm and {np.rad2deg(angle):.1f} deg, where the right half is coplanar with A_2 B_2 and "
-        f"det J_x is not zero; it vanishes at {np.rad2deg(singular[3]):.1f} deg, where neither half is (entries "
-        f"{1e4 * entries[0]:.1f} and {1e4 * entries[1]:.1f} cm2). Both are needed at once, so det J_x is tested here"
-    )
     return Row.compared(
         "leveziel/inconsistency/coplanar-half-is-singular",
         "either half coplanar with its forearm",
         index,
         "-",
         holds=index < ZERO,
-        note=note,
+        note=f"tau at (0, 60, -200) mm and {np.rad2deg(angle):.1f} deg, where the right half is coplanar with A_2 B_2 "
+        f"and det J_x is not zero; it vanishes at {np.rad2deg(singular[3]):.1f} deg, where neither half is (entries "
+        f"{1e4 * entries[0]:.1f} and {1e4 * entries[1]:.1f} cm2). Both are needed at once, so det J_x is tested here",
         coplanar_deg=float(np.rad2deg(angle)),
         singular_deg=float(np.rad2deg(singular[3])),
         determinant=float(singularity(coplanar).value),

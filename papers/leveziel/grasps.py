@@ -105,20 +105,16 @@ def draw_objects(cell: GripperCell, kind: int, rng: np.random.Generator) -> Hidd
 def _hold_row(grasps: Grasps) -> Row:
     is_held = grasps.is_held
     rate = wilson(int(is_held.sum()), is_held.size)
-    note = (
-        f"of {is_held.size} grasps lifted by 50 mm without slip, that is moved by less than {1e3 * SLIP:g} mm along "
-        "the "
-        f"pads after leaving the table (the most is {1e3 * grasps.slip.max():.2f} mm); places up to {1e3 * PLACE:g} mm "
-        f"and directions up to {YAW:g} deg off, sizes {100 * SIZE:.0f} %, masses {100 * MASS:.0f} % and friction "
-        f"{100 * FRICTION:.0f} %, seed {SEED}. 95 % interval from {100.0 * rate.low:.1f} %"
-    )
     return Row.compared(
         f"leveziel/grasps/{grasps.name}",
         "picked up",
         100.0 * rate.value,
         "%",
         holds=rate.value >= LEAST,
-        note=note,
+        note=f"of {is_held.size} grasps lifted by 50 mm without slip, that is moved by less than {1e3 * SLIP:g} mm "
+        f"along the pads after leaving the table (the most is {1e3 * grasps.slip.max():.2f} mm); places up to "
+        f"{1e3 * PLACE:g} mm and directions up to {YAW:g} deg off, sizes {100 * SIZE:.0f} %, masses {100 * MASS:.0f} "
+        f"% and friction {100 * FRICTION:.0f} %, seed {SEED}. 95 % interval from {100.0 * rate.low:.1f} %",
         grasps=int(is_held.size),
         lifted=int(grasps.lifted.sum()),
         slip_max_m=float(grasps.slip.max()),

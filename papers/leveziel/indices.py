@@ -105,32 +105,26 @@ def _ratio_rows(gripping: TauHull) -> Iterator[Row]:
     low, high = -1.0 / lowest_pose(lambda poses: -tau(poses), lean)[1], 1.0 / lowest_pose(tau, steep)[1]
     scaled = PUBLISHED_TAU_SCALE * low, PUBLISHED_TAU_SCALE * high
     deviation = 100.0 * (scaled[0] / RATIOS[0] - 1.0)
-    note = (
-        f"1/tau by Eq. 10 as printed, {low:.2f} to {high:.2f} in the reduced workspace from -60 to -30 deg, ends at "
-        f"{np.rad2deg(lean):.0f} and {np.rad2deg(steep):.0f} deg: how far the platform folds at most per motion of the "
-        "motors"
-    )
     yield Row.compared(
         "leveziel/inconsistency/transmission-ratios",
         _format_range(*RATIOS),
         _format_range(low, high),
         "-",
         explained=_format_range(*scaled),
-        note=note,
+        note=f"1/tau by Eq. 10 as printed, {low:.2f} to {high:.2f} in the reduced workspace from -60 to -30 deg, ends "
+        f"at {np.rad2deg(lean):.0f} and {np.rad2deg(steep):.0f} deg: how far the platform folds at most per motion of "
+        "the motors",
         low=low,
         high=high,
-    )
-    note = (
-        f"a hypothesis: 1/tau with |H| times {PUBLISHED_TAU_SCALE}, which is w in centimetres. The upper end, and tau "
-        "over 0.1, come out as if column 4 of J_x had been computed without its factor w and lengths in cm; the lower "
-        f"end, on a thin ridge at the strokes' edge, stays {deviation:.0f} % off. kappa is free of it"
     )
     yield Row.ours(
         "leveziel/inconsistency/transmission-ratios-scaled",
         _format_range(*scaled),
         "-",
         beside=_format_range(*RATIOS),
-        note=note,
+        note=f"a hypothesis: 1/tau with |H| times {PUBLISHED_TAU_SCALE}, which is w in centimetres. The upper end, and "
+        "tau over 0.1, come out as if column 4 of J_x had been computed without its factor w and lengths in cm; the "
+        f"lower end, on a thin ridge at the strokes' edge, stays {deviation:.0f} % off. kappa is free of it",
         low=scaled[0],
         high=scaled[1],
         scale=PUBLISHED_TAU_SCALE,
@@ -145,18 +139,15 @@ def _folding_row(step: float) -> Row:
     poses = reduced(step).poses
     fold = folding_speed(poses)
     ratio = 1.0 / (tau(poses) * fold)
-    note = (
-        "1 / |J_q^-1 J_x e_4|, how far the platform folds per motion of the motors while it stays in place; -45 deg, "
-        f"{len(fold):,} positions. Row 4 of J in Eq. 10 lets it drift as well, and 1/tau is {ratio.min():.1f} to "
-        f"{ratio.max():.1f} times as much"
-    )
     return Row.compared(
         "leveziel/inconsistency/tau-lets-the-platform-drift",
         "folding at a given position",
         f"{fold.min():.2f} to {fold.max():.2f}",
         "-",
         holds=bool((np.abs(ratio - 1.0) < ALIKE).all()),
-        note=note,
+        note="1 / |J_q^-1 J_x e_4|, how far the platform folds per motion of the motors while it stays in place; -45 "
+        f"deg, {len(fold):,} positions. Row 4 of J in Eq. 10 lets it drift as well, and 1/tau is {ratio.min():.1f} to "
+        f"{ratio.max():.1f} times as much",
         low=float(fold.min()),
         high=float(fold.max()),
     )

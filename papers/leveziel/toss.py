@@ -130,17 +130,14 @@ def _toss_row(result: HeldOutThrows, seeds: Sequence[int], env: Env, description
     delay = {name: throws.error[is_item, 2] for name, is_item in by_item.items() if is_item.any()}
     late = ", ".join(f"{name} {1e3 * times.mean():.1f} +- {1e3 * times.std():.1f} ms" for name, times in delay.items())
     stage = f"{result.controller}-{result.practice}" if result.practice > 0 else result.controller
-    note = (
-        f"of {len(throws)} held-out throws cross their compartment's opening and come to lie in it, by {description}; "
-        f"level {result.level}, seeds {', '.join(map(str, seeds))}, 95 % interval {100.0 * rate.low:.1f} to "
-        f"{100.0 * rate.high:.1f} %. Landing error {1e3 * miss:.1f} mm on average; objects come free against the "
-        f"plan: {late}"
-    )
     return Row.ours(
         f"leveziel/toss/{result.level}/{stage}",
         100.0 * rate.value,
         "%",
-        note=note,
+        note=f"of {len(throws)} held-out throws cross their compartment's opening and come to lie in it, by "
+        f"{description}; level {result.level}, seeds {', '.join(map(str, seeds))}, 95 % interval "
+        f"{100.0 * rate.low:.1f} to {100.0 * rate.high:.1f} %. Landing error {1e3 * miss:.1f} mm on average; objects "
+        f"come free against the plan: {late}",
         level=result.level,
         controller=result.controller,
         practice=result.practice,

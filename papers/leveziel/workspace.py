@@ -110,18 +110,15 @@ def _size_rows(step: float) -> Iterator[Row]:
         for s, degrees in ((0.0045, -60), (0.0048, -30), (0.005, 0))
     }
     ends = zip("xyz", *(1e3 * space.extent), strict=True)
-    note = (
-        f"positions of the reduced workspace at -45 deg with a step of {1e3 * step:.2f} mm; neither step nor angle is "
-        f"printed, and round steps give {_format_counts(counts)} at -45 deg and {_format_counts(counts_elsewhere)} "
-        "elsewhere"
-    )
     yield Row.missing(
         "leveziel/workspace/positions",
         float(PAPER_COUNT),
         "-",
         "unpublished",
         reproduced=float(len(space.positions)),
-        note=note,
+        note=f"positions of the reduced workspace at -45 deg with a step of {1e3 * step:.2f} mm; neither step nor "
+        f"angle is printed, and round steps give {_format_counts(counts)} at -45 deg and "
+        f"{_format_counts(counts_elsewhere)} elsewhere",
         counts=counts,
         counts_at_other_angles=counts_elsewhere,
     )
@@ -150,17 +147,14 @@ def _kappa_rows(step: float) -> Iterator[Row]:
     share = float(100.0 * (values > GOOD).mean())
     note = f"at -45 deg over the {len(values):,} positions of the reduced workspace"
     yield Row.compared("leveziel/fig-5/smallest-kappa", BOUND, least, "-", holds=least > LEAST, note=note)
-    note = (
-        f"between these positions, in the extreme tip ({millimetres(tip)}) mm where three motors stand at the ends of "
-        "their strokes; below 0.3 for some millimetres only"
-    )
     yield Row.compared(
         "leveziel/fig-5/smallest-kappa-anywhere",
         BOUND,
         anywhere,
         "-",
         holds=anywhere > LEAST,
-        note=note,
+        note=f"between these positions, in the extreme tip ({millimetres(tip)}) mm where three motors stand at the "
+        "ends of their strokes; below 0.3 for some millimetres only",
         position=tip.tolist(),
     )
     note = "share of the reduced workspace at -45 deg, by volume, where kappa exceeds 0.5"
@@ -192,18 +186,15 @@ def _positive_angle_row(step: float, pixel: float) -> Row:
     cut = section("x-y", quarter, pixel)
     poor = 100.0 * float((cut.kappa[cut.reduced] < POOR).mean())
     axis = cut.kappa[:, cut.up.size // 2][cut.reduced[:, cut.up.size // 2]]
-    note = (
-        f"smallest in the reduced workspace at +45 deg, close to zero below {DEAD:g}; {poor:.0f} % of its section at z "
-        f"= -200 mm are below {POOR:g}, on both sides of the line y = 0, where kappa stays at {axis.min():.2f} to "
-        f"{axis.max():.2f}. At angles of -90 to -15 deg it is {min(smallest.values()):.2f} at least"
-    )
     return Row.compared(
         "leveziel/video/kappa-at-45-deg",
         "close to zero in central areas",
         dead,
         "-",
         holds=dead < DEAD,
-        note=note,
+        note=f"smallest in the reduced workspace at +45 deg, close to zero below {DEAD:g}; {poor:.0f} % of its section "
+        f"at z = -200 mm are below {POOR:g}, on both sides of the line y = 0, where kappa stays at {axis.min():.2f} to "
+        f"{axis.max():.2f}. At angles of -90 to -15 deg it is {min(smallest.values()):.2f} at least",
         smallest_at_negative_angles=smallest,
         poor_percent=poor,
     )

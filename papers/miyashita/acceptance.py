@@ -17,28 +17,7 @@ from pnt_gym.planning.one_joint import plan_throws
 from pnt_gym.planning.one_joint.flight import landing_jacobian
 from pnt_gym.planning.one_joint.grasp import braking_acceleration
 
-from .cases import (
-    ANGLE,
-    ANGLE_STATEMENT,
-    ARM,
-    BLOCK,
-    DELAYS,
-    POSITION,
-    SPEED,
-    TRIALS,
-    LearningRecord,
-    Misses,
-    SimulatedThrower,
-    config_with_delay,
-    delay_name,
-    draw_cell_goals,
-    feasible_goals,
-    has_plan,
-    learn,
-    misses,
-    percent,
-    round_values,
-)
+from . import cases
 
 GAINS: Final = {
     "0.5": (0.5,) * 9,
@@ -71,13 +50,13 @@ def acceptance_findings(delay: float, goals: int = GOALS, repeats: int = REPEATS
     The goals are the goals of OneJointThrow-v0, and goals of random releases for which the planner finds a motion. The
     arm cannot reach some of the latter when the delay has to be made up for.
     """
-    goal, anywhere = draw_cell_goals(goals), feasible_goals(goals)[0]
+    goal, anywhere = cases.draw_cell_goals(goals), cases.feasible_goals(goals)[0]
     sets = [*((f"K-{name}", goal, gain) for name, gain in GAINS.items()), ("any-release", anywhere, GAINS[FALLING])]
     case = np.tile(np.arange(goals), len(sets))
     all_goals = np.concatenate([goal_set for _, goal_set, _ in sets])
     gains = np.repeat(np.array([gain for _, _, gain in sets]).T, goals, axis=1)
-    config = config_with_delay(delay)
-    learned = learn(SimulatedThrower(config, case.tolist()), all_goals, gains)
+    config = cases.config_with_delay(delay)
+    learned = cases.learn(cases.SimulatedThrower(config, case.tolist()), all_goals, gains)
     planner = ThrowPlanner(config, job_of(config))
     virtual = learned.virtual[-1].reshape(len(sets), goals, 4)
     slopes = response_slopes(delay, goal, virtual[list(GAINS).index(FALLING)])
@@ -86,7 +65,7 @@ def acceptance_findings(delay: float, goals: int = GOALS, repeats: int = REPEATS
         span, gain_text = slice(k * goals, (k + 1) * goals), gain_note(slopes, gain[0]) if len(set(gain)) == 1 else ""
         rows.append(
             _acceptance_row(
-                f"{delay_name(delay)}/{name}", learned, span, planner.has_reserve(goal_set, delay), gain_text
+                f"{cases.delay_name(delay)}/{name}", learned, span, planner.has_reserve(goal_set, delay), gain_text
             )
         )
     best = max(range(len(GAINS)), key=lambda k: float(rows[k].reproduced or 0.0))
@@ -94,28 +73,28 @@ def acceptance_findings(delay: float, goals: int = GOALS, repeats: int = REPEATS
     return Findings((*rows, *slope_rows(delay, slopes)))
 
 
-def _within_bounds(norms: Misses) -> Bools:
+def _within_bounds(norms: cases.Misses) -> Bools:
     """Whether errors are within the paper's bounds of position and vertical speed."""
-    return (norms.position < POSITION) & (norms.speed < SPEED)
+    return (norms.position < cases.POSITION) & (norms.speed < cases.SPEED)
 
 
-def _acceptance_row(name: str, learned: LearningRecord, span: slice, reserve: Bools, gain_text: str) -> Row:
+def _acceptance_row(name: str, learned: cases.LearningRecord, span: slice, reserve: Bools, gain_text: str) -> Row:
     """Row with the share of learned goals of the rows `span`; `reserve` marks goals within the arm's limits."""
-    by_camera, true = misses(learned.measured[-1, span]), misses(learned.true[-1, span])
+    by_camera, true = cases.misses(learned.measured[-1, span]), cases.misses(learned.true[-1, span])
     within = _within_bounds(by_camera)
-    once = np.any(_within_bounds(misses(learned.measured[:, span])), axis=0)
+    once = np.any(_within_bounds(cases.misses(learned.measured[:, span])), axis=0)
     unreachable = ~within & (learned.guarded[span] | ~reserve)
     details: dict[str, Any] = {
-        "share_at_least_once": percent(once),
-        "share_true_state": percent(_within_bounds(true)),
-        "share_position": percent(by_camera.position < POSITION),
-        "share_speed": percent(by_camera.speed < SPEED),
-        "share_angle": percent(by_camera.angle < ANGLE),
-        "share_position_true": percent(true.position < POSITION),
-        "share_speed_true": percent(true.speed < SPEED),
+        "share_at_least_once": cases.percent(once),
+        "share_true_state": cases.percent(_within_bounds(true)),
+        "share_position": cases.percent(by_camera.position < cases.POSITION),
+        "share_speed": cases.percent(by_camera.speed < cases.SPEED),
+        "share_angle": cases.percent(by_camera.angle < cases.ANGLE),
+        "share_position_true": cases.percent(true.position < cases.POSITION),
+        "share_speed_true": cases.percent(true.speed < cases.SPEED),
         "goals": len(within),
         "goals_with_reserve": int(reserve.sum()),
-        "share_with_reserve": percent(within[reserve]),
+        "share_with_reserve": cases.percent(within[reserve]),
         "failed": int((~within).sum()),
         "failed_out_of_reach": int(unreachable.sum()),
         "position_median_m": float(np.median(by_camera.position)),
@@ -124,35 +103,35 @@ def _acceptance_row(name: str, learned: LearningRecord, span: slice, reserve: Bo
         "speed_median": float(np.median(by_camera.speed)),
     }
     note = (
-        f"of {details['goals']} random goals, throw {TRIALS}, as the camera saw it, below 2.5 mm and 0.01 m/s; "
-        f"{details['share_at_least_once']:.1f} % were at one of the {TRIALS} throws; "
+        f"of {details['goals']} random goals, throw {cases.TRIALS}, as the camera saw it, below 2.5 mm and 0.01 m/s; "
+        f"{details['share_at_least_once']:.1f} % were at one of the {cases.TRIALS} throws; "
         f"{details['share_with_reserve']:.1f} % of the {details['goals_with_reserve']} that stay within the arm's "
         f"limits when the delay is made up for; {details['failed_out_of_reach']} of {details['failed']} misses are for "
         f"want of that. By the true state {details['share_true_state']:.1f} %: air slows the block, which a parabola "
         f"fitted to pictures does not see ({details['share_speed_true']:.0f} % keep the bound of the speed){gain_text}"
     )
-    return Row.ours(f"miyashita/acceptance/{name}", percent(within), "%", note=note, **details)
+    return Row.ours(f"miyashita/acceptance/{name}", cases.percent(within), "%", note=note, **details)
 
 
 def _scatter_rows(delay: float, goal: Floats, virtual: Floats, gain: str, repeats: int) -> list[Row]:
     """Rows with the scatter of repeated throws at the learned virtual goals, measured and predicted by its causes."""
     case = np.arange(repeats * len(goal))
     plans, goals = plan_throws(np.tile(virtual, (repeats, 1))), np.tile(goal, (repeats, 1))
-    throws = SimulatedThrower(config_with_delay(delay), case.tolist(), seed=1).throw(plans, goals)
+    throws = cases.SimulatedThrower(cases.config_with_delay(delay), case.tolist(), seed=1).throw(plans, goals)
     states = throws.measured.reshape(repeats, len(goal), 4)
     residuals = (states - states.mean(axis=0)) * np.sqrt(repeats / (repeats - 1.0))
-    deviations, spread = misses(residuals), misses(np.sqrt((residuals**2).mean(axis=0)))
-    expected = misses(expected_scatter(goal, delay))
+    deviations, spread = cases.misses(residuals), cases.misses(np.sqrt((residuals**2).mean(axis=0)))
+    expected = cases.misses(expected_scatter(goal, delay))
     place, angle = float(np.median(expected.position)), float(np.median(expected.angle))
-    name = f"miyashita/scatter/{delay_name(delay)}"
+    name = f"miyashita/scatter/{cases.delay_name(delay)}"
     return [
         Row.ours(
             f"{name}/share",
-            percent(_within_bounds(deviations)),
+            cases.percent(_within_bounds(deviations)),
             "%",
             note="throws within 2.5 mm and 0.01 m/s of the mean of their goal's throws: what perfect knowledge would "
             f"reach; {repeats} more throws at each virtual goal that K = {gain} led to",
-            share_angle=percent(deviations.angle < ANGLE),
+            share_angle=cases.percent(deviations.angle < cases.ANGLE),
         ),
         Row.ours(
             f"{name}/position",
@@ -164,31 +143,31 @@ def _scatter_rows(delay: float, goal: Floats, virtual: Floats, gain: str, repeat
         ),
         Row.missing(
             f"{name}/angle",
-            ANGLE,
+            cases.ANGLE,
             "deg",
             "unpublished",
-            statement=ANGLE_STATEMENT,
+            statement=cases.ANGLE_STATEMENT,
             reproduced=float(np.median(spread.angle)),
             note=f"median standard deviation; {angle:.2f} deg follow from the assumed scatter of placement, timing and "
             "camera. An error below 0.1 deg needs a speed that repeats to 0.1 % or a release that repeats to 0.03 ms; "
             "the paper gives neither",
             predicted=angle,
-            share_below_bound=percent(deviations.angle < ANGLE),
+            share_below_bound=cases.percent(deviations.angle < cases.ANGLE),
         ),
     ]
 
 
 def expected_scatter(goal: Floats, delay: float) -> Floats:
     """Standard deviations (N, 4) of measured states, to first order in the scatter of placement, timing and camera."""
-    config = config_with_delay(delay)
+    config = cases.config_with_delay(delay)
     errors, camera = config.errors, config.camera
     u = plan_throws(goal).u
-    jacobian, radius = landing_jacobian(u, BLOCK.half_height), np.sqrt(u[:, 2] ** 2 - BLOCK.half_height**2)
+    jacobian, radius = landing_jacobian(u, cases.BLOCK.half_height), np.sqrt(u[:, 2] ** 2 - cases.BLOCK.half_height**2)
     by_placement = jacobian[:, :, 2] * (errors.placement * radius / u[:, 2])[:, None]
     # With no delay, the half of the random delays that are negative count as 0.
     timing = errors.timing * (1.0 if delay > 0.0 else np.sqrt(0.5 - 0.5 / np.pi))
     # The true arm has more inertia than the planned arm and brakes with the same torque.
-    brake = braking_acceleration(u[:, 1], ARM) / (1.0 + errors.inertia)
+    brake = braking_acceleration(u[:, 1], cases.ARM) / (1.0 + errors.inertia)
     by_timing = timing * (jacobian[:, :, 0] * u[:, 1, None] + jacobian[:, :, 1] * brake[:, None])
     rate, squares = jacobian[:, :, 3], config.scale.weights() ** 2
     variance = np.zeros_like(goal)
@@ -212,27 +191,25 @@ def response_slopes(delay: float, goal: Floats, virtual: Floats) -> Slopes:
         camera={"position": 0.0, "angle_deg": 0.0},
     )
     nudged = [virtual + sign * way for way in np.diag(NUDGE) for sign in (1.0, -1.0)]
-    rows = np.logical_and.reduce([has_plan(goals) for goals in nudged])
-    thrower = SimulatedThrower(quiet, range(int(rows.sum())))
+    rows = np.logical_and.reduce([cases.has_plan(goals) for goals in nudged])
+    thrower = cases.SimulatedThrower(quiet, range(int(rows.sum())))
     ends = [thrower.throw(plan_throws(goals[rows]), goal[rows]).measured for goals in nudged]
     slopes = np.stack([(ends[2 * k] - ends[2 * k + 1]) / (2.0 * NUDGE[k]) for k in range(4)], axis=2)
     first = thrower.throw(plan_throws(goal[rows]), goal[rows]).measured - goal[rows]
     # The least eigenvalue belongs to the direction along the flight and is 0.
-    return Slopes(np.sort(np.linalg.eigvals(slopes).real, axis=1)[:, 1:], misses(first).position)
+    return Slopes(np.sort(np.linalg.eigvals(slopes).real, axis=1)[:, 1:], cases.misses(first).position)
 
 
 def gain_note(slopes: Slopes, gain: float) -> str:
     """Effect of a constant gain on errors and scatter, in words."""
     share_left = 1.0 - gain * slopes.across[:, 0]
-    error_left = 1e3 * float(np.median(slopes.first_error * np.abs(share_left) ** (TRIALS - 1)))
+    error_left = 1e3 * float(np.median(slopes.first_error * np.abs(share_left) ** (cases.TRIALS - 1)))
     rate = gain * float(np.median(slopes.across[:, 2]))
     growth = np.sqrt(1.0 + rate / (2.0 - rate))
     return (
         f". Where the state follows the virtual goal least, {100.0 * float(np.median(share_left)):.0f} % of the error "
-        "is "
-        f"left by each throw, {error_left:.1f} mm at throw {TRIALS} (medians, no scatter); where most, the scatter of "
-        "the "
-        f"measured state grows to {growth:.1f} times that of a throw"
+        f"is left by each throw, {error_left:.1f} mm at throw {cases.TRIALS} (medians, no scatter); where most, the "
+        f"scatter of the measured state grows to {growth:.1f} times that of a throw"
     )
 
 
@@ -248,13 +225,13 @@ def slope_rows(delay: float, slopes: Slopes) -> list[Row]:
     )
     return [
         Row.ours(
-            f"miyashita/slopes/{delay_name(delay)}/{name}",
+            f"miyashita/slopes/{cases.delay_name(delay)}/{name}",
             float(np.median(values)),
             "-",
             note=f"{name} slope of the passed state against the virtual goal across the flight, median of "
             f"{len(values)} random goals without scatter, at the virtual goals that were learned; the paper's update "
             f"takes it to be 1; {note}",
-            quantiles_10_50_90=round_values(np.quantile(values, (0.1, 0.5, 0.9)), 4),
+            quantiles_10_50_90=cases.round_values(np.quantile(values, (0.1, 0.5, 0.9)), 4),
         )
         for name, values, note in readings
     ]
@@ -265,7 +242,7 @@ def acceptance_grid(rows: Rows) -> Grid:
     shares = ("reproduced", "share_at_least_once", "share_with_reserve", "share_true_state", "share_position_true",
               "share_angle")  # fmt: skip
     lines: list[list[str]] = []
-    for delay in map(delay_name, DELAYS):
+    for delay in map(cases.delay_name, cases.DELAYS):
         free = f"{delay.removeprefix('delay-')} late"
         for name, row in below(rows, f"miyashita/acceptance/{delay}").items():
             gain = name.removeprefix("K-").replace("any-release", f"{FALLING}, any release")

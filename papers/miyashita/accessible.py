@@ -179,8 +179,7 @@ def claim_row(arm_cells: Ints, samples: Counts) -> Row:
         "-",
         holds=loss >= CONSIDERABLE,
         note=f"dy = 0, cells of 2 cm x 2 cm x 5 deg: the arm's range and length alone reach {len(arm_cells)} within "
-        "one "
-        f"turn; the motor and the dynamic grasp leave {len(space.cells)}, and a loss of {CONSIDERABLE:.0f} % or "
+        f"one turn; the motor and the dynamic grasp leave {len(space.cells)}, and a loss of {CONSIDERABLE:.0f} % or "
         f"more counts as considerable. Most of it is the motor's speed, which alone leaves {len(space.kinematic)}; "
         f"torque, grasp and a motion from rest take {dynamics:.1f} % of those",
         cells=len(space.cells),
@@ -208,8 +207,7 @@ def _motor_row(torque: float, samples: Counts) -> Row:
         float(len(space.cells)),
         "-",
         note=f"cells with dy = 0 at a largest torque of {torque:g} N m, {share_left:.0f} % of those that reach and "
-        "speed "
-        f"allow; {len(space.grasp)} if only the release has to keep grasp and torque",
+        f"speed allow; {len(space.grasp)} if only the release has to keep grasp and torque",
         kinematic=len(space.kinematic),
         release_only=len(space.grasp),
     )

@@ -19,20 +19,7 @@ from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.planning.one_joint import plan_throws
 from pnt_gym.robots.one_joint.model import STOPPER_HEIGHT
 
-from .cases import (
-    GOAL,
-    POSITION,
-    TRIALS,
-    LearningRecord,
-    SimulatedThrower,
-    config_with_delay,
-    draw_cell_goals,
-    feasible_goals,
-    learn,
-    misses,
-    percent,
-    round_values,
-)
+from . import cases
 from .reach import ROUNDS, SCANNED, WITHIN, BestReleases, Search, goals_above_arm, size
 
 GOALS: Final = 20
@@ -45,10 +32,12 @@ REACH_GOALS: Final = 200
 
 def contact_findings(goals: int = GOALS) -> Findings:
     """Effect of the push on the spin, and errors of the paper's update under the push."""
-    all_goals = np.concatenate([GOAL[None], feasible_goals(goals - 1)[0]])
-    learned = learn(SimulatedThrower(OneJointConfig.load("contact"), range(goals)), all_goals, np.full(goals, 0.5))
+    all_goals = np.concatenate([cases.GOAL[None], cases.feasible_goals(goals - 1)[0]])
+    learned = cases.learn(
+        cases.SimulatedThrower(OneJointConfig.load("contact"), range(goals)), all_goals, np.full(goals, 0.5)
+    )
     miss = size(learned.true)
-    data = {"miyashita_contact": round_values(np.quantile(miss, (0.25, 0.5, 0.75), axis=1).T)}
+    data = {"miyashita_contact": cases.round_values(np.quantile(miss, (0.25, 0.5, 0.75), axis=1).T)}
     figures = {"miyashita_contact.svg": update_figure(miss)}
     return table_findings(
         "Stoppers that push the block", [*_push_rows(), _update_row(learned)], figures, data, drop="miyashita/"
@@ -58,8 +47,8 @@ def contact_findings(goals: int = GOALS) -> Findings:
 def _push_rows() -> list[Row]:
     """Rows with the spin that the block loses by the push, by the height of the stoppers."""
     count = len(HEIGHTS)
-    plans = plan_throws(np.tile(GOAL, (count, 1)))
-    thrower = SimulatedThrower(OneJointConfig.load("contact", mismatch=0.0), range(count))
+    plans = plan_throws(np.tile(cases.GOAL, (count, 1)))
+    thrower = cases.SimulatedThrower(OneJointConfig.load("contact", mismatch=0.0), range(count))
     sunk = STOPPER_HEIGHT - np.array(HEIGHTS)
     for body in thrower.plant.scene.stoppers or ():
         thrower.plant.batch.expand("body_pos")[:, body, 2] -= sunk
@@ -78,24 +67,24 @@ def _push_rows() -> list[Row]:
     ]
 
 
-def _update_row(learned: LearningRecord) -> Row:
-    first, last = misses(learned.true[0]), misses(learned.true[-1])
-    worse = percent(size(learned.true[-1]) > size(learned.true[0]))
-    paper_goal = misses(learned.true[:, 0])
+def _update_row(learned: cases.LearningRecord) -> Row:
+    first, last = cases.misses(learned.true[0]), cases.misses(learned.true[-1])
+    worse = cases.percent(size(learned.true[-1]) > size(learned.true[0]))
+    paper_goal = cases.misses(learned.true[:, 0])
     return Row.ours(
         "miyashita/contact/paper-update",
         float(np.median(last.position)),
         "m",
-        beside=f"< {POSITION:g} m",
+        beside=f"< {cases.POSITION:g} m",
         note=f"median true position error of {len(learned.guarded)} goals (the paper's, random ones of seed 0) at "
-        f"throw {TRIALS} with K = 0.5, after {np.median(first.position):.3f} m at the first; the angle goes from "
+        f"throw {cases.TRIALS} with K = 0.5, after {np.median(first.position):.3f} m at the first; the angle goes from "
         f"{np.median(first.angle):.0f} to {np.median(last.angle):.0f} deg, {worse:.0f} % of the goals end farther off "
-        f"than they began: more speed means more push. {percent(learned.guarded):.0f} % of the virtual goals had to be "
-        "held back at the arm's limits",
+        f"than they began: more speed means more push. {cases.percent(learned.guarded):.0f} % of the virtual goals had "
+        "to be held back at the arm's limits",
         position_paper_goal=paper_goal.position.tolist(),
         angle_paper_goal_deg=paper_goal.angle.tolist(),
         share_worse=worse,
-        share_reached=percent(size(learned.true[-1]) < 1.0),
+        share_reached=cases.percent(size(learned.true[-1]) < 1.0),
     )
 
 
@@ -116,8 +105,8 @@ def update_figure(miss: Floats) -> Figure:
 
 def reach_findings(goals: int = REACH_GOALS, scanned: int = SCANNED) -> Findings:
     """Shares of the cell's goals and of goals of random releases that some release reaches under the push."""
-    cell_goals, release_goals = np.concatenate([GOAL[None], draw_cell_goals(goals)]), goals_above_arm(goals)
-    pushed, free = Search(OneJointConfig.load("contact"), scanned), Search(config_with_delay(0.0), scanned)
+    cell_goals, release_goals = np.concatenate([cases.GOAL[None], cases.draw_cell_goals(goals)]), goals_above_arm(goals)
+    pushed, free = Search(OneJointConfig.load("contact"), scanned), Search(cases.config_with_delay(0.0), scanned)
     count = len(pushed)
     pushed_cell, ideal_cell = pushed.reach(cell_goals), free.reach(cell_goals)
     pushed_release, ideal_release = pushed.reach(release_goals), free.reach(release_goals)
@@ -137,27 +126,25 @@ def reach_findings(goals: int = REACH_GOALS, scanned: int = SCANNED) -> Findings
         "goals of any release, ideal release": ideal_release.miss,
     }
     figures = {"miyashita_contact_reach.svg": reach_figure(sizes, cell_goals, release_goals, pushed_release)}
-    data = {name: round_values(np.sort(values), 3) for name, values in sizes.items()}
+    data = {name: cases.round_values(np.sort(values), 3) for name, values in sizes.items()}
     headline = "What any release reaches although the block is pushed"
     return table_findings(headline, rows, figures, {"miyashita_contact_reach": data}, drop="miyashita/")
 
 
 def _reach_row(name: str, description: str, reached: BestReleases, control: BestReleases, count: int) -> Row:
-    free = percent(control.miss < 1.0)
+    free = cases.percent(control.miss < 1.0)
     return Row.ours(
         f"miyashita/contact/reachable/{name}",
-        percent(reached.miss < 1.0),
+        cases.percent(reached.miss < 1.0),
         "%",
         note=f"of {len(reached.miss)} {description} that some release reaches within {1e3 * WITHIN[0]:g} mm and "
-        f"{WITHIN[1]:g} "
-        f"deg although the block is pushed, whatever its vertical speed: best of {count} simulated releases all over "
-        f"the arm's range and {ROUNDS} rounds of Gauss-Newton steps from there. The same search with an ideal release "
-        f"reaches {free:.1f} %. The median goal is missed by {np.median(reached.miss):.1f} times that much, the "
-        "nearest "
-        f"by {reached.miss.min():.1f} times",
+        f"{WITHIN[1]:g} deg although the block is pushed, whatever its vertical speed: best of {count} simulated "
+        f"releases all over the arm's range and {ROUNDS} rounds of Gauss-Newton steps from there. The same search "
+        f"with an ideal release reaches {free:.1f} %. The median goal is missed by {np.median(reached.miss):.1f} "
+        f"times that much, the nearest by {reached.miss.min():.1f} times",
         goals=len(reached.miss),
         share_ideal=free,
-        missed_quartiles=round_values(np.quantile(reached.miss, (0.0, 0.25, 0.5, 0.75)), 4),
+        missed_quartiles=cases.round_values(np.quantile(reached.miss, (0.0, 0.25, 0.5, 0.75)), 4),
     )
 
 
@@ -194,6 +181,8 @@ def _draw_places(panel: Axes, cell_goals: Floats, release_goals: Floats, is_reac
     ):
         distance = np.hypot(goals[:, 0], goals[:, 1])
         panel.scatter(distance, np.rad2deg(goals[:, 2]), s=12, color=colour, alpha=0.7, linewidths=0, label=label)
-    panel.scatter(np.hypot(*GOAL[:2]), np.rad2deg(GOAL[2]), s=80, marker="*", color="black", label="the paper's goal")
+    panel.scatter(
+        np.hypot(*cases.GOAL[:2]), np.rad2deg(cases.GOAL[2]), s=80, marker="*", color="black", label="the paper's goal"
+    )
     dress(panel, "goal's distance from the pivot [m]", "goal's angle [°]")
     panel.legend(fontsize=8)

@@ -141,8 +141,7 @@ def _refusals(refused: Bools, is_kept: Bools) -> str:
         return f"{percent(refused):.0f} % of the practice asked for what the arm cannot do"
     return (
         f"Where it fails, {percent(refused[~is_kept]):.0f} % of the practice asked for what the arm cannot do, "
-        "elsewhere "
-        f"{percent(refused[is_kept]):.0f} %"
+        f"elsewhere {percent(refused[is_kept]):.0f} %"
     )
 
 
@@ -198,7 +197,6 @@ def _level_row(name: str, throws: list[Throws], practice: int) -> Row:
     practice_text = "" if name == "analytic" else f", after {practice} throws of practice with {len(PUSHED)} goals"
     note = (
         f"of {sum(map(len, throws))} held-out throws on the level `contact` {NEAR}{practice_text}, {len(throws)} "
-        "seeds, "
-        f"{ROWS} cells side by side"
+        f"seeds, {ROWS} cells side by side"
     )
     return Row.ours(f"miyashita/contact/level/{name}", float(np.mean(by_seed)), "%", note=note, success_by_seed=by_seed)

@@ -17,23 +17,7 @@ from agents.reproduce.finding import Findings, Row
 from pnt_gym.arrays import Floats, take
 from pnt_gym.planning.one_joint import plan_throws
 
-from .cases import (
-    ANGLE,
-    ANGLE_STATEMENT,
-    DELAYS,
-    GOAL,
-    POSITION,
-    SPEED,
-    TRIALS,
-    LearningRecord,
-    Misses,
-    SimulatedThrower,
-    config_with_delay,
-    delay_name,
-    learn,
-    misses,
-    round_values,
-)
+from . import cases
 from .drawings import draw_motion
 
 GAINS: Final = (0.3, 0.5, 0.7, 1.0, 1.3)
@@ -48,7 +32,7 @@ DRAWN: Final = (0.005, 0.5)
 
 def learning_findings(seeds: int = SEEDS) -> Findings:
     """Errors over ten throws at the published goal, for three delays and five gains."""
-    learned = {delay: _learn_rows(delay, seeds) for delay in DELAYS}
+    learned = {delay: _learn_rows(delay, seeds) for delay in cases.DELAYS}
     curves = {delay: norms_by_gain(record.measured) for delay, record in learned.items()}
     rows = [row for delay, record in learned.items() for row in _delay_rows(delay, record)]
     rows += figure_10_rows(curves)
@@ -57,41 +41,45 @@ def learning_findings(seeds: int = SEEDS) -> Findings:
         "miyashita_trials.svg": svg(trials_figure(learned[DRAWN[0]].virtual[:, GAINS.index(DRAWN[1]) * seeds])),
     }
     means = {
-        delay_name(delay): {name: round_values(values.mean(axis=2).T) for name, values in norms._asdict().items()}
+        cases.delay_name(delay): {
+            name: cases.round_values(values.mean(axis=2).T) for name, values in norms._asdict().items()
+        }
         for delay, norms in curves.items()
     }
-    data = {"trials": TRIALS, "gains": GAINS, "curves": means}
+    data = {"trials": cases.TRIALS, "gains": GAINS, "curves": means}
     return Findings(tuple(rows), {"miyashita_learning": data}, figures, (_grid(rows),))
 
 
-def _learn_rows(delay: float, seeds: int) -> LearningRecord:
+def _learn_rows(delay: float, seeds: int) -> cases.LearningRecord:
     """Learning at one delay, where the rows are all seeds of the first gain, then all seeds of the next gain."""
     case = np.tile(np.arange(seeds), len(GAINS))
-    goal = np.tile(GOAL, (case.size, 1))
-    return learn(SimulatedThrower(config_with_delay(delay), case.tolist()), goal, np.repeat(GAINS, seeds))
+    goal = np.tile(cases.GOAL, (case.size, 1))
+    return cases.learn(
+        cases.SimulatedThrower(cases.config_with_delay(delay), case.tolist()), goal, np.repeat(GAINS, seeds)
+    )
 
 
-def norms_by_gain(error: Floats) -> Misses:
+def norms_by_gain(error: Floats) -> cases.Misses:
     """Norms (J, K, seeds) of errors (J, K x seeds, 4)."""
-    return misses(error.reshape(len(error), len(GAINS), -1, 4))
+    return cases.misses(error.reshape(len(error), len(GAINS), -1, 4))
 
 
-def _delay_rows(delay: float, learned: LearningRecord) -> list[Row]:
+def _delay_rows(delay: float, learned: cases.LearningRecord) -> list[Row]:
     """Rows with the errors of each gain, and a row with the smallest error of the angle over all gains."""
     by_camera, true = norms_by_gain(learned.measured), norms_by_gain(learned.true)
     return [*(_gain_row(delay, k, by_camera, true) for k in range(len(GAINS))), _angle_row(delay, by_camera.angle[-1])]
 
 
-def _gain_row(delay: float, k: int, by_camera: Misses, true: Misses) -> Row:
-    first, last = (Misses(*(values[trial, k] for values in by_camera)) for trial in (0, -1))
-    final = Misses(*(values[-1, k] for values in true))
-    within_bounds = last.position.mean() < POSITION and last.speed.mean() < SPEED
+def _gain_row(delay: float, k: int, by_camera: cases.Misses, true: cases.Misses) -> Row:
+    first, last = (cases.Misses(*(values[trial, k] for values in by_camera)) for trial in (0, -1))
+    final = cases.Misses(*(values[-1, k] for values in true))
+    within_bounds = last.position.mean() < cases.POSITION and last.speed.mean() < cases.SPEED
     return Row.ours(
-        f"miyashita/learning/{delay_name(delay)}/K-{GAINS[k]:g}",
+        f"miyashita/learning/{cases.delay_name(delay)}/K-{GAINS[k]:g}",
         float(last.position.mean()),
         "m",
-        beside=f"< {POSITION:g} m",
-        note=f"position error of throw {TRIALS} as the camera saw it, mean of {last.position.size} seeds, after "
+        beside=f"< {cases.POSITION:g} m",
+        note=f"position error of throw {cases.TRIALS} as the camera saw it, mean of {last.position.size} seeds, after "
         f"{1e3 * first.position.mean():.1f} mm at the first; gain, delay and scatter are assumed"
         f"{'' if within_bounds else _explain_gain(delay, GAINS[k])}",
         angle_deg=float(last.angle.mean()),
@@ -104,7 +92,7 @@ def _gain_row(delay: float, k: int, by_camera: Misses, true: Misses) -> Row:
 
 def _explain_gain(delay: float, gain: float) -> str:
     if gain < 1.0:
-        return f"; so small a gain has not made up for {1e3 * delay:.0f} ms after {TRIALS} throws"
+        return f"; so small a gain has not made up for {1e3 * delay:.0f} ms after {cases.TRIALS} throws"
     return "; so large a gain goes too far, up to goals that the arm cannot throw to, and swings back"
 
 
@@ -113,31 +101,31 @@ def _angle_row(delay: float, angle: Floats) -> Row:
     means = angle.mean(axis=1)
     best = int(means.argmin())
     return Row.missing(
-        f"miyashita/learning/{delay_name(delay)}/angle",
-        f"< {ANGLE:g} deg",
+        f"miyashita/learning/{cases.delay_name(delay)}/angle",
+        f"< {cases.ANGLE:g} deg",
         "deg",
         "unpublished",
-        statement=ANGLE_STATEMENT,
+        statement=cases.ANGLE_STATEMENT,
         reproduced=float(means[best]),
-        note=f"throw {TRIALS} with the best gain, K = {GAINS[best]:g}: what is left is the scatter from throw to "
+        note=f"throw {cases.TRIALS} with the best gain, K = {GAINS[best]:g}: what is left is the scatter from throw to "
         "throw, which the paper does not give and which is assumed here",
     )
 
 
-def figure_10_rows(curves: Mapping[float, Misses]) -> list[Row]:
+def figure_10_rows(curves: Mapping[float, cases.Misses]) -> list[Row]:
     """Rows on Fig. 10: the errors fall gradually, and after ten throws are below the published bounds."""
     gains = ", ".join(f"{gain:g}" for gain in GAINS[NO_OVERSHOOT])
     last = {name: max(float(getattr(n, name)[-1, NO_OVERSHOOT].mean(axis=1).max()) for n in curves.values())
             for name in ("position", "speed")}  # fmt: skip
     where = (
-        f"throw {TRIALS} as the camera saw it, the largest of the means of {len(curves)} delays and K = {gains}; the "
-        "paper gives no gain, delay or scatter, and the figure comes out for every one of these"
+        f"throw {cases.TRIALS} as the camera saw it, the largest of the means of {len(curves)} delays and K = {gains}; "
+        "the paper gives no gain, delay or scatter, and the figure comes out for every one of these"
     )
     late = [norms.position[:, NO_OVERSHOOT].mean(axis=2) for delay, norms in curves.items() if delay > 0.0]
     # A mean may rise again by scatter alone once it is below the bound.
-    falls = all(bool(((means[1:] < means[:-1]) | (means[1:] < POSITION)).all()) for means in late)
+    falls = all(bool(((means[1:] < means[:-1]) | (means[1:] < cases.POSITION)).all()) for means in late)
     left = max(float((means[-1] / means[0]).max()) for means in late)
-    bounds = (("position", POSITION, "m"), ("speed", SPEED, "m/s"))
+    bounds = (("position", cases.POSITION, "m"), ("speed", cases.SPEED, "m/s"))
     return [
         *(
             Row.compared(
@@ -157,8 +145,8 @@ def figure_10_rows(curves: Mapping[float, Misses]) -> list[Row]:
             100.0 * left,
             "%",
             holds=falls and left < 1.0,
-            note=f"of the first throw's position error is left at most after {TRIALS} throws, at delays of 5 and 10 "
-            "ms; the mean error falls with every throw until it is below the bound",
+            note=f"of the first throw's position error is left at most after {cases.TRIALS} throws, at delays of 5 and "
+            "10 ms; the mean error falls with every throw until it is below the bound",
         ),
     ]
 
@@ -178,12 +166,12 @@ def _grid(rows: list[Row]) -> Grid:
     return Grid("Learning the paper's goal: mean errors of the 10th throw, as the camera saw them", header, lines)
 
 
-def curves_figure(curves: dict[float, Misses]) -> Figure:
+def curves_figure(curves: dict[float, cases.Misses]) -> Figure:
     """Drawing of the errors' norms over throws (the paper's Fig. 10), one row of panels per delay."""
     figure, axes = subplots(len(curves), 3, (12.0, 2.7 * len(curves)), sharex=True)
     names = ("position [mm]", "angle [°]", "vertical speed [m/s]")
-    bounds, units = (1e3 * POSITION, ANGLE, SPEED), (1e3, 1.0, 1.0)
-    throws = np.arange(1, TRIALS + 1)
+    bounds, units = (1e3 * cases.POSITION, cases.ANGLE, cases.SPEED), (1e3, 1.0, 1.0)
+    throws = np.arange(1, cases.TRIALS + 1)
     for row, (delay, norms) in enumerate(curves.items()):
         panels = axes[3 * row : 3 * row + 3]
         for panel, values, unit, bound, name in zip(panels, norms, units, bounds, names, strict=True):
@@ -206,8 +194,8 @@ def trials_figure(virtual: Floats) -> Figure:
     figure, axes = subplots(1, 3, (12.0, 3.4))
     plans = plan_throws(virtual)
     longest = float(plans.motion.stop_time.max())
-    styles = {0: (COLOURS[0], 1.5, "throw 1"), TRIALS - 1: (COLOURS[3], 1.5, f"throw {TRIALS}")}
-    for trial in range(TRIALS):
+    styles = {0: (COLOURS[0], 1.5, "throw 1"), cases.TRIALS - 1: (COLOURS[3], 1.5, f"throw {cases.TRIALS}")}
+    for trial in range(cases.TRIALS):
         between = ("gray", 0.7, "between" if trial == 1 else None)
         colour, width, label = styles.get(trial, between)
         draw_motion(axes, take(plans.motion, [trial]), longest, color=colour, linewidth=width, label=label)

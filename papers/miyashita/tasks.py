@@ -69,9 +69,8 @@ def _success_row(name: str, successes: Bools, description: str, practice: int, *
         "-",
         beside="successful",
         note=f"of {successes.size} {description}; every unmodelled effect at its realistic strength, ideal release, "
-        "learned from "
-        f"{practice} throws by the virtual goal with K = {GAIN:g}. 95 % interval {100.0 * rate.low:.0f} to "
-        f"{100.0 * rate.high:.0f} %. The paper's only failures, turns of the part out of the plane of the throw, "
+        f"learned from {practice} throws by the virtual goal with K = {GAIN:g}. 95 % interval {100.0 * rate.low:.0f} "
+        f"to {100.0 * rate.high:.0f} %. The paper's only failures, turns of the part out of the plane of the throw, "
         "cannot occur: parts move in that plane here",
         runs=int(successes.size),
         practice=practice,

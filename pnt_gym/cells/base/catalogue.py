@@ -7,8 +7,8 @@ new items.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from difflib import get_close_matches
-from itertools import chain
 from pathlib import Path
 from statistics import median_low
 from types import MappingProxyType
@@ -19,7 +19,7 @@ from pydantic_core import PydanticCustomError
 
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.items import SHAPES, Item, Shape
-from pnt_gym.cells.base.problems import check_all, list_names
+from pnt_gym.cells.base.problems import Checks, check_all, list_names
 from pnt_gym.errors import one_sentence
 from pnt_gym.reading import yaml_of
 
@@ -95,6 +95,17 @@ def complete_item(entry: Mapping[str, Any]) -> dict[str, Any]:
     return {"assumed": tuple(assumed), **values, **given}
 
 
+def complete_items(value: object) -> object:
+    """Items of a level with every key; a value that is no list stays as it is.
+
+    Raises:
+        ValueError: an item is `like` no item of the catalogue.
+    """
+    entries = _entries(value)
+    completed = [complete_item(cast("dict[str, Any]", e)) if isinstance(e, dict) else e for e in entries]
+    return completed or value  # what is no list is refused by its form
+
+
 def _entries(value: object) -> Sequence[object]:
     """Entries of a list; none of anything else."""
     return cast("Sequence[object]", value) if isinstance(value, list | tuple) else ()
@@ -125,20 +136,26 @@ class ItemsConfig(LevelConfig):
     @classmethod
     def _complete_items(cls, value: object) -> object:
         """The items with the defaults of their shape, or the values of the item that they are `like`."""
-        entries = _entries(value)
-        completed = [complete_item(cast("dict[str, Any]", e)) if isinstance(e, dict) else e for e in entries]
-        return completed or value  # what is no list is refused by its form
+        return complete_items(value)
 
     @model_validator(mode="after")
     def _check_all(self) -> Self:
-        check_all(chain(self.plain_problems(), self.problems()))
+        check_all(self.checks())
         return self
 
-    def problems(self) -> Iterator[str]:
-        """What does not fit together in this level besides names, a clause each."""
-        return iter(())
+    @classmethod
+    def loose(cls, data: Mapping[str, Any]) -> Self:
+        """A config for its `checks` alone, with completed items of its own."""
+        with suppress(ValueError):
+            data = {**data, "extra_items": complete_items(data.get("extra_items", ()))}
+        return super().loose(data)
 
-    def plain_problems(self) -> Iterator[str]:
+    def checks(self) -> Checks:
+        """Checks of values against each other."""
+        yield from super().checks()
+        yield self._item_problems
+
+    def _item_problems(self) -> Iterator[str]:
         """What is wrong with the names of items."""
         definitions, names = self.item_definitions(), [item.name for item in self.extra_items]
         if twice := sorted({name for name in names if names.count(name) > 1}):

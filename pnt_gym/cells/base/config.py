@@ -8,7 +8,7 @@ user's level is a file or a mapping of the same form.
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from copy import deepcopy
 from functools import lru_cache
@@ -20,7 +20,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic_core import PydanticCustomError, to_jsonable_python
 
 from pnt_gym.cells.base.merging import MergeRules, merge_levels
-from pnt_gym.cells.base.problems import construct_loosely, describe_problems
+from pnt_gym.cells.base.problems import FAILURES, Checks, construct_loosely, describe_problems, without_impossible
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 from pnt_gym.reading import ReadError, number_of, parsed_yaml, text_of
 
@@ -183,7 +183,7 @@ class LevelConfig(Section):
         elif isinstance(level, BaseModel):
             raise ConfigError(f"level is a {type(level).__name__}; this cell is described by a {cls.__name__}")
         elif isinstance(level, Mapping):
-            data, source = cls._complete({"name": "custom", **level}, ()), "config"
+            data, source = cls.completed(level), "config"
         else:
             if not isinstance(level, str | Path):  # pyright: ignore[reportUnnecessaryIsInstance] - users are not checked
                 text = one_sentence(repr(level), 80)
@@ -199,19 +199,21 @@ class LevelConfig(Section):
     def _further_problems(cls, data: Mapping[str, Any]) -> list[str]:
         """Mistakes that do not follow from impossible values elsewhere in the level, so that none hides another."""
         clauses: list[str] = []
-        # Values may be so wrong that they cannot be compared, which their own complaints say; earlier clauses stay.
-        with suppress(TypeError, ValueError, AttributeError, LookupError, ConfigError):
-            for clause in cls.loose(data).plain_problems():
-                clauses.append(clause)
+        with suppress(*FAILURES), np.errstate(divide="raise", invalid="raise"):
+            for check in cls.loose(data).checks():
+                # A check that meets an impossible value ends; what the check said before stays.
+                with suppress(*FAILURES):
+                    for clause in check():
+                        clauses.append(clause)
         return clauses
 
     @classmethod
     def loose(cls, data: Mapping[str, Any]) -> Self:
-        """A config of values that are not checked, for its `plain_problems` alone."""
-        return construct_loosely(cls, data)
+        """A config for its `checks` alone, in which every impossible value is `Impossible`."""
+        return construct_loosely(cls, without_impossible(cls, data))
 
-    def plain_problems(self) -> Iterator[str]:
-        """Mistakes that show even where other values are impossible, names above all; a clause each."""
+    def checks(self) -> Checks:
+        """Checks of values against each other."""
         return iter(())
 
     @classmethod
@@ -272,9 +274,9 @@ class LevelConfig(Section):
         return cls.merge(cls._from_file(base, above), differences)
 
     @classmethod
-    def completed(cls, data: Mapping[str, Any]) -> dict[str, Any]:
-        """A level merged into its base, where it names a base."""
-        return cls._complete(data, ()) if "base" in data else dict(data)
+    def completed(cls, level: Mapping[str, Any]) -> dict[str, Any]:
+        """A level's differences merged into its base."""
+        return cls._complete({"name": "custom", **level}, ())
 
     @classmethod
     def merge(cls, below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:

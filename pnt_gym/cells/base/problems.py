@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
-from typing import Any, Final, TypeAlias, TypeVar, cast, get_args, get_origin
+from typing import Any, ClassVar, Final, TypeAlias, TypeVar, cast, final, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from pnt_gym.errors import one_sentence
+from pnt_gym.errors import ConfigError, one_sentence
 
 MOST_TEXT: Final = 380
 """Characters of a sentence about a level, with room for the name of its file."""
@@ -22,6 +22,10 @@ _UNIT: Final = re.compile(r"\[([^\]]+)\]\.?$")
 _BOUNDS: Final = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 """Kinds of pydantic's complaints about numbers beyond a bound."""
 Place: TypeAlias = tuple[int | str, ...]
+Checks: TypeAlias = Iterator[Callable[[], Iterator[str]]]
+"""Checks of a config; each yields a clause for every problem."""
+FAILURES: Final = (TypeError, ValueError, AttributeError, LookupError, ArithmeticError, ConfigError)
+"""What a check may raise that meets an impossible value."""
 
 
 def describe_problems(error: ValidationError, kind: type[BaseModel], further: Sequence[str] = ()) -> str:
@@ -163,11 +167,60 @@ def _paths(kind: type[BaseModel], above: str = "") -> Iterator[str]:
             yield from _paths(section, f"{above}{name}.")
 
 
+@final
+class Impossible:
+    """Stands for a value that is not possible: whatever computes or compares with it fails."""
+
+    __hash__: ClassVar[None] = None  # type: ignore[assignment]
+
+    def __eq__(self, other: object) -> bool:
+        raise TypeError("the value is not possible")
+
+    def __bool__(self) -> bool:
+        raise TypeError("the value is not possible")
+
+
+def without_impossible(kind: type[BaseModel], data: Mapping[str, Any]) -> dict[str, Any]:
+    """A config's data with `Impossible` for every value of which pydantic complains.
+
+    Sections and lists whose own check fails stay, because their parts are possible.
+    """
+    values, problems = cast("dict[str, Any]", _open(data)), list[ErrorDetails]()
+    try:
+        kind.model_validate(data)
+    except ValidationError as error:
+        problems = error.errors()
+    for problem in problems:
+        above: Any = {}
+        part: Any = values
+        last: int | str = ""
+        for key in problem["loc"]:
+            if not _has(part, key):  # the form that pydantic tried
+                break
+            above, last, part = part, key, part[key]
+        if not (problem["type"] in ("missing", "value_error") and isinstance(part, dict | list)):
+            above[last] = Impossible()
+    return values
+
+
+def _open(value: Any) -> Any:
+    """A copy of a level's mappings and lists."""
+    if isinstance(value, Mapping):
+        return {key: _open(entry) for key, entry in cast("Mapping[Any, Any]", value).items()}
+    return [_open(entry) for entry in cast("Sequence[Any]", value)] if isinstance(value, list | tuple) else value
+
+
+def _has(part: Any, key: int | str) -> bool:
+    if isinstance(part, list):
+        return isinstance(key, int) and key < len(cast("list[Any]", part))
+    return isinstance(part, dict) and key in part
+
+
 LooseConfig = TypeVar("LooseConfig", bound=BaseModel)
 
 
 def construct_loosely(kind: type[LooseConfig], data: Mapping[str, Any]) -> LooseConfig:
-    """A config with sections and defaults, of values that are not checked."""
+    """A config with sections and defaults, of values that are not validated."""
     values: dict[str, Any] = {}
     for name in kind.model_fields.keys() & data.keys():
         section = next(_sections_in(kind.model_fields[name].annotation), None)
@@ -176,7 +229,7 @@ def construct_loosely(kind: type[LooseConfig], data: Mapping[str, Any]) -> Loose
 
 
 def _part(section: type[BaseModel] | None, value: Any) -> Any:
-    """A value of a config that is not checked; mappings are sections where the config has sections."""
+    """A value of a config that is not validated; mappings are sections where the config has sections."""
     if isinstance(value, list | tuple):
         return tuple(_part(section, entry) for entry in cast("Sequence[Any]", value))
     if section is not None and isinstance(value, Mapping):
@@ -184,12 +237,12 @@ def _part(section: type[BaseModel] | None, value: Any) -> Any:
     return value
 
 
-def check_all(problems: Iterator[str]) -> None:
-    """Make sure that there are no problems.
+def check_all(checks: Checks) -> None:
+    """Make sure that no check finds a problem.
 
     Raises:
-        ValueError: there are; the message names all of them.
+        ValueError: one does; the message names all problems.
     """
-    clauses = list(problems)
+    clauses = [clause for check in checks for clause in check()]
     if clauses:
         raise ValueError(join_clauses(clauses))

@@ -16,7 +16,7 @@ from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.catalogue import ItemsConfig
 from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Range, Section, check_ranges
 from pnt_gym.cells.base.merging import MergeRules
-from pnt_gym.cells.base.problems import list_names
+from pnt_gym.cells.base.problems import Checks, list_names
 
 
 class Belt(Section):
@@ -243,18 +243,20 @@ class SortingLine(ItemsConfig):
             merged["extra_items"] = [entry for entry in cast("list[Any]", entries) if _name_of(entry) in items]
         return merged
 
-    def plain_problems(self) -> Iterator[str]:
-        """What is wrong with the names of items, also where bins accept them."""
-        yield from super().plain_problems()
+    def checks(self) -> Checks:
+        """Checks of values against each other."""
+        yield from super().checks()
+        yield self._unused_items
+        yield self._wrong_acceptance
+        yield self.bin_place_problems
+
+    def _unused_items(self) -> Iterator[str]:
         if unused := [item.name for item in self.extra_items if item.name not in self.items]:
             verb, pronoun = ("is", "it") if len(unused) == 1 else ("are", "them")
             yield f"extra_items: {list_names(unused)} {verb} not in `items`, {self.items}; name {pronoun} there"
-        if self.has_clear_items:
-            yield from self._wrong_acceptance()
 
-    def problems(self) -> Iterator[str]:
+    def bin_place_problems(self) -> Iterator[str]:
         """What is wrong with the places of the bins: on the belt, or on each other."""
-        yield from super().problems()
         wall = self.bins.wall
         if self.bins.random is not None:
             r, reach = self.bins.random, self.bins.random.side[1] / 2 + wall
@@ -274,6 +276,8 @@ class SortingLine(ItemsConfig):
 
     def _wrong_acceptance(self) -> Iterator[str]:
         """Items that a bin accepts and that do not come, and items that come and that no bin accepts."""
+        if not self.has_clear_items:
+            return
         for b in self.bins.fixed:
             if strangers := [name for name in b.accepts if name not in self.items]:
                 verb = "which is" if len(strangers) == 1 else "which are"

@@ -15,7 +15,7 @@ from pydantic import Field
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section
 from pnt_gym.cells.base.merging import MergeRules
-from pnt_gym.cells.base.problems import list_names
+from pnt_gym.cells.base.problems import Checks, list_names
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 from pnt_gym.cells.conveyor.drift import Bias, Drift, Feedback
 from pnt_gym.planning.motion.limits import LimitRows
@@ -287,30 +287,34 @@ class ConveyorConfig(SortingLine):
     )
     picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Throws of an episode on the belt.")
 
-    def plain_problems(self) -> Iterator[str]:
-        """What is wrong with names, also in what the level says of each item."""
-        yield from super().plain_problems()
+    def checks(self) -> Checks:
+        """Checks of values against each other."""
+        yield from super().checks()
+        yield self._mix_problems
+        yield self._cup_problems
+        yield self._confusion_problems
+        yield self.ride_problems
+
+    def _mix_problems(self) -> Iterator[str]:
         if self.has_clear_items:
             yield from self._strangers("mix", self.mix or ())
-            for true, row in self.classifier.confusion.items():
-                yield from self._strangers(f"classifier.confusion of {true!r}", dict.fromkeys((true, *row)))
 
-    def problems(self) -> Iterator[str]:
-        """What is wrong with bins, cups, shares of the classifier and the ride with the belt."""
-        yield from super().problems()
+    def _cup_problems(self) -> Iterator[str]:
         definitions = self.item_definitions()
         unheld = [name for name in self.items if name in definitions and definitions[name].seal_force is None]
         if unheld:
             verb, pronoun = ("has", "it") if len(unheld) == 1 else ("have", "them")
             yield f"items: {list_names(unheld)} {verb} no seal_force; a suction cup cannot hold {pronoun}"
+
+    def _confusion_problems(self) -> Iterator[str]:
         for true, row in self.classifier.confusion.items():
+            if self.has_clear_items:
+                yield from self._strangers(f"classifier.confusion of {true!r}", dict.fromkeys((true, *row)))
             if abs(sum(row.values()) - 1.0) > SUM_TOLERANCE:
                 yield (
                     f"classifier.confusion of {true!r} sums to {sum(row.values()):.7g}; the shares of an item must sum "
                     "to 1"
                 )
-        if self.belt.tracking:
-            yield from self._ride_problems()
 
     def _strangers(self, where: str, names: Iterable[str]) -> Iterator[str]:
         if strangers := [name for name in names if name not in self.items]:
@@ -323,7 +327,10 @@ class ConveyorConfig(SortingLine):
         low, high = self.belt.pick_x
         return (low + self.belt.speed * self.motion.dwell if self.belt.tracking else low), high
 
-    def _ride_problems(self) -> Iterator[str]:
+    def ride_problems(self) -> Iterator[str]:
+        """What is wrong with the ride of a hand with the belt."""
+        if not self.belt.tracking:
+            return
         speed, fastest = self.belt.speed, fastest_belt(LimitRows.t3kr(np.array(self.limits.percent)))
         if speed > fastest:
             yield (

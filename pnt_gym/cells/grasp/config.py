@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal, final
 from pydantic import Field
 
 from pnt_gym.cells.base.config import Duration, LevelConfig, NonNegative, Positive, Section, Share
+from pnt_gym.cells.base.problems import Checks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 MOST_TRIES = 5
@@ -92,12 +93,18 @@ class GraspConfig(ConveyorConfig):
     camera: PictureCamera = PictureCamera()
     grasp: Grasping = Grasping()
 
-    def problems(self) -> Iterator[str]:
-        """What is wrong with the level, in sentences."""
-        yield from super().problems()
+    def checks(self) -> Checks:
+        """Checks of values against each other."""
+        yield from super().checks()
+        yield self._pace_problems
+        yield self._grasp_problems
+
+    def _pace_problems(self) -> Iterator[str]:
         slow, fast = self.grasp.pace
         if slow > fast:
             yield f"grasp.pace runs from {slow:g} to {fast:g}; the first value must not be larger"
+
+    def _grasp_problems(self) -> Iterator[str]:
         if self.grasp.objects > 1 and self.grasp.picks == "belt":
             yield f"grasp.objects is {self.grasp.objects}; it must be 1 on the belt"
         if self.grasp.tries > 1 and not self.belt.tracking:

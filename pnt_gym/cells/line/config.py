@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import chain
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal, Self, cast, final
 
@@ -13,7 +13,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate_files
 from pnt_gym.cells.base.merging import MergeRules
-from pnt_gym.cells.base.problems import check_all, list_names
+from pnt_gym.cells.base.problems import Checks, check_all, construct_loosely, list_names, without_impossible
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, Value
 from pnt_gym.errors import ConfigError, one_sentence
@@ -130,30 +130,38 @@ class LineConfig(LevelConfig):
         if isinstance(bins, dict) and cast("dict[str, Any]", bins).get("random") is not None:
             raise ValueError(_random_bins_error(info.data.get("name")))
         try:
-            return ConveyorConfig.load(ConveyorConfig.merge(_GHOSTS, cell) if "base" in cell else cell)
+            return ConveyorConfig.load(_with_ghosts(cell))
         except ConfigError as error:
             raise ValueError(f"cell: {str(error).removeprefix('config: ')}") from None
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        check_all(chain(self._cell_problems(), self.plain_problems()))
-        check_all(chain(self._object_problems(), self._skill_problems()))
+        check_all(self.checks())
         return self
 
     @classmethod
     def loose(cls, data: Mapping[str, Any]) -> Self:
-        """A line of values that are not checked, with its cell."""
+        """A line for its `checks` alone; in its cell too every impossible value is `Impossible`."""
         cell: Any = data.get("cell")
         cell = {"base": cell} if isinstance(cell, str | Path) else cell
         if isinstance(cell, Mapping):
-            cell = ConveyorConfig.loose(ConveyorConfig.completed(cast("Mapping[str, Any]", cell)))
-        return super().loose({**data, "cell": cell})
+            cell = ConveyorConfig.loose(ConveyorConfig.completed(_with_ghosts(cast("Mapping[str, Any]", cell))))
+        values = without_impossible(cls, {name: value for name, value in data.items() if name != "cell"})
+        return construct_loosely(cls, {**values, "cell": cell})
 
-    def plain_problems(self) -> Iterator[str]:
-        """What is wrong with names, with the places of the robots, and with standstills."""
-        yield from self._name_problems()
-        yield from self._robot_problems()
-        yield from self._down_problems()
+    def checks(self) -> Checks:
+        """Checks of values against each other."""
+        yield self._cell_problems
+        yield self._rate_problems
+        yield self._object_problems
+        yield self._window_problems
+        yield self._robot_name_problems
+        yield self._filling_problems
+        yield self._down_problems
+        yield self._value_problems
+        yield self._skill_problems
+        for robot in self.robots:
+            yield partial(self._robot_problems, robot)
 
     def _cell_problems(self) -> Iterator[str]:
         cell = self.cell
@@ -172,6 +180,9 @@ class LineConfig(LevelConfig):
             )
         if cell.drift.moves:
             yield "cell.drift is not zero; a line has no drift: leave cell.drift out"
+
+    def _rate_problems(self) -> Iterator[str]:
+        cell = self.cell
         covered, room = self.arrivals.rate * _footprint(cell), np.ptp(cell.belt.lane_y) * cell.belt.speed
         if covered > FULLEST * room:
             yield (
@@ -179,16 +190,20 @@ class LineConfig(LevelConfig):
                 f"{FULLEST * room / _footprint(cell):.3g} of these items a second"
             )
 
-    def _robot_problems(self) -> Iterator[str]:
+    def _robot_name_problems(self) -> Iterator[str]:
         names = [robot.name for robot in self.robots]
         if len(set(names)) != len(names):
             yield f"robots are called {names}; the names must differ from one another"
+
+    def _filling_problems(self) -> Iterator[str]:
         counts = [len(robot.bins or self.cell.bins.fixed) for robot in self.robots]
         if self.cell.bins.emptied is not None and len(set(counts)) > 1:
             yield (
                 f"cell.bins.emptied is {self.cell.bins.emptied}; robots with {counts} bins fill their bins "
                 "unequally: set cell.bins.emptied to null"
             )
+
+    def _window_problems(self) -> Iterator[str]:
         low, high = self.cell.belt.pick_x
         for before, robot in zip(self.robots, self.robots[1:], strict=False):
             if robot.x + low < before.x + high:
@@ -197,18 +212,31 @@ class LineConfig(LevelConfig):
                     f"overlap; each reaches from {low:g} to {high:g} m, upstream robots come first"
                 )
 
-    def _name_problems(self) -> Iterator[str]:
-        """Items that robots, bins or values name, and that do not come."""
-        if not self.cell.has_clear_items:
-            return
-        for robot in self.robots:
-            yield from self._strangers(f"skills of robot {robot.name!r}", robot.skills)
-            for bin_ in robot.bins:
-                yield from self._strangers(f"bin {bin_.name!r} of robot {robot.name!r}", bin_.accepts)
+    def _robot_problems(self, robot: Robot) -> Iterator[str]:
+        """What is wrong with a robot's skills, bins and speed settings."""
+        names = [bin_.name for bin_ in robot.bins]
+        if len(set(names)) != len(names):
+            yield f"bins of robot {robot.name!r} are called {names}; the names must differ from one another"
+        yield from self._strangers(f"skills of robot {robot.name!r}", robot.skills)
+        for bin_ in robot.bins:
+            yield from self._strangers(f"bin {bin_.name!r} of robot {robot.name!r}", bin_.accepts)
+        if robot.bins:
+            bins = self.cell.bins.model_copy(update={"fixed": robot.bins})
+            for clause in self.cell.model_copy(update={"bins": bins}).bin_place_problems():
+                yield f"robot {robot.name!r}: {clause}"
+        if robot.percent:
+            limits = self.cell.limits.model_copy(update={"percent": robot.percent})
+            for clause in self.cell.model_copy(update={"limits": limits}).ride_problems():
+                yield f"robot {robot.name!r}: {clause}"
+
+    def _value_problems(self) -> Iterator[str]:
         yield from self._strangers("value.of", self.value.of)
         yield from self._strangers("cost.per_tonne", self.cost.per_tonne)
 
     def _strangers(self, where: str, names: Iterable[str]) -> Iterator[str]:
+        """A clause on items that a part of the level names, and that do not come."""
+        if not self.cell.has_clear_items:
+            return
         if strangers := [name for name in names if name not in self.cell.items]:
             verb = "is" if len(strangers) == 1 else "are"
             yield f"{where}: {list_names(strangers)} {verb} not among the cell's items {self.cell.items}"
@@ -231,6 +259,9 @@ class LineConfig(LevelConfig):
             )
 
     def _skill_problems(self) -> Iterator[str]:
+        """Items that no robot takes, and robots that take no item; a misspelled name has a clause of its own."""
+        if any(name not in self.cell.items for robot in self.robots for name in robot.item_names()):
+            return
         can_take, shares = self.can_take(), self.cell.shares()
         items = [self.cell.items[index] for index in np.flatnonzero(~can_take.any(axis=0) & (shares > 0.0))]
         if items:
@@ -268,10 +299,8 @@ class LineConfig(LevelConfig):
 
     def can_take(self) -> Bools:
         """Whether each robot (rows) takes an object classified as each item (columns)."""
-        cells = [self.cell_of(index) for index in range(len(self.robots))]
-        accepted = np.stack([cell.acceptance().any(axis=1) for cell in cells])
-        skilled = [[not r.skills or name in r.skills for name in self.cell.items] for r in self.robots]
-        return accepted & np.array(skilled, dtype=np.bool_)
+        takes = [[robot.takes(item, self.cell.bins.fixed) for item in self.cell.items] for robot in self.robots]
+        return np.array(takes, dtype=np.bool_)
 
     def robot_x(self) -> Floats:
         """Positions of the robots along the belt (R,) [m]."""
@@ -308,6 +337,11 @@ def distinct_cells(cells: Sequence[ConveyorConfig]) -> tuple[list[ConveyorConfig
     texts = [cell.model_dump_json() for cell in cells]
     distinct = list(dict.fromkeys(texts))
     return [cells[texts.index(text)] for text in distinct], np.array([distinct.index(text) for text in texts])
+
+
+def _with_ghosts(cell: Mapping[str, Any]) -> dict[str, Any]:
+    """A cell's differences; the neighbours of a cell with a base of its own are ghosts."""
+    return ConveyorConfig.merge(_GHOSTS, cell) if "base" in cell else dict(cell)
 
 
 def _footprint(cell: ConveyorConfig) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Final, final
 
 from pydantic import Field
@@ -32,6 +33,17 @@ class Robot(Section):
     percent: Percents = Field(
         default=(), description="Speed settings from which the robot chooses; empty: the settings of the `cell` [%]."
     )
+
+    def takes(self, item: str, bins: Sequence[Bin]) -> bool:
+        """Whether the robot has the skill for an item, and a bin for it; `bins` are those of the cell."""
+        has_bin = any(not bin_.accepts or item in bin_.accepts for bin_ in self.bins or bins)
+        return has_bin and (not self.skills or item in self.skills)
+
+    def item_names(self) -> Iterator[str]:
+        """Items that the robot's skills and bins name."""
+        yield from self.skills
+        for bin_ in self.bins:
+            yield from bin_.accepts
 
 
 @final

@@ -130,6 +130,10 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
     ),
     "picks in mm": (scaled("pick"), "pick_[xyz] reaches .*these look like millimetres"),
     "landings in mm": (scaled("landing"), "landing_[xy] reaches .*these look like millimetres"),
+    "velocities in mm a second": (
+        scaled("velocity"),
+        "release_v[xyz] reaches .*velocities in m/s",
+    ),
     "all in mm": (scaled("pick", "release", "landing", "target", "size", "grasp"), "these look like millimetres"),
     "grams": (scaled("mass"), "masses are in kilograms"),
     "degrees": (scaled("yaw", factor=57.3), "angles are in radians"),

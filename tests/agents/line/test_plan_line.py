@@ -136,7 +136,8 @@ def test_the_table_names_causes_and_the_worst_item():
     assert chosen_plan(plans, 0.9) == (plans[0], True)
     assert chosen_plan(plans, 0.99) == (plans[0], False)
     table = plans_table("x", plans, 0.9)
-    assert not {"skills", "money/h"} & set(table.header)
+    assert not {"skills", "belt", "limits", "money/h"} & set(table.header)
+    assert table.headline == f"x, belt {plans[0].row['belt_speed']:.2f} m/s, limits {plans[0].row['percent']:g} %"
     second = dict(zip(table.header, table.rows[1], strict=True))
     assert (second["worst item"], second["missed"], second["not tried"]) == ("brick 50.0", "1.0", "14.8")
     assert [row[-1] for row in table.rows] == ["yes", "no"]
@@ -181,7 +182,7 @@ def planned_plant(tmp_path_factory):
     """What the command says and writes on the plant, thrown fast, in a folder of its own."""
     folder = tmp_path_factory.mktemp("plant")
     (folder / "plant.yaml").write_text(plant_text())
-    line = "line plan --level plant.yaml --robots 3 --percents 60 --shifts 3 --minutes 0.5 --throws 300 --check 1"
+    line = "line plan --level plant.yaml --robots 3 --percents 60 --shifts 3 --minutes 0.5 --throws 300 --check 2"
     return folder, output_of(f"{line} --json plans.json --picture plans.svg", folder)
 
 
@@ -199,9 +200,10 @@ def test_the_light_item_of_the_plant_is_the_reason(planned_plant):
     assert twin["fates_by_item"]["alu"]["sorted"] > plan["fates_by_item"]["alu"]["sorted"]
     assert plan["recovery_low"] <= plan["recovery"] <= plan["recovery_high"]
     checked = told["checked"]
-    assert (checked["shifts"], len(told["sentences"])) == (1, 4)
+    assert (checked["shifts"], len(told["sentences"])) == (2, 4)
     assert 0.4 < checked["recovery"] < 0.9
-    assert "in the full physics 1 of these shifts sort" in words
+    assert checked["recovery_low"] < checked["recovery"] < checked["recovery_high"]
+    assert "in the full physics 2 of these shifts sort" in words
     assert sum(plan["fates"].values()) == pytest.approx(1.0)
     assert 50.0 < plan["energy_per_sorted_j"] < 200.0
     assert (folder / "plans.svg").read_text().startswith("<?xml")
@@ -226,7 +228,7 @@ def test_it_says_which_plan_is_enough(tmp_path):
 
 def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(tmp_path):
     assert "unknown shipped policy 'shipped:nobody'" in refused("agents.line plan", "--release", "shipped:nobody")
-    line = "line plan --level skills3 --robots 3 --shifts 1 --minutes 0.1 --throws 100 --check 1 --release mean_lead"
+    line = "line plan --level skills3 --robots 3 --shifts 2 --minutes 0.1 --throws 100 --check 2 --release mean_lead"
     output_of(f"{line} --json plans.json", tmp_path)
     told = json.loads((tmp_path / "plans.json").read_text())
     assert (told["release"], told["other_release"]["release"]) == ("mean_lead", "analytic")
@@ -234,9 +236,13 @@ def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(tmp_pa
 
 def test_from_python(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    found = pnt_gym.plan_line("skills3", robots=(2,), shifts=1, minutes=0.1, throws=100, check=0, threads=1)
+    found = pnt_gym.plan_line("skills3", robots=(2,), shifts=2, minutes=0.1, throws=100, check=0, threads=1)
     assert [plan["robots"] for plan in found["plans"]] == [2]
     assert (len(found["sentences"]), found["checked"]) == (3, None)
-    for options, said in (({"robot": 2}, "no option 'robot'"), ({"recovery": 2.0}, "recovery is 2")):
+    for options, said in (
+        ({"robot": 2}, "no option 'robot'"),
+        ({"recovery": 2.0}, "recovery is 2"),
+        ({"check": 1}, "check is 1"),
+    ):
         with pytest.raises(UsageError, match=said):
             pnt_gym.plan_line("skills3", **options)

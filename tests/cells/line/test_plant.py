@@ -141,6 +141,11 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
         {"cell.bins": plant()["cell"]["bins"]["fixed"]},
         "input should be a section, with keys fixed, r",
     ),
+    "skills and values of strangers": (
+        {"robots.1.skills": ["pet"], "value.of": {"glass": 2.0, "pet": 1.0}},
+        "value.of: 'glass' and 'pet' are not among the cell's items ('hdpe', 'brick', 'alu'); skills of robot "
+        "'second': 'pet' is not among",
+    ),
     "percent as a number": ({"robots.1.percent": 30}, "robots.1.percent is 30: input should be a list, as in [30]"),
     "speed with its unit": ({"cell.belt.speed": "0.4 m/s"}, "belt.speed is '0.4 m/s': input should be a valid number"),
     "keys one level too high": (
@@ -189,6 +194,40 @@ PAIRS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "bins as a list and a skill": (
         {"cell.bins": plant()["cell"]["bins"]["fixed"], "robots.2.skills": ["hpde"]},
         ("input should be a section, with keys fixed", "skills of robot 'third': 'hpde'"),
+    ),
+    "a belt's speed and a bin's place": (
+        {"cell.belt.speed": "0.4 m/s", "cell.bins.fixed.1.x": -0.2},
+        ("belt.speed is '0.4 m/s'", "bin 'cartons' overlaps bin 'bottles'"),
+    ),
+    "speed settings, a rate and an item without a taker": (
+        {"cell.limits.percent": [0.3], "arrivals.rate": 12, "robots.0.skills": ["hdpe", "brick"]},
+        ("limits.percent.0 is 0.3", "have room for at most 6.01 of these items", "no robot takes item 'alu'"),
+    ),
+    "an item's mass, a bin on the belt and the number of objects": (
+        {"cell.extra_items.0.mass": 60, "cell.bins.fixed.1.y": -0.2, "duration": 14400, "robots.2.x": 60000},
+        ("extra_items.0.mass is 60", "bin 'cartons' spans y -0.360..-0.040 m", "at most 400000 are drawn"),
+    ),
+    "a standstill, a belt too fast and shares of the classifier": (
+        {
+            "duration": -1,
+            "down": [{"robot": "forth", "start": 1, "end": 9}],
+            "cell.belt.speed": 2,
+            "cell.classifier": {"confusion": {"alu": {"brick": 0.5}}},
+        },
+        ("duration is -1", "down names robot 'forth'", "hand at 30 % of its limits", "of 'alu' sums to 0.5"),
+    ),
+    "a robot's own bins and speeds, and a value": (
+        {
+            "robots.1.bins": [{"name": "one", "x": 0.0, "y": 0.4}, {"name": "one", "x": 0.1, "y": 0.4}],
+            "robots.2.percent": [1],
+            "value.of.alu": -1,
+        },
+        (
+            "value.of.alu is -1",
+            "bins of robot 'second' are called ['one', 'one']",
+            "robot 'second': bin 'one' overlaps",
+            "robot 'third': belt.speed is 0.4 m/s; a hand at 1 %",
+        ),
     ),
 }
 """Mistakes of different kinds in one level, of which none may hide another."""

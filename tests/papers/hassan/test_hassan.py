@@ -10,6 +10,7 @@ from agents.ground.drawings import svg
 from agents.reproduce.finding import judge_statements
 from agents.reproduce.grids import by_quantity
 from papers import hassan
+from papers.hassan import cases
 from papers.hassan import example as hassan_example
 from papers.hassan import figures as hassan_figures
 from papers.hassan import inconsistencies as hassan_inconsistencies
@@ -70,17 +71,17 @@ def faster(cycle, dwell=0.0):
 
 PAPER, OVERLAP = "table1/paper-clock", "hassan/figure-12/constant-jerk-overlap"
 WRONG = {
-    f"{PAPER}/min-time-throw/inside/40": (hassan_table, "picks_per_min", faster),
-    f"{PAPER}/horizontal-throw/outside/35": (hassan_table, "picks_per_min", faster),
-    f"{PAPER}/pick-and-place/inside/15": (hassan_table, "picks_per_min", faster),
+    f"{PAPER}/min-time-throw/inside/40": (cases, "picks_per_min", faster),
+    f"{PAPER}/horizontal-throw/outside/35": (cases, "picks_per_min", faster),
+    f"{PAPER}/pick-and-place/inside/15": (cases, "picks_per_min", faster),
     f"{OVERLAP}/peak-speed": (hassan_figures, "cell_cycle", wrong_cycle),
     f"{OVERLAP}/peak-acceleration": (hassan_figures, "cell_cycle", wrong_cycle),
     f"{OVERLAP}/picks-per-min": (hassan_figures, "cell_cycle", wrong_cycle),
     f"{OVERLAP}/loop": (hassan_figures, "cell_cycle", wrong_cycle),
-    "hassan/inconsistency/peak-acceleration-jerk-overlap-turn": (hassan_inconsistencies, "cell_cycle", wrong_cycle),
-    "hassan/inconsistency/greatest-acceleration": (hassan_inconsistencies, "picks_per_min", faster),
+    "hassan/inconsistency/peak-acceleration-jerk-overlap-turn": (cases, "cell_cycle", wrong_cycle),
+    "hassan/inconsistency/greatest-acceleration": (cases, "picks_per_min", faster),
     "hassan/inconsistency/gain-existing-over-pick-and-place": (
-        hassan_inconsistencies,
+        cases,
         "PUBLISHED",
         {**PUBLISHED, ("horizontal-throw", "inside", 40): 90},
     ),
