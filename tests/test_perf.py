@@ -13,7 +13,7 @@ import pytest
 
 import pnt_gym
 from agents.ground.cli import UsageError
-from agents.report.speeds import before_table, shares_table, training_table
+from agents.report.speeds import before_table, goals_table, shares_table, training_table
 from benchmarks import perf, timing
 from benchmarks.perf_cases import planning, shares
 from benchmarks.timing import Count, Options, Timing
@@ -130,6 +130,21 @@ def test_steps_stand_beside_each_other_with_everything_else_at_the_end() -> None
     grid = shares_table({"steps": steps})
     assert grid.header == ["part of a step", "`A`, waste, single", "`B`, single, 64 cells"]
     assert grid.rows == [["engine", "50.0 %", ""], ["choice", "", "25.0 %"], ["everything else", "50.0 %", "75.0 %"]]
+
+
+def test_goals_say_by_how_much_a_speed_falls_short() -> None:
+    throws = {"level": "waste", "singles_throws_per_s": 150.0, "bare_throws_per_s": 300.0}
+    flights = {"level": "waste, fidelity: flight", "threads": 1}
+    conveyor = [{**throws, "threads": n, "env_over_bare": share} for n, share in ((1, 0.92), (2, 0.66))]
+    line = [{"level": "single", "threads": n, "env_throws_per_s": 50_000.0 * n} for n in (1, 2)]
+    envs = {"PnTConveyor-v0": {"vector": [*conveyor, flights]}, "PnTLine-v0": {"vector": line}}
+    assert [row[1:] for row in goals_table({"envs": envs}).rows] == [
+        ["0.60", "0.50", "17 %"],
+        ["0.92", "0.92", ""],
+        ["0.88", "0.66", "25 %"],
+        ["60,000", "50,000", "17 %"],
+        ["1.70", "2.00", ""],
+    ]
 
 
 def test_a_training_stands_beside_that_of_older_code() -> None:

@@ -15,11 +15,12 @@ from ..ground.tables import Grid, markdown_text
 from .contents import read_results
 from .headline import headline_failures, headline_table
 from .line import gains_table, line_table, seeds_table
+from .page import tables_line
 from .pays import crossover_grid
 from .peers import peers_table
 from .questions import QUESTIONS, Question
 from .reproduction import table as reproduced_table
-from .speeds import before_table, environment_table, planner_table, shares_table, training_table
+from .speeds import before_table, environment_table, goals_table, planner_table, shares_table, training_table
 from .study import study_grid
 from .study_plan import STUDIES, read_study
 from .submissions import BLOCK as SUBMISSIONS
@@ -32,6 +33,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "grasp": ("benchmark_grasp.json", benchmark_table),
     "planner": ("perf_planner.json", planner_table),
     "environments": ("perf_envs.json", environment_table),
+    "speed-goals": ("perf_envs.json", goals_table),
     "shares": ("perf_shares.json", shares_table),
     "training-shares": ("perf_training.json", training_table),
     "training-before": ("perf_before.json", before_table),
@@ -72,10 +74,17 @@ def rewrite_blocks(document: Path, results: Path) -> None:
 
 
 def _question_text(name: str, results: Path) -> str:
-    """What a page of results begins with: title, picture, answer, and the command behind the numbers."""
+    """What a page of results begins with: title, picture, answer, the command behind the numbers, links to tables."""
     question, answer = _answered_question(name, results)
     picture = f"![{question.title}](figures/{question.picture})"
-    return f"# {question.title}\n\n{picture}\n\n{answer} `{question.command}` makes these numbers."
+    tables = tables_line({page: title for page, title in question.chapters.items() if _has_tables(page, results)})
+    lines = [f"# {question.title}", picture, f"{answer} `{question.command}` makes these numbers.", tables]
+    return "\n\n".join(line for line in lines if line)
+
+
+def _has_tables(name: str, results: Path) -> bool:
+    """Whether a file of results has one page of tables; the papers of a reproduction have a page each."""
+    return (results / "tables" / f"{name}.md").is_file()
 
 
 def _answer_text(name: str, results: Path) -> str:

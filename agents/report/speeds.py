@@ -56,6 +56,32 @@ def environment_table(data: Data) -> Grid:
     return Grid("Throws per second", header, rows, note)
 
 
+def goals_table(data: Data) -> Grid:
+    """What the speeds should be, what they are, and by how much they fall short."""
+    conveyor, line = (
+        {row["threads"]: row for row in data["envs"][env]["vector"] if row["level"] == level}
+        for env, level in (("PnTConveyor-v0", "waste"), ("PnTLine-v0", "single"))
+    )
+    decisions = {threads: row["env_throws_per_s"] for threads, row in line.items()}
+    single = conveyor[1]["singles_throws_per_s"] / conveyor[1]["bare_throws_per_s"]
+    goals = (
+        ("`PnTConveyor-v0`, waste, single, share of bare physics", 0.60, single),
+        ("`PnTConveyor-v0`, waste, 64 cells, one thread, share of bare physics", 0.92, conveyor[1]["env_over_bare"]),
+        ("`PnTConveyor-v0`, waste, 64 cells, two threads, share of bare physics", 0.88, conveyor[2]["env_over_bare"]),
+        ("`PnTLine-v0`, single, by table, one thread, decisions/s", 60_000, decisions[1]),
+        ("`PnTLine-v0`, single, by table, two threads over one", 1.7, decisions[2] / decisions[1]),
+    )
+    rows = [
+        [goal, _figure(asked), _figure(value), "" if value >= asked else f"{100 * (1 - value / asked):.0f} %"]
+        for goal, asked, value in goals
+    ]
+    return Grid("Goals of the steps", ["speed", "asked", "measured", "short by"], rows, "From the same runs.")
+
+
+def _figure(value: float) -> str:
+    return f"{value:,.0f}" if value > 100 else f"{value:.2f}"
+
+
 def shares_table(data: Data) -> Grid:
     """Parts of a step by their shares of the processor's time, step by step beside each other."""
     steps = data["steps"]

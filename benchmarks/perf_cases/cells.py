@@ -27,6 +27,8 @@ LEVELS = {
     ),
 }
 """What is measured where no level is asked for; the other environments at their default."""
+UNSIMULATED_STEPS = 100
+"""Steps of a timed call where nothing is simulated: shifts begin and end in them."""
 ACTIONS = 0.1
 """Random actions up to this: large enough to be planned for, too small to be shortened often."""
 
@@ -80,6 +82,8 @@ class Vector(Cells):
         super().__init__(env_id, level, cells, threads)
         self._plants = [[tap_batches(part) for part in parts] for parts in plants(self.env.unwrapped.core.cell)]
         self._taps, self._steps = [tap for parts in self._plants for part in parts for tap in part], list[int]()
+        self.times = 1 if self._taps else UNSIMULATED_STEPS
+        """Steps of a timed call."""
 
     def step(self) -> None:
         """Throw once in every cell."""
@@ -137,6 +141,12 @@ def repeat_all(taps: Iterable[Tap]) -> None:
         tap.repeat()
 
 
+def repeat(call: Callable[[], None], count: int) -> None:
+    """Call a function several times."""
+    for _ in range(count):
+        call()
+
+
 def environment(env_id: str, options: Options) -> Iterator[Row]:
     """Throws per second of a vector environment, beside the bare physics of the same throws and single environments.
 
@@ -145,17 +155,19 @@ def environment(env_id: str, options: Options) -> Iterator[Row]:
     levels, place = (options.level,) if options.level else LEVELS.get(env_id, ("nominal",)), ("envs", env_id)
     yield from (Count(("timestep",), 0.001), Count(("cpus",), os.cpu_count()))
     yield Count((*place, "singles"), options.singles)
-    first: Place = (*place, "vector", 0, "singles_throws_per_s")
-    yield Timing((*place, "singles_throws_per_s"), first, "1/s", options.singles)
     for k, level in enumerate(levels):
-        loop: Callable[[], None] | Place = Singles(env_id, level, options.singles).step
+        singles = Singles(env_id, level, options.singles)
+        loop: Callable[[], None] | Place = ()
         for n, threads in enumerate(options.threads, k * len(options.threads)):
-            row = (*place, "vector", n)
+            row, vector = (*place, "vector", n), Vector(env_id, level, options.cells, threads)
             yield Count((*row, "level"), level if isinstance(level, str) else level["name"])
-            yield from vector_rows(row, Vector(env_id, level, options.cells, threads), options.cells, threads)
+            yield from vector_rows(row, vector, options.cells, threads)
             alone, step = (*row, "singles_throws_per_s"), (*row, "env_throws_per_s")
-            yield Timing(alone, loop, "1/s", options.singles, ROUNDS)
-            yield Timing((*row, "env_over_singles"), alone, "x", options.singles, over=step)
+            decisions = options.singles * vector.times
+            yield Timing(alone, loop or partial(repeat, singles.step, vector.times), "1/s", decisions, ROUNDS)
+            yield Timing((*row, "env_over_singles"), alone, "x", decisions, over=step)
+            if not loop and k == 0:
+                yield Timing((*place, "singles_throws_per_s"), alone, "1/s", decisions)
             loop = alone  # timed once for all numbers of threads
 
 
@@ -163,7 +175,7 @@ def vector_rows(row: Place, vector: Vector, cells: int, threads: int) -> Iterato
     """Rows of one vector environment: its step, and the physics of that step."""
     step, bare = (*row, "env_throws_per_s"), (*row, "bare_throws_per_s")
     yield Count(row, {"cells": cells, "threads": threads})
-    yield Timing(step, vector.step, "1/s", cells, ROUNDS)
+    yield Timing(step, partial(repeat, vector.step, vector.times), "1/s", cells * vector.times, ROUNDS)
     yield Timing(bare, vector.repeat, "1/s", cells, ROUNDS)
     yield Timing((*row, "env_over_bare"), bare, "x", cells, over=step)
     yield Timing((*row, "env_over_bare_cpu"), bare, "x", cells, clock=CPU, over=step)

@@ -9,14 +9,14 @@ import subprocess
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
 from typing import Final
 
-from benchmarks.perf_cases.cells import FLIGHT, Cells, Singles
+from benchmarks.perf_cases.cells import FLIGHT, Cells, Singles, repeat
 from benchmarks.timing import Count, Options, Row
 
 INTERVAL: Final = 0.001
@@ -109,12 +109,6 @@ def steps(options: Options) -> Iterator[Row]:
         name = level if isinstance(level, str) else level["name"]
         yield Count(("steps", n), {"env": env_id, "level": name, "cells": cells})
         yield Count(("steps", n, "parts"), shares)
-
-
-def repeat(call: Callable[[], None], count: int) -> None:
-    """Call a function several times."""
-    for _ in range(count):
-        call()
 
 
 def training(options: Options) -> Iterator[Row]:

@@ -271,11 +271,11 @@ def masked(
         partial: which rows do (N,), of results that only some rows have.
         every: whether results that no row has stay, with masks that are False.
     """
-    result: dict[str, Any] = {}
+    result, has_rows = dict[str, Any](), every or rows.any()
     for name, values in info.items():
-        mask = rows & partial.get(name, True)
-        if every or mask.any():
-            result |= {name: values, f"_{name}": mask}
+        mask = rows & partial[name] if name in partial else rows.copy()
+        if every or (mask.any() if name in partial else has_rows):
+            result[name], result[f"_{name}"] = values, mask
     return result
 
 

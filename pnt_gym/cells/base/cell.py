@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import copy
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from enum import IntEnum
 from numbers import Integral
 from typing import Any, ClassVar, Final, Generic, Protocol, Self, TypeVar, final
@@ -36,7 +37,7 @@ _PERIOD: Final = 2**128
 
 @final
 class Purpose(IntEnum):
-    """Purposes that have a separate side generator."""
+    """Purposes for which a generator draws aside."""
 
     PICK = 1
     """Whether a cup seals."""
@@ -91,26 +92,20 @@ def check_whole_number(name: str, value: object, largest: int) -> None:
         raise ConfigError(f"{name} is {one_sentence(repr(value), 80)}; it must be a whole number from 1 to {largest}")
 
 
-def side_generator(generator: np.random.Generator, purpose: Purpose) -> np.random.Generator:
-    """A generator far ahead in the sequence of a row's generator, which does not advance.
+@contextmanager
+def move_aside(generator: np.random.Generator, purpose: Purpose) -> Generator[None]:
+    """Context in which a row's generator, a `PCG64`, stands far ahead in its sequence; at its end it is back.
 
-    The side generator is a function of the state of the row's generator. So a row draws the same alone and in a batch,
-    and a copy of an environment needs only the row's generator.
-    """
-    bits: Any = generator.bit_generator
-    return np.random.default_rng(bits.jumped(JUMPS_PER_PURPOSE * purpose))
-
-
-def draw_aside(generator: np.random.Generator, purpose: Purpose, draws: Floats) -> None:
-    """Write the first uniform draws of a side generator; the row's generator, a `PCG64`, does not advance.
-
-    The row's generator draws itself, far ahead, and comes back: a generator takes five times as long to make.
+    What the generator draws there is a function of its state before. So a row draws the same alone and in a batch, and
+    a copy of an environment needs only the row's generator. A generator of its own takes five times as long to make.
     """
     bits: Any = generator.bit_generator
     state = bits.state
     bits.advance(_JUMP * JUMPS_PER_PURPOSE * purpose % _PERIOD)
-    generator.random(out=draws)
-    bits.state = state
+    try:
+        yield
+    finally:
+        bits.state = state
 
 
 ConfigT = TypeVar("ConfigT", bound=LevelConfig)

@@ -31,7 +31,7 @@ _MAGNUS = 0.3
 
 # Inertia over m (b^2 + c^2) with semi-axes b, c: assumed, between a solid body and a closed thin shell. Solid
 # and shell are 1/5 and 1/3 for an ellipsoid, 0.25-0.33 and 0.42-0.62 for the catalogue's cylinders and boxes.
-_GYRATION: Final = np.array([0.27, 0.38, 0.38])
+GYRATION: Final = np.array([0.27, 0.38, 0.38])
 
 _GEOM_TYPE: Final = np.array([4, 5, 6], dtype=np.int32)  # mjtGeom: ellipsoid, cylinder, box
 _UPRIGHT: Final = np.array([1.0, 0.0, 0.0, 0.0])
@@ -150,7 +150,7 @@ def solid_shell_inertia(mass: Floats, size: Floats, shape: Ints) -> Floats:
     """
     semi = 0.5 * size
     square = semi * semi
-    return (_GYRATION[shape] * mass)[:, None] * (square[:, [1, 0, 0]] + square[:, [2, 2, 1]])
+    return (GYRATION[shape] * mass)[:, None] * (square[:, [1, 0, 0]] + square[:, [2, 2, 1]])
 
 
 def _semi_axes(index: Ints, full: Floats) -> Floats:

@@ -146,8 +146,9 @@ def roll_out(
 ) -> dict[str, Floats]:
     """Roll out every simulation for a separate number of steps; records have zeros after the last step.
 
-    The batch runs in stages, each with the throws that are not over yet, to the end of the next throw: no throw is
-    simulated longer than it takes, and the record of a simulation does not depend on the other simulations.
+    As many simulations as the batch has threads run at a time, the shortest throws first. They run in stages, each
+    with the throws that are not over yet, to the end of the next throw: no throw is simulated longer than it takes, and
+    the record of a simulation does not depend on the other simulations.
 
     Args:
         batch: N simulations.
@@ -162,29 +163,40 @@ def roll_out(
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
-    record: dict[str, Floats] = {}
     simulations = np.arange(len(steps)) if ids is None else ids
+    record = {name: np.zeros((*control.shape[:2], _width(batch.model, name))) for name in names}
+    order, ends = np.argsort(steps, kind="stable").tolist(), steps.tolist()
     batch.warning[:] = 0
-    start = 0
-    for end in sorted(set(steps.tolist())):
-        rows = (steps > start).nonzero()[0]
-        part = batch.rollout(
-            end - start,
-            control[rows, start:end],
-            control_spec=_INPUTS,
-            record=tuple(names),
-            ids=simulation_ids(batch, simulations[rows]),
-        )
-        if (len(rows), end - start) == control.shape[:2]:  # one stage for all needs no copy
-            record = part
-            break
-        for name in names:
-            if name not in record:
-                record[name] = np.zeros((*control.shape[:2], part[name].shape[-1]))
-            record[name][rows, start:end] = part[name]
-        start = end
+    for first in range(0, len(order), batch.nthread):
+        group, start = order[first : first + batch.nthread], 0
+        for place, row in enumerate(group):
+            moments = slice(start, ends[row])
+            start = ends[row]
+            if moments.start == moments.stop:
+                continue
+            # The controls and records of one simulation are views, which the engine reads and writes without a copy.
+            is_one, rows = place == len(group) - 1, sorted(group[place:])
+            index = slice(row, row + 1) if is_one else rows
+            out = {name: values[index, moments] for name, values in record.items()} if is_one else None
+            part = batch.rollout(
+                moments.stop - moments.start,
+                control[index, moments],
+                control_spec=_INPUTS,
+                record=names,
+                ids=simulation_ids(batch, simulations[index]),
+                out=out,
+            )
+            if not is_one:
+                for name in names:
+                    record[name][index, moments] = part[name]
     check_warnings(batch)
     return record
+
+
+def _width(model: MjModel, name: str) -> int:
+    """Columns of a recorded field."""
+    sizes = {"sensordata": model.nsensordata, "qpos": model.nq, "qvel": model.nv, "actuator_force": model.nu}
+    return int(sizes[name])
 
 
 def simulation_ids(batch: Any, rows: Ints) -> Ints | None:
@@ -215,7 +227,7 @@ class Landed:
     """Abstract: outcome of N throws into openings; every field has shape (N,) unless noted."""
 
     landing: Floats
-    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.landing`."""
+    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.touchdown`."""
     landing_along: Floats
     """Landing relative to the target, along the throw [m]."""
     landing_across: Floats
@@ -272,37 +284,29 @@ class ObjectFlight:
         steps = np.arange(self.position.shape[1], dtype=np.int64)
         return (steps > self.release_step[:, None]) & (steps <= self.last_step[:, None])
 
-    def recontact(self) -> Bools:
-        """Whether the hand touched the object after the release (N,)."""
-        return np.asarray((self.hand_touch & self.free).any(axis=1))
-
-    def landing(self, plane_z: Floats) -> Floats:
-        """Points x, y (N, 2) [m] at which the free flights cross the height plane_z (N,) [m], going down.
-
-        The flight of an object that first touches a rim, a wall or the belt is continued ballistically from that
-        moment, so the landing measures the throw and not the bin.
-        """
-        rows = np.arange(len(self.position))
-        free, height = self.free, self.position[..., 2] - plane_z[:, None]
-        touched = self.any_touch & ~self.hand_touch & free
-        below = np.zeros_like(free)
-        below[:, 1:] = (height[:, 1:] < 0.0) & (height[:, :-1] >= 0.0) & free[:, 1:]
-        event = np.where((touched | below).any(axis=1), np.argmax(touched | below, axis=1), self.last_step)
-        before = np.maximum(event - 1, 0)
-        start = self.position[rows, before]
-        crossing = landing_point(start, self.velocity[rows, before], plane_z)
-        # An object that is never above the plane after the release fell short; its last position counts.
-        end = self.position[rows, self.last_step, :2]
-        return np.where(np.isfinite(crossing[:, :1]), crossing[:, :2], end)
-
     def final(self) -> tuple[Floats, Floats]:
         """Position and velocity at the last step that counts, (N, 3) each."""
         rows = np.arange(len(self.position))
         return self.position[rows, self.last_step], self.velocity[rows, self.last_step]
 
     def touchdown(self, plane_z: Floats) -> Touchdown:
-        """Landing on a plane at a height (N,) [m], and last state of the objects."""
-        return Touchdown(self.landing(plane_z), *self.final(), self.recontact())
+        """Landing where the free flights cross the height plane_z (N,) [m], going down, and last state of the objects.
+
+        The flight of an object that first touches a rim, a wall or the belt is continued ballistically from that
+        moment, so the landing measures the throw and not the bin.
+        """
+        from pnt_gym.cells.base.flight_kernel import find_events  # noqa: PLC0415 - numba takes a while
+
+        rows = np.arange(len(self.position))
+        event, recontact = np.empty(len(rows), dtype=np.int64), np.empty(len(rows), dtype=np.bool_)
+        find_events(
+            self.position, self.hand_touch, self.any_touch, self.release_step, self.last_step, plane_z, event, recontact
+        )
+        before, (end, velocity) = np.maximum(event - 1, 0), self.final()
+        crossing = landing_point(self.position[rows, before], self.velocity[rows, before], plane_z)
+        # An object that is never above the plane after the release fell short; its last position counts.
+        landing = np.where(np.isfinite(crossing[:, :1]), crossing[:, :2], end[:, :2])
+        return Touchdown(landing, end, velocity, recontact)
 
 
 @final
@@ -311,7 +315,7 @@ class Touchdown:
     """Landing and last state of N thrown objects."""
 
     landing: Floats
-    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.landing`."""
+    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.touchdown`."""
     position: Floats
     """Last position (N, 3) [m]."""
     velocity: Floats

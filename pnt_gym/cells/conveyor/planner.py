@@ -9,7 +9,7 @@ from typing import Final, NamedTuple, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, recompute_rows, take
-from pnt_gym.cells.base.cell import Purpose, draw_aside
+from pnt_gym.cells.base.cell import Purpose, move_aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.bin_walls import hits_bin
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
@@ -88,7 +88,7 @@ class PickPlanner:
             (config.bins.emptied, Purpose.FILL, "fill"),
         )
         self._side_purposes = [(purpose, column) for is_on, purpose, column in side_effects if is_on]
-        """Purposes of the side generators that the level uses, and the fields of `SideDraws` for their draws."""
+        """Purposes for which the level draws aside, and the fields of `SideDraws` for these draws."""
 
     def draw(self, generators: list[np.random.Generator], rows: Ints, count: int) -> Objects:
         """Draw `count` new objects from the generators of some rows, shape (len(rows), count)."""
@@ -97,7 +97,8 @@ class PickPlanner:
         for place, row in enumerate(rows):
             generator = generators[int(row)]
             for purpose, column in self._side_purposes:
-                draw_aside(generator, purpose, getattr(side_draws, column)[place])
+                with move_aside(generator, purpose):
+                    generator.random(out=getattr(side_draws, column)[place])
             generator.standard_normal(out=normals[place])
             generator.random(out=uniforms[place])
         return self._maker.make(normals, uniforms, side_draws)

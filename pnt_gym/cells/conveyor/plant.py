@@ -21,7 +21,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, compute_by_mask, concatenate_rec
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import loads_between, loads_of_steps
 from pnt_gym.cells.base.parallel import call_in_threads, split_rows
-from pnt_gym.cells.base.plant import ObjectFlight, Plant, Touchdown, roll_out, simulation_ids, touching
+from pnt_gym.cells.base.plant import TOUCH_DISTANCE, ObjectFlight, Plant, Touchdown, roll_out, simulation_ids, touching
 from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -301,19 +301,17 @@ def _widen(batch: Any, rows: Ints, cylinders: Ints, radius: Floats) -> None:
 
 def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: Fall) -> ObjectFlight:
     """Flights joined from records with the robot, up to a step of each (N,), and records without the robot."""
-    last = max(int((clear + fall.steps).max()), robot_sensors.shape[1])
-    sensors = np.zeros((len(robot_sensors), last, fall.sensors.shape[2]))
-    sensors[:, : robot_sensors.shape[1]] = robot_sensors[..., : sensors.shape[2]]
-    for row, (first, steps) in enumerate(zip(clear, fall.steps, strict=True)):
-        sensors[row, first : first + steps] = fall.sensors[row, :steps]
-    with_robot = np.arange(robot_sensors.shape[1], dtype=np.int64) < clear[:, None]
-    hand_touch = np.zeros(sensors.shape[:2], dtype=np.bool_)
-    hand_touch[:, : robot_sensors.shape[1]] = touching(robot_sensors[..., SENSORS["cup_contact"]]) & with_robot
+    from pnt_gym.cells.base.flight_kernel import join_flights  # noqa: PLC0415 - numba takes a while
+
+    count, last = len(robot_sensors), int((clear + fall.steps).max())
+    motion, touch = np.zeros((count, last, 6)), np.zeros((2, count, last), dtype=np.bool_)
+    cup = robot_sensors[..., SENSORS["cup_contact"]]
+    join_flights(robot_sensors, cup, fall.sensors, clear, fall.steps, TOUCH_DISTANCE, motion, touch)
     return ObjectFlight(
-        position=sensors[..., SENSORS["object_position"]],
-        velocity=sensors[..., SENSORS["object_velocity"]],
-        hand_touch=hand_touch,
-        any_touch=touching(sensors[..., SENSORS["any_contact"]]),
+        position=motion[..., SENSORS["object_position"]],
+        velocity=motion[..., SENSORS["object_velocity"]],
+        hand_touch=touch[0],
+        any_touch=touch[1],
         release_step=clock.release,
         last_step=clear + fall.steps - 1,
     )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, replace_rows
-from pnt_gym.cells.base.cell import Generators, Purpose, side_generator
+from pnt_gym.cells.base.cell import Generators, Purpose, move_aside
 from pnt_gym.cells.base.features import FeatureTable, Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context, HiddenDrift, LastThrow, constant_bias, unseen_grasp
@@ -47,9 +47,9 @@ class DriftSchedule:
 
     @classmethod
     def draw(cls, generators: list[np.random.Generator], config: ConveyorConfig) -> Self:
-        """Draw new shifts from side generators, one shift per generator; the generators do not advance."""
+        """Draw new shifts, one shift per generator; the generators do not advance."""
         picks = config.picks_per_shift
-        columns = [_draw_columns(side_generator(generator, Purpose.SHIFT), picks, config) for generator in generators]
+        columns = [_draw_columns(generator, picks, config) for generator in generators]
         fields = [np.stack(values) for values in zip(*columns, strict=True)]
         return cls(*fields, at=np.zeros(len(generators), dtype=np.int64))
 
@@ -71,9 +71,11 @@ class DriftSchedule:
         return replace(self, at=self.at + 1)
 
 
-def _draw_columns(spare: np.random.Generator, picks: int, config: ConveyorConfig) -> tuple[Floats, ...]:
-    """Draw the columns of one shift from a side generator."""
-    random, drift, m = np.random.default_rng(spare.integers(2**63, size=4)), config.drift, config.mismatch
+def _draw_columns(generator: np.random.Generator, picks: int, config: ConveyorConfig) -> tuple[Floats, ...]:
+    """Draw the columns of one shift aside."""
+    with move_aside(generator, Purpose.SHIFT):
+        seed = generator.integers(2**63, size=4)
+    random, drift, m = np.random.default_rng(seed), config.drift, config.mismatch
 
     def level(*sections: Any) -> Floats:
         return m * np.stack([section.path(random, picks, drift.steps_every) for section in sections], axis=-1)

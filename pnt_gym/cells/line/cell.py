@@ -111,7 +111,7 @@ class LineCell:
     def __init__(self, config: LineConfig, count: int, threads: int = 1) -> None:
         self.config, self.count = config, count
         self.item_names = config.cell.items
-        cells = [config.cell_of(index) for index in range(len(config.robots))]
+        cells = config.cells()
         self.chances: Chances = required_table(config)
         self.chooser = Chooser(config, cells, self.chances)
         self.turns = Turns(config, self.chooser)
@@ -143,7 +143,7 @@ class LineCell:
         self.live_stream = self.arriving.draw(self.live_stream, rows, generators, in_place=not self._is_stream_kept)
         self._is_stream_kept = False
         initial, before = self._initial_state(len(rows)), self.state
-        books = before.books.write(rows, initial.books.whole())
+        books = before.books.write(rows, initial.books.read())
         fresh = replace(replace_rows(before, rows, initial), books=books)
         work_in_parts(partial(self.turns.advance, self.live_stream, fresh), rows, self._threads)
         self.state = fresh

@@ -8,7 +8,7 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints, replace_rows, take
-from pnt_gym.cells.base.cell import Generators, Purpose, side_generator
+from pnt_gym.cells.base.cell import Generators, Purpose, move_aside
 from pnt_gym.cells.conveyor.objects.records import Objects, half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.config import LineConfig
@@ -90,14 +90,10 @@ class StreamSampler:
         config, count = self._config, len(generators)
         gaps, worth, luck = np.empty((3, count, self.length))
         for place, generator in enumerate(generators):
-            arrival_generator = side_generator(generator, Purpose.ARRIVAL)
-            gaps[place] = (
-                arrival_generator.gamma(config.arrivals.regularity, size=self.length) / config.arrivals.regularity
-            )
-            worth[place], luck[place] = (
-                arrival_generator.standard_normal(self.length),
-                arrival_generator.random(self.length),
-            )
+            with move_aside(generator, Purpose.ARRIVAL):
+                gaps[place] = generator.gamma(config.arrivals.regularity, size=self.length) / config.arrivals.regularity
+                generator.standard_normal(out=worth[place])
+                generator.random(out=luck[place])
         objects = self._planner.draw(generators, np.arange(count), self.length)
         distance = config.cell.belt.speed / config.arrivals.rate * np.cumsum(gaps, axis=1)
         x = self._settle(config.reach[1] - distance, objects)

@@ -11,24 +11,21 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, join_columns
-from pnt_gym.cells.base.fluid import lying_extents, solid_shell_inertia
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.fluid import GYRATION
 from pnt_gym.cells.base.items import ItemTable
-from pnt_gym.cells.base.rotations import to_body_axes
 from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects, objects_in_block
 from pnt_gym.constants import GRAVITY
 
 NORMALS, UNIFORMS = 24, 12 + 3 * TARGET_DRAWS
 """Numbers of an object's standard normal and uniform draws, whose columns stand in `kernel`."""
-HALF_LIP: Final = 4.0 / (3.0 * np.pi)
-"""Distance of half a disc's centroid from the disc's middle, in radii."""
 
 
 @final
 @dataclass(frozen=True)
 class SideDraws:
-    """Draws of side generators for effects that a level switches on, uniform in [0, 1), with any leading shape S."""
+    """Draws aside for effects that a level switches on, uniform in [0, 1), with any leading shape S."""
 
     pick: Floats
     """Draw that decides whether the cup seals; 1 where picks do not fail."""
@@ -77,7 +74,7 @@ class ObjectMaker:
 
     def make(self, normals: Floats, uniforms: Floats, side_draws: SideDraws) -> Objects:
         """Objects S from standard normal draws S + (NORMALS,), uniform draws S + (UNIFORMS,) and side draws S."""
-        from pnt_gym.cells.conveyor.objects.kernel import COLUMN, draw_objects  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.cells.conveyor.objects import kernel  # noqa: PLC0415 - numba takes a while
 
         shape, bins = normals.shape[:-1], side_draws.fill.shape[-1]
         z = np.ascontiguousarray(normals).reshape(-1, normals.shape[-1])
@@ -85,17 +82,18 @@ class ObjectMaker:
         side = np.empty((len(z), 2 + bins))
         side[:, 0], side[:, 1] = side_draws.pick.reshape(-1), side_draws.seen.reshape(-1)
         side[:, 2:] = side_draws.fill.reshape(-1, bins)
-        block = np.empty((len(z), COLUMN["draws.fill"] + bins))
-        draw_objects(
+        block = np.empty((len(z), kernel.FILL + bins))
+        kernel.draw_objects(
             z, u, side, self._factors(z), self._numbers, self._items, self._shares, self._confusion, self._percent,
             block,
         )  # fmt: skip
-        objects, config = objects_in_block(block, bins), self._config
-        mean = release_delay(objects.seal, objects.mass, config.suction) + self._table.clings[objects.kind]
+        config, seal, mass = self._config, block[:, kernel.SEAL], block[:, kernel.MASS]
+        delay = release_delay(seal, mass, config.suction) + self._table.clings[block[:, kernel.KIND].astype(np.int64)]
         # An object cannot be free before the valve's command, whatever the jitter.
-        block[:, COLUMN["delay"]] = np.maximum(config.mismatch * mean + objects.jitter, 0.0)
-        begin = COLUMN["spin"]
-        block[:, begin : begin + 3] = _spin(objects, config)
+        block[:, kernel.DELAY] = np.maximum(config.mismatch * delay + block[:, kernel.JITTER_TIME], 0.0)
+        bodies = mass, block[:, kernel.SIZE : kernel.SIZE + 3], block[:, kernel.SHAPE], block[:, kernel.TURN].copy()
+        cups = block[:, kernel.OFFSET : kernel.OFFSET + 2], block[:, kernel.RADIUS], seal
+        _add_spins(*bodies, *cups, block[:, kernel.SPIN_RATE : kernel.SPIN_RATE + 3], config)
         return objects_in_block(block.reshape(*shape, -1), bins)
 
     def _factors(self, normals: Floats) -> Floats:
@@ -143,86 +141,41 @@ def time_constant(seal: Floats, suction: Suction) -> Floats:
     return suction.tau / (1.0 + suction.leak * leak)
 
 
-def _spin(objects: Objects, config: ConveyorConfig) -> Floats:
-    """Spin of objects at release, S + (3,) [rad/s]: as drawn, or from the peeling lip, and from blown air."""
-    m, cup, body = config.mismatch, config.cup, (objects.mass, objects.size, objects.shape, objects.yaw)
-    spin = objects.spin
-    if cup.peel:
-        tau = time_constant(objects.seal, config.suction)
-        impulse = peel_impulse(objects.mass * GRAVITY, objects.grasp, objects.cup_radius, tau)
-        spin = spin_from_impulse(m * impulse, *body)
-    if cup.blow_off > 0.0:
-        spin = spin + spin_from_impulse(blow_impulse(objects.mass, objects.grasp, m * cup.blow_off), *body)
-    return spin
+def _add_spins(
+    mass: Floats,
+    size: Floats,
+    shape: Floats,
+    yaw: Floats,
+    grasp: Floats,
+    radius: Floats,
+    seal: Floats,
+    spin: Floats,
+    config: ConveyorConfig,
+) -> None:
+    """Write the spins of N objects at release (N, 3) [rad/s], in place: of the peeling lip and of blown air."""
+    from pnt_gym.cells.conveyor.objects.kernel import write_spins  # noqa: PLC0415 - numba takes a while
+
+    cup, turn, tau = config.cup, np.stack([np.cos(yaw), np.sin(yaw)]), time_constant(seal, config.suction)
+    write_spins(config.mismatch, cup.peel, cup.blow_off, mass, size, shape, turn, grasp, radius, tau, GYRATION, spin)
 
 
 def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal: Floats | None = None) -> Floats:
-    """Spin S + (3,) [rad/s] of objects with another grasp offset than drawn; the other parts of the spin stay.
+    """Spin (N, 3) [rad/s] of objects with another grasp offset than drawn; the other parts of the spin stay.
 
     Args:
-        objects: the objects as drawn, S.
-        grasp: the new grasp offset, S + (2,) [m].
+        objects: the objects as drawn (N,).
+        grasp: the new grasp offset (N, 2) [m].
         config: the cell.
-        seal: the new vacuum force, S [N]; None: as drawn.
+        seal: the new vacuum force (N,) [N]; None: as drawn.
     """
+    bodies = objects.mass, objects.size, objects.shape.astype(np.float64), objects.yaw
 
     def of(place: Floats, force: Floats) -> Floats:
-        drawn = objects.replace(grasp=place, seal=force, spin=np.zeros_like(objects.spin))
-        if not config.cup.peel:
-            drawn = drawn.replace(spin=random_spin(drawn.spin, config.spread.spin_per_offset * place))
-        return _spin(drawn, config)
+        spin = random_spin(np.zeros_like(objects.spin), config.spread.spin_per_offset * place)
+        _add_spins(*bodies, place, objects.cup_radius, force, spin, config)
+        return spin
 
     return objects.spin + (of(grasp, objects.seal if seal is None else seal) - of(objects.grasp, objects.seal))
-
-
-def peel_impulse(weight: Floats, grasp: Floats, radius: Floats, tau: Floats) -> Floats:
-    """Angular impulse of a lip that peels off at one side, about x and y, S + (2,) [N m s].
-
-    An object is free when the vacuum has decayed to the object's weight. The lip opens first where the object is
-    heavier, on the side of its centre of mass. The remaining force of the vacuum, m g exp(-t / tau), is assumed to act
-    on the other half of the lip, whose centroid is 4 r / (3 pi) from the middle. With the grasp offset e the arm about
-    the centre of mass is e + 4 r / (3 pi), and the impulse is m g tau (e + 4 r / (3 pi)). The open side goes down. The
-    impulse is an upper bound, because the half lip is assumed to hold until the vacuum is gone.
-
-    Args:
-        weight: weight of the object, S [N].
-        grasp: centre of mass relative to the cup's axis, along x, y, S + (2,) [m].
-        radius: radius of the lip, S [m].
-        tau: time constant of the vacuum, S [s].
-    """
-    offset = np.sqrt(grasp[..., 0] ** 2 + grasp[..., 1] ** 2)
-    side = grasp / np.maximum(offset, 1e-12)[..., None]
-    # The force m g exp(-t / tau) over all times gives m g tau; the rest is its arm.
-    size = weight * tau * (offset + HALF_LIP * radius)
-    return size[..., None] * join_columns(-side[..., 1], side[..., 0])
-
-
-def blow_impulse(mass: Floats, grasp: Floats, speed: float) -> Floats:
-    """Angular impulse about x and y of air that blows objects down along the cup's axis, S + (2,) [N m s].
-
-    Args:
-        mass: mass of the objects, S [kg].
-        grasp: centre of mass relative to the cup's axis, along x, y, S + (2,) [m].
-        speed: speed that the air gives the centre of mass [m/s].
-    """
-    return (mass * speed)[..., None] * join_columns(grasp[..., 1], -grasp[..., 0])
-
-
-def spin_from_impulse(impulse: Floats, mass: Floats, size: Floats, shape: Ints, yaw: Floats) -> Floats:
-    """Spin of free objects about x, y, z, S + (3,) [rad/s], from angular impulses about x and y.
-
-    Args:
-        impulse: angular impulses about the world's x and y, S + (2,) [N m s].
-        mass: mass of the objects, S [kg].
-        size: full extents, S + (3,) [m].
-        shape: index in `items.SHAPES`, S.
-        yaw: yaw of the objects, S [rad].
-    """
-    index = shape.reshape(-1)
-    inertia = solid_shell_inertia(mass.reshape(-1), lying_extents(index, size.reshape(-1, 3)), index)
-    level = np.concatenate([impulse, np.zeros_like(impulse[..., :1])], axis=-1)
-    # The inertia is diagonal only in the object's axes: there the impulse becomes a spin, which is turned back.
-    return to_body_axes(to_body_axes(level, yaw) / inertia.reshape(size.shape), -yaw)
 
 
 def random_spin(random: Floats, offset: Floats) -> Floats:

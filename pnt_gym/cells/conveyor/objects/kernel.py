@@ -1,7 +1,7 @@
 """Objects from their random draws, and distances from their outlines, one row each. Compiled; see `pnt_gym.compiled`.
 
-NumPy rounds exponentials and logarithms in its own way, so factors that are exponentials are arguments, and the caller
-computes the delay of the release. The random spin is written without that of the lip.
+NumPy rounds exponentials, logarithms, sines and cosines in its own way, so these are arguments, and the caller computes
+the delay of the release.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import CYLINDER
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, columns_of_objects
 from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.constants import GRAVITY
 
 # Numbers of a cell: mismatch; spreads and noises of `config.spread` and `config.noise`; jitter of the release; whether
 # cups are fitted; lanes and gaps on the belt.
@@ -34,20 +35,22 @@ from pnt_gym.compiled import compile_for, kernel_part
 U_KIND, U_LANE, U_GAP, U_YAW, U_CHANCE, U_RESIDUE, U_PERCENT, U_UNUSED, U_PLACE = range(9)
 U_BIN = 12
 F_MASS, F_SEAL, F_DRAG, F_SEEN_MASS, F_SEEN_SEAL, F_LENGTH, F_WIDTH, F_HEIGHT = range(8)
-# Columns of the side draws: whether the cup seals, what the classifier sees, contents of bins.
+# Columns of the draws aside: whether the cup seals, what the classifier sees, contents of bins.
 S_PICK, S_SEEN, S_FILL = range(3)
 SMALLEST_EXTENT = 0.005
 """Smallest extent that the camera reports [m]."""
 MIN_DEPTH, MAX_DEPTH = 0.05, 0.95
+HALF_LIP = 4.0 / (3.0 * math.pi)
+"""Distance of half a disc's centroid from the disc's middle, in radii."""
 COLUMN = columns_of_objects()
 """First columns of the values in a block of objects."""
 (
-    KIND, SHAPE, SIZE, MASS, DRAG, DEPTH, KNOWN_DEPTH, SEAL, JITTER_TIME, FRICTION, CUP_FRICTION, RADIUS, ROLLING,
-    SOLREF, TURN, OFFSET, BELT_ERROR, SPIN_RATE, CHANCE, PICK_DRAW, PERCENT,
+    KIND, SHAPE, SIZE, MASS, DRAG, DEPTH, KNOWN_DEPTH, SEAL, DELAY, JITTER_TIME, FRICTION, CUP_FRICTION, RADIUS,
+    ROLLING, SOLREF, TURN, OFFSET, BELT_ERROR, SPIN_RATE, CHANCE, PICK_DRAW, PERCENT,
 ) = (
     COLUMN[name]
     for name in (
-        "kind", "shape", "size", "mass", "drag", "com_depth", "known_depth", "seal", "jitter", "friction",
+        "kind", "shape", "size", "mass", "drag", "com_depth", "known_depth", "seal", "delay", "jitter", "friction",
         "cup_friction", "cup_radius", "rolling_friction", "solref", "yaw", "grasp", "belt_error", "spin",
         "pick_chance", "pick_draw", "percent",
     )
@@ -146,12 +149,12 @@ def draw_objects(
     percent: Floats,
     block: Floats,
 ) -> None:
-    """Write N objects to the rows of a block, without the delays of their releases.
+    """Write N objects to the rows of a block, without the delays of their releases and the spins of lips and air.
 
     Args:
         normals: standard normal draws (N, 24).
         uniforms: uniform draws (N, 36).
-        side_draws: draws of the side generators (N, 2 + B).
+        side_draws: draws aside (N, 2 + B).
         factors: exponential factors of masses, seals, drag and extents (N, 8).
         numbers: numbers of the cell by the names above.
         items: the items (K, 16) by the columns above.
@@ -175,6 +178,115 @@ def draw_objects(
             percent[min(int(u[U_PERCENT] * len(percent)), len(percent) - 1)],
         )
         object_[FILL:] = side[S_FILL:]
+
+
+@compile_for("UniTuple(f8, 2)(f8, f8, f8, f8, f8)")
+def peel_impulse(weight: float, x: float, y: float, radius: float, tau: float) -> tuple[float, float]:
+    """Angular impulse of a lip that peels off at one side, about x and y [N m s].
+
+    An object is free when the vacuum has decayed to the object's weight. The lip opens first where the object is
+    heavier, on the side of its centre of mass. The remaining force of the vacuum, m g exp(-t / tau), is assumed to act
+    on the other half of the lip, whose centroid is 4 r / (3 pi) from the middle. With the grasp offset e the arm about
+    the centre of mass is e + 4 r / (3 pi), and the impulse is m g tau (e + 4 r / (3 pi)). The open side goes down. The
+    impulse is an upper bound, because the half lip is assumed to hold until the vacuum is gone.
+
+    Args:
+        weight: weight of the object [N].
+        x: centre of mass relative to the cup's axis, along x [m].
+        y: the same along y [m].
+        radius: radius of the lip [m].
+        tau: time constant of the vacuum [s].
+    """
+    offset = math.sqrt(x * x + y * y)
+    # The force m g exp(-t / tau) over all times gives m g tau; the rest is its arm.
+    size, arm = weight * tau * (offset + HALF_LIP * radius), max(offset, 1e-12)
+    return size * -(y / arm), size * (x / arm)
+
+
+@compile_for("UniTuple(f8, 2)(f8, f8, f8, f8)")
+def blow_impulse(mass: float, x: float, y: float, speed: float) -> tuple[float, float]:
+    """Angular impulse about x and y of air that blows an object down along the cup's axis [N m s].
+
+    Args:
+        mass: mass of the object [kg].
+        x: centre of mass relative to the cup's axis, along x [m].
+        y: the same along y [m].
+        speed: speed that the air gives the centre of mass [m/s].
+    """
+    return mass * speed * y, mass * speed * -x
+
+
+@compile_for("UniTuple(f8, 3)(f8, f8, f8, f8[:], f8, f8, f8, f8[:])")
+def spin_from_impulse(
+    x: float, y: float, mass: float, size: Floats, shape: float, cos: float, sin: float, gyration: Floats
+) -> tuple[float, float, float]:
+    """Spin of a free object about x, y, z [rad/s], from an angular impulse about x and y.
+
+    Args:
+        x: angular impulse about the world's x [N m s].
+        y: the same about y [N m s].
+        mass: mass of the object [kg].
+        size: full extents (3,) [m].
+        shape: index in `items.SHAPES`.
+        cos: cosine of the object's yaw.
+        sin: sine of the object's yaw.
+        gyration: inertia of each shape, see `fluid.GYRATION`.
+    """
+    # The formulas of `fluid.solid_shell_inertia`.
+    width = 0.5 * (size[1] + size[2]) if shape == CYLINDER else size[1]
+    height = width if shape == CYLINDER else size[2]
+    along, across, up = 0.5 * size[0], 0.5 * width, 0.5 * height
+    share = gyration[int(shape)] * mass
+    # The inertia is diagonal only in the object's axes: there the impulse becomes a spin, which is turned back.
+    about_x = (cos * x + sin * y) / (share * (across * across + up * up))
+    about_y = (cos * y - sin * x) / (share * (along * along + up * up))
+    return cos * about_x - sin * about_y, cos * about_y + sin * about_x, 0.0
+
+
+@compile_for("void(f8, b1, f8, f8[:], f8[:, :], f8[:], f8[:, :], f8[:, :], f8[:], f8[:], f8[:], f8[:, :])")
+def write_spins(
+    mismatch: float,
+    peels: bool,
+    blown: float,
+    mass: Floats,
+    size: Floats,
+    shape: Floats,
+    turn: Floats,
+    grasp: Floats,
+    radius: Floats,
+    tau: Floats,
+    gyration: Floats,
+    spin: Floats,
+) -> None:
+    """Write the spins of N objects at release: as drawn, or from the peeling lip, and from blown air.
+
+    Args:
+        mismatch: factor of all hidden effects.
+        peels: whether the lip gives a spin.
+        blown: speed that blown air gives objects, 0 without air [m/s].
+        mass: masses of the objects (N,) [kg].
+        size: full extents (N, 3) [m].
+        shape: indices in `items.SHAPES` (N,).
+        turn: cosine and sine of the objects' yaws (2, N).
+        grasp: centres of mass relative to the cup's axis (N, 2) [m].
+        radius: radii of the lips (N,) [m].
+        tau: time constants of the vacuum (N,) [s].
+        gyration: inertia of each shape, see `fluid.GYRATION`.
+        spin: spins as drawn, overwritten (N, 3) [rad/s].
+    """
+    for row in range(len(spin)):
+        place_x, place_y, cos, sin = grasp[row, 0], grasp[row, 1], turn[0, row], turn[1, row]
+        if peels:
+            x, y = peel_impulse(mass[row] * GRAVITY, place_x, place_y, radius[row], tau[row])
+            x, y = mismatch * x, mismatch * y
+            spin[row, 0], spin[row, 1], spin[row, 2] = spin_from_impulse(
+                x, y, mass[row], size[row], shape[row], cos, sin, gyration
+            )
+        if blown > 0.0:
+            x, y = blow_impulse(mass[row], place_x, place_y, mismatch * blown)
+            added = spin_from_impulse(x, y, mass[row], size[row], shape[row], cos, sin, gyration)
+            for axis in range(3):
+                spin[row, axis] += added[axis]
 
 
 @compile_for("void(b1[::1], f8[:, :], f8[:], f8[:, :], f8[::1])")

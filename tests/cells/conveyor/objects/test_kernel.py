@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.cell import Purpose, draw_aside, side_generator
+from pnt_gym.cells.base.cell import JUMPS_PER_PURPOSE, Purpose, move_aside
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID, item_arrays
 from pnt_gym.cells.conveyor.cup.hold import inside_outline
@@ -127,13 +127,15 @@ def test_a_block_of_objects_is_what_they_pack_to():
 
 
 @pytest.mark.parametrize("purpose", Purpose)
-def test_draws_aside_are_those_of_the_side_generator_and_change_nothing(purpose):
-    generator, found = np.random.default_rng([5, purpose]), np.empty(7)
+def test_a_generator_aside_draws_as_one_that_jumps_and_comes_back(purpose):
+    generator = np.random.default_rng([5, purpose])
     generator.integers(3)  # leaves half of a number behind
     before = generator.bit_generator.state
-    draw_aside(generator, purpose, found)
+    with move_aside(generator, purpose):
+        found = generator.random(7)
     assert generator.bit_generator.state == before
-    assert same_bits(found, side_generator(generator, purpose).random(7))
+    jumped = np.random.default_rng(generator.bit_generator.jumped(JUMPS_PER_PURPOSE * purpose))
+    assert same_bits(found, jumped.random(7))
 
 
 def test_distances_from_outlines_are_those_of_the_formula():

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.base.catalogue import CATALOGUE
-from pnt_gym.cells.base.fluid import lying_size, solid_shell_inertia
+from pnt_gym.cells.base.fluid import GYRATION, lying_size, solid_shell_inertia
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import true_hold
-from pnt_gym.cells.conveyor.objects.drawing import blow_impulse, peel_impulse, spin_from_impulse, time_constant
+from pnt_gym.cells.conveyor.objects.drawing import time_constant
+from pnt_gym.cells.conveyor.objects.kernel import blow_impulse, peel_impulse, spin_from_impulse
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import item, make_core
 
@@ -34,16 +35,16 @@ def test_a_peel_is_the_moment_of_what_is_left_of_the_vacuum_over_its_decay(grasp
     moment = np.cross(arms, [0.0, 0.0, weight]).mean(axis=0)
     t = (np.arange(20000) + 0.5) * 20.0 * tau / 20000
     impulse = moment * (np.exp(-t / tau) * 20.0 * tau / 20000).sum()
-    found = peel_impulse(np.array(weight), np.array(grasp), np.array(radius), np.array(tau))
+    found = peel_impulse(weight, *grasp, radius, tau)
     np.testing.assert_allclose(found, impulse[:2], rtol=2e-3, atol=1e-9)
     assert abs(impulse[2]) < 1e-12
 
 
 def test_the_side_that_opened_goes_down():
     grasp = np.array([0.008, -0.003])
-    spin = np.append(peel_impulse(np.array(0.2), grasp, np.array(0.018), np.array(0.009)), 0.0)
+    spin = np.append(peel_impulse(0.2, *grasp, 0.018, 0.009), 0.0)
     assert np.cross(spin, np.append(grasp, 0.0))[2] < 0.0
-    blown = np.append(blow_impulse(np.array(0.02), grasp, 0.2), 0.0)
+    blown = np.append(blow_impulse(0.02, *grasp, 0.2), 0.0)
     assert np.cross(blown, np.append(grasp, 0.0))[2] > 0.0
 
 
@@ -51,13 +52,13 @@ def test_impulses_turn_objects_by_their_own_inertia():
     core = core_of()
     o = core.context.objects
     impulse = np.random.default_rng(0).normal(0.0, 1e-4, (COUNT, 2))
-    spin = spin_from_impulse(impulse, o.mass, o.size, o.shape, o.yaw)
     own = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
     for row in range(COUNT):
         cos, sin = np.cos(o.yaw[row]), np.sin(o.yaw[row])
+        spin = spin_from_impulse(*impulse[row], o.mass[row], o.size[row], o.shape[row], cos, sin, GYRATION)
         turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
         inertia = turn @ np.diag(own[row]) @ turn.T
-        np.testing.assert_allclose(inertia @ spin[row], [*impulse[row], 0.0], rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(inertia @ spin, [*impulse[row], 0.0], rtol=1e-9, atol=1e-15)
 
 
 def test_a_level_asks_for_peel_and_the_dial_turns_it():
