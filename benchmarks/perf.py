@@ -1,4 +1,4 @@
-"""Measure the speeds of planners, grasping and environments, and the figures that stand beside them.
+"""Measure the speeds of planners, grasping and environments.
 
 `python benchmarks/perf.py planner envs/PnTLine-v0 --json FILE` measures these cases; without a name it measures all
 cases. A name before a slash stands for all cases that begin with the name. Such cases share the form of their results.

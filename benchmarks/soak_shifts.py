@@ -151,11 +151,7 @@ def decisions(env: Any, random: np.random.Generator, limit: int) -> Iterator[tup
 def no_numbers(observation: Any, reward: Any) -> list[str]:
     """The finding that an entry of an observation or a reward is not finite; nothing if all are."""
     parts = observation.values() if isinstance(observation, dict) else [observation]
-    return (
-        []
-        if all(np.isfinite(part).all() for part in parts) and np.isfinite(reward).all()
-        else ["a number is none"]
-    )
+    return [] if all(np.isfinite(part).all() for part in parts) and np.isfinite(reward).all() else ["a number is none"]
 
 
 def late(subject: str, began: float, limit: float) -> list[str]:
