@@ -1,6 +1,7 @@
 """`policy.onnx`: the runtime finds in it the actions that stable-baselines3 finds in the model."""
 
 from dataclasses import replace
+from itertools import cycle, product
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from agents.policies.weights import actor_of
 from agents.publish import onnx_graph
 from agents.publish.onnx_graph import save_onnx
 from tests.agents.policies.test_actor import HIGH, LOW, NETWORKS, PPO, RESIDUAL, SAC, model, seen
+from tests.tools.nightly import with_nightly
 
 
 def assert_runs_as(made: Any, file: Path) -> None:
@@ -27,8 +29,11 @@ def assert_runs_as(made: Any, file: Path) -> None:
         assert (np.abs(found - theirs) <= 2e-6 * (HIGH - LOW)).all()
 
 
-@pytest.mark.parametrize("settings", NETWORKS, ids=lambda s: str(s.get("net_arch", "default")))
-@pytest.mark.parametrize("algorithm", RESIDUAL, ids=lambda a: getattr(a, "__name__", a))
+@pytest.mark.parametrize(
+    ("algorithm", "settings"),
+    with_nightly(product(RESIDUAL, NETWORKS), [*zip(cycle(RESIDUAL), NETWORKS, strict=False)]),
+    ids=lambda value: str(value.get("net_arch", "default")) if isinstance(value, dict) else None,
+)
 def test_the_runtime_acts_as_the_model(algorithm: Any, settings: dict[str, Any], tmp_path: Path) -> None:
     made = model(algorithm, settings)
     save_onnx(actor_of(made), tmp_path / "policy.onnx", {})

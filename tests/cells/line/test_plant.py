@@ -141,20 +141,10 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
         {"cell.bins": plant()["cell"]["bins"]["fixed"]},
         "input should be a section, with keys fixed, r",
     ),
-    "robots too close": (
-        {"robots.1.x": 0.3},
-        "robots 'first' at x 0 m and 'second' at 0.3 m have windows that overlap",
-    ),
     "skills and values of strangers": (
         {"robots.1.skills": ["pet"], "value.of": {"glass": 2.0, "pet": 1.0}},
         "value.of: 'glass' and 'pet' are not among the cell's items ('hdpe', 'brick', 'alu'); skills of robot "
         "'second': 'pet' is not among",
-    ),
-    "nobody for alu": ({"robots.0.skills": ["hdpe", "brick"]}, "no robot takes item 'alu'; give a robot the skill"),
-    "a mix with a stranger": ({"cell.mix.pet": 3}, "cell: mix: 'pet' is not among the items ('hdpe', 'brick', 'alu')"),
-    "percent as a share": (
-        {"cell.limits.percent": [0.3]},
-        "limits.percent.0 is 0.3: input should be greater than or eq",
     ),
     "percent as a number": ({"robots.1.percent": 30}, "robots.1.percent is 30: input should be a list, as in [30]"),
     "speed with its unit": ({"cell.belt.speed": "0.4 m/s"}, "belt.speed is '0.4 m/s': input should be a valid number"),
@@ -205,10 +195,6 @@ PAIRS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
         {"cell.bins": plant()["cell"]["bins"]["fixed"], "robots.2.skills": ["hpde"]},
         ("input should be a section, with keys fixed", "skills of robot 'third': 'hpde'"),
     ),
-    "a shift's length and the cell's other file": (
-        {"cell": "nominal", "duration": -1},
-        ("duration is -1", "skills of robot 'second': 'hdpe' and 'brick' are not among"),
-    ),
     "a belt's speed and a bin's place": (
         {"cell.belt.speed": "0.4 m/s", "cell.bins.fixed.1.x": -0.2},
         ("belt.speed is '0.4 m/s'", "bin 'cartons' overlaps bin 'bottles'"),
@@ -242,10 +228,6 @@ PAIRS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
             "robot 'second': bin 'one' overlaps",
             "robot 'third': belt.speed is 0.4 m/s; a hand at 1 %",
         ),
-    ),
-    "windows and a skill": (
-        {"robots.1.x": 0.3, "robots.2.skills": ["hpde"]},
-        ("windows that overlap", "skills of robot 'third': 'hpde'"),
     ),
 }
 """Mistakes of different kinds in one level, of which none may hide another."""
