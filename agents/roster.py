@@ -35,21 +35,17 @@ def main(arguments: Arguments) -> None:
     if arguments.where is not None:
         print(policy_place(f"{PREFIX}{arguments.where.removeprefix(PREFIX)}"))
         return
-    for grid in (throw_grid(), grasp_grid(), line_grid(), shipped_grid()):
+    rows = [(name, CHOICES[name]) for name in LINE_NAMES]
+    for grid in (
+        acting_grid("controllers of throws", EVERYWHERE, [name for name in NAMES if name not in GRASPING_NAMES]),
+        acting_grid("controllers that grasp and throw", GRASPING, GRASPING_NAMES),
+        Grid("controllers of a line", ("controller", "its choice"), rows),
+        shipped_grid(),
+    ):
         console().print(grid.terminal())
 
 
-def throw_grid() -> Grid:
-    """The controllers of throws."""
-    return _grid("controllers of throws", EVERYWHERE, [name for name in NAMES if name not in GRASPING_NAMES])
-
-
-def grasp_grid() -> Grid:
-    """The controllers that choose where to grasp; all of them throw alike."""
-    return _grid("controllers that grasp and throw", GRASPING, GRASPING_NAMES)
-
-
-def _grid(title: str, env_id: str, names: Sequence[str]) -> Grid:
+def acting_grid(title: str, env_id: str, names: Sequence[str]) -> Grid:
     """Controllers that act in an environment."""
     with closing(make_vector(env_id, num_envs=1, threads=1)) as env:
         controllers = {name: make_controller(name, env) for name in names}
@@ -58,11 +54,6 @@ def _grid(title: str, env_id: str, names: Sequence[str]) -> Grid:
         for name, controller in controllers.items()
     ]
     return Grid(title, ("controller", "learns", "what it does"), rows)
-
-
-def line_grid() -> Grid:
-    """The controllers of a line."""
-    return Grid("controllers of a line", ("controller", "its choice"), [(name, CHOICES[name]) for name in LINE_NAMES])
 
 
 def shipped_grid() -> Grid:

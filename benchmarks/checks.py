@@ -38,7 +38,7 @@ def choices(mask: Bools, random: np.random.Generator, ruled_out: float = 0.0) ->
 
 
 def random_action(env: Any, info: Mapping[str, Any], random: np.random.Generator, scale: float) -> Any:
-    """Corrections at random up to a scale; on a line choices that there are."""
+    """Random corrections up to a scale; on a line random choices that exist."""
     if "action_mask" in info:
         mask = np.asarray(info["action_mask"])
         return choices(np.atleast_2d(mask), random).reshape(mask.shape[:-1])[()]
@@ -46,7 +46,7 @@ def random_action(env: Any, info: Mapping[str, Any], random: np.random.Generator
 
 
 def memory() -> float:
-    """Of this process, without what only waits to be collected or given back [MB]."""
+    """Memory of this process, without garbage and without freed pieces of the heap [MB]."""
     gc.collect()
     ctypes.CDLL(None).malloc_trim(0)
     pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1])
@@ -54,7 +54,7 @@ def memory() -> float:
 
 
 def growth(used: Sequence[float], settled: int) -> float:
-    """Of memory after so many rounds [MB]: a leak stays, and a single round may leave the heap in larger pieces."""
+    """Growth of memory over the rounds [MB]: a leak stays, and a single round may leave the heap in larger pieces."""
     return min(used[-settled:]) - used[settled - 1] if len(used) >= settled else 0.0
 
 

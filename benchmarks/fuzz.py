@@ -1,7 +1,8 @@
-"""Levels, actions, calls and command lines that nobody thought of: does any end in a traceback, a hang or a NaN?
+"""Try random levels, actions, calls and command lines, and look for tracebacks, hangs and NaN.
 
-`python benchmarks/fuzz.py` tries 10,000 cases, each drawn by its number; `--first 4000` goes on from there, and `--case
-level:17` repeats one. Exit code 1 at a find. A case that crashes its process or hangs is one, too.
+`python benchmarks/fuzz.py` tries 10,000 cases, each drawn by its number; `--first 4000` begins with case 4000, and
+`--case level:17` repeats one case. The exit code is 1 after a finding. A case that crashes its process or hangs is a
+finding, too.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def cases(first: int, count: int) -> Iterator[tuple[str, int]]:
 
 
 def attempt(bunch: Sequence[tuple[str, int]], channel: Connection, judge: Judge) -> None:
-    """Try cases in a process of its own, telling before each which, and after it what was found."""
+    """Try cases in a process of its own; report the number of each case before it, and the finding after it."""
     pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
     resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY, resource.RLIM_INFINITY))
     silent = os.open(os.devnull, os.O_WRONLY)
@@ -85,10 +86,10 @@ def finds(bunch: Sequence[tuple[str, int]], judge: Judge = judge_case) -> Iterat
 def main() -> int:
     """Try everything; exit code 1 at a find."""
     parser = check_parser(__doc__)
-    parser.add_argument("--cases", type=int, default=10_000, metavar="N")
-    parser.add_argument("--first", type=int, default=0, metavar="N", help="go on with this case")
+    parser.add_argument("--cases", type=int, default=10_000, metavar="N", help="number of cases")
+    parser.add_argument("--first", type=int, default=0, metavar="N", help="number of the first case")
     parser.add_argument("--case", metavar="KIND:NUMBER", help="repeat one case")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write what was found")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the findings to this file")
     arguments = parser.parse_args()
     if arguments.case:
         kind, _, number = arguments.case.partition(":")

@@ -1,8 +1,9 @@
 """Kill train, benchmark, reproduce and report at every change of a file and at random moments: is anything lost?
 
 `python benchmarks/kill.py` kills each command before every single change of its folder, then as soon as a file grows
-beyond random sizes, then at random moments, and gives it again each time. It must end well, and leave to the last bit
-what an undisturbed command leaves, and nothing else. Exit code 1 if that ever fails. `--every 9` is a sample.
+beyond random sizes, then at random moments, and gives the command again after each kill. The command must then end
+without an error and leave the same files, to the last bit, as an undisturbed command. The exit code is 1 if a kill
+loses anything. `--every 9` is a sample.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ def as_users_do(command: Command, folder: Path, count: int) -> Trials:
 
 
 def report_losses(trials: Trials, kills: Iterator[Kill]) -> Iterator[Kill]:
-    """The same kills; each prints a sign of life and its losses."""
+    """Carry out kills; each prints a sign of life and its losses."""
     lost = 0
     for kill in kills:
         show(f"{trials.command.name}: {trials.kills} kills")
@@ -79,11 +80,13 @@ def report_losses(trials: Trials, kills: Iterator[Kill]) -> Iterator[Kill]:
 def main() -> int:
     """Kill everything; exit code 1 if something was lost."""
     parser = check_parser(__doc__)
-    parser.add_argument("--every", type=int, default=1, metavar="N", help="only before every N-th change of a file")
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="kill at every N-th change of a file alone")
     parser.add_argument("--chances", type=int, default=15, metavar="N", help="kills at random sizes, and at moments")
     parser.add_argument("--processes", type=int, default=2, metavar="N", help="kills of new processes, at moments")
-    parser.add_argument("--only", nargs="*", default=[""], metavar="WORD", help="only commands with such a name")
-    parser.add_argument("--toy", action="store_true", help="throw on paper, which no new process knows")
+    parser.add_argument(
+        "--only", nargs="*", default=[""], metavar="WORD", help="commands with such a word in their name"
+    )
+    parser.add_argument("--toy", action="store_true", help="a toy cell without physics; kills no new process")
     arguments = parser.parse_args()
     for name in (*IMPORTED, *(["papers.choe"] if "" in arguments.only else [])):
         importlib.import_module(name)

@@ -1,8 +1,8 @@
-"""Whether what robots of a line can choose is what the conveyor's planner says of each case by itself, alone.
+"""Compare the choices of robots of a line with the plans of the conveyor's planner, each case planned by itself.
 
 `python benchmarks/line_exactness.py` compares 10,000 random cases: an object, a bin and a speed setting in the state of
-a line in mid-shift, planned as a row of its own. Exit code 1 where one is feasible here and not there, or a time
-differs by more than a millisecond.
+a line in mid-shift. The exit code is 1 if a case is feasible by one of the two alone, or if a time differs by more than
+a millisecond.
 """
 
 from __future__ import annotations

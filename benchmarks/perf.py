@@ -1,7 +1,7 @@
-"""Speeds of planners, grasping and environments, and the figures that stand beside them.
+"""Measure the speeds of planners, grasping and environments.
 
-`python benchmarks/perf.py planner envs/PnTLine-v0 --json FILE` measures these cases, without a name all; a name before
-a slash takes all that begin so. Cases whose names have the same beginning share the form of their results.
+`python benchmarks/perf.py planner envs/PnTLine-v0 --json FILE` measures these cases; without a name it measures all
+cases. A name before a slash stands for all cases that begin with the name. Such cases share the form of their results.
 """
 
 from __future__ import annotations

@@ -1,14 +1,15 @@
-"""Throw, or work at lines, for hours: does memory stay flat, every number one, every object outside, each book right?
+"""Run environments or lines for hours, and look for growing memory, invalid numbers, lost objects and wrong counts.
 
 `python benchmarks/soak.py throws` throws 100,000 times, in rounds over all environments and levels, with actions from
-none to wild; robots of a line choose at random, now and then what there is not. It keeps what it has done in `--state`
-and goes on from there; a kill costs one round. Exit code 1 at a find: a warning, a number that is none, an object that
-went through a wall, ended below the floor, was lifted twice along a line, is missing from a shift's figures or counted
-twice, or memory that grows by more than 5 % after the first three rounds.
+zero to far outside of the range. Robots of a line choose at random, and now and then name a choice that does not exist.
+The command keeps finished rounds in `--state` and goes on from there, so a kill costs one round. The exit code is 1
+after a finding: a warning; a number that is not finite; an object that went through a wall, ended below the floor, was
+lifted twice along a line, is missing from a shift's figures or counted twice; memory that grows by more than 5 % after
+the first three rounds.
 
 `python benchmarks/soak.py shifts` takes 100,000 decisions at lines of 1 to 4 robots that stand up to 100 km from the
-origin, in shifts of a minute to four hours. Finds are the same of a line, and a reset or a thousand decisions that take
-too long, time that runs backwards, or memory that grows within a shift.
+origin, in shifts of a minute to four hours. Further findings are a reset or a thousand decisions that take too long,
+time that runs backwards, and memory that grows within a shift.
 """
 
 from __future__ import annotations
@@ -70,9 +71,9 @@ def pairs() -> Iterator[tuple[str, Any]]:
 
 @contextlib.contextmanager
 def watch_plant(plant: Any) -> Iterator[Callable[[], list[Any]]]:
-    """What the plant's throws were given and gave, asked for after them; at the conveyor without the robot.
+    """A function that returns inputs and results of the plant's throws; at the conveyor without the robot.
 
-    Those that were asked for are forgotten.
+    The function returns the throws since its last call.
     """
     physics, name = (plant.free, "fall") if hasattr(plant, "free") else (plant, "fly")
     watch, last = getattr(physics, name), list[Any]()
@@ -142,7 +143,7 @@ def check_decisions(env: Any, random: np.random.Generator) -> Iterator[str]:
 
 
 def soak_throws(arguments: Namespace) -> tuple[list[str], str]:
-    """Throw until so many throws are done, those of the file of the state among them; finds, and a summary."""
+    """Throw until a number of throws is done, with those in the file of the state; returns findings and a summary."""
     every, state = list(pairs()), {"throws": 0, "rounds": 0, "finds": list[str]()}
     if arguments.state.is_file() and not arguments.fresh:
         state = json.loads(arguments.state.read_text(encoding="utf-8"))
@@ -165,7 +166,7 @@ def soak_throws(arguments: Namespace) -> tuple[list[str], str]:
 
 
 def soak_shifts(decisions: int, seed: int = 0, longest: float = LONGEST, limit: int = MOST) -> tuple[list[str], str]:
-    """Work shifts until so many decisions are taken.
+    """Work shifts until a number of decisions is taken.
 
     Args:
         decisions: in all.

@@ -73,7 +73,7 @@ class Books:
         self._lifted = set[int]()
 
     def after(self, info: Mapping[str, Any]) -> Iterator[str]:
-        """What is wrong with a decision, by what is told of it."""
+        """What is wrong with a decision, by its info."""
         if not (info["dt"] >= 0.0 and info["cycle_time"] > 0.0):
             yield f"a cycle takes {info['cycle_time']} s, and the next one begins {info['dt']} s later"
         if not self._start <= info["start"]:
@@ -149,12 +149,12 @@ def decisions(env: Any, random: np.random.Generator, limit: int) -> Iterator[tup
 
 
 def no_numbers(observation: Any, reward: Any) -> list[str]:
-    """That something in an observation or a reward is no number, if it is so."""
+    """The finding that an entry of an observation or a reward is not finite; nothing if all are."""
     parts = observation.values() if isinstance(observation, dict) else [observation]
     return [] if all(np.isfinite(part).all() for part in parts) and np.isfinite(reward).all() else ["a number is none"]
 
 
 def late(subject: str, began: float, limit: float) -> list[str]:
-    """That something took too long, if it did."""
+    """The finding that a reset or decisions took too long; nothing if they did not."""
     seconds = time.monotonic() - began
     return [] if seconds <= limit else [f"{subject} took {seconds:.0f} s, more than {limit:.0f} s"]

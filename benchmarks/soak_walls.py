@@ -30,7 +30,7 @@ class Solids(NamedTuple):
 
 
 def conveyor_solids(config: ConveyorConfig, thrown: Any) -> Solids:
-    """Belt and bins; of random bins the one that was aimed at."""
+    """Belt and bins; of random bins the bin at which the throw was aimed."""
     bins, belt, count = config.bins, config.belt, len(thrown.target)
     if bins.random is None:
         places = np.tile([(b.x, b.y) for b in bins.fixed], (count, 1, 1))

@@ -54,7 +54,7 @@ SCALES = (0.3, 0.6, 1.0, 0.0)
 
 
 def fingerprint(value: Any) -> str:
-    """Of an array's type, shape and bytes; NaN counts as one value."""
+    """Fingerprint of an array's type, shape and bytes; NaN counts as one value."""
     array = np.ascontiguousarray(value)
     return hashlib.sha256(f"{array.dtype} {array.shape}".encode() + array.tobytes()).hexdigest()[:16]
 
@@ -67,7 +67,7 @@ def seen(observation: Any) -> dict[str, list[Any]]:
 
 
 def fingerprints(env_id: str, level: Any, mode: str) -> dict[str, str]:
-    """Of everything that a few steps of a vector environment return, by name; of the refusal of a level."""
+    """Fingerprints of all that a few steps of a vector environment return, by name, or of the refusal of a level."""
     try:
         env = gym.make_vec(env_id, num_envs=CELLS, level=level, action_mode=mode)
     except pnt_gym.errors.ConfigError as error:

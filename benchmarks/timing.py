@@ -116,7 +116,7 @@ def nest(values: Mapping[Place, Any]) -> dict[str, Any]:
 
 
 def _with_lists(node: Any) -> Any:
-    """The same with a list for what has positions."""
+    """Figures with lists in place of mappings by position."""
     if not isinstance(node, dict):
         return node
     parts = {key: _with_lists(value) for key, value in node.items()}

@@ -1,7 +1,7 @@
-"""How far one action travels: files and functions of the project that one `env.step` enters, calls, and depth.
+"""Count the files and functions of the project that one `env.step` enters, their calls, and how deep the calls go.
 
-`python benchmarks/trace_step.py [--env ID] [--level NAME] [--list]`. A symptom of how straight the way of the data is,
-measured with `sys.setprofile` after a warm-up; nobody merges good functions for it.
+`python benchmarks/trace_step.py [--env ID] [--level NAME] [--list]` measures with `sys.setprofile` after a warm-up.
+Fewer functions are a symptom of a straight path of the data, and no goal by themselves.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Trace:
 
 
 def trace_step(env_id: str, level: str | None = None) -> Trace:
-    """Of one step with an action of 0.1, or the first choice that there is, after two others; None for the default."""
+    """Trace of the third step, with actions of 0.1 or the first choice that exists; None: the default level."""
     env = gym.make(env_id, **({"level": level} if level else {})).unwrapped
     _, info = env.reset(seed=0)
     for _ in range(2):

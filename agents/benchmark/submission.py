@@ -13,7 +13,7 @@ from pnt_gym.cells.base.problems import describe_problems
 
 from ..ground.cli import UsageError
 from ..ground.environments import import_user_module
-from ..ground.files import check_form, read_json
+from ..ground.files import check_form
 from ..ground.places import SHIPPED, at
 from ..ground.shipped import is_shipped, module_of
 from ..learning.runs import POLICY
@@ -91,13 +91,17 @@ def _take_module(controller: str, module: str, name: str, folder: Path) -> str:
     return controller
 
 
-def read_submission(path: Path) -> Mapping[str, Any]:
-    """The content of a submission's file, whose form was checked.
+def is_submission(data: Mapping[str, Any]) -> bool:
+    """Whether the content of a file of results is that of a submission."""
+    return not data.keys().isdisjoint(ABOUT)
+
+
+def check_submission(path: Path, data: Mapping[str, Any]) -> None:
+    """Check the content of a submission's file.
 
     Raises:
         UsageError: the file has another form, or its throws are not the benchmark's.
     """
-    data = read_json(path)
     with check_form(path):
         plan = plan_of_file(path, data["plan"])
         missing = [name for name in (*ABOUT, "versions", "table") if name not in data]
@@ -113,4 +117,3 @@ def read_submission(path: Path) -> Mapping[str, Any]:
             raise UsageError(
                 f"submission {str(path)!r} has {key} {getattr(plan, key)!r}; the benchmark has {getattr(frame, key)!r}"
             )
-    return data

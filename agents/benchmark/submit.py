@@ -45,7 +45,7 @@ class Arguments:
     throws: int = 0
     """Throws to learn from before the held-out ones, on the benchmark's level for learning."""
     seeds: int = 10
-    """Learnings, each from other throws, of a controller that learns."""
+    """Number of learnings of a controller that learns, each from other throws."""
     jobs: int = 2
     """Processes side by side, one thread each."""
     out: Annotated[Path | None, option("results/submissions", "DIR")] = None

@@ -24,6 +24,7 @@ from .entries import TRAINED, labels_of
 from .kept import plan_of_file
 from .plan import Piece, Plan, pieces, trial_of_plan
 from .run import run_piece
+from .submission import check_submission, is_submission
 
 DIFFERENT: Final = 1
 """Exit code if a row could not be repeated."""
@@ -44,9 +45,9 @@ class Arguments:
     seed: int = 0
     """Seed of the sample."""
     throws: Annotated[int | None, option("all", "N")] = None
-    """Compare only the first so many throws, or work shifts, of each row; totals of a row are not compared then."""
+    """Compare only the first N throws, or work shifts, of each row; totals of a row are not compared then."""
     longest: float = 60.0
-    """Only rows whose learning took at most so many seconds."""
+    """Longest learning of a row of the sample [s]; rows that learned longer are left out."""
     trust: bool = False
     """Import modules that the file names, whose code then runs."""
     json: Annotated[Path | None, option("none", "FILE")] = None
@@ -61,9 +62,8 @@ def main(arguments: Arguments) -> None:
     check_writable(arguments.json)
     if arguments.write and arguments.throws is not None:
         raise UsageError("--write goes without --throws: a row is equal if all of its throws are")
-    data = read_json(arguments.file)
+    data, plan = _read(arguments.file)
     with check_form(arguments.file):
-        plan = plan_of_file(arguments.file, data["plan"])
         made_by, results, made_on = dict(data["versions"]), list(data["results"]), data.get("arithmetic")
         names = [dict(zip(ROW, (row[name] for name in ROW), strict=True)) for row in results]
     _check_trust(plan, trust=arguments.trust)
@@ -101,6 +101,20 @@ def main(arguments: Arguments) -> None:
         sys.exit(DIFFERENT)
 
 
+def _read(file: Path) -> tuple[Any, Plan]:
+    """Content of a file of results, and the plan in it.
+
+    Raises:
+        UsageError: the file has another form, or is a submission with other throws than the benchmark's.
+    """
+    data = read_json(file)
+    with check_form(file):
+        plan = plan_of_file(file, data["plan"])
+        if is_submission(data):
+            check_submission(file, data)
+    return data, plan
+
+
 def choose(plan: Plan, planned: Sequence[Piece], results: Sequence[Any], arguments: Arguments) -> list[int]:
     """Numbers of the rows of the sample, in the order of the file.
 
@@ -109,7 +123,7 @@ def choose(plan: Plan, planned: Sequence[Piece], results: Sequence[Any], argumen
     """
     quick = [n for n, row in enumerate(results) if _seconds(find_piece(planned, row), results) <= arguments.longest]
     if not quick:
-        raise UsageError(f"--longest is {arguments.longest:g}; no row of plan {plan.name!r} learned in so few seconds")
+        raise UsageError(f"--longest is {arguments.longest:g}; no row of plan {plan.name!r} learned so quickly")
     random = np.random.default_rng(arguments.seed)
     return sorted(random.choice(quick, min(arguments.rows, len(quick)), replace=False).tolist())
 

@@ -11,7 +11,7 @@ from pnt_gym.errors import one_sentence
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env
-from ..ground.shipped import is_shipped, module_of, policy_place, shipped_names
+from ..ground.shipped import CORRECTING, is_shipped, module_of, policy_place, shipped_names
 from .named import GRASPING_NAMES, NAMES, make_named
 from .own import controller_of, import_controller, load_trained
 from .protocol import Controller, Learner, Observation, Outcome
@@ -59,5 +59,5 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
         raise UsageError(f"{name!r} decides on a line; here controllers correct throws")
     raise UsageError(
         f"{one_sentence(name, 80)!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, "
-        f"{shipped_names(of_lines=False)}, MODULE:CLASS and MODEL.zip; training leaves its run folders in runs/"
+        f"{shipped_names(CORRECTING)}, MODULE:CLASS and MODEL.zip; training leaves its run folders in runs/"
     )

@@ -144,7 +144,8 @@ def _play_episodes(
         kind = coming.get("kind", np.zeros(env.num_envs))
         chosen = controller.act(observed(observations, kind))
         action = _clip_actions(env.single_action_space, chosen if noise is None else noise.shift_actions(chosen))
-        hidden = _concatenate_rows([get_hidden(core) for core in cores])
+        parts = [get_hidden(core) for core in cores]
+        hidden = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         observations, reward, terminated, truncated, info = env.step(action)
         over, infos, last = (
             terminated | truncated,
@@ -249,11 +250,6 @@ def _last_observations(env: Env, observations: Any, info: Mapping[str, Any]) -> 
 
 def _row(values: Any, row: int) -> Any:
     return {name: _row(part, row) for name, part in values.items()} if isinstance(values, Mapping) else values[row]
-
-
-def _concatenate_rows(parts: Sequence[Rows]) -> Rows:
-    """Arrays of consecutive groups of rows, concatenated by name."""
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _columns(steps: Sequence[Mapping[str, Any]], names: Iterable[str]) -> dict[str, NDArray[Any]]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final, final
 
 import numpy as np
 from rich.progress import Progress
 
+from ..ground.metrics import mean_of_finite
 from ..ground.tables import Grid, millimetres, percent
 from .episodes import Episode
 
@@ -59,17 +60,15 @@ class Tally:
         rows = [
             ("episodes", f"{len(self.returns)}"),
             ("throws", f"{self.throws}"),
-            *((label, show(_mean(self.figures[key]))) for key, (label, show) in SHOWN.items() if key in self.figures),
+            *(
+                (label, show(mean_of_finite(self.figures[key])))
+                for key, (label, show) in SHOWN.items()
+                if key in self.figures
+            ),
             ("return of an episode, mean", f"{mean:.3f}"),
             ("score: 0 is random, 1 the expert", f"{(mean - scores.lowest) / span:.3f}" if span else "-"),
         ]
         return Grid(name, ("figure", "value"), rows)
-
-
-def _mean(values: Sequence[float]) -> float:
-    """Mean of the finite values; NaN where there is none."""
-    finite = [value for value in values if np.isfinite(value)]
-    return float(np.mean(finite)) if finite else np.nan
 
 
 def packing_progress(bar: Progress) -> Callable[[int, int], None]:

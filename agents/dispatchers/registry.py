@@ -12,7 +12,7 @@ from pnt_gym.errors import one_sentence
 from ..controllers.protocol import Controller
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of
-from ..ground.shipped import LINE, policy_place, shipped_names
+from ..ground.shipped import DECIDING, LINE, policy_place, shipped_names
 from ..policies.scorer import Scorer
 from .lookahead import Beam, GuidedBeam
 from .rules import IndexRule, RandomChoice
@@ -83,7 +83,7 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
             return run_scores(place)
         if place.suffix == ".npz":
             return load_scorer(place)
-        names = f"{', '.join(NAMES)}, {shipped_names(of_lines=True)}"
+        names = f"{', '.join(NAMES)}, {shipped_names(DECIDING)}"
         raise UsageError(
             f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {names}, the "
             "folder of a training run, and a scorer's .npz file"

@@ -219,7 +219,7 @@ def _require_core(env: Env, name: str) -> Core:
     try:
         return core_of(env)
     except AttributeError:
-        raise UsageError(f"environment {name!r} has no core, so it is none of a cell that throws") from None
+        raise UsageError(f"environment {name!r} has no core; this needs an environment on a cell of pnt_gym") from None
 
 
 def stream_seed(role: Role, seed: int, start: int = 0) -> int:

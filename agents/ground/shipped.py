@@ -29,13 +29,16 @@ class ShippedPolicy:
     """What it does, for people."""
 
 
-POLICIES: Final[Mapping[str, ShippedPolicy]] = {
+CORRECTING: Final[Mapping[str, ShippedPolicy]] = {
     "waste-sac": ShippedPolicy(POLICY.name, "PnTRelease-v0", "corrects throws; SAC, trained on `waste`"),
     "day-recurrent_ppo": ShippedPolicy(
         "PnTAdapt-v0-day-recurrent_ppo-seed0",
         "PnTAdapt-v0",
         "corrects throws of a cell that drifts, over `static`; recurrent PPO, trained on `day`",
     ),
+}
+"""The shipped policies that correct throws by name, without `PREFIX`."""
+DECIDING: Final[Mapping[str, ShippedPolicy]] = {
     "line/value": ShippedPolicy(
         "PnTLine-v0/value/residual_ppo", "PnTLine-v0", "decides who takes what next; residual PPO, trained on `value`"
     ),
@@ -53,7 +56,8 @@ POLICIES: Final[Mapping[str, ShippedPolicy]] = {
         "PnTLine-v0/value/imitation.npz", "PnTLine-v0", "decides who takes what next; imitates a planner on `value`"
     ),
 }
-"""The shipped policies by name, without `PREFIX`."""
+"""The shipped policies of lines by name, without `PREFIX`."""
+POLICIES: Final = {**CORRECTING, **DECIDING}
 
 
 def is_shipped(name: str) -> bool:
@@ -61,10 +65,9 @@ def is_shipped(name: str) -> bool:
     return name.startswith(PREFIX)
 
 
-def shipped_names(of_lines: bool | None = None) -> str:
-    """Names of shipped policies, for the sentence of an error; all of them, only those of lines or only the others."""
-    names = [name for name, policy in POLICIES.items() if of_lines in (None, policy.env == LINE)]
-    return ", ".join(f"{PREFIX}{name}" for name in names)
+def shipped_names(policies: Mapping[str, ShippedPolicy]) -> str:
+    """Names of shipped policies, for the sentence of an error."""
+    return ", ".join(f"{PREFIX}{name}" for name in policies)
 
 
 def policy_place(name: str | Path) -> Path:
@@ -79,7 +82,7 @@ def policy_place(name: str | Path) -> Path:
     if short not in POLICIES:
         alike = get_close_matches(short, POLICIES, 1)
         hint = f"; perhaps {PREFIX}{alike[0]}" if alike else ""
-        raise UsageError(f"unknown shipped policy {name!r}; shipped policies are {shipped_names()}{hint}")
+        raise UsageError(f"unknown shipped policy {name!r}; shipped policies are {shipped_names(POLICIES)}{hint}")
     return SHIPPED / "results" / "policies" / POLICIES[short].place
 
 

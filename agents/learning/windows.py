@@ -9,6 +9,8 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
+from ..ground.metrics import mean_of_finite
+
 
 class Window(ABC):
     """Abstract: figures of the last steps of a training, averaged."""
@@ -60,7 +62,7 @@ class ThrowWindow(Window):
         for info, reward in zip(infos, rewards, strict=True):
             if info:  # else the row's pick goes on
                 self._throws.append((info.get("is_success", 0.0), info.get("landing_error", np.nan), float(reward)))
-        success, error, reward = map(_mean, zip(*self._throws, strict=True)) if self._throws else 3 * (np.nan,)
+        success, error, reward = map(mean_of_finite, zip(*self._throws, strict=True)) if self._throws else 3 * (np.nan,)
         return success, error, reward
 
     def text(self, figure: float) -> str:
@@ -98,9 +100,3 @@ class DecisionWindow(Window):
     def text(self, figure: float) -> str:
         """Text of the value per minute on a progress bar."""
         return f"{figure:.1f} value/min"
-
-
-def _mean(values: Sequence[float]) -> float:
-    """Mean of the finite values; NaN without any, as before the first successful pick."""
-    finite = [value for value in values if np.isfinite(value)]
-    return float(np.mean(finite)) if finite else np.nan

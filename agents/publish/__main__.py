@@ -32,7 +32,7 @@ LEVELS: Mapping[str, tuple[str, ...]] = dict.fromkeys(("PnTConveyor-v0", "PnTRel
 class Arguments:
     """Copy the policy of a run folder, evaluate it on held-out throws or shifts, film it, and write its card.
 
-    The copy is a run folder that `agents.evaluate` and `agents.play` take; training cannot go on from the copy.
+    The copy is a run folder that `evaluate` and `play` take; training cannot go on from the copy.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]

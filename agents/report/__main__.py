@@ -20,7 +20,7 @@ from .kinds import kind_of
 from .methods import methods_figures
 from .page import Chapter, html_page, index_page, sections, tables_page
 from .pays import crossover_grid, curves_figures, improvement_grid, mismatch_figures
-from .questions import QUESTIONS
+from .questions import DRAWINGS, QUESTIONS
 from .reproduction import is_reproduction, paper_chapters
 from .speeds import TABLES
 from .study import is_study, study_grids
@@ -58,8 +58,9 @@ def main(arguments: Arguments) -> None:
     with lock_folder(results):
         for name, text in {**_pictures(results), **_figures(chapters)}.items():
             deliver_text(results / "figures" / name, text)
-        for chapter in (chapter for section in parts for chapter in section.chapters):
-            deliver_text(results / "tables" / f"{chapter.name}.md", tables_page(chapter))
+        for section in parts:
+            for chapter in section.chapters:
+                deliver_text(results / "tables" / f"{chapter.name}.md", tables_page(chapter, section))
         deliver_text(results / INDEX, index_page(parts))
         deliver_text(results / "report.html", html_page(parts))
         for document in _documents(arguments):
@@ -82,12 +83,12 @@ def _pictures(results: Path) -> dict[str, str]:
     """The drawings that belong to questions and to no chapter, by file name."""
     drawn: dict[str, str] = {}
     for question in QUESTIONS:
-        contents = None if question.draw is None else question.read(results)
-        if question.draw is None or contents is None:
+        draw, contents = DRAWINGS.get(question.name), question.read(results)
+        if draw is None or contents is None:
             continue
         if question.answer_from(contents, results) is not None:
             with check_form(results / f"{question.sources[0]}.json"):
-                drawn[question.picture] = svg(question.draw(contents))
+                drawn[question.picture] = svg(draw(contents))
     return drawn
 
 

@@ -8,7 +8,6 @@ from typing import Any, Final, NamedTuple
 from ..reproduce.record import verdicts
 from .line import CLASS_BLIND, FIRST, best, gain, value
 from .tables import first_level, name_of, rows_of
-from .unseen import unseen_sentence
 
 Data = Mapping[str, Any]
 Results = Mapping[str, Any]
@@ -23,10 +22,10 @@ NEARLY_ALL: Final = 0.9
 """Share of the gain of the best learner at which a learner has learned nearly all."""
 _KEYS: Final = ("label", "throws")
 LOSSES: Final = {
-    "share_unpicked": "picks that failed",
-    "share_missed": "throws that missed the opening",
-    "share_rim": "objects that crossed the opening and did not stay",
-    "share_dropped": "objects that the cup lost on the way",
+    "share_unpicked": "failed picks",
+    "share_missed": "throws beside the opening",
+    "share_rim": "objects that did not stay in the bin",
+    "share_dropped": "objects that the cup lost",
     "share_astray": "objects in a bin of another kind",
 }
 """Outcomes of a pick that is not sorted."""
@@ -79,25 +78,25 @@ def grasp(results: Results) -> str:
     middle, rule, network, oracle = (_row(rows, name) for name in ("centre", "flattest", "local_mlp", "oracle_grasp"))
     share = (_pace(network) - _pace(rule)) / (_pace(oracle) - _pace(rule))
     sentence = (
-        f"On `{level}`, cups sent to the outline's middle sort {_pace(middle):.1f} objects a minute, to the flattest "
-        f"place {_pace(rule):.1f}, to the place of a network that learned from tries {_pace(network):.1f}, and to the "
-        f"truly best place {_pace(oracle):.1f}. The network gains {_difference(data, level, network, rule)}, on the "
-        f"rule: {100 * share:.0f} % of what can be won."
+        f"On `{level}`, cups sent to the outline's middle sort {_pace(middle):.1f} objects a minute, cups sent to the "
+        f"truly best place {_pace(oracle):.1f}. A tuned rule, the flattest place, sorts {_pace(rule):.1f}; a network "
+        f"that learned from tries sorts {_pace(network):.1f}. The network gains "
+        f"{_difference(data, level, network, rule)}, on the rule: {100 * share:.0f} % of what can be won."
     )
     rewarded = next((row for row in rows if row["label"] == "fitted_q"), None)
     if rewarded is not None:
         sentence += (
-            f" Values of places and paces that were learned from rewards alone sort {_pace(rewarded):.1f} a minute, "
+            f" `fitted_q`, which learns places and paces from rewards alone, sorts {_pace(rewarded):.1f}: "
             f"{_difference(data, level, rewarded, rule)}, on the rule."
         )
-    for other in [name for name in data["plan"]["levels"] if name != level]:
-        others = [row for row in data["table"] if row["level"] == other]
-        seen, blind, best_known = (_row(others, name) for name in ("local_mlp", "local_mlp_depth", "flattest"))
+    for unseen in [name for name in data["plan"]["levels"] if name != level]:
+        on_unseen = [row for row in data["table"] if row["level"] == unseen]
+        seen, blind, best_known = (_row(on_unseen, name) for name in ("local_mlp", "local_mlp_depth", "flattest"))
         sentence += (
-            f" On `{other}`, whose kinds no network saw, the same network sorts {_pace(seen):.1f} a minute, the rule "
-            f"{_pace(best_known):.1f}, and a network that sees depths alone {_pace(blind):.1f}."
+            f" On `{unseen}`, whose kinds no network saw, the network sorts {_pace(seen):.1f}, the rule "
+            f"{_pace(best_known):.1f}, a network of depths alone {_pace(blind):.1f}."
         )
-    return f"{sentence} {unseen_sentence(results['grasp_targets'])}" if "grasp_targets" in results else sentence
+    return sentence
 
 
 def order(results: Results) -> str:
@@ -108,8 +107,9 @@ def order(results: Results) -> str:
         raise NoAnswer("no level has first in, first out and a rule to compare with")
     least, most = min(gains), max(gains)
     return (
-        f"In value per minute over first in, first out, with 95 % intervals: between {least.text} and {most.text}. "
-        f"There the best rule that ignores what other robots can take gains {most.blind}."
+        "Over first in, first out, the best order gains in value per minute, with 95 % intervals, between "
+        f"{least.text} and {most.text}. On the latter level, the best rule that ignores what other robots can take "
+        f"gains {most.blind}."
     )
 
 
@@ -119,9 +119,9 @@ def losses(results: Results) -> str:
     level, rows = first_level(data)
     winner = max(_learner_rows(rows), key=_pace)
     return (
-        f"On `{level}`, {_after(winner)} sorts {100 * winner['success_rate']:.1f} % of all picks; lost are "
-        f"{_shares(winner)}. The analytic planner sorts {100 * _row(rows, 'analytic')['success_rate']:.1f} %; lost are "
-        f"{_shares(_row(rows, 'analytic'))}."
+        f"On `{level}`, {_after(winner)} sorts {100 * winner['success_rate']:.1f} % of all picks. The losses are "
+        f"{_shares(winner)}. The analytic planner sorts {100 * _row(rows, 'analytic')['success_rate']:.1f} %. Its "
+        f"losses are {_shares(_row(rows, 'analytic'))}."
     )
 
 
@@ -133,9 +133,9 @@ def sorter(results: Results) -> str:
     costs = [f"{_pace(row) - _pace(whole):+.1f} ({case})" for case, row in cases.items() if case in EFFECTS]
     return (
         f"With six fixed bins by material, the shipped policy sorts {_pace(whole):.1f} objects a minute where nothing "
-        f"fails: {', '.join(costs)}. With every effect of `waste` it sorts {_pace(honest):.1f}, with a purity of "
-        f"{100 * honest['purity']:.1f} % and a recovery of {100 * honest['recovery']:.1f} %. A row has "
-        f"{data['throws']} picks."
+        f"fails. Effects change this pace by {', '.join(costs)}. With every effect of `waste` the policy sorts "
+        f"{_pace(honest):.1f}, with a purity of {100 * honest['purity']:.1f} % and a recovery of "
+        f"{100 * honest['recovery']:.1f} %."
     )
 
 
@@ -148,9 +148,8 @@ def cup(results: Results) -> str:
     lost = [f"{100 * row['dropped_of_picked']:.1f} % on `{row['level']}`" for row in rows if row["safety"] is None]
     return (
         f"Of the objects that were picked, the cup loses {', '.join(lost)} when the planner takes no care. On `waste`, "
-        f"throws slowed to a grip margin of {SAFETY} lose {100 * careful['dropped_of_picked']:.1f} %. Sorted per "
-        f"minute are {_pace(careful):.1f} then, and {_pace(plain):.1f} without care. A row has "
-        f"{data['throws']} picks."
+        f"throws that keep a grip margin of {SAFETY} lose {100 * careful['dropped_of_picked']:.1f} % and sort "
+        f"{_pace(careful):.1f} objects a minute; throws without care sort {_pace(plain):.1f}."
     )
 
 
@@ -165,8 +164,8 @@ def methods(results: Results) -> str:
     paces = [f"{row['planner'].replace('_', ' ')} {_pace(row):.1f}" for row in ordered]
     level, percent = METHODS_AT
     return (
-        f"Sorted objects per minute on `{level}` at {percent} % of the robot's limits, by the analytic planner: "
-        f"{', '.join(paces)}; {data['throws']} picks a case. Slower and faster limits stand in the table."
+        f"Sorted objects per minute of the analytic planner on `{level}` at {percent} % of the robot's limits: "
+        f"{', '.join(paces)}."
     )
 
 
@@ -180,10 +179,10 @@ def flight(results: Results) -> str:
     differs = max(rows, key=lambda row: row["success_differs"])
     near = sorted(row["landing_p95_m"] for row in rows)[len(rows) // 2]
     return (
-        f"The same throw lands less than {1000 * near:.1f} mm apart in 95 % of the cases on half of the levels, and "
-        f"less than {1000 * farthest['landing_p95_m']:.1f} mm on `{farthest['level']}`, where the two differ most. "
-        f"Success differs in at most {100 * differs['success_differs']:.1f} % of the throws (`{differs['level']}`); "
-        f"{data['throws']} throws a level."
+        f"In flights and in full physics, 95 % of the throws land less than {1000 * near:.1f} mm apart on half of the "
+        f"levels, and less than {1000 * farthest['landing_p95_m']:.1f} mm on `{farthest['level']}`, where the two "
+        f"differ most. Success differs in at most {100 * differs['success_differs']:.1f} % of the throws "
+        f"(`{differs['level']}`)."
     )
 
 
@@ -193,12 +192,12 @@ def papers(results: Results) -> str:
     if not {"papers", "titles"} <= set(record):
         raise NoAnswer("no papers, only rows of published figures")
     sentences = [
-        f"{counts.get('reproduced', 0)} of {sum(counts.values())} published figures of {record['titles'][paper]}"
+        f"{counts.get('reproduced', 0)} of {sum(counts.values())} of {record['titles'][paper]}"
         for paper, counts in verdict_counts(record).items()
     ]
     return (
-        f"Reproduced within a tolerance that stands beside each: {', '.join(sentences)}; every other figure is listed "
-        "with its verdict."
+        f"Published figures that are reproduced, each within its tolerance: {', '.join(sentences)}. Every other figure "
+        "is listed with its verdict."
     )
 
 
@@ -218,8 +217,8 @@ def speed(results: Results) -> str:
     planner = results["perf_planner"]
     return (
         f"`PnTConveyor-v0` simulates {vector['env_throws_per_s']:.0f} throws per second with {vector['cells']} cells "
-        f"on {vector['threads']} threads, {100 * vector['env_over_bare']:.0f} % of what the bare physics makes there. "
-        f"A single environment makes {vector['singles_throws_per_s']:.0f}. The exact planner plans a throw in "
+        f"on {vector['threads']} threads, {100 * vector['env_over_bare']:.0f} % of what the bare physics reaches. "
+        f"A single environment simulates {vector['singles_throws_per_s']:.0f}. The exact planner plans a throw in "
         f"{planner['plan_release_us']['free']:.0f} us, {planner['slsqp_over_exact']:.0f} times as fast as the paper's "
         "nonlinear programme on the same machine."
     )

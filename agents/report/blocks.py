@@ -15,6 +15,7 @@ from ..ground.tables import Grid, markdown_text
 from .contents import read_results
 from .headline import headline_failures, headline_table
 from .line import gains_table, line_table, seeds_table
+from .page import tables_line
 from .pays import crossover_grid
 from .peers import peers_table
 from .questions import QUESTIONS, Question
@@ -73,10 +74,17 @@ def rewrite_blocks(document: Path, results: Path) -> None:
 
 
 def _question_text(name: str, results: Path) -> str:
-    """What a page of results begins with: title, picture, answer, and the command behind the numbers."""
+    """What a page of results begins with: title, picture, answer, the command behind the numbers, links to tables."""
     question, answer = _answered_question(name, results)
     picture = f"![{question.title}](figures/{question.picture})"
-    return f"# {question.title}\n\n{picture}\n\n{answer} `{question.command}` makes these numbers."
+    tables = tables_line({page: title for page, title in question.chapters.items() if _has_tables(page, results)})
+    lines = [f"# {question.title}", picture, f"{answer} `{question.command}` makes these numbers.", tables]
+    return "\n\n".join(line for line in lines if line)
+
+
+def _has_tables(name: str, results: Path) -> bool:
+    """Whether a file of results has one page of tables; the papers of a reproduction have a page each."""
+    return (results / "tables" / f"{name}.md").is_file()
 
 
 def _answer_text(name: str, results: Path) -> str:

@@ -19,8 +19,8 @@ Cell = Callable[[Sequence[Data], int], str]
 def kind_table(data: Data, level: str) -> Grid:
     """Shares by kind of what each controller held, lost on the way and sorted; no rows where nothing is grasped."""
     note = (
-        "In each cell: share of the kind's objects that the cup held / share that was lost on the way / share that was "
-        "sorted, which is the recovery of the kind."
+        "Shares [%]. In each cell: share of the kind's objects that the cup held / share that was lost on the way / "
+        "share that was sorted, which is the recovery of the kind."
     )
     return _table(f"Held, lost and sorted by kind, level {level}", data, level, _shares, note)
 
@@ -35,17 +35,16 @@ def landing_table(data: Data, level: str) -> Grid:
 
 
 def _table(title: str, data: Data, level: str, cell: Cell, note: str) -> Grid:
-    """A row for each kind and a column for each controller; no rows where nothing is grasped."""
+    """A row for each controller, of which there are many, and a column for each kind; no rows without a grasp."""
     results = [r for r in data["results"] if r["level"] == level and "tries" in r["columns"]]
-    plan, names = data["plan"], list[str]()
+    plan, kinds = data["plan"], list[str]()
     if results:
-        names += config_of(plan["env"], plan["inline"].get(level, level)).items
-    labels = list(dict.fromkeys(str(r["label"]) for r in results))
-    rows = [
-        [name, *(cell([r for r in results if r["label"] == label], kind) for label in labels)]
-        for kind, name in enumerate(names)
-    ]
-    return Grid(title, ["kind", *labels], rows, note)
+        kinds += config_of(plan["env"], plan["inline"].get(level, level)).items
+    of_label: dict[str, list[Data]] = {}
+    for result in results:
+        of_label.setdefault(str(result["label"]), []).append(result)
+    rows = [[label, *(cell(runs, kind) for kind in range(len(kinds)))] for label, runs in of_label.items()]
+    return Grid(title, ["controller", *kinds], rows, note)
 
 
 def _shares(results: Sequence[Data], kind: int) -> str:
@@ -59,7 +58,7 @@ def _shares(results: Sequence[Data], kind: int) -> str:
         (letters == OUTCOMES["dropped"]).mean(),
         (letters == OUTCOMES["sorted"]).mean(),
     )
-    return " / ".join(f"{100.0 * share:.0f}" for share in shares) + " %"
+    return " / ".join(f"{100.0 * share:.0f}" for share in shares)
 
 
 def _landings(results: Sequence[Data], kind: int) -> str:

@@ -69,21 +69,27 @@ def line_figures(data: Mapping[str, Any]) -> dict[str, str]:
 def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
     """SVG texts of a benchmark of throws, by file name; no clouds of a cell that tells its errors only.
 
-    A plan in which no controller learns from throws has no figures over throws.
+    A plan in which every controller learns from one number of throws, or from none, has no figures over throws.
     """
     if is_of_shifts(data):
         return {"over_the_shift.svg": svg(over_the_shift(data))}
-    learns = any(row["throws"] > 0 for row in data["table"])
-    drawn = {"sorted_per_min.svg": headline_figure(data)} if learns else {}
+    has_curves = _has_curves(data)
+    drawn = {"sorted_per_min.svg": headline_figure(data)} if has_curves else {}
     drawn["landing_error.svg"] = bars(data)
-    if learns:
+    if has_curves:
         drawn["learning_curves.svg"] = learning_curves(data, ERROR)
-        if len(run_errors(data)) > 1:
-            drawn["profiles.svg"] = profiles_figure(data)
+    if len(run_errors(data)) > 1:
+        drawn["profiles.svg"] = profiles_figure(data)
     clouds = _cloud_choices(data)
     if clouds:
         drawn["landing_clouds.svg"] = landing_clouds(clouds)
     return {name: svg(figure) for name, figure in drawn.items()}
+
+
+def _has_curves(data: Mapping[str, Any]) -> bool:
+    """Whether a controller has learned from several numbers of throws."""
+    counts = {(row["label"], row["throws"]) for row in data["table"] if row["throws"] > 0}
+    return len(counts) > len({label for label, _ in counts})
 
 
 def bars(data: Mapping[str, Any]) -> Figure:

@@ -83,7 +83,7 @@ def gains_table(data: Data) -> Grid:
 
 
 def seeds_table(data: Data) -> Grid:
-    """What several seeds of those who learn bring in after all they learned; their worst against rules and planners."""
+    """Value of several seeds of each learner after all of its decisions; the worst seed against other controllers."""
     rows: list[list[str]] = []
     for level in data["plan"]["levels"]:
         level_rows = rows_of(data, [level])
@@ -106,7 +106,7 @@ def seeds_table(data: Data) -> Grid:
 
 
 def _against(values: Floats, reference: Data | None, named: bool) -> str:
-    """Gain over another controller, which is named if the header does not say who it is."""
+    """Gain over another controller, with the name of that controller where the header does not say it."""
     if reference is None:
         return "-"
     return (f"`{reference['label']}` " if named else "") + gain(values, value(reference))
@@ -143,7 +143,7 @@ def items_table(data: Data, level: str) -> Grid:
 
 
 def gains_figure(data: Data) -> Figure:
-    """Gain over first in, first out, or over who comes first in the plan, by controller, level by level."""
+    """Gain over first in, first out, or over the first controller of the plan, by controller and level."""
     levels = data["plan"]["levels"]
     shown = [row for row in rows_of(data, levels) if row["controller"] not in ("random", FIRST)]
     names = list(dict.fromkeys(map(name_of, shown)))
@@ -167,14 +167,14 @@ def value(row: Data) -> Floats:
 
 
 def by_seed(data: Data, row: Data) -> list[Floats]:
-    """The same of each seed."""
+    """Value a minute in the shifts of each seed."""
     keys = ("label", "throws", "level")
     results = (result for result in data["results"] if all(result[name] == row[name] for name in keys))
     return [np.array(result["columns"]["value_per_min"], dtype=np.float64) for result in results]
 
 
 def best(rows: Iterable[Data], names: Iterable[str] | None = None) -> Data | None:
-    """Who of some controllers, or of all, brings in most on average, on the shifts that all have worked."""
+    """Row of the controller, of some or of all, that earns most on average on the shifts that all have worked."""
     controllers = None if names is None else set(names)
     candidates = [row for row in rows if controllers is None or row["controller"] in controllers]
     shared = min((row["shifts"] for row in candidates), default=0)
@@ -182,7 +182,7 @@ def best(rows: Iterable[Data], names: Iterable[str] | None = None) -> Data | Non
 
 
 def learners(rows: Iterable[Data]) -> list[Data]:
-    """Those that were learned or tuned by black-box search."""
+    """Rows of controllers that were learned or tuned by black-box search."""
     return [row for row in rows if row["controller"] not in NOT_LEARNED]
 
 

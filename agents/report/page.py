@@ -96,22 +96,27 @@ def html_page(parts: Sequence[Section]) -> str:
 
 
 def index_page(parts: Sequence[Section]) -> str:
-    """The index as Markdown: each question with its answer, and links to the pages of its tables."""
+    """The index as Markdown: each question with its answer, and links to tables where the question has no page."""
     lines = ["# Results", "", OPENING, ""]
     for section in parts:
         title = markdown_text(section.title)
         lines += [f"## [{title}]({section.page})" if section.page else f"## {title}", ""]
         lines += [section.answer, ""] if section.answer else []
-        links = dict.fromkeys(
-            f"[{markdown_text(chapter.title)}](tables/{chapter.name}.md)" for chapter in section.chapters
-        )
-        lines += [f"Tables: {', '.join(links)}", ""] if links else []
+        links = tables_line({chapter.name: chapter.title for chapter in section.chapters})
+        lines += [links, ""] if links and not section.page else []
     return "\n".join([*lines, "`python -m agents.report` writes these pages from the JSON files beside them.", ""])
 
 
-def tables_page(chapter: Chapter) -> str:
-    """Every table of a chapter as a Markdown page in the folder `tables` beside `figures`."""
+def tables_line(titles: Mapping[str, str]) -> str:
+    """Links to pages of tables, from a page of results; empty without one."""
+    links = [f"[{markdown_text(title)}](tables/{name}.md)" for name, title in titles.items()]
+    return f"Tables: {', '.join(links)}" if links else ""
+
+
+def tables_page(chapter: Chapter, section: Section) -> str:
+    """A page of the folder `tables` beside `figures`: every table of a chapter, with a link to its question."""
     lines = [f"# {markdown_text(chapter.title)}", ""]
+    lines += [f"These tables belong to [{section.title}](../{section.page})", ""] if section.page else []
     lines += [markdown_text(chapter.note), ""] if chapter.note else []
     for grid in chapter.parts:
         lines += [f"## {markdown_text(grid.headline)}", ""] if grid.headline != chapter.title else []

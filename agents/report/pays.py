@@ -44,7 +44,7 @@ def mismatch_figures(data: Data) -> dict[str, str]:
 
 
 def curves_answer(results: Data) -> str:
-    """Who is nearest after few throws, who is near the floor first, and what a learner reaches without a planner."""
+    """The nearest learner after few throws, the first near the floor, and the error of a learner without a planner."""
     data = _study_rows(results["curves"], "controller", "throws", "landing_error_mean_m")
     fixed = {row["controller"]: row["landing_error_mean_m"] for row in data["rows"] if row["part"] == FIXED}
     if not {"analytic", "floor"} <= set(fixed):
@@ -56,12 +56,12 @@ def curves_answer(results: Data) -> str:
     )
     few = min((point for point in points if point[0] <= FEW), key=lambda point: point[1])
     near = next((point for point in points if point[1] <= NEAR * fixed["floor"]), None)
-    floor = f"within a quarter of the floor, {_mm(fixed['floor'])}"
-    first = f"no learner comes {floor}" if near is None else f"{near[2]} comes first {floor},"
-    after = "" if near is None else f" with {_mm(near[1])} after {near[0]:,} throws"
+    bound = f"{NEAR:g} times the floor of {_mm(fixed['floor'])}"
+    who = "no learner" if near is None else near[2]
+    when = "" if near is None else f" first, with {_mm(near[1])} after {near[0]:,} throws"
     text = (
-        f"The planner lands {_mm(fixed['analytic'])} off. After {FEW} throws, {few[2]} is nearest with {_mm(few[1])}; "
-        f"{first}{after}."
+        f"The planner lands {_mm(fixed['analytic'])} off. After {FEW} throws, {few[2]} is nearest with {_mm(few[1])}. "
+        f"Of all learners, {who} comes within {bound}{when}."
     )
     return f"{text}{_without_planner(data, points, fixed['analytic'])}"
 
@@ -74,7 +74,7 @@ def _without_planner(data: Data, points: Sequence[tuple[int, float, str]], plann
         return ""
     count, error, label = reached[-1]
     far = "farther" if error > planner else "less far"
-    return f" {label} lands {_mm(error)} off after {count:,} throws, {far} than the planner without any."
+    return f" {label} lands {_mm(error)} off after {count:,} throws, {far} than the planner, which learns nothing."
 
 
 def mismatch_answer(results: Data) -> str:
@@ -87,9 +87,10 @@ def mismatch_answer(results: Data) -> str:
     last = max(_by_learner(data, TOGETHER).items(), key=lambda learner: -learner[1][-1]["learned_m"])
     row = last[1][-1]
     return (
-        f"Learning sorts more than the planner from a mismatch of {known[0][0]:g} ({known[0][1]}) to {known[-1][0]:g} "
-        f"({known[-1][1]}). At {row['mismatch']:g} with all effects together, the planner lands "
-        f"{_mm(row['analytic_m'])} off and {last[0]} after 1,000 flights {_mm(row['learned_m'])}."
+        f"Learning sorts more than the planner from a mismatch of {known[0][0]:g} on with the first effect "
+        f"({known[0][1]}), and from {known[-1][0]:g} on with the last ({known[-1][1]}). At a mismatch of "
+        f"{row['mismatch']:g} with all effects together, the planner lands {_mm(row['analytic_m'])} off, and "
+        f"{last[0]} after 1,000 flights {_mm(row['learned_m'])}."
     )
 
 

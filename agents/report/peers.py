@@ -33,8 +33,8 @@ def peers_table(data: Data) -> Grid:
     levels = [f"`{level}`: {SOURCES[level]}" for level in data["plan"]["levels"] if level in SOURCES]
     note = (
         f"Rows without throws are published ({'; '.join(levels)}); their cells differ from these as the levels say. "
-        f"Intervals are Wilson's at 95 %. Environment `{data['plan']['env']}`, full physics, held-out throws; who "
-        "learns does so on the level itself."
+        f"Intervals are Wilson's at 95 %. Environment `{data['plan']['env']}`, full physics, held-out throws; "
+        "controllers that learn do so on the level itself."
     )
     header = ("level", "controller", "throws to learn", "throws", "success", "sorted/min")
     return Grid("Cells of other papers", header, rows, note)

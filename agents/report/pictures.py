@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from .headline import headline_rows
 from .tables import name_of
 
 Results = Mapping[str, Any]
+VARIANTS: Final = ("_seed_", "_pace_", "_one_try", "_same_place")
+"""Parts of the labels of grasping controllers that stand in the table alone: further seeds, paces and tries."""
 
 
 def losses(results: Results) -> Figure:
@@ -49,11 +51,12 @@ def flight(results: Results) -> Figure:
 
 
 def grasp(results: Results) -> Figure:
-    """Sorted objects per minute by the place of the cup and by the pace, on seen and on unseen kinds."""
+    """Sorted objects per minute by the place of the cup, on seen and on unseen kinds."""
     data = results["benchmark_grasp"]
-    names = list(dict.fromkeys(name_of(row) for row in data["table"]))
+    rows = [row for row in data["table"] if not any(word in row["label"] for word in VARIANTS)]
+    names = list(dict.fromkeys(name_of(row) for row in rows))
     levels = data["plan"]["levels"]
-    pace = {level: [row["sorted_per_min"] for row in data["table"] if row["level"] == level] for level in levels}
+    pace = {level: [row["sorted_per_min"] for row in rows if row["level"] == level] for level in levels}
     return _side_by_side(names, pace, "sorted per minute")
 
 

@@ -10,6 +10,7 @@ from dataclasses import asdict
 from functools import partial
 from typing import Any, Final
 
+from ..ground.cli import UsageError
 from ..ground.metrics import wilson
 from ..ground.tables import Grid
 from .study_plan import StudyPlan, Table, shipped_study
@@ -40,18 +41,35 @@ def study_grid(plan: StudyPlan, table: Table, data: Data) -> Grid:
     note = text_of(table.note, {**data, **_head(plan, table, data)}, plan.names)
     if not table.across:
         return Grid(table.title, [*table.columns], [rows[id(row)] for row in shown], note)
-    values = list(dict.fromkeys(row[table.across] for row in shown))
-    if not any(isinstance(value, str) for value in values):
-        values.sort()
-    meeting: dict[tuple[str, ...], dict[Any, list[Data]]] = {}
+    headings = {value: show(f"{{{table.across}:g}}", {table.across: value}) for value in _values_across(shown, table)}
+    meeting: dict[tuple[str, ...], dict[str, list[Data]]] = {}
     for row in shown:
-        meeting.setdefault(tuple(rows[id(row)]), {}).setdefault(row[table.across], []).append(row)
+        meeting.setdefault(tuple(rows[id(row)]), {}).setdefault(headings[row[table.across]], []).append(row)
+    header = list(dict.fromkeys(headings.values()))
     lines = [
-        [*key, *(show(table.cell, mean(of[value])) if value in of else NONE for value in values)]
+        [*key, *(show(table.cell, _of_a_cell(of[heading], table)) if heading in of else NONE for heading in header)]
         for key, of in meeting.items()
     ]
-    header = [show(f"{{{table.across}:g}}", {table.across: value}) for value in values]
     return Grid(table.title, [*table.columns, *header], lines, note)
+
+
+def _values_across(rows: Sequence[Data], table: Table) -> list[Any]:
+    """The values of the axis that has columns: numbers in their order, names in that of the rows."""
+    values = list(dict.fromkeys(row[table.across] for row in rows))
+    return values if any(isinstance(value, str) for value in values) else sorted(values)
+
+
+def _of_a_cell(rows: Sequence[Data], table: Table) -> Data:
+    """The mean of the rows that meet in a cell.
+
+    Raises:
+        UsageError: the rows have different values of the axis, which the plan calls by the same name.
+    """
+    values = {row[table.across] for row in rows}
+    if len(values) > 1:
+        met = ", ".join(map(str, sorted(values)))
+        raise UsageError(f"table {table.title!r}: {table.across} {met} meet in a cell; they need different names")
+    return mean(rows)
 
 
 def _is_shown(row: Data, table: Table) -> bool:

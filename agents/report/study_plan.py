@@ -101,7 +101,9 @@ class StudyPlan(Section):
     seed: int = Field(0, ge=0)
     levels: Mapping[str, Mapping[str, Any]] = Field({}, description="By label, as a level's file would say them.")
     parts: Mapping[str, Part] = Field(min_length=1)
-    names: Mapping[str, Mapping[Any, str]] = Field({}, description="What tables call values, by axis.")
+    names: Mapping[str, Mapping[Any, str]] = Field(
+        {}, description="What tables call values, by axis; values of one name share a column."
+    )
     tables: tuple[Table, ...] = ()
 
     @model_validator(mode="after")

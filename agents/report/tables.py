@@ -124,7 +124,7 @@ def _seeds(seeds: Sequence[int]) -> str:
 
 
 def _other_train_levels(data: Data) -> str:
-    """Who learned on another level than the others, and on which, in brackets."""
+    """Controllers that learned on another level than most, with that level, in brackets."""
     labels_by_level: dict[str, dict[str, None]] = {}
     for row in data["table"]:
         if row["throws"] > 0 and row["train_level"] != data["plan"]["train_level"]:
@@ -221,7 +221,7 @@ def first_level(data: Data) -> tuple[str, list[Data]]:
 
 
 def labels(data: Data) -> list[str]:
-    """Of what was measured, in the order of the plan's entries, as the table is."""
+    """Labels of the measured controllers, in the order of the table, which is that of the plan's entries."""
     return list(dict.fromkeys(row["label"] for row in data["table"]))
 
 

@@ -60,6 +60,6 @@ def finite(subject: str, *values: Any) -> None:
 
 
 def pick(random: Random, choices: Any) -> Any:
-    """One of some things, whatever they are."""
+    """One element of a sequence, drawn at random."""
     chosen = list(choices)
     return chosen[int(random.integers(len(chosen)))]

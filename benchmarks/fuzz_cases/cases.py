@@ -1,4 +1,4 @@
-"""Cases that nobody thought of: levels, actions, calls and command lines drawn by number, each with one right answer.
+"""Random cases: levels, actions, calls and command lines drawn by number, each with one right answer.
 
 A case works, or is refused in one sentence by an error that pnt_gym or Gymnasium defines. Anything else is a find: any
 other exception, a warning of the engine or of the arithmetic, a number that is none, a level that is taken and cannot
@@ -29,14 +29,9 @@ from benchmarks.fuzz_cases.lines import try_line
 from pnt_gym.errors import ActionError
 
 
-def case_generator(kind: str, number: int) -> Random:
-    """The generator of a case."""
-    return np.random.default_rng([zlib.crc32(kind.encode()), number])
-
-
 def judge_case(kind: str, number: int) -> str | None:
     """What is wrong with a case; None if it works or is refused well."""
-    random = case_generator(kind, number)
+    random = np.random.default_rng([zlib.crc32(kind.encode()), number])
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -71,7 +66,7 @@ def cell(env_id: str, mode: str | None, count: int) -> Any:
 
 
 def action_case(random: Random) -> str:
-    """An action of any shape, type and value; whatever it was, the next one is thrown."""
+    """An action of any shape, type and value, and then a good action, which must throw."""
     env_id = pick(random, pnt_gym.ENV_IDS)
     mode, count = pick(random, modes(env_id)), int(random.choice([0, 2]))
     env = cell(env_id, mode, count)

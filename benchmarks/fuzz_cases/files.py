@@ -139,7 +139,7 @@ FILES: Final[dict[str, Callable[[Random, Path], str]]] = {
 
 
 def output_case(random: Random) -> str:
-    """A table of a command that goes through links, to a device or to a pipe, and leaves them what they are."""
+    """An output of a command through links, to a device or to a pipe, which must stay links, device and pipe."""
     with TemporaryDirectory() as folder:
         place, content = PLACES[pick(random, PLACES)](Path(folder))
         subject = f"evaluate --json {place}"

@@ -103,7 +103,7 @@ def start_fork(line: Line, folder: Path, log: Path, kill: Kill) -> int:
 
 
 def start_process(line: Line, folder: Path, log: Path, kill: Kill) -> int:
-    """The same of a command as a user starts it: a new interpreter, whose workers are new ones too."""
+    """The exit code of a command as a user starts it: in a new interpreter with new workers."""
     ctypes.CDLL(None).prctl(SUBREAPER, 1, 0, 0, 0)
     with log.open("w", encoding="utf-8") as words:
         command = [sys.executable, "-m", *line]

@@ -101,7 +101,7 @@ def _error_of_known_kinds(trials: list[Throws], new: list[int]) -> float:
 
 
 def _throw_numbers(throws: Throws, kind: int, rows: int) -> Ints:
-    """Of throws of a kind that came down, which one of its row each is, the first being 1; 0 for others (N,)."""
+    """Number of each landed throw of a kind among those of its row, from 1 on; 0 for other throws (N,)."""
     landed = (throws.item == kind) & np.isfinite(throws.landing_error)
     grid = landed.reshape(-1, rows)
     return (np.cumsum(grid, axis=0) * grid).ravel()

@@ -51,7 +51,7 @@ class Watched(Controller):
         self.at_bound = np.zeros(0)
 
     def act(self, observation: Observation) -> Actions:
-        """Those of the controller, (N, E)."""
+        """Actions of the controller (N, E)."""
         actions = self._controller.act(observation)
         preview = self._core.preview(actions)
         thrown = ~getattr(preview, "dropped", np.zeros(len(actions), dtype=np.bool_))

@@ -130,9 +130,9 @@ class PnTConveyorEnv(ConveyorEnv):
 
     One step is one throw: plan, references, one rollout of the physics, outcome. A step covers the throw, the
     follow-through, the return and the vertical approach to the next object. The next object is chosen on the belt while
-    the hand returns. Candidates can be met inside the window and thrown, if possible without touching neighbours; the
-    level's `dispatch` rule takes the best candidate. The dwell at the pick, in which the hand rides with the belt, is
-    counted, not simulated.
+    the hand returns. Candidates are the objects that the hand can meet inside the window and throw, if possible without
+    touching neighbours; the level's `dispatch` rule takes the best candidate. The dwell at the pick, in which the hand
+    rides with the belt, is counted, not simulated.
 
     ## Starting State
 
@@ -190,8 +190,8 @@ class PnTAdaptEnv(ConveyorEnv, observes=SHIFT_TABLE):
 
     ## Arguments
 
-    `gymnasium.make` sets `level` to `"day"` where none is given; `steps` and `drift_mix` drift otherwise, `day_far`,
-    `steps_far` and `drift_mix_far` twice as much. Any other level of PnTConveyor-v0 is one without drift.
+    `gymnasium.make` sets `level` to `"day"` where none is given; the levels `steps` and `drift_mix` have other drifts,
+    `day_far`, `steps_far` and `drift_mix_far` twice as much. Any other level of PnTConveyor-v0 is one without drift.
     """
 
     picks: ClassVar[Picks] = "belt"

@@ -46,8 +46,8 @@ class GripperTossEnv(ThrowEnv, observes=TABLE):
     | 1 | release point to the left | -1 | 1 | 0.015 m, and so the landing |
     | 2 | moment at which the claws begin to open | -1 | 1 | 0.050 s later |
 
-    In `release_point` the first two of these; the claws open when the planner says. A level may scale the action
-    otherwise: with `belt` 1 stands for 0.12 m, 0.04 m and 0.05 s.
+    The mode `release_point` has the first two numbers; the claws open when the planner says. A level may scale the
+    action otherwise: with `belt` 1 stands for 0.12 m, 0.04 m and 0.05 s.
 
     ## Observation Space
 

@@ -95,8 +95,8 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     | `action_mode` | str or None | None | there is one, `choice` |
     {arguments}
 
-    `reset` takes no request for an item or a target here. With `core.use(policy)` of the unwrapped environment a
-    policy of PnTRelease-v0 corrects the throws of the line, where throws are simulated.
+    A line takes no such request: `reset` refuses options for an item or a target. With `core.use(policy)` of the
+    unwrapped environment a policy of PnTRelease-v0 corrects the throws of the line, where throws are simulated.
 
     Only the single form has pictures: `rgb_array` is the line at the moment of the decision, `rgb_array_list` the time
     since the last decision, so the lists of a shift are one film at its true rate. Hands go to their objects as

@@ -103,10 +103,10 @@ class OneJointThrowEnv(OneJointEnv):
 
     The block lies on the arm. The arm turns anticlockwise from rest, accelerating so that the block stays put, and
     brakes as hard as it can: the block leaves and turns on as it flies. Four numbers at the release (angle and speed of
-    the arm, radius of the block, flight time) fix four of the goal: x, y, phi and the vertical speed dy. The planner
-    of Miyashita et al. 2010 finds them, and a motion of the arm that keeps its margins, as if the block came free at
-    once and met no air. The real block lies a little too far out and comes free late, the real arm is heavier and rubs:
-    the action corrects for that.
+    the arm, radius of the block, flight time) fix four of the goal: x, y, phi and the vertical speed dy. The planner of
+    Miyashita et al. 2010 finds the four numbers, and a motion of the arm that keeps its margins, as if the block came
+    free at once and met no air. The real block lies a little too far out and comes free late, the real arm is heavier
+    and rubs: the action corrects for that.
 
     One step is one throw: plan, references, one rollout of the physics, outcome. With the level `contact` the stoppers
     that hold the block stay physical: they push the block while the arm brakes and take half of its spin. No release
@@ -170,7 +170,7 @@ class OneJointAssemblyEnv(OneJointEnv):
 
     ## Description
 
-    The goals are fallen upon almost vertically: the vertical speed is chosen so that the parts have hardly any
+    The parts fall almost vertically onto their goals: the vertical speed is chosen so that the parts have hardly any
     horizontal speed left. The second part is aimed at the first one as it lies. Arm, planner and what the planner
     does not know are those of `OneJointThrow-v0`; the parts differ in mass, inertia and height.
 

@@ -13,7 +13,7 @@ paths      the ellipse (Choe et al. 2023) and motions over it          conveyor,
 
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.ballistics import apex, flight_state, flight_time, landing_point
-from pnt_gym.planning.motion.intercept import Intercept, InterceptReason, plan_intercept
+from pnt_gym.planning.motion.intercept import Intercept, plan_intercept
 from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
 from pnt_gym.planning.motion.scurve import (
     SCurve,
@@ -27,6 +27,7 @@ from pnt_gym.planning.motion.scurve import (
     speed_at,
 )
 from pnt_gym.planning.motion.trajectory import HandPath, JerkTrajectory, PeakRatios, Samples, Segments
+from pnt_gym.planning.reasons import InterceptReason
 from pnt_gym.planning.straight.plan import InfeasibleThrow, Reason, Release, ReleaseBatch
 from pnt_gym.planning.straight.release import (
     plan_release,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Self
+from typing import Self, final
 
 
 class ReasonCode(IntEnum):
@@ -17,3 +17,13 @@ class ReasonCode(IntEnum):
         member._value_ = code
         member.sentence = sentence
         return member
+
+
+@final
+class InterceptReason(ReasonCode):
+    """Why an object cannot be picked."""
+
+    FEASIBLE = 0, "the object can be picked"
+    PASSED = 1, "the object has left the window before it may be picked"
+    NEVER_ENTERS = 2, "the object does not come into the window in time"
+    TOO_LATE = 3, "the hand cannot reach the object before it leaves the window"

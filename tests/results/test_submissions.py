@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from agents.benchmark.submission import read_submission
 from agents.ground.places import SHIPPED as ROOT
 from tests.tools.commands import answered
 
@@ -21,7 +20,6 @@ def test_there_is_one() -> None:
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_its_first_throws_are_thrown_again(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
-    read_submission(file)
     code, text = answered("agents.benchmark.verify", str(file), "--trust", "--rows", "1", "--throws", "48")
     assert code == 0, f"{text}; the command in {file.name} measures it again after a change of the throws"
 

@@ -65,5 +65,5 @@ def summarise(results: Sequence[Result]) -> dict[str, Any]:
 
 
 def paired_columns(results: Sequence[Result], shifts: int) -> dict[str, tuple[Floats]]:
-    """Columns of the first shifts for a comparison with a controller that worked only so many, each (seeds, shifts)."""
+    """Columns of the first shifts, for comparisons with controllers that worked fewer shifts, each (seeds, shifts)."""
     return {name: (by_seed(results, name)[:, :shifts],) for name in COMPARED}

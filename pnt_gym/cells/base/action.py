@@ -50,6 +50,7 @@ class ActionMode(Generic[PlannerT, ContextT, PlansT]):
             a row's plan does not depend on the other rows.
         errors: the measured errors of a throw that the numbers move one to one; empty where the numbers do not.
         unseen: entries of the observation that are 0 in this mode.
+        planners: values of the config's `planner` for which the mode exists; empty: it exists for all.
     """
 
     name: str
@@ -58,6 +59,7 @@ class ActionMode(Generic[PlannerT, ContextT, PlansT]):
     plan: Callable[[PlannerT, ContextT, Floats], PlansT]
     errors: tuple[str, ...] = ()
     unseen: tuple[str, ...] = ()
+    planners: tuple[str, ...] = ()
 
 
 Modes: TypeAlias = Mapping[str, ActionMode[Any, Any, Any]]

@@ -114,7 +114,7 @@ def _release_scale(config: ConveyorConfig) -> Floats:
     return np.array([WIDEST, np.log(WAY_FACTOR), 0.5 * config.motion.ceiling])
 
 
-MODES: Final = by_name(
+_ALL_MODES: Final = by_name(
     ActionMode(
         "release_point",
         ("release point along the throw line", "release point sideways, at the planned elevation"),
@@ -139,22 +139,30 @@ MODES: Final = by_name(
         _release_scale,
         _release_anywhere,
         unseen=FROM_PLANNER,
+        planners=STRAIGHT_PLANNERS,
     ),
-)
-CHOICE_MODE: Final = ActionMode(
-    "throw_or_place",
-    ("release point along the throw line", "release point sideways", "above 1/2: the other way of throw and place"),
-    _offset_and_choice_scale,
-    _aim_or_swap,
+    ActionMode(
+        "throw_or_place",
+        ("release point along the throw line", "release point sideways", "above 1/2: the other way of throw and place"),
+        _offset_and_choice_scale,
+        _aim_or_swap,
+        planners=("auto",),
+    ),
 )
 
 
 def modes_of(config: ConveyorConfig) -> Modes:
     """The action modes of a cell, the default first."""
-    if config.planner in STRAIGHT_PLANNERS:
-        return MODES
-    others = {name: mode for name, mode in MODES.items() if name != FIXED_THROW}
-    return {**others, CHOICE_MODE.name: CHOICE_MODE} if config.planner == "auto" else others
+    return _modes_for(config.planner)
+
+
+def _modes_for(planner: str) -> Modes:
+    """The action modes that exist for a planner."""
+    return {name: mode for name, mode in _ALL_MODES.items() if not mode.planners or planner in mode.planners}
+
+
+MODES: Final = _modes_for(STRAIGHT_PLANNERS[0])
+"""Action modes for the default planner."""
 
 
 def correction(config: ConveyorConfig, mode: str, info_errors: tuple[str, ...] = ()) -> Correction | None:

@@ -111,7 +111,7 @@ class LineCell:
     def __init__(self, config: LineConfig, count: int, threads: int = 1) -> None:
         self.config, self.count = config, count
         self.item_names = config.cell.items
-        cells = [config.cell_of(index) for index in range(len(config.robots))]
+        cells = config.cells()
         self.chances: Chances = required_table(config)
         self.chooser = Chooser(config, cells, self.chances)
         self.turns = Turns(config, self.chooser)

@@ -7,7 +7,6 @@ speeds, not on the arrivals or on the dispatcher.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.table_name import MADE, table_name
 from pnt_gym.errors import ConfigError
 from pnt_gym.reading import AccessError, json_of
 
@@ -25,10 +25,6 @@ DISTANCES: Final = 4
 """Classes of throws by distance, each with the same number of the calibration's throws."""
 PRIOR: Final = 10.0
 """Throws with an item's mean share that are added to the counted throws of each class."""
-MADE: Final = Path("runs") / "chances"
-"""Folder of the tables that commands make, in the working folder."""
-_UNCONCERNED: Final = {"name", "mix", "fidelity", "dispatch", "patience", "picks_per_shift", "reward", "timestep"}
-"""Fields of a cell on which its table does not depend."""
 
 
 @final
@@ -104,14 +100,7 @@ class Chances:
 
 def digest(config: LineConfig) -> str:
     """Name of a line's table: a digest of everything on which its throws depend."""
-    cells = [config.cell_of(index) for index in range(len(config.robots))]
-    different = sorted({json.dumps(_throwing_keys(cell), sort_keys=True) for cell in cells})
-    return hashlib.sha256("\n".join(different).encode()).hexdigest()[:16]
-
-
-def _throwing_keys(cell: ConveyorConfig) -> dict[str, Any]:
-    """Settings on which a cell's throws depend; `bias` only where it applies, as shipped tables are older."""
-    return cell.model_dump(mode="json", exclude=_UNCONCERNED if cell.bias.applies else {*_UNCONCERNED, "bias"})
+    return table_name(config.cells())
 
 
 def shipped_table(config: LineConfig) -> Path:
@@ -125,7 +114,7 @@ def made_table(config: LineConfig, folder: Path = MADE) -> Path:
 
 
 def table_path(config: LineConfig) -> Path:
-    """File of a line's table: the one that the level names, the shipped one, or the one that a command makes."""
+    """File of a line's table: the file that the level names, the shipped file, or the file that a command makes."""
     if config.chances is not None:
         return Path(config.chances)
     shipped = shipped_table(config)

@@ -16,6 +16,7 @@ from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.problems import Checks, check_all, construct_loosely, list_names, without_impossible
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, Value
+from pnt_gym.cells.line.table_name import MADE, table_name
 from pnt_gym.errors import ConfigError, one_sentence
 
 MOST_ROBOTS: Final = 4
@@ -276,10 +277,12 @@ class LineConfig(LevelConfig):
 
     def files(self) -> tuple[Path, ...]:
         """File of the table of throws, if the level names one or a command has made one."""
-        from pnt_gym.cells.line.chances import made_table  # noqa: PLC0415 - tables are read with the help of levels
-
-        place = made_table(self) if self.chances is None else Path(self.chances)
+        place = MADE / f"{table_name(self.cells())}.json" if self.chances is None else Path(self.chances)
         return (place,) if self.chances is not None or place.is_file() else ()
+
+    def cells(self) -> list[ConveyorConfig]:
+        """Each robot as a conveyor cell of its own."""
+        return [self.cell_of(index) for index in range(len(self.robots))]
 
     def cell_of(self, index: int) -> ConveyorConfig:
         """One robot as a conveyor cell of its own."""

@@ -19,8 +19,8 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.compiled import compile_for, kernel_part
-from pnt_gym.planning.motion.intercept import InterceptReason
 from pnt_gym.planning.motion.strokes import is_short, stroke_time
+from pnt_gym.planning.reasons import InterceptReason
 
 # Samples of lateness after the object's closest approach, where lateness may begin and end several times.
 SCAN = 96

@@ -16,20 +16,10 @@ from numpy.typing import ArrayLike
 from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import LimitRows, Limits
-from pnt_gym.planning.reasons import ReasonCode
+from pnt_gym.planning.reasons import InterceptReason
 
 HORIZON: Final = 30.0
 """Default of the latest meeting that is searched for [s]."""
-
-
-@final
-class InterceptReason(ReasonCode):
-    """Why an object cannot be picked."""
-
-    FEASIBLE = 0, "the object can be picked"
-    PASSED = 1, "the object has left the window before it may be picked"
-    NEVER_ENTERS = 2, "the object does not come into the window in time"
-    TOO_LATE = 3, "the hand cannot reach the object before it leaves the window"
 
 
 @final

@@ -100,7 +100,7 @@ def test_differences_in_form_are_differences() -> None:
         ({"plan": {"name": "x"}}, (), "plan in 'file.json': keys 'train_level', 'levels' and 'entries' are missing"),
         ({"results": 3}, (), "'file.json' was not written by this version"),
         ({}, ("--rows", "0"), "--rows is 0; it must be at least 1"),
-        ({}, ("--longest", "-1"), "--longest is -1; no row of plan 'small' learned in so few seconds"),
+        ({}, ("--longest", "-1"), "--longest is -1; no row of plan 'small' learned so quickly"),
         ({"plan": {**PLAN, "env": "theirs:Toy-v0"}}, (), "the file names 'theirs:Toy-v0': importing the module runs"),
     ],
 )

@@ -85,6 +85,8 @@ def test_the_note_counts_figures_of_ours_apart(chapters: list[Chapter]) -> None:
 def test_only_drawings_that_exist_are_in_the_page_and_text_is_text(results: Path, chapters: list[Chapter]) -> None:
     assert set(chapters[0].figures) == {"one_drawing.svg"}
     text = html_page(sections(chapters, results))
+    assert text.startswith("<!DOCTYPE html>")
+    assert [text.count(tag) for tag in ("<html ", "<style>", "</style>", "<body>", "</body>", "</html>")] == [1] * 6
     assert '<img src="figures/one_drawing.svg"' in text
     assert '<td class="left">a throw | published</td>' in text
     assert "&lt;i&gt;y&lt;/i&gt;" in text

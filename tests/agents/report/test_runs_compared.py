@@ -57,8 +57,9 @@ def test_the_sentence_of_the_mismatch_names_first_and_last_effect() -> None:
     rows += [_gain("spin", dial, -0.02, -0.01, pace) for dial, pace in ((0.0, 0.1), (0.5, 0.2), (1.0, 4.0))]
     rows += [_gain("all together", dial, -0.02, -0.01, 5.0) for dial in (0.5, 1.0)]
     text = mismatch_answer({"mismatch": {"rows": rows}})
-    assert "from a mismatch of 0.5 (air) to 1 (spin)" in text
-    assert "At 1 with all effects together, the planner lands 50.0 mm off and ridge after 1,000 flights 20.0 mm" in text
+    assert "from a mismatch of 0.5 on with the first effect (air), and from 1 on with the last (spin)" in text
+    assert "At a mismatch of 1 with all effects together, the planner lands 50.0 mm off, and ridge after" in text
+    assert "after 1,000 flights 20.0 mm" in text
 
 
 def _curve(part: str, label: str, throws: int, error: float) -> dict:
@@ -71,12 +72,12 @@ def test_the_sentence_of_the_curves_names_who_is_near_first() -> None:
     rows += [_curve("learners", "MLP", throws, error) for throws, error in ((10, 0.04), (100, 0.013), (1000, 0.0101))]
     text = curves_answer({"curves": {"rows": rows}})
     assert text == (
-        "The planner lands 50.0 mm off. After 10 throws, ridge is nearest with 30.0 mm; MLP comes first within a "
-        "quarter of the floor, 10.0 mm, with 10.1 mm after 1,000 throws."
+        "The planner lands 50.0 mm off. After 10 throws, ridge is nearest with 30.0 mm. Of all learners, MLP "
+        "comes within 1.25 times the floor of 10.0 mm first, with 10.1 mm after 1,000 throws."
     )
     rows += [_curve("without a planner", "SAC alone", throws, error) for throws, error in ((300, 0.3), (3000, 0.09))]
     assert curves_answer({"curves": {"rows": rows}}) == (
-        f"{text} SAC alone lands 90.0 mm off after 3,000 throws, farther than the planner without any."
+        f"{text} SAC alone lands 90.0 mm off after 3,000 throws, farther than the planner, which learns nothing."
     )
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from agents.ground.cli import UsageError
 from agents.report.methods import methods_figure, methods_figures
 from agents.report.study import cell, mean, share, study_grid
 from agents.report.study_plan import StudyPlan, Table, shipped_study
@@ -70,6 +71,16 @@ def test_an_axis_across_has_a_column_for_each_value_and_rows_that_meet_are_avera
     grid = study_grid(plan(), table(), data())
     assert grid.header == ["level", "b", "first way"]
     assert grid.rows == [["`waste`", "1.5", "3.0"], ["`dense`", "-", "4.0"]]
+
+
+def test_values_of_one_name_share_a_column_but_not_a_cell() -> None:
+    named = plan().model_copy(update={"names": {"planner": {"b": "a way", "a": "a way"}}})
+    apart = {**data(), "rows": [row for row in data()["rows"] if row.get("pace") in (1.0, 4.0)]}
+    grid = study_grid(named, table(), apart)
+    assert grid.header == ["level", "a way"]
+    assert grid.rows == [["`waste`", "1.0"], ["`dense`", "4.0"]]
+    with pytest.raises(UsageError, match="table 'T': planner a, b meet in a cell; they need different names"):
+        study_grid(named, table(), data())
 
 
 def test_a_table_shows_the_rows_that_it_asks_for_and_its_note_tells_counts_and_settings() -> None:
