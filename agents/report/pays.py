@@ -139,10 +139,11 @@ def curves_figure(data: Data) -> Figure:
 def profiles_figure(data: Data) -> Figure:
     """Share of the runs below each landing error, after the most throws that all learners have."""
     last, scores = _last_scores(data)
-    figure, (axes,) = subplots(1, 1, (6.0, 3.8))
+    figure, (axes,) = subplots(1, 1, (7.0, 3.8))
     for colour, (label, errors) in zip(COLOURS, scores.items(), strict=False):
         axes.step(1000.0 * BOUNDS, performance_profile(errors, BOUNDS.tolist()), color=colour, label=label)
-    dress(axes, "landing error [mm]", "share of runs below", f"after {last:,} throws", legend="lower right")
+    dress(axes, "landing error [mm]", "share of runs below", f"after {last:,} throws")
+    figure.legend(fontsize=8, loc="outside right upper")
     return figure
 
 
