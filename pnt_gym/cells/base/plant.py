@@ -195,7 +195,7 @@ def roll_out(
 
 def _width(model: MjModel, name: str) -> int:
     """Columns of a recorded field."""
-    sizes = {"sensordata": model.nsensordata, "qpos": model.nq, "qvel": model.nv, "actuator_force": model.nu}
+    sizes = {"sensordata": model.nsensordata, "qpos": model.nq, "qvel": model.nv, "actuator_force": model.nactuator}
     return int(sizes[name])
 
 
