@@ -12,6 +12,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 
+from ..ground.fitting import fit_from
 from ..policies.networks import Layers, arrays_by_name, layers_from_torch, layers_of, numbers_of, run_layers
 from .protocol import State
 
@@ -48,8 +49,7 @@ class Mlp:
         self._centre, self._scale = shift.mean(axis=0), shift.std(axis=0) + 1e-6
         x = torch.as_tensor(features, dtype=torch.float32)
         y = torch.as_tensor((shift - self._centre) / self._scale, dtype=torch.float32)
-        with torch.random.fork_rng(devices=[]):
-            torch.manual_seed(seed)
+        with fit_from(seed):
             network = _network(torch, features.shape[1], self._width, shift.shape[1])
             self._train(torch, network, x, y)
         self._layers = layers_from_torch(network.parameters(), np.float64)

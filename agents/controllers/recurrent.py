@@ -15,6 +15,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
 
+from ..ground.fitting import fit_from
 from ..policies.networks import Dense, Gru, dense_of, layers_from_torch, run_layers
 from .protocol import State
 
@@ -100,18 +101,17 @@ def train(
     """
     import torch  # noqa: PLC0415 - a second to import, needed for training only
 
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
+    with fit_from(seed):
         parts = _torch_layers(torch, features, size)
-    parameters = [number for part in parts for number in part.parameters()]
-    optimiser = torch.optim.AdamW(parameters, lr=rate, weight_decay=0.1)
-    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, total)
-    for lessons in batches:
-        optimiser.zero_grad()
-        _loss(torch, parts, lessons).backward()
-        torch.nn.utils.clip_grad_norm_(parameters, 1.0)
-        optimiser.step()
-        schedule.step()
+        parameters = [number for part in parts for number in part.parameters()]
+        optimiser = torch.optim.AdamW(parameters, lr=rate, weight_decay=0.1)
+        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, total)
+        for lessons in batches:
+            optimiser.zero_grad()
+            _loss(torch, parts, lessons).backward()
+            torch.nn.utils.clip_grad_norm_(parameters, 1.0)
+            optimiser.step()
+            schedule.step()
     return Recurrent.from_torch(*parts)
 
 

@@ -19,6 +19,7 @@ from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
+from ..ground.fitting import fit_from
 from ..policies.networks import Convolution, activate, join_squares, numbers_of, sigmoid, split_squares
 from .features import NAMES, PlaceFeatures, place_features
 from .maps import best_places, blur_maps
@@ -99,8 +100,7 @@ class PlaceMaps:
         """Fit to patches and pixels as of `cut_patches` and worths of the tries (N,), each 0 to 1."""
         import torch  # noqa: PLC0415 - a second to import, needed where the network is used only
 
-        with torch.random.fork_rng(devices=[]):
-            torch.manual_seed(seed)
+        with fit_from(seed):
             network = _network(torch, patches.shape[1])
             _train(torch, network, torch.as_tensor(patches), torch.as_tensor(pixel), torch.as_tensor(worth), epochs)
         arrays = [tensor.detach().numpy().copy() for tensor in network.parameters()]

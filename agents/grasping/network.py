@@ -14,6 +14,7 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
+from ..ground.fitting import fit_from
 from ..policies.networks import Dense, Layers, arrays_by_name, layers_of, numbers_of, run_layers, sigmoid
 from .features import NAMES
 
@@ -57,8 +58,7 @@ class PlaceNetwork:
         self._centre, self._scale = features.mean(axis=0), features.std(axis=0) + 1e-3
         x = torch.as_tensor((features - self._centre) / self._scale, dtype=torch.float32)
         y = torch.as_tensor(worth, dtype=torch.float32)
-        with torch.random.fork_rng(devices=[]):
-            torch.manual_seed(seed)
+        with fit_from(seed):
             parameters = _train(torch, _parameters(torch, features.shape[1]), x, y, steps)
         arrays = [parameter.detach().numpy().astype(np.float64) for parameter in parameters]
         self._members = tuple(

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..ground.cli import UsageError
 from ..ground.environments import import_user_module, make_vector
+from ..ground.fitting import fit_from
 from ..ground.places import CHECKOUT, CODE
 from ..ground.versions import versions
 from .code import code_digest
@@ -128,18 +129,14 @@ def arithmetic() -> str:
 def _torch_arithmetic() -> str:
     """Fingerprint of some training steps of a small network on one core, as in a job."""
     torch: Any = importlib.import_module("torch")
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(0)
+    with fit_from(0):
         network = torch.nn.Sequential(torch.nn.Linear(26, 64), torch.nn.SiLU(), torch.nn.Linear(64, 2))
         batch = torch.randn(256, 26)
-    optimiser = torch.optim.Adam(network.parameters())
-    for _ in range(3):
-        optimiser.zero_grad()
-        network(batch).square().mean().backward()
-        optimiser.step()
-    torch.set_num_threads(threads)
+        optimiser = torch.optim.Adam(network.parameters())
+        for _ in range(3):
+            optimiser.zero_grad()
+            network(batch).square().mean().backward()
+            optimiser.step()
     return _digest([part.detach().numpy() for part in network.parameters()])
 
 

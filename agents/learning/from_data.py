@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn.functional import mse_loss
 
+from ..ground.fitting import fit_from
 from ..policies.networks import layers_from_torch, run_layers
 
 WIDTH: Final = 128
@@ -49,8 +50,7 @@ class Lesson(NamedTuple):
 
 def behaviour_cloning(lesson: Lesson, seed: int) -> Function:
     """Policy that imitates the actions of the throws."""
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
+    with fit_from(seed):
         states, actions, _ = map(torch.as_tensor, lesson)
         policy = _make_policy(lesson)
         _fit(policy, lambda rows: mse_loss(policy(states[rows]), actions[rows]), len(states), POLICY_STEPS)
@@ -63,8 +63,7 @@ def td3_bc(lesson: Lesson, seed: int) -> Function:
     Two critics and delayed updates serve TD3's bootstrapping. With discount 0 nothing is bootstrapped: one critic is
     fitted first, and the policy then.
     """
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
+    with fit_from(seed):
         states, actions, _ = map(torch.as_tensor, lesson)
         (critic, centre, scale), policy = _fit_critic(lesson), _make_policy(lesson)
 
@@ -81,8 +80,7 @@ def td3_bc(lesson: Lesson, seed: int) -> Function:
 
 def iql(lesson: Lesson, seed: int) -> Function:
     """Policy that imitates the better actions of the throws (Kostrikov et al. 2021, Eq. 5 to 7, discount 0)."""
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
+    with fit_from(seed):
         states, actions, _ = map(torch.as_tensor, lesson)
         (critic, _, _), policy = _fit_critic(lesson), _make_policy(lesson)
         value = _network(states.shape[1], 1)
