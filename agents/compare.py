@@ -84,18 +84,15 @@ def main(arguments: Arguments) -> None:
         head = {"env": env_id, "level": trial.core.config.name, "seed": arguments.seed, "practice": steps}
         try:
             _run(comparison)
-        except KeyboardInterrupt:  # the verdict so far is as valid as any other
+        finally:  # after Ctrl-C, too: the verdict so far is as valid as any other
             _deliver(comparison, head, arguments)
-            raise
-        _deliver(comparison, head, arguments)
 
 
 def _run(comparison: Comparison) -> None:
     """Run a comparison with a line of progress for each pair."""
     with throws_bar("interval") as bar:
-        tasks = [
-            bar.add_task(" and ".join(pair.names), total=comparison.budget, interval="") for pair in comparison.pairs
-        ]
+        names = [" and ".join(pair.names) for pair in comparison.pairs]
+        tasks = [bar.add_task(name, total=comparison.budget, interval="") for name in names]
         for units in comparison.blocks():
             for task, pair in zip(tasks, comparison.pairs, strict=True):
                 bar.update(task, advance=units, interval=comparison.text(pair, next(iter(comparison.measures))))
@@ -103,13 +100,11 @@ def _run(comparison: Comparison) -> None:
 
 def _deliver(comparison: Comparison, head: dict[str, Any], arguments: Arguments) -> None:
     """Print the differences and the verdicts, and write the files asked for."""
-    labels = {name: measure.figure.label for name, measure in comparison.measures.items()}
-    rows = [
-        (" minus ".join(pair.names), *(comparison.text(pair, name) for name in labels)) for pair in comparison.pairs
-    ]
+    pairs, labels = comparison.pairs, {name: measure.figure.label for name, measure in comparison.measures.items()}
+    rows = [(" minus ".join(pair.names), *(comparison.text(pair, name) for name in labels)) for pair in pairs]
     title = f"{head['env']}, level {head['level']}, {comparison.count:,} {comparison.trial.unit} each"
     console().print(Grid(title, ("difference (95 % interval)", *labels.values()), rows).terminal())
-    for pair in comparison.pairs:
+    for pair in pairs:
         console().print(comparison.sentence(pair), highlight=False, markup=False, soft_wrap=True)
     report = {**head, **comparison.report()}
     if arguments.picture is not None:
