@@ -75,12 +75,11 @@ def goals_table(data: Data) -> Grid:
         [goal, _figure(asked), _figure(value), "" if value >= asked else f"{100 * (1 - value / asked):.0f} %"]
         for goal, asked, value in goals
     ]
-    return Grid(
-        "Goals of the steps",
-        ["speed", "asked", "measured", "short by"],
-        rows,
-        "From the same runs. The 60,000 decisions were asked of a machine on which the first code of the line made 10,600 a second.",
+    note = (
+        "From the same runs. The 60,000 decisions were asked of a machine on which the first code of the line made 10,600 "
+        "a second."
     )
+    return Grid("Goals of the steps", ["speed", "asked", "measured", "short by"], rows, note)
 
 
 def _figure(value: float) -> str:
