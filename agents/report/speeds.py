@@ -76,8 +76,8 @@ def goals_table(data: Data) -> Grid:
         for goal, asked, value in goals
     ]
     note = (
-        "From the same runs. The 60,000 decisions were asked of a machine on which the first code of the line made 10,600 "
-        "a second."
+        "From the same runs. The 60,000 decisions were asked of a machine on which the first code of the line made "
+        "10,600 a second."
     )
     return Grid("Goals of the steps", ["speed", "asked", "measured", "short by"], rows, note)
 
