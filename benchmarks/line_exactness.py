@@ -109,7 +109,7 @@ def compare_shift(level: Any, cases: int, seed: int) -> Comparison:
     """Cases of the decisions of a shift at random, and of those that follow."""
     config = LineConfig.load(level)
     cell, random, comparison = LineCell(config, 1), np.random.default_rng(seed), Comparison()
-    planners = [PickPlanner(config.cell_of(robot)) for robot in range(len(config.robots))]
+    planners = [PickPlanner(cell_config) for cell_config in config.cells()]
     cell.reset(np.arange(1), [np.random.default_rng(seed)])
     while comparison.cases < cases:
         compare(cell, planners, comparison)

@@ -17,7 +17,6 @@ from ..ground.files import check_form
 from ..ground.places import SHIPPED, at
 from ..ground.shipped import is_shipped, module_of
 from ..learning.runs import POLICY
-from .kept import plan_of_file
 from .plan import Plan, read_plan
 
 BENCHMARK: Final = SHIPPED / "configs" / "benchmark.yaml"
@@ -96,14 +95,13 @@ def is_submission(data: Mapping[str, Any]) -> bool:
     return not data.keys().isdisjoint(ABOUT)
 
 
-def check_submission(path: Path, data: Mapping[str, Any]) -> None:
-    """Check the content of a submission's file.
+def check_submission(path: Path, data: Mapping[str, Any], plan: Plan) -> None:
+    """Check the content of a submission's file, with the plan in it.
 
     Raises:
         UsageError: the file has another form, or its throws are not the benchmark's.
     """
     with check_form(path):
-        plan = plan_of_file(path, data["plan"])
         missing = [name for name in (*ABOUT, "versions", "table") if name not in data]
         digests = [row["digests"]["code"] and row["digests"]["policy"] for row in data["results"]]
         labels = {row["label"] for row in data["results"]}

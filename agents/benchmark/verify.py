@@ -111,7 +111,7 @@ def _read(file: Path) -> tuple[Any, Plan]:
     with check_form(file):
         plan = plan_of_file(file, data["plan"])
         if is_submission(data):
-            check_submission(file, data)
+            check_submission(file, data, plan)
     return data, plan
 
 

@@ -18,6 +18,7 @@ from pnt_gym.arrays import Ints
 
 from ..controllers.protocol import Controller, Observation
 from ..ground.environments import Env
+from ..ground.fitting import fit_from
 from ..learning.residual import Scoring, choices_of
 from ..policies.scorer import Scorer
 from .decisions import Progress, line_observation, work_single_shifts
@@ -82,28 +83,27 @@ def fit_scorer(labels: Labels, patience: float, widths: tuple[int, ...], seed: i
         widths: widths of the hidden layers.
         seed: seed of the weights and of the order of the batches.
     """
-    torch.set_num_threads(1)  # small networks are slower on many threads
-    torch.manual_seed(seed)
-    scoring, is_held_out = Scoring(patience, widths), np.arange(len(labels.choice)) % HELD_OUT == HELD_OUT - 1
-    training_observations, label = (
-        torch.as_tensor(labels.observations[~is_held_out]),
-        torch.as_tensor(labels.choice[~is_held_out]),
-    )
-    mask, choice_features = (
-        torch.as_tensor(choice_mask(labels.observations[~is_held_out])),
-        choices_of(training_observations),
-    )
-    optimizer = torch.optim.Adam(scoring.parameters(), lr=RATE)
-    steps = EPOCHS * -(-len(label) // BATCH)
-    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps)
-    for _ in range(EPOCHS):
-        for rows in torch.randperm(len(label)).split(BATCH):
-            scores = torch.where(mask[rows], scoring(choice_features[rows]), NEVER)
-            loss: Any = cross_entropy(scores, label[rows])
-            optimizer.zero_grad()
-            loss.backward()
-            optimizer.step()
-            schedule.step()
+    with fit_from(seed):
+        scoring, is_held_out = Scoring(patience, widths), np.arange(len(labels.choice)) % HELD_OUT == HELD_OUT - 1
+        training_observations, label = (
+            torch.as_tensor(labels.observations[~is_held_out]),
+            torch.as_tensor(labels.choice[~is_held_out]),
+        )
+        mask, choice_features = (
+            torch.as_tensor(choice_mask(labels.observations[~is_held_out])),
+            choices_of(training_observations),
+        )
+        optimizer = torch.optim.Adam(scoring.parameters(), lr=RATE)
+        steps = EPOCHS * -(-len(label) // BATCH)
+        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps)
+        for _ in range(EPOCHS):
+            for rows in torch.randperm(len(label)).split(BATCH):
+                scores = torch.where(mask[rows], scoring(choice_features[rows]), NEVER)
+                loss: Any = cross_entropy(scores, label[rows])
+                optimizer.zero_grad()
+                loss.backward()
+                optimizer.step()
+                schedule.step()
     scorer = scoring.numbers()
     agrees = (
         ScoreController("", scorer).act(line_observation(labels.observations[is_held_out]))

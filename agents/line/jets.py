@@ -158,13 +158,9 @@ def ejected(station: Station, objects: Outlines, targets: Bools, speed: float) -
 
 def fractions_of(config: LineConfig) -> Ints:
     """Index of each item's fraction (K,): items that the same bins accept are one fraction."""
-    cells = [config.cell_of(index) for index in range(len(config.robots))]
+    cells = config.cells()
     bins = [
-        tuple(
-            sorted(
-                {bin_.name for cell in cells for bin_ in cell.bins.fixed if not bin_.accepts or item in bin_.accepts}
-            )
-        )
+        tuple(sorted({bin_.name for cell in cells for bin_ in cell.bins.fixed if bin_.takes(item)}))
         for item in config.cell.items
     ]
     names = list(dict.fromkeys(bins))

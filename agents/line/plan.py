@@ -8,17 +8,15 @@ from typing import Annotated, Literal
 
 import tyro
 
-from pnt_gym.cells.line.chances import MADE
+from pnt_gym.cells.line.table_name import MADE
 
-from ..ground.cli import at_least, option
+from ..ground.cli import option
 from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
 from ..ground.starters import show_assumed
 from ..ground.tables import console
 from .plan_picture import plan_picture
-from .planned import Conditions
-from .plans import Sweep
 from .reasons import plans_table
-from .verdict import LEAST, check_plans, judge_line, load_line
+from .verdict import judge_line, load_line, read_options
 
 
 @dataclass(frozen=True)
@@ -67,11 +65,7 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Judge every plan, and report the smallest one that reaches the recovery, the reason, and what air jets sort."""
-    options = vars(arguments)
-    at_least(options, **LEAST)
-    sweep = Sweep(**{name: options[name] for name in Sweep.__dataclass_fields__})
-    conditions = Conditions(**{name: options[name] for name in Conditions.__dataclass_fields__})
-    check_plans(arguments.recovery, sweep, conditions)
+    sweep, conditions = read_options(vars(arguments), arguments.recovery)
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)
     level = load_line(arguments.level, arguments.release)

@@ -114,5 +114,5 @@ def _draw_landings(axes: Axes, item: int, releases: Sequence[tuple[str, Planned]
 def _opening(plan: Planned, item: int) -> Floats:
     """Opening of the first bin that takes an item [m]."""
     name, config = plan.config.cell.items[item], plan.config
-    bins = [bin_ for index in range(len(config.robots)) for bin_ in config.cell_of(index).bins.fixed]
-    return np.array(next(bin_.size for bin_ in bins if not bin_.accepts or name in bin_.accepts))
+    bins = [bin_ for cell in config.cells() for bin_ in cell.bins.fixed]
+    return np.array(next(bin_.size for bin_ in bins if bin_.takes(name)))

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.line.chances import MADE
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.stream import Stream
+from pnt_gym.cells.line.table_name import MADE
 
 from ..dispatchers.registry import ENV, line_controller, line_core
 from ..dispatchers.release import make_release

@@ -12,8 +12,9 @@ from typing import Any, Final
 import numpy as np
 
 from pnt_gym.cells.line.cell import Decisions, LineCell
-from pnt_gym.cells.line.chances import MADE, Chances, digest, format_table, made_table, shipped_table
+from pnt_gym.cells.line.chances import Chances, digest, format_table, shipped_table
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.table_name import MADE
 from pnt_gym.cells.line.throws import SimulatedThrows
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
@@ -51,7 +52,7 @@ def table_place(config: LineConfig, release: str | None, folder: Path = MADE, co
         folder: folder of the tables.
         controller: what chooses the throws; None for random choices, which are the same for all lines of such cells.
     """
-    place = made_table(config, folder)
+    place = config.made_table(folder)
     parts = [place.stem, *([] if release is None else [_release_text(release)])]
     if controller is not None:
         line = config.model_dump_json(exclude={"name", "chances", "throws"})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -135,11 +135,20 @@ def plan_line(
     known = (*Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
     if strangers := [name for name in options if name not in known]:
         raise UsageError(f"plan_line has no option {strangers[0]!r}; options are {', '.join(known)}")
+    return judge_line(load_line(level, release), *read_options(options, recovery), recovery, release).entries
+
+
+def read_options(options: Mapping[str, Any], recovery: float) -> tuple[Sweep, Conditions]:
+    """Plans to judge and their conditions, from options by name; an option that is missing has its default.
+
+    Raises:
+        UsageError: an option or the recovery is impossible.
+    """
     at_least(options, **{name: bound for name, bound in LEAST.items() if name in options})
     sweep = Sweep(**{name: options[name] for name in Sweep.__dataclass_fields__ if name in options})
     conditions = Conditions(**{name: options[name] for name in Conditions.__dataclass_fields__ if name in options})
     check_plans(recovery, sweep, conditions)
-    return judge_line(load_line(level, release), sweep, conditions, recovery, release).entries
+    return sweep, conditions
 
 
 def load_line(level: str | Path, release: str | None) -> LineConfig:

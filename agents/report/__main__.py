@@ -83,7 +83,8 @@ def _pictures(results: Path) -> dict[str, str]:
     """The drawings that belong to questions and to no chapter, by file name."""
     drawn: dict[str, str] = {}
     for question in QUESTIONS:
-        draw, contents = DRAWINGS.get(question.name), question.read(results)
+        draw = DRAWINGS.get(question.name)
+        contents = None if draw is None else question.read(results)
         if draw is None or contents is None:
             continue
         if question.answer_from(contents, results) is not None:

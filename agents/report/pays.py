@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg, tile_panels
-from ..ground.tables import Grid
+from ..ground.tables import Grid, millimetres
 from .answers import NoAnswer
 from .runs_compared import improvement_text, performance_profile
 
@@ -56,12 +56,12 @@ def curves_answer(results: Data) -> str:
     )
     few = min((point for point in points if point[0] <= FEW), key=lambda point: point[1])
     near = next((point for point in points if point[1] <= NEAR * fixed["floor"]), None)
-    bound = f"{NEAR:g} times the floor of {_mm(fixed['floor'])}"
+    bound = f"{NEAR:g} times the floor of {millimetres(fixed['floor'])}"
     who = "no learner" if near is None else near[2]
-    when = "" if near is None else f" first, with {_mm(near[1])} after {near[0]:,} throws"
+    when = "" if near is None else f" first, with {millimetres(near[1])} after {near[0]:,} throws"
     text = (
-        f"The planner lands {_mm(fixed['analytic'])} off. After {FEW} throws, {few[2]} is nearest with {_mm(few[1])}. "
-        f"Of all learners, {who} comes within {bound}{when}."
+        f"The planner lands {millimetres(fixed['analytic'])} off. After {FEW} throws, {few[2]} is nearest with "
+        f"{millimetres(few[1])}. Of all learners, {who} comes within {bound}{when}."
     )
     return f"{text}{_without_planner(data, points, fixed['analytic'])}"
 
@@ -74,7 +74,9 @@ def _without_planner(data: Data, points: Sequence[tuple[int, float, str]], plann
         return ""
     count, error, label = reached[-1]
     far = "farther" if error > planner else "less far"
-    return f" {label} lands {_mm(error)} off after {count:,} throws, {far} than the planner, which learns nothing."
+    return (
+        f" {label} lands {millimetres(error)} off after {count:,} throws, {far} than the planner, which learns nothing."
+    )
 
 
 def mismatch_answer(results: Data) -> str:
@@ -89,8 +91,8 @@ def mismatch_answer(results: Data) -> str:
     return (
         f"Learning sorts more than the planner from a mismatch of {known[0][0]:g} on with the first effect "
         f"({known[0][1]}), and from {known[-1][0]:g} on with the last ({known[-1][1]}). At a mismatch of "
-        f"{row['mismatch']:g} with all effects together, the planner lands {_mm(row['analytic_m'])} off, and "
-        f"{last[0]} after 1,000 flights {_mm(row['learned_m'])}."
+        f"{row['mismatch']:g} with all effects together, the planner lands {millimetres(row['analytic_m'])} off, and "
+        f"{last[0]} after 1,000 flights {millimetres(row['learned_m'])}."
     )
 
 
@@ -110,10 +112,6 @@ def _study_rows(data: Data, *names: str) -> Data:
     if not rows or not all({"part", *names} <= set(row) for row in rows):
         raise NoAnswer(f"no rows with {', '.join(names)}")
     return data
-
-
-def _mm(metres: float) -> str:
-    return f"{1000 * metres:.1f} mm"
 
 
 def curves_figure(data: Data) -> Figure:

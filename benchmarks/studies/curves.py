@@ -6,8 +6,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
-import torch
-
 from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
@@ -59,7 +57,6 @@ def _entry(settings: Settings, label: str) -> dict[str, Any]:
 
 def _measure(settings: Settings, entries: list[dict[str, Any]], amount: Amount, **pairs: Any) -> dict[str, Any]:
     """Table and comparisons of a plan of one level."""
-    torch.set_num_threads(1)
     level = settings["level"]
     plan = Plan.model_validate(
         {

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import torch
 
 from agents.controllers import make_controller
 from agents.controllers.protocol import Controller, Observation, Outcome
@@ -40,7 +39,6 @@ def figures(settings: Settings, amount: Amount) -> Iterator[Figures]:
             of `collected` throws, and the `seed` of dataset and learners.
         amount: held-out throws.
     """
-    torch.set_num_threads(1)
     seed, names = settings["seed"], settings["learners"]
     with closing(open_trial(settings["env"], settings["level"], NUM_ENVS, amount.threads)) as trial:
         crew = Crew(trial, settings["env"], settings["controller"], None, seed=seed, noise=settings["noise"])

@@ -41,7 +41,7 @@ BOXES = st.lists(
 
 def chances(config: LineConfig, picked: tuple[float, ...] = PICKED) -> Chances:
     """A table that is told apart from any other: it falls with the distance, the speed, and from item to item."""
-    percent = np.unique([p for i in range(len(config.robots)) for p in config.cell_of(i).limits.percent])
+    percent = np.unique([percent for cell in config.cells() for percent in cell.limits.percent])
     items = np.arange(len(picked))[:, None, None]
     landed = 0.95 - 0.1 * items - 0.05 * np.arange(len(percent))[:, None] - 0.1 * np.arange(4)
     return Chances(percent, np.array(EDGES), np.array(picked), landed)

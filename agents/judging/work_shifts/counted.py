@@ -8,7 +8,7 @@ from typing import Any, Final, Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.line.chances import made_table, table_path
+from pnt_gym.cells.line.chances import table_path
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.reading import AccessError, json_of
 
@@ -107,7 +107,7 @@ class Counted:
 
 def read_counted(config: LineConfig) -> Counted | None:
     """Counts in the file of a line's table, or of one that a command has made; None without a file with counts."""
-    for place in (table_path(config), made_table(config)):
+    for place in (table_path(config), config.made_table()):
         try:
             counted = Counted.of_entry(json_of(place)[ENTRY])
         except (AccessError, OSError, ValueError, LookupError, TypeError):

@@ -76,6 +76,10 @@ class Bin(Section):
     size: tuple[Positive, Positive] = Field(default=(0.22, 0.22), description="Inner opening along x and y [m].")
     accepts: tuple[str, ...] = Field(default=(), description="Items that belong in this bin; empty: every item.")
 
+    def takes(self, item: str) -> bool:
+        """Whether an item belongs in the bin."""
+        return not self.accepts or item in self.accepts
+
 
 class RandomBins(Section):
     """One square bin per throw, drawn at random for every throw: a cell with very many bins."""
@@ -294,7 +298,7 @@ class SortingLine(ItemsConfig):
     def acceptance(self) -> Bools:
         """Whether each fixed bin (columns) accepts each item (rows)."""
         fixed = self.bins.fixed
-        return np.array([[not b.accepts or name in b.accepts for b in fixed] for name in self.items], dtype=np.bool_)
+        return np.array([[b.takes(name) for b in fixed] for name in self.items], dtype=np.bool_)
 
     def _on_belt(self, label: str, x: Range, y: Range) -> Iterator[str]:
         belt = self.belt

@@ -17,7 +17,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.table_name import MADE, table_name
+from pnt_gym.cells.line.table_name import table_name
 from pnt_gym.errors import ConfigError
 from pnt_gym.reading import AccessError, json_of
 
@@ -108,17 +108,12 @@ def shipped_table(config: LineConfig) -> Path:
     return LineConfig.file_of("nominal").parent / "chances" / f"{digest(config)}.json"
 
 
-def made_table(config: LineConfig, folder: Path = MADE) -> Path:
-    """File of a line's table, if a command makes it."""
-    return folder / f"{digest(config)}.json"
-
-
 def table_path(config: LineConfig) -> Path:
     """File of a line's table: the file that the level names, the shipped file, or the file that a command makes."""
     if config.chances is not None:
         return Path(config.chances)
     shipped = shipped_table(config)
-    return shipped if shipped.is_file() else made_table(config)
+    return shipped if shipped.is_file() else config.made_table()
 
 
 def read_table(config: LineConfig) -> Chances | None:

@@ -277,8 +277,12 @@ class LineConfig(LevelConfig):
 
     def files(self) -> tuple[Path, ...]:
         """File of the table of throws, if the level names one or a command has made one."""
-        place = MADE / f"{table_name(self.cells())}.json" if self.chances is None else Path(self.chances)
+        place = self.made_table() if self.chances is None else Path(self.chances)
         return (place,) if self.chances is not None or place.is_file() else ()
+
+    def made_table(self, folder: Path = MADE) -> Path:
+        """File of the line's table of throws, as commands name the tables that they make."""
+        return folder / f"{table_name(self.cells())}.json"
 
     def cells(self) -> list[ConveyorConfig]:
         """Each robot as a conveyor cell of its own."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.line.state import Fate
 from pnt_gym.compiled import compile_for
 
-# Values of `Fate`.
-RIDES, HELD, SORTED, MISPLACED, FLOOR = range(5)
+RIDES, HELD, SORTED, MISPLACED, FLOOR = map(int, Fate)
 # Rows of the counts: in a bin that takes the item, in another bin, on the floor, past the last window, and those of the
 # latter that a robot has tried; and rows of the values: sorted, arrived, past the last window.
 IN_RIGHT, IN_WRONG, ON_FLOOR, PASSED, TRIED = range(5)

@@ -36,7 +36,7 @@ class Robot(Section):
 
     def takes(self, item: str, bins: Sequence[Bin]) -> bool:
         """Whether the robot has the skill for an item, and a bin for it; `bins` are those of the cell."""
-        has_bin = any(not bin_.accepts or item in bin_.accepts for bin_ in self.bins or bins)
+        has_bin = any(bin_.takes(item) for bin_ in self.bins or bins)
         return has_bin and (not self.skills or item in self.skills)
 
     def item_names(self) -> Iterator[str]:
