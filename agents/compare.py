@@ -85,7 +85,8 @@ def main(arguments: Arguments) -> None:
         try:
             _run(comparison)
         finally:  # after Ctrl-C, too: the verdict so far is as valid as any other
-            _deliver(comparison, head, arguments)
+            if comparison.count:
+                _deliver(comparison, head, arguments)
 
 
 def _run(comparison: Comparison) -> None:

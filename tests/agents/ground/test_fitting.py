@@ -39,5 +39,5 @@ def test_threads_come_back_after_a_fit_that_failed() -> None:
 
 def test_networks_are_seeded_in_no_other_way() -> None:
     folder = Path(agents.__file__).parent
-    found = [path.name for path in folder.rglob("*.py") if "fork_rng" in path.read_text(encoding="utf-8")]
+    found = [path.name for path in folder.rglob("*.py") if "manual_seed" in path.read_text(encoding="utf-8")]
     assert found == ["fitting.py"]
