@@ -117,6 +117,9 @@ def _read(file: Path) -> tuple[Any, Plan]:
         UsageError: the file has another form, or is a submission with other throws than the benchmark's.
     """
     data = read_json(file)
+    if not isinstance(data, dict) or "plan" not in data:
+        sources = "only files of `pnt-gym benchmark` and `pnt-gym submit` are verified"
+        raise UsageError(f"{str(file)!r} has no plan: {sources}")
     with check_form(file):
         plan = plan_of_file(file, data["plan"])
         if is_submission(data):

@@ -133,6 +133,14 @@ def test_wrong_files_are_one_sentence(
     assert words in refused("agents.benchmark.verify", "file.json", *options)
 
 
+@pytest.mark.parametrize("content", ["[]", '{"results": []}'])
+def test_a_file_of_anything_else_is_one_sentence(tmp_path: Path, content: str) -> None:
+    file = tmp_path / "file.json"
+    file.write_text(content)
+    words = "has no plan: only files of `pnt-gym benchmark` and `pnt-gym submit` are verified"
+    assert words in refused("agents.benchmark.verify", str(file))
+
+
 def test_a_row_of_no_entry_is_one_sentence(data: dict[str, Any]) -> None:
     data["results"][0]["seed"] = 7
     Path("file.json").write_text(json.dumps(data))
