@@ -82,6 +82,15 @@ class Record:
         """First columns in a block as of `from_block` by name; those of a record in the record as `record.name`."""
         return _begins(_lay_out(cls, _columns(cls, tuple(shapes.items()))))
 
+    @property
+    def block(self) -> NDArray[Any]:
+        """The block of a packed record; a record whose block changes gives its new columns by `anew`."""
+        return self.__dict__["_block"]
+
+    def anew(self) -> Self:
+        """The packed record with the same block, whose columns are not read yet."""
+        return packed_record(self.__class__, self.block, self.__dict__["_layout"])
+
     @classmethod
     def unread(cls, read: Callable[[str], Any], depth: int) -> Self:
         """A record whose columns ``read`` computes by name, at the end of a chain of ``depth`` unread records."""

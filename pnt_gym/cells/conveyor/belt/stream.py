@@ -74,11 +74,10 @@ class BeltStream:
 
     def begin(self, rows: Ints) -> None:
         """Start new streams in some rows; the first object enters the window one gap after the episode begins."""
-        objects, entry = self._draw_objects(rows, self.length), np.full(len(rows), self._belt.pick_x[0])
-        queue = rows[:, None], np.arange(PASSED_PLACES, PASSED_PLACES + self.length, dtype=np.int64)
-        self.objects.overwrite(queue, objects)
-        self.x[rows], self.knocked[rows] = AWAY, False
-        self.x[queue] = self._positions_behind(objects, entry, np.zeros(len(rows)))
+        self.x[rows, -1] = self._belt.pick_x[0]
+        whole = np.full(len(rows), self.length)
+        self._append(rows, whole, whole, np.zeros(len(rows)), is_empty=True)
+        self.x[rows, :PASSED_PLACES], self.knocked[rows] = AWAY, False
 
     def in_queue(self, rows: Ints, places: Ints) -> tuple[Objects, Floats]:
         """Objects (K,) at places of the queues of some rows (K,), and their positions along the belt (K,) [m]."""
@@ -93,40 +92,29 @@ class BeltStream:
             gone: number of other objects, from the front of the queue, that leave unpicked (K,).
             elapsed: the time that passes (K,) [s].
         """
-        new = gone + (picked < self.length)
-        for count in sorted(set(new.tolist())):
-            same_count = new == count
-            self._ride(rows[same_count], picked[same_count], gone[same_count], elapsed[same_count], count)
+        self._append(rows, picked, gone, self._belt.speed * elapsed)
 
-    def _ride(self, rows: Ints, picked: Ints, gone: Ints, elapsed: Floats, count: int) -> None:
-        """Move belts on as `ride`, in rows that all need `count` new objects."""
-        new, kept = self._draw_objects(rows, count), self.x.shape[1] - count
-        self.x[rows] += self._belt.speed * elapsed[:, None]
-        new_x = self._positions_behind(new, self.x[rows, -1], half_extent(take(self.objects, (rows, -1))))
-        old_places = gone[:, None] + np.arange(kept, dtype=np.int64)
-        old_places += old_places >= PASSED_PLACES + picked[:, None]
-        old = rows[:, None], old_places
-        self.objects.overwrite(rows, concatenate_records([take(self.objects, old), new], axis=1))
-        self.x[rows, :kept], self.x[rows, kept:] = self.x[old], new_x
-        self.knocked[rows, :kept], self.knocked[rows, kept:] = self.knocked[old], False
+    def _append(self, rows: Ints, picked: Ints, gone: Ints, way: Floats, is_empty: bool = False) -> None:
+        """Move belts on as `ride`, by ways (K,) [m]; an empty belt's first object comes behind the last place itself."""
+        from pnt_gym.cells.conveyor.belt.sweep import move_belts  # noqa: PLC0415 - numba takes a while
 
-    def _positions_behind(self, objects: Objects, x: Floats, half: Floats) -> Floats:
-        """Positions along the belt (K, C) [m] of objects behind an object at x (K,) with half extent `half` (K,)."""
-        distance = objects.draws.gap
-        if self._belt.gap == "edge":
-            half_extents = half_extent(objects)
-            before = np.concatenate([half[:, None], half_extents[:, :-1]], axis=1)
-            distance = distance + before + half_extents
-        return x[:, None] - np.cumsum(distance, axis=1)
+        new = self._draw_objects(rows, gone + (picked < self.length))
+        line = concatenate_records([take(self.objects, (rows, -1)), new])
+        half = half_extent(line) if self._belt.gap == "edge" else np.zeros(len(line.kind))
+        if is_empty:
+            half[: len(rows)] = 0.0
+        places = self.objects.block, self.x, self.knocked
+        move_belts(rows, picked, gone, way, new.draws.gap, half, new.block, PASSED_PLACES, *places)
+        self.objects = self.objects.anew()
 
-    def _draw_objects(self, rows: Ints, count: int) -> Objects:
-        """Draw `count` new objects for some rows (K, count)."""
+    def _draw_objects(self, rows: Ints, counts: Ints) -> Objects:
+        """Draw numbers (K,) of new objects for some rows, one row after the other."""
+        draw = self._planner.draw
         if self._belt.gap == "centre":
-            return self._planner.draw(self._generators, rows, count)
+            drawn = [draw(self._generators, rows[[k]], count) for k, count in enumerate(counts.tolist())]
+            return take(concatenate_records(drawn, axis=1), 0)
         # One by one, so that the number of objects in a call does not change the draws.
-        one_by_one = self._planner.draw(self._generators, np.repeat(rows, count), 1)
-        places = np.arange(len(rows) * count, dtype=np.int64).reshape(len(rows), count)
-        return take(one_by_one, (places, 0))
+        return take(draw(self._generators, np.repeat(rows, counts), 1), np.s_[:, 0])
 
 
 def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:

@@ -1,4 +1,4 @@
-"""Ways of carried objects against the belt, and the outlines that they sweep through. Compiled; see `pnt_gym.compiled`.
+"""Belts that move on, and the outlines that carried objects sweep through. Compiled; see `pnt_gym.compiled`.
 
 Separating axes: convex outlines are disjoint if their projections on some direction are. For rectangles the directions
 of their sides suffice; ellipses are separated along `HEADINGS` more directions.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.compiled import compile_for, kernel_part
 from pnt_gym.constants import GRAVITY
 
@@ -26,6 +26,56 @@ class Outline(NamedTuple):
     length: float
     width: float
     yaw: float
+
+
+@compile_for(
+    "void(i8[::1], i8[::1], i8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], i8, f8[:, :, ::1], f8[:, ::1], b1[:, ::1])"
+)
+def move_belts(
+    rows: Ints,
+    picked: Ints,
+    gone: Ints,
+    way: Floats,
+    gap: Floats,
+    half: Floats,
+    new: Floats,
+    passed: int,
+    block: Floats,
+    x: Floats,
+    knocked: Bools,
+) -> None:
+    """Move belts on, in place: remove picked objects and the first ones of each belt, and append new objects.
+
+    Args:
+        rows: the belts (K,).
+        picked: place of the picked object behind the passed places (K,); the last place + 1 for none.
+        gone: number of other objects that leave each belt (K,).
+        way: way of each belt (K,) [m].
+        gap: gaps before the M new objects, those of one belt after those of the other (M,) [m].
+        half: half extents along the belt of the last object of each belt, then of the new objects (K + M,) [m].
+        new: the new objects (M, C).
+        passed: number of places before the queue.
+        block: the objects at all places (N, P, C).
+        x: their positions along the belt (N, P) [m].
+        knocked: whether each object was knocked (N, P).
+    """
+    first = 0
+    for k in range(len(rows)):
+        row, places = rows[k], x.shape[1]
+        count = gone[k] + (1 if passed + picked[k] < places else 0)
+        kept, position, before = places - count, x[row, places - 1] + way[k], half[k]
+        for place in range(kept):
+            old = place + gone[k]
+            old += 1 if old >= passed + picked[k] else 0
+            block[row, place] = block[row, old]
+            x[row, place], knocked[row, place] = x[row, old] + way[k], knocked[row, old]
+        distance = 0.0
+        for n in range(count):
+            block[row, kept + n] = new[first + n]
+            distance += gap[first + n] + before + half[len(rows) + first + n]
+            x[row, kept + n], knocked[row, kept + n] = position - distance, False
+            before = half[len(rows) + first + n]
+        first += count
 
 
 @compile_for("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8[::1], f8[::1], f8, f8)")
