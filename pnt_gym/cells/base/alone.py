@@ -17,20 +17,18 @@ CHECK_INTERVAL: Final = 0.032
 FASTEST_FALL: Final = 2.0 * GRAVITY
 """Downward acceleration that no object reaches above a rim [m/s2]: the air on a light spinning object adds a half."""
 
+_FIELDS: Final = (
+    "body_mass", "body_inertia", "geom_type", "geom_size", "geom_quat", "geom_rbound", "geom_aabb", "geom_fluid",
+)  # fmt: skip
+
 
 def write_object(
     batch: Any, rows: Ints, body: int, geom: int, mass: Floats, inertia: Floats, placement: GeomPlacement, fluid: Floats
 ) -> None:
     """Write mass (N,) [kg], inertia (N, 3) [kg m2], geom and `geom_fluid` (N, 12) of some simulations' free objects."""
-    batch.expand("body_mass")[rows, body] = mass
-    batch.expand("body_inertia")[rows, body] = inertia
-    batch.expand("geom_type")[rows, geom] = placement.type
-    batch.expand("geom_size")[rows, geom] = placement.size
-    batch.expand("geom_quat")[rows, geom] = placement.quat
-    batch.expand("geom_rbound")[rows, geom] = placement.rbound
-    aabb = batch.expand("geom_aabb")
-    aabb[rows, geom] = placement.aabb.reshape(len(rows), *aabb.shape[2:])
-    batch.expand("geom_fluid")[rows, geom] = fluid
+    from pnt_gym.cells.base.body_kernel import write_bodies  # noqa: PLC0415 - compiles, where nothing is kept
+
+    write_bodies(rows, body, geom, mass, inertia, *placement, fluid, *map(batch.expand, _FIELDS))
 
 
 @final

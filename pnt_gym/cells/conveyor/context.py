@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, NamedTuple, Self, final
+from typing import NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, dot, join_columns
-from pnt_gym.cells.base.rotations import to_body_axes
+from pnt_gym.arrays import Bools, Floats, Ints, join_columns
+from pnt_gym.cells.base.rotations import turn_back
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
@@ -17,8 +17,6 @@ from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.records import Record
-
-_AXES: Final = np.arange(3)
 
 
 @final
@@ -182,7 +180,7 @@ class Context(Record):
     @cached_property
     def arm(self) -> Floats:
         """`hanging` in the axes of the object (N, 3) [m]."""
-        return to_body_axes(self.hanging, self.objects.yaw)
+        return turn_back(self.hanging, *self.objects.turn)
 
     @cached_property
     def lip_inertia(self) -> Floats:
@@ -190,11 +188,11 @@ class Context(Record):
 
         This effective inertia 1 / (I^-1)_kk is less than the moment of inertia I_kk where an offset couples the axes.
         """
-        mass, arm = self.objects.mass[:, None], self.arm
-        inertia = (-mass * arm)[:, :, None] * arm[:, None, :]
-        inertia[:, _AXES, _AXES] += self.objects.inertia + mass * dot(arm, arm)[:, None]
-        inverse = np.asarray(np.linalg.inv(inertia), dtype=np.float64)
-        return 1.0 / inverse[:, _AXES, _AXES]
+        from pnt_gym.cells.conveyor.cup.kernel import fill_inertias  # noqa: PLC0415 - compiles, where nothing is kept
+
+        inertia = np.empty((len(self.arm), 3, 3))
+        fill_inertias(self.objects.mass, self.arm, self.objects.inertia, inertia)
+        return 1.0 / np.asarray(np.linalg.inv(inertia), dtype=np.float64).diagonal(axis1=1, axis2=2)
 
     @cached_property
     def cup_offset(self) -> Floats:

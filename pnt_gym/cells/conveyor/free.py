@@ -6,7 +6,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, join_columns, length, take
+from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.base.alone import Fall, fall, write_object
 from pnt_gym.cells.base.plant import Touchdown, simulation_ids
 from pnt_gym.cells.base.settling import Airborne, FallEnd, Vicinity, settle
@@ -33,14 +33,15 @@ NEAR_DISTANCE: Final = 0.02
 
 def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, config: ConveyorConfig) -> None:
     """Write the objects of N throws, the draught and bins that are drawn per throw into some simulations."""
+    from pnt_gym.cells.conveyor.scene_kernel import write_contacts  # noqa: PLC0415 - compiles, where nothing is kept
+
     o, geom, bins = context.objects, scene.object_geom, config.bins
     if config.drift.draught.moves:
         batch.expand("opt.wind")[rows, :2] = context.drift.draught
     write_object(batch, rows, scene.object_body, geom, o.mass, o.inertia, o.placement, o.fluid)
-    batch.expand("geom_pos")[rows, geom, 2] = o.com_depth - LIP_GAP - o.size[:, 2] / 2
-    # MuJoCo's order: sliding, torsional [m], rolling [m].
-    batch.expand("geom_friction")[rows, geom] = join_columns(o.friction, 0.1 * o.rolling_friction, o.rolling_friction)
-    batch.expand("geom_solref")[rows, geom] = o.solref
+    place = o.com_depth - LIP_GAP - o.size[:, 2] / 2
+    fields = map(batch.expand, ("geom_pos", "geom_friction", "geom_solref"))
+    write_contacts(rows, geom, place, o.friction, o.rolling_friction, o.solref, *fields)
     batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
         _place_bin(batch, rows, scene, context, bins)
@@ -49,16 +50,11 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
 
 
 def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    half, middle = bin_panels(context.opening, bins)
-    batch.expand("body_pos")[rows, scene.bin_bodies[0]] = context.target
-    geoms = rows[:, None], scene.bin_geoms[0] + np.arange(5)
-    batch.expand("geom_size")[geoms] = half
-    batch.expand("geom_pos")[geoms] = middle
-    batch.expand("geom_rbound")[geoms] = length(half)
-    expanded = batch.expand("geom_aabb")
-    bounds = np.zeros((len(rows), 5, 6))
-    bounds[..., 3:] = half
-    expanded[geoms] = bounds.reshape(len(rows), 5, *expanded.shape[2:])
+    from pnt_gym.cells.conveyor.scene_kernel import place_bins  # noqa: PLC0415 - compiles, where nothing is kept
+
+    fields = map(batch.expand, ("body_pos", "geom_size", "geom_pos", "geom_rbound", "geom_aabb"))
+    panels = bin_panels(context.opening, bins)
+    place_bins(rows, scene.bin_bodies[0], scene.bin_geoms[0], context.target, *panels, *fields)
 
 
 def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:

@@ -22,7 +22,7 @@ from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import loads_between, loads_of_steps
 from pnt_gym.cells.base.parallel import call_in_threads, split_rows
 from pnt_gym.cells.base.plant import TOUCH_DISTANCE, ObjectFlight, Plant, Touchdown, roll_out, simulation_ids, touching
-from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
+from pnt_gym.cells.base.rotations import turn_back, yaw_attitude
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.swing import Spring, springs
@@ -133,7 +133,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
         qpos[:, first : first + 2] = cup[:, :2] + context.grasp
         qpos[:, first + 2] = cup[:, 2] - o.com_depth
-        qpos[:, first + 3 : first + 7] = yaw_attitude(o.yaw)
+        qpos[:, first + 3 : first + 7] = o.attitude
         batch.bind("qpos")[rows] = qpos
         batch.bind("eq_active")[rows] = 1.0
 
@@ -254,7 +254,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         upsample(knots, stride * clock.step, stride, control)
         grip = int(self.scene.model.nu) + self.scene.grip_equality
         control[..., grip] = np.arange(steps, dtype=np.int64) < clock.release[:, None]
-        torque = context.objects.inertia * to_body_axes(context.objects.spin, context.objects.yaw) / clock.step
+        torque = context.objects.inertia * turn_back(context.objects.spin, *context.objects.turn) / clock.step
         # The object gets its spin in the step of its release: torque = inertia x spin / step.
         control[np.arange(len(rows)), clock.release, self.scene.spin_controls] = torque
         control[..., self.scene.swing_controls] = control[..., grip, None]
@@ -272,8 +272,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
     def _write_grip_point(self, rows: Ints, context: Context, spring: Spring | None) -> None:
         """Write the grip points of some rows' objects, and the lips and radii of their cups."""
         batch, site, o = self.batch, self.scene.grip_site, context.objects
-        grip = np.concatenate([-context.grasp, o.com_depth[:, None]], axis=1)
-        batch.expand("site_pos")[rows, site] = to_body_axes(grip, o.yaw)
+        batch.expand("site_pos")[rows, site] = -context.arm
         if self.config.swings:
             self._write_springs(rows, context, spring or springs(context, self.config))
         else:
@@ -284,7 +283,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
     def _write_springs(self, rows: Ints, context: Context, spring: Spring) -> None:
         """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""
         batch = self.batch
-        batch.expand("site_quat")[rows, self.scene.tcp_site] = yaw_attitude(context.objects.yaw)
+        batch.expand("site_quat")[rows, self.scene.tcp_site] = context.objects.attitude
         gains = batch.expand("actuator_gainprm")
         gains[rows, self.scene.swing, 1], gains[rows, self.scene.swing, 2] = -spring.stiffness, -spring.damping
 

@@ -148,15 +148,10 @@ def bin_panels(size: Floats, bins: Bins) -> tuple[Floats, Floats]:
     Returns:
         Half extents (N, 5, 3) and centres (N, 5, 3) of the walls at +x, -x, +y, -y and of the bottom [m].
     """
-    inner, w, d = size / 2, bins.wall / 2, bins.depth / 2
-    outer, wall = inner + 2 * w, inner + w
-    half, centre = np.full((len(size), 5, 3), w), np.zeros((len(size), 5, 3))
-    # The walls at +x and -x, which end flush with the others' outer faces; the walls at +y and -y; the bottom.
-    half[:, :2, 1], half[:, 2:4, 0], half[:, 4, :2] = outer[:, 1:], inner[:, :1], outer
-    half[:, :4, 2] = d
-    centre[:, 0, 0], centre[:, 1, 0] = wall[:, 0], -wall[:, 0]
-    centre[:, 2, 1], centre[:, 3, 1] = wall[:, 1], -wall[:, 1]
-    centre[:, :4, 2], centre[:, 4, 2] = -d, -2 * d - w
+    from pnt_gym.cells.conveyor.scene_kernel import PANELS, fill_panels  # noqa: PLC0415 - compiles
+
+    half, centre = np.empty((2, len(size), PANELS, 3))
+    fill_panels(size, bins.depth, bins.wall, half, centre)
     return half, centre
 
 

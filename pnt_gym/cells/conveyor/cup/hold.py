@@ -10,7 +10,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.grip import Hold
 from pnt_gym.cells.base.items import ELLIPSOID
-from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
+from pnt_gym.cells.base.rotations import turn_back
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects.records import Objects
@@ -71,8 +71,8 @@ class Parting:
         return cls(
             centre=context.hanging,
             velocity=velocity,
-            attitude=yaw_attitude(o.yaw),
-            rate=to_body_axes(o.spin, o.yaw),
+            attitude=o.attitude,
+            rate=turn_back(o.spin, *o.turn),
             push=push,
             unsure=np.zeros(len(push), dtype=np.bool_),
         )

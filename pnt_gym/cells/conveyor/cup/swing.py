@@ -89,9 +89,9 @@ def _swing(
     from pnt_gym.cells.base.freefall import STATE, swing_down  # noqa: PLC0415 - compiles, where nothing is kept
     from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
 
-    yaw, (count, steps, _) = context.objects.yaw, motion.velocity.shape
+    count, steps, _ = motion.velocity.shape
     moves = np.empty((count, steps, 6))
-    kernel.face_moves(motion.acceleration, motion.velocity, context.drift.draught, np.cos(yaw), np.sin(yaw), moves)
+    kernel.face_moves(motion.acceleration, motion.velocity, context.drift.draught, *context.objects.turn, moves)
     state, attitudes = np.zeros((count, STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
     state[:, 3] = 1.0
     pivot, body = np.concatenate([context.arm, *spring], axis=1), body_constants(context)
@@ -103,11 +103,10 @@ def _part(context: Context, hanging: Parting, state: Floats, unsure: Bools) -> P
     """The release of objects that have swung to states (N, STATE); which of them touched something solid (N,)."""
     from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
 
-    yaw, rotation, rate = context.objects.yaw, state[:, 3:7], state[:, 10:13]
+    rotation, rate = state[:, 3:7], state[:, 10:13]
     centre, velocity, attitude = np.empty_like(rate), hanging.velocity.copy(), np.empty_like(rotation)
-    kernel.part_objects(
-        rotation, rate, context.arm, hanging.attitude, np.cos(yaw), np.sin(yaw), centre, velocity, attitude
-    )
+    turn = context.objects.turn
+    kernel.part_objects(rotation, rate, context.arm, hanging.attitude, *turn, centre, velocity, attitude)
     return Parting(centre, velocity, attitude, hanging.rate + rate, hanging.push, unsure)
 
 

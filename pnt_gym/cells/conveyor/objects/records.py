@@ -22,6 +22,7 @@ from pnt_gym.cells.base.fluid import (
     solid_shell_inertia,
 )
 from pnt_gym.cells.base.items import ELLIPSOID
+from pnt_gym.cells.base.rotations import yaw_attitude
 from pnt_gym.records import Record
 
 TARGET_DRAWS: Final = 8
@@ -109,6 +110,16 @@ class Objects(Record):
     """Speed setting of the object's throw [%]."""
     measured: Measured
     draws: Draws
+
+    @cached_property
+    def turn(self) -> tuple[Floats, Floats]:
+        """Cosines and sines of the yaws, each S."""
+        return np.cos(self.yaw), np.sin(self.yaw)
+
+    @cached_property
+    def attitude(self) -> Floats:
+        """Attitudes of N objects that lie or hang at rest (N, 4)."""
+        return yaw_attitude(self.yaw)
 
     @cached_property
     def extents(self) -> Floats:

@@ -1,0 +1,107 @@
+"""Objects and bins of the conveyor cell as fields of MuJoCo's models. Compiled; see `pnt_gym.compiled`."""
+
+from __future__ import annotations
+
+import math
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.compiled import compile_for
+
+PANELS = 5
+"""Number of a bin's panels: walls at +x, -x, +y and -y, and the bottom."""
+
+
+@compile_for("void(f8[:, :], f8, f8, f8[:, :, ::1], f8[:, :, ::1])")
+def fill_panels(size: Floats, depth: float, wall: float, half: Floats, centre: Floats) -> None:
+    """Fill half extents and centres of panels (N, 5, 3) as `scene.bin_panels`."""
+    w, d = wall / 2.0, depth / 2.0
+    for row in range(len(size)):
+        x, y = size[row, 0] / 2.0, size[row, 1] / 2.0
+        half[row], centre[row] = w, 0.0
+        # The walls at +x and -x end flush with the others' outer faces.
+        half[row, 0, 1] = half[row, 1, 1] = y + 2.0 * w
+        half[row, 2, 0] = half[row, 3, 0] = x
+        half[row, 4, 0], half[row, 4, 1] = x + 2.0 * w, y + 2.0 * w
+        centre[row, 0, 0], centre[row, 1, 0] = x + w, -(x + w)
+        centre[row, 2, 1], centre[row, 3, 1] = y + w, -(y + w)
+        for panel in range(4):
+            half[row, panel, 2], centre[row, panel, 2] = d, -d
+        centre[row, 4, 2] = -2.0 * d - w
+
+
+@compile_for(
+    "void(i8[:], i8, i8, f8[:, :], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1],"
+    "f8[:, ::1], f8[:, :, ::1])"
+)
+def place_bins(
+    rows: Ints,
+    body: int,
+    first: int,
+    target: Floats,
+    half: Floats,
+    centre: Floats,
+    body_pos: Floats,
+    geom_size: Floats,
+    geom_pos: Floats,
+    geom_rbound: Floats,
+    geom_aabb: Floats,
+) -> None:
+    """Write the bins of N throws into the fields of some simulations.
+
+    Args:
+        rows: the simulations of the throws (N,).
+        body: id of the bin's body.
+        first: id of its first panel.
+        target: centres of the openings (N, 3) [m].
+        half: half extents of the panels (N, 5, 3) [m].
+        centre: centres of the panels (N, 5, 3) [m].
+        body_pos: field of the model, of all simulations (S, bodies, 3), and so on.
+        geom_size: see `body_pos`.
+        geom_pos: see `body_pos`.
+        geom_rbound: see `body_pos`.
+        geom_aabb: see `body_pos`.
+    """
+    for n in range(len(rows)):
+        row = rows[n]
+        body_pos[row, body] = target[n]
+        for panel in range(PANELS):
+            geom = first + panel
+            x, y, z = half[n, panel, 0], half[n, panel, 1], half[n, panel, 2]
+            geom_size[row, geom], geom_pos[row, geom] = half[n, panel], centre[n, panel]
+            geom_rbound[row, geom] = math.sqrt(x * x + y * y + z * z)
+            geom_aabb[row, geom, :3], geom_aabb[row, geom, 3:] = 0.0, half[n, panel]
+
+
+@compile_for(
+    "void(i8[:], i8, f8[:], f8[:], f8[:], f8[:, :], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])"
+)
+def write_contacts(
+    rows: Ints,
+    geom: int,
+    place: Floats,
+    friction: Floats,
+    rolling: Floats,
+    solref: Floats,
+    geom_pos: Floats,
+    geom_friction: Floats,
+    geom_solref: Floats,
+) -> None:
+    """Write what contacts of N objects need into the fields of some simulations.
+
+    Args:
+        rows: the simulations of the objects (N,).
+        geom: id of the object's geom.
+        place: heights of the bodies' middles above the centres of mass (N,) [m].
+        friction: coefficients of sliding (N,).
+        rolling: coefficients of rolling (N,) [m].
+        solref: MuJoCo's `solref` (N, 2).
+        geom_pos: field of the model, of all simulations (S, geoms, 3), and so on.
+        geom_friction: see `geom_pos`.
+        geom_solref: see `geom_pos`.
+    """
+    for n in range(len(rows)):
+        row = rows[n]
+        geom_pos[row, geom, 2], geom_solref[row, geom] = place[n], solref[n]
+        # MuJoCo's order: sliding, torsional [m], rolling [m].
+        geom_friction[row, geom, 0], geom_friction[row, geom, 1] = friction[n], 0.1 * rolling[n]
+        geom_friction[row, geom, 2] = rolling[n]
