@@ -15,7 +15,7 @@ from pnt_gym.cells.base.sorting import SortingReward
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
 from pnt_gym.errors import PhysicsError
-from pnt_gym.planning.motion.ballistics import flight_state, landing_point
+from pnt_gym.planning.motion.ballistics import flight_state
 
 REWARD_TERMS: Final = ("landing", "success", "time")
 """Names of the reward terms of a throw into an opening."""
@@ -309,18 +309,15 @@ class ObjectFlight:
         The flight of an object that first touches a rim, a wall or the belt is continued ballistically from that
         moment, so the landing measures the throw and not the bin.
         """
-        from pnt_gym.cells.base.flight_kernel import find_events  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.cells.base.flight_kernel import find_landings  # noqa: PLC0415 - numba takes a while
 
-        rows = np.arange(len(self.position))
-        event, recontact = np.empty(len(rows), dtype=np.int64), np.empty(len(rows), dtype=np.bool_)
-        find_events(
-            self.position, self.hand_touch, self.any_touch, self.release_step, self.last_step, plane_z, event, recontact
-        )
-        before, (end, velocity) = np.maximum(event - 1, 0), self.final()
-        crossing = landing_point(self.position[rows, before], self.velocity[rows, before], plane_z)
-        # An object that is never above the plane after the release fell short; its last position counts.
-        landing = np.where(np.isfinite(crossing[:, :1]), crossing[:, :2], end[:, :2])
-        return Touchdown(landing, end, velocity, recontact)
+        count = len(self.position)
+        landing, recontact = np.empty((count, 2)), np.empty(count, dtype=np.bool_)
+        find_landings(
+            self.position, self.velocity, self.hand_touch, self.any_touch, self.release_step, self.last_step, plane_z,
+            landing, recontact,
+        )  # fmt: skip
+        return Touchdown(landing, *self.final(), recontact)
 
 
 @final
@@ -343,16 +340,16 @@ class Touchdown:
         An object inside the walls and below the rim stays if its upward speed does not lift the object to the rim.
 
         Args:
-            centre: centre of the opening (N, 2) [m].
-            opening: inner size (N, 2) [m].
+            centre: centre of the opening (N, 2) [m], or (1, 2) for all.
+            opening: inner size (N, 2), or (1, 2) for all [m].
             rim: height of the rim (N,) [m].
             bottom: height of the inner bottom (N,) [m]; an object on the bottom may lie up to `SUNK` below this height.
         """
-        position, velocity = self.position, self.velocity
-        offset = np.abs(position[:, :2] - centre)
-        inside = (offset <= opening / 2).all(axis=1)
-        reach = position[:, 2] + velocity[:, 2] ** 2 / (2.0 * GRAVITY)
-        return inside & (reach < rim) & (position[:, 2] > bottom - CONTACT_DEPTH)
+        from pnt_gym.cells.base.flight_kernel import find_lying  # noqa: PLC0415 - numba takes a while
+
+        lies = np.empty(len(self.position), dtype=np.bool_)
+        find_lying(self.position, self.velocity, centre, opening, rim, bottom, CONTACT_DEPTH, lies)
+        return lies
 
     def landing_fields(self, target: Floats, opening: Floats, depth: float | Floats, along: Floats) -> dict[str, Any]:
         """Fields of `Landed` that follow from the flights, by name: all except error, cycle time and torque.
@@ -363,13 +360,15 @@ class Touchdown:
             depth: depth of the bins below the opening, one number or (N,) [m].
             along: horizontal unit vectors of the throws (N, 2+).
         """
-        miss = self.landing - target[:, :2]
-        in_opening = np.asarray((np.abs(miss) <= opening / 2).all(axis=1))
+        from pnt_gym.cells.base.flight_kernel import measure_landings  # noqa: PLC0415 - numba takes a while
+
+        errors, in_opening = np.empty((2, len(target))), np.empty(len(target), dtype=np.bool_)
+        measure_landings(self.landing, target, opening, along, errors, in_opening)
         in_bin = self.lies_in(target[:, :2], opening, target[:, 2], target[:, 2] - depth)
         return {
             "landing": self.landing,
-            "landing_along": miss[:, 0] * along[:, 0] + miss[:, 1] * along[:, 1],
-            "landing_across": miss[:, 1] * along[:, 0] - miss[:, 0] * along[:, 1],
+            "landing_along": errors[0],
+            "landing_across": errors[1],
             "in_opening": in_opening,
             "in_bin": in_bin,
             "is_success": in_opening & in_bin,

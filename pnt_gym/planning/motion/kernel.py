@@ -289,6 +289,17 @@ def write_returns(
         _write_move(durations[row], jerks[row], MOVE + 1, down, rows, (roots[0, 1, row], roots[1, 1, row]))
 
 
+@compile_for("void(f8[:], f8[:], f8[:], f8, f8, f8, f8[::1])")
+def fading_times(
+    velocity: Floats, acceleration: Floats, jerk: Floats, speed: float, usual_speed: float, share: float, time: Floats
+) -> None:
+    """Write the durations (N,) of fadings under limits (N,) each, as `riding.Fading.for_limits`."""
+    for row in range(len(time)):
+        least, growth = 2.0 * speed / (share * acceleration[row]), acceleration[row] / jerk[row]
+        longest = (velocity[row] + speed) / acceleration[row] + growth
+        time[row] = min(longest, max((usual_speed + speed) / acceleration[row] + growth, least))
+
+
 @compile_for("void(f8[::1], f8, f8, f8[:, ::1])")
 def reduce_limits(time: Floats, speed: float, share: float, limits: Floats) -> None:
     """Reduce limits (3, N) to those that fadings of durations (N,) leave; `share` is `riding.MOST_SHARE`."""

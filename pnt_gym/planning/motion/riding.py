@@ -52,10 +52,11 @@ class Fading:
     @classmethod
     def for_limits(cls, limits: Limits, count: int, speed: float) -> Self:
         """Return fadings of a belt's speed [m/s] that do not reduce the speed limit of ``count`` hands."""
-        velocity, acceleration, jerk = limits.arrays(count)
-        longest = (velocity + speed) / acceleration + acceleration / jerk
-        usual = (USUAL_SPEED + speed) / acceleration + acceleration / jerk
-        return cls(speed, np.minimum(longest, np.maximum(usual, _shortest_time(speed, acceleration))))
+        from pnt_gym.planning.motion.kernel import fading_times  # noqa: PLC0415 - numba takes a while
+
+        time = np.empty(count)
+        fading_times(*limits.arrays(count), speed, USUAL_SPEED, MOST_SHARE, time)
+        return cls(speed, time)
 
     @property
     def way(self) -> Floats:

@@ -157,6 +157,8 @@ class JerkTrajectory:
         rides: bool = False,
     ) -> JerkTrajectory:
         """Return the paths that start at ``start`` (N, 3) and run through ``parts`` in turn."""
+        if len(parts) == 1:
+            return cls(start, parts[0].durations, parts[0].jerks, start_velocity, rides=rides)
         durations = np.concatenate([part.durations for part in parts], axis=1)
         jerks = np.concatenate([part.jerks for part in parts], axis=1)
         return cls(start, durations, jerks, start_velocity, rides=rides)

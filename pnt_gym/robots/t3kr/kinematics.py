@@ -170,8 +170,8 @@ def _close_loops(
 
     Rows with a NaN are NaN.
     """
-    arm, *rod = joints
-    chains = np.array([arm, *rod * rods_per_arm]).transpose(2, 1, 0).reshape(len(hand), -1)
-    values = np.concatenate([chains, hand, np.full((len(hand), len(platform)), platform)], axis=1)
-    values[np.isnan(values).any(axis=1)] = np.nan
+    from pnt_gym.robots.t3kr.kernel import close_loops  # noqa: PLC0415 - compiles, where nothing is kept
+
+    values = np.empty((len(hand), N_ARMS * (1 + 2 * rods_per_arm) + 3 + len(platform)))
+    close_loops(*joints, hand, np.array(platform), values)
     return values
