@@ -103,12 +103,12 @@ class Record:
 
     def replace(self, **columns: Any) -> Self:
         """The record with other columns by name; columns that were not read yet stay unread."""
-        names = _column_names(self.__class__)
+        names, before = _column_names(self.__class__), self.__dict__
         assert columns.keys() <= names.keys(), f"{type(self).__name__} has no {sorted(columns.keys() - names.keys())}"
-        result, before = object.__new__(self.__class__), self.__dict__
-        for name in before.keys() & (names.keys() | _UNREAD_STATE):
-            result.__dict__[name] = before[name]
-        result.__dict__.update(columns)
+        result = object.__new__(self.__class__)
+        result.__dict__.update(
+            {name: value for name, value in before.items() if name in names or name in _UNREAD_STATE}, **columns
+        )
         return result
 
     def overwrite(self, rows: Any, source: Self) -> None:

@@ -84,6 +84,7 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
 
     def __init__(self, config: Any, model: MjModel, count: int, threads: int) -> None:
         self.batch = Batch(model, nsim=count, nthread=threads)
+        self.qpos, self.qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
         self._made_of = (config, count, threads)
         self.record_row: int | None = None
         """The simulation whose last throw is kept in `recording`, for pictures; None: no simulation."""

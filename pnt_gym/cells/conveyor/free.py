@@ -79,6 +79,7 @@ class FreeObjects:
         self._scene = build_free_scene(config)
         self._ground = np.array([floor_height(config), config.belt.height, *config.belt.x, *config.belt.y])
         self.batch = Batch(self._scene.model, nsim=count, nthread=threads)
+        self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
 
     def fall(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats, steps: Ints) -> Fall:
         """Simulate N objects in the engine, in some of the simulations, from states qpos (N, 7) and qvel (N, 6).
@@ -141,7 +142,7 @@ class FreeObjects:
         write_models(batch, rows, self._scene, context, self._config)
         batch.set_const(simulation_ids(batch, rows))
         batch.state[rows] = 0.0
-        batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
+        self._qpos[rows], self._qvel[rows] = qpos, qvel
 
     def _vicinity(self, context: Context, body: Floats) -> Vicinity:
         """Bodies of N objects with constants (N, BODY), and what they may meet."""

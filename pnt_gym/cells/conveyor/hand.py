@@ -104,7 +104,7 @@ class ThrowClock:
     def hand(self, steps: Ints) -> Samples:
         """The planned motion of the cup's tip at the beginning of steps (K,) or (N, K)."""
         motion = self.path.sample(steps * self.step - self.path_delay[:, None])
-        return motion._replace(position=motion.position + self.offset[:, None])
+        return Samples(motion.position + self.offset[:, None], motion.velocity, motion.acceleration)
 
     def clear(self, context: Context) -> Ints:
         """First steps (N,) from which on objects cannot touch their cups, by geometry; at most the last step."""

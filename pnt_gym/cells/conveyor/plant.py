@@ -57,6 +57,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.config = config
         self.scene: Scene = build_scene(config)
         super().__init__(config, self.scene.model, count, threads)
+        self._equalities = self.batch.bind("eq_active")
         self.free = FreeObjects(config, count, threads)
         model, robot = self.scene.model, self.scene.robot
         self._robot_qpos, self._robot_qvel = qpos_columns(model, robot), qvel_columns(model, robot)
@@ -134,8 +135,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         qpos[:, first : first + 2] = cup[:, :2] + context.grasp
         qpos[:, first + 2] = cup[:, 2] - o.com_depth
         qpos[:, first + 3 : first + 7] = o.attitude
-        batch.bind("qpos")[rows] = qpos
-        batch.bind("eq_active")[rows] = 1.0
+        self.qpos[rows], self._equalities[rows] = qpos, 1.0
 
     def _write_motion(self, rows: Ints, clock: ThrowClock) -> Floats:
         """Write the first velocities of hands and objects of some rows; returns the cups' positions (N, 3) [m]."""
@@ -144,7 +144,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         qvel = np.zeros((len(rows), scene.model.nv))
         qvel[:, self._robot_qvel] = closed_velocity(cup, velocity, self._rods_per_arm, scene.robot.geometry)
         qvel[:, scene.object_qvel : scene.object_qvel + 3] = velocity
-        self.batch.bind("qvel")[rows] = qvel
+        self.qvel[rows] = qvel
         return cup
 
     def _simulate_throws(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
@@ -174,7 +174,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.write(context, rows, clock)
         clear, scene = clock.clear(context), self.scene
         robot_record = self._roll_out_robot(rows, context, clock, clear)
-        qpos, qvel = self.batch.bind("qpos")[rows], self.batch.bind("qvel")[rows]
+        qpos, qvel = self.qpos[rows], self.qvel[rows]
         q, v = (slice(first, first + size) for first, size in ((scene.object_qpos, 7), (scene.object_qvel, 6)))
         fallen = self.free.fall(rows, context, qpos[:, q], qvel[:, v], clock.end - clear)
         sensors = fallen.sensors[:, :: clock.stride]

@@ -41,10 +41,6 @@ class Segments:
         jerks[:, 1:] = self.jerks
         return Segments(durations, jerks)
 
-    def contiguous(self) -> tuple[Floats, Floats]:
-        """Durations and jerks as arrays for compiled functions."""
-        return np.ascontiguousarray(self.durations), np.ascontiguousarray(self.jerks)
-
     def greatest_acceleration(self) -> Floats:
         """Return the greatest acceleration (N,) [m/s2] of motions that start without acceleration."""
         return length(np.cumsum(self.durations[..., None] * self.jerks, axis=1)).max(axis=1)
@@ -59,7 +55,7 @@ def superpose(first: Segments, second: Segments) -> Segments:
 
     count, columns = len(first.durations), first.durations.shape[1] + second.durations.shape[1]
     durations, jerks = np.empty((count, columns)), np.empty((count, columns, 3))
-    add_motions(*first.contiguous(), *second.contiguous(), durations, jerks)
+    add_motions(first.durations, first.jerks, second.durations, second.jerks, durations, jerks)
     return Segments(durations, jerks)
 
 
@@ -111,6 +107,7 @@ class JerkTrajectory:
             the path rests before and after.
         knot_times: segment borders (N, K + 1) [s], from 0 to the duration.
         knots: position, velocity and acceleration at the borders, each (N, K + 1, 3).
+        table: the same for compiled functions, see `kernel.lay_out`.
 
     Raises:
         ValueError: if shapes disagree, a value is not finite, or a duration is negative.
@@ -124,7 +121,7 @@ class JerkTrajectory:
     rides: bool = False
     knot_times: Floats = field(init=False)
     knots: Samples = field(init=False)
-    _table: Floats = field(init=False, repr=False)
+    table: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         from pnt_gym.planning.motion.kernel import COLUMNS, lay_out  # noqa: PLC0415 - numba takes a while
@@ -133,19 +130,18 @@ class JerkTrajectory:
         zero = np.zeros(self.start.shape)
         velocity = zero if self.start_velocity is None else self.start_velocity
         acceleration = zero if self.start_acceleration is None else self.start_acceleration
-        begin = [np.ascontiguousarray(values) for values in (self.start, velocity, acceleration)]
-        durations, jerks = np.ascontiguousarray(self.durations), np.ascontiguousarray(self.jerks)
+        durations, jerks = self.durations, self.jerks
         count, columns = durations.shape
         times, table = np.empty((count, columns + 1)), np.empty((count, columns + 2, COLUMNS))
         knots = np.empty((3, count, columns + 1, 3))
-        if not lay_out(begin[0], begin[1], begin[2], durations, jerks, self.rides, times, knots, table):
+        if not lay_out(self.start, velocity, acceleration, durations, jerks, self.rides, times, knots, table):
             raise _value_error(self.start, durations, jerks)
         self.__dict__.update(
             start_velocity=velocity,
             start_acceleration=acceleration,
             knot_times=times,
             knots=Samples(*knots),
-            _table=table,
+            table=table,
         )
 
     @classmethod
@@ -181,8 +177,8 @@ class JerkTrajectory:
         from pnt_gym.planning.motion.kernel import sample  # noqa: PLC0415 - numba takes a while
 
         time = self._times(times)
-        position, velocity, acceleration = np.empty((3, len(self._table), time.shape[1], 3))
-        sample(self._table, time, position, velocity, acceleration)
+        position, velocity, acceleration = np.empty((3, len(self.table), time.shape[1], 3))
+        sample(self.table, time, position, velocity, acceleration)
         return Samples(position, velocity, acceleration)
 
     def jerk(self, times: ArrayLike) -> Floats:
@@ -190,9 +186,9 @@ class JerkTrajectory:
         from pnt_gym.planning.motion.kernel import JERK, rows_at  # noqa: PLC0415 - numba takes a while
 
         time = self._times(times)
-        rows = np.empty((len(self._table), time.shape[1]), dtype=np.int64)
-        rows_at(self._table, time, rows)
-        return np.take_along_axis(self._table[..., JERK : JERK + 3], rows[..., None], axis=1)
+        rows = np.empty((len(self.table), time.shape[1]), dtype=np.int64)
+        rows_at(self.table, time, rows)
+        return np.take_along_axis(self.table[..., JERK : JERK + 3], rows[..., None], axis=1)
 
     def peak_ratios(self, limits: Limits, samples: int = 33) -> PeakRatios:
         """Return each path's largest speed, acceleration and jerk as shares of ``limits``.
@@ -214,7 +210,7 @@ class JerkTrajectory:
 
     def _times(self, times: ArrayLike) -> Floats:
         """Times of each path (N, M), or of all paths (1, M)."""
-        time, count = np.asarray(times, dtype=np.float64), len(self._table)
+        time, count = np.asarray(times, dtype=np.float64), len(self.table)
         if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
             raise PlanningError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
         return np.ascontiguousarray(time if time.ndim == 2 else time[None])

@@ -128,9 +128,8 @@ def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
     from pnt_gym.cells.conveyor.belt.sweep import move_objects  # noqa: PLC0415 - numba takes a while
 
     times = np.arange(0.0, float(free_at.max(initial=0.0)) + CHECK_AFTER_RELEASE, CHECK_INTERVAL)
-    way, velocity, _ = motion.path.sample(np.minimum(times, free_at[:, None]))
-    pick, free_at = np.ascontiguousarray(motion.pick), np.ascontiguousarray(free_at)
-    move_objects(way, velocity, pick, free_at, times, CHECK_AFTER_RELEASE, speed)
+    way = np.empty((len(free_at), len(times), 3))
+    move_objects(motion.path.table, motion.pick, free_at, times, CHECK_AFTER_RELEASE, speed, way)
     return way
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.compiled import compile_for, kernel_part
 from pnt_gym.constants import GRAVITY
+from pnt_gym.planning.motion.kernel import motion_in, row_at
 
 # Depth below its place on the belt at which an object is beside the belt [m].
 BESIDE_DEPTH = 0.02
@@ -78,30 +79,33 @@ def move_belts(
         first += count
 
 
-@compile_for("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8[::1], f8[::1], f8, f8)")
+@compile_for("void(f8[:, :, ::1], f8[:, :], f8[:], f8[::1], f8, f8, f8[:, :, ::1])")
 def move_objects(
-    position: Floats, velocity: Floats, pick: Floats, free_at: Floats, times: Floats, flight: float, speed: float
+    table: Floats, pick: Floats, free_at: Floats, times: Floats, flight: float, speed: float, way: Floats
 ) -> None:
-    """Overwrite positions of N hands by displacements of their objects from the belt's moving surface (N, M, 3) [m].
+    """Write displacements of N objects under hands, then in flight, from the belt's moving surface.
 
     Args:
-        position: positions of the hands at M times, or at the release after the release.
-        velocity: velocities of the hands at these times.
+        table: paths of the hands (N, R, COLUMNS), see `planning.motion.kernel.lay_out`.
         pick: positions of the hands at time 0 (N, 3) [m].
         free_at: times of the releases, after which the objects fly without air (N,) [s].
         times: times since the lift (M,) [s].
         flight: longest time after the release; at later times the objects are where they were then [s].
         speed: speed of the belt along x [m/s].
+        way: written (N, M, 3) [m].
     """
-    for row in range(len(position)):
+    for row in range(len(way)):
+        place = 0
         for k in range(len(times)):
+            held = min(times[k], free_at[row])
+            place = row_at(table[row], held, place)
             time = min(times[k], free_at[row] + flight)
             since = time - min(time, free_at[row])
             for axis in range(3):
-                start = position[row, k, axis] - pick[row, axis]
-                position[row, k, axis] = start + since * velocity[row, k, axis]
-            position[row, k, 2] -= 0.5 * GRAVITY * (since * since)
-            position[row, k, 0] -= speed * time
+                position, velocity, _ = motion_in(table[row, place], held, axis)
+                way[row, k, axis] = position - pick[row, axis] + since * velocity
+            way[row, k, 2] -= 0.5 * GRAVITY * (since * since)
+            way[row, k, 0] -= speed * time
 
 
 @kernel_part

@@ -243,8 +243,8 @@ class StraightMover(Mover):
         """Motions along the line from pick to release, through the window at constant velocity, and to a stop."""
         from pnt_gym.planning.motion.kernel import RUN_UP, STOPPING, write_throws  # noqa: PLC0415 - numba takes a while
 
-        count, rows = len(pick), np.array(limits.arrays(len(pick)))
-        braking = self.braking_limits(release, LimitRows(*rows)).arrays(count).acceleration
+        count, bounds = len(pick), limits.arrays(len(pick))
+        rows, braking = np.array(bounds), self.braking_limits(release, bounds).arrays(count).acceleration
         segments = Segments(np.empty((count, RUN_UP + STOPPING)), np.empty((count, RUN_UP + STOPPING, 3)))
         times, stop = np.empty((2, count)), np.empty((count, 3))
         write_throws(
