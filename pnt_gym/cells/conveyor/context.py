@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple, Self, final
 
 import numpy as np
@@ -33,8 +33,9 @@ class HiddenDrift(NamedTuple):
     """Velocity of the air along x, y (N, 2) [m/s]."""
 
     @classmethod
+    @cache
     def zero(cls, count: int) -> Self:
-        """No drift in `count` cells."""
+        """No drift in `count` cells; nobody overwrites its arrays."""
         return cls(np.zeros(count), np.zeros((count, 2)), np.zeros(count), np.zeros((count, 2)))
 
 
@@ -54,8 +55,9 @@ class LastThrow(NamedTuple):
     """Share of the shift that is over (N,)."""
 
     @classmethod
+    @cache
     def none(cls, count: int) -> Self:
-        """No previous throw in `count` cells: their shifts begin."""
+        """No previous throw in `count` cells: their shifts begin; nobody overwrites its arrays."""
         nowhere = np.zeros((count, 2))
         return cls(np.zeros(count, dtype=np.bool_), nowhere, nowhere.copy(), nowhere.copy(), np.zeros(count))
 

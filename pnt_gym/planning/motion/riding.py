@@ -20,6 +20,7 @@ motion has at every time at least the fading's acceleration, so its speed is bel
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Self, final
 
 import numpy as np
@@ -62,6 +63,11 @@ class Fading:
     def way(self) -> Floats:
         """Distance that the fading velocity covers, s T / 2 (N,) [m]."""
         return self.speed * self.time / 2.0
+
+    @cached_property
+    def lead(self) -> Floats:
+        """Virtual starts relative to the true starts (N, 3) [m]."""
+        return self.way[:, None] * DOWNSTREAM
 
     def is_possible(self, limits: Limits) -> Bools:
         """Whether the fading takes no more than `MOST_SHARE` of the limits (N,)."""

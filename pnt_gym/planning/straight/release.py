@@ -266,8 +266,8 @@ def stops_inside(
     """
     from pnt_gym.planning.straight.kernel import keep_stops_inside  # noqa: PLC0415 - numba takes a while
 
-    good, zero = plans.feasible.copy(), np.zeros(len(picks))
-    throws = np.array([*picks.T, *targets.T, *limits, zero, zero, *LineBounds.below(zero)])
+    good, throws = plans.feasible.copy(), np.zeros((15, len(picks)))
+    throws[0:3], throws[3:6], throws[6:9] = picks.T, targets.T, limits
     lines = np.array([np.tan(plans.angle), plans.distance, plans.speed, *plans.direction.T, braking])
     borders = np.array([workspace.semi_x, workspace.semi_y, workspace.z_min, workspace.z_max])
     keep_stops_inside(throws, lines, np.empty((2, 0)) if shifts is None else shifts, window, borders, good)

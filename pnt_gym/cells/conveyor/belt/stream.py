@@ -13,9 +13,8 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, take
 from pnt_gym.cells.base.cell import Generators
-from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
-from pnt_gym.cells.conveyor.objects.records import Measured, Objects, half_extent
+from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 
 PASSED_PLACES: Final = 8
@@ -96,15 +95,14 @@ class BeltStream:
 
     def _append(self, rows: Ints, picked: Ints, gone: Ints, way: Floats, is_empty: bool = False) -> None:
         """Move belts on as `ride`, by ways (K,) [m]; an empty belt's first object comes behind the last place itself."""
-        from pnt_gym.cells.conveyor.belt.sweep import move_belts  # noqa: PLC0415 - numba takes a while
+        from pnt_gym.cells.conveyor.belt.sweep import TURN, move_belts  # noqa: PLC0415 - numba takes a while
 
-        new = self._draw_objects(rows, gone + (picked < self.length))
-        line = concatenate_records([take(self.objects, (rows, -1)), new])
-        half = half_extent(line) if self._belt.gap == "edge" else np.zeros(len(line.kind))
-        if is_empty:
-            half[: len(rows)] = 0.0
-        places = self.objects.block, self.x, self.knocked
-        move_belts(rows, picked, gone, way, new.draws.gap, half, new.block, PASSED_PLACES, *places)
+        block, new = self.objects.block, self._draw_objects(rows, gone + (picked < self.length)).block
+        yaw = np.concatenate([block[rows, -1, TURN], new[:, TURN]])
+        has_extent = np.full(len(yaw), self._belt.gap == "edge")
+        has_extent[: len(rows)] &= not is_empty
+        queues = PASSED_PLACES, block, self.x, self.knocked
+        move_belts(rows, picked, gone, way, new, np.cos(yaw), np.sin(yaw), has_extent, *queues)
         self.objects = self.objects.anew()
 
     def _draw_objects(self, rows: Ints, counts: Ints) -> Objects:
@@ -146,15 +144,6 @@ def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: 
     from pnt_gym.cells.conveyor.belt.sweep import find_sweeps  # noqa: PLC0415 - numba takes a while
 
     collides = np.empty(place.shape[:2], dtype=np.bool_)
-    start, way, place = map(np.ascontiguousarray, (start, way, place))
-    find_sweeps(*_outlines(carried), start, way, *_outlines(neighbours), place, collides)
+    outlines = carried.shape, carried.size, carried.yaw, start, way
+    find_sweeps(*outlines, neighbours.shape, neighbours.size, neighbours.yaw, place, collides)
     return collides
-
-
-def _outlines(objects: Footprints) -> tuple[Bools, Floats, Floats]:
-    """Which objects are ellipses in top view, their sizes and yaws, in flat arrays."""
-    return (
-        objects.shape == ELLIPSOID,
-        np.ascontiguousarray(objects.size),
-        np.ascontiguousarray(objects.yaw),
-    )

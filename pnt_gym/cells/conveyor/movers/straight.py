@@ -31,6 +31,7 @@ from pnt_gym.planning.straight.release import (
     release_at_point,
     stops_inside,
 )
+from pnt_gym.records import Record
 
 _LOWER_STEPS = 24
 """Number of elevations that are tried when a corrected release would rise above the ceiling and its slack."""
@@ -40,7 +41,7 @@ _HALVINGS = 12
 
 @final
 @dataclass(frozen=True)
-class ThrowMotion:
+class ThrowMotion(Record):
     """Motions of N hands in a throw, from the pick to the point where the return begins.
 
     Attributes:
@@ -63,7 +64,7 @@ class ThrowMotion:
     velocity: Floats
     roof: Floats
     placed: Bools
-    pick_velocity: Floats | None = None
+    pick_velocity: Floats | None
 
     @cached_property
     def path(self) -> JerkTrajectory:
@@ -74,7 +75,7 @@ class ThrowMotion:
     def resting(cls, place: Floats) -> ThrowMotion:
         """Motions of hands that rest at `place` (N, 3) [m] and throw nothing."""
         zero = np.zeros(len(place))
-        return cls(place, coast(zero), zero, place, zero, np.zeros_like(place), zero + np.inf, zero > 0.0)
+        return cls(place, coast(zero), zero, place, zero, np.zeros_like(place), zero + np.inf, zero > 0.0, None)
 
 
 @dataclass(frozen=True)
@@ -261,6 +262,7 @@ class StraightMover(Mover):
             velocity=np.zeros((count, 3)),
             roof=np.full(count, np.inf),
             placed=np.zeros(count, dtype=np.bool_),
+            pick_velocity=None,
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:

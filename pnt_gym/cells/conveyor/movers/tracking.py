@@ -132,7 +132,8 @@ class TrackingMover(Mover):
         growing = self._growing(len(place))
         reach = self._mover.reach(motion, place - self._early, growing.planning_limits(limits))
         time = reach.back.durations.sum(axis=1) if isinstance(reach, Meeting) else reach.time
-        return replace(reach, position=reach.position + self._behind, feasible=reach.feasible & (time >= growing.time))
+        columns = {"position": reach.position + self._behind, "feasible": reach.feasible & (time >= growing.time)}
+        return type(reach)(**{**vars(reach), **columns})
 
     def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
         """The inner mover's motions, onto the moving belt."""
@@ -177,7 +178,7 @@ def empty_motion(pick: Floats, limits: Limits, belt: Belt, columns: int) -> Thro
 
 def _virtual_pick(pick: Floats, fading: Fading) -> Floats:
     """Virtual picks (N, 3) [m], at which the inner mover's throws begin from rest."""
-    return pick + fading.way[:, None] * DOWNSTREAM
+    return pick + fading.lead
 
 
 def _end_riding(back: Segments, growing: Fading) -> Segments:
