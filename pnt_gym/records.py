@@ -6,12 +6,14 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import cache
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self, TypeVar, get_type_hints
+from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Self, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 RecordT = TypeVar("RecordT")
+
+ValueT = TypeVar("ValueT")
 
 MOST_UNREAD: Final = 8
 """Longest chain of records of which each waits for columns of the next; a longer chain would keep old rows alive."""
@@ -32,6 +34,25 @@ class Layout(NamedTuple):
 
     kind: type[Any]
     parts: dict[str, Any]
+
+
+class computed(Generic[ValueT]):
+    """A value that is computed when it is first read of an object, and kept there.
+
+    It is `functools.cached_property` without the lock that this takes before Python 3.12.
+    """
+
+    def __init__(self, compute: Callable[[Any], ValueT]) -> None:
+        self._compute, self.__doc__ = compute, compute.__doc__
+
+    def __set_name__(self, _: type[Any], name: str) -> None:
+        self._name = name
+
+    def __get__(self, record: Any, _: Any = None) -> ValueT:
+        if record is None:
+            return self  # pyright: ignore[reportReturnType] - of the class, for those who read its documentation
+        value = record.__dict__[self._name] = self._compute(record)
+        return value
 
 
 class Record:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Final, Generic, TypeVar, final
 
 import numpy as np
@@ -16,6 +15,7 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import flight_state
+from pnt_gym.records import computed
 
 REWARD_TERMS: Final = ("landing", "success", "time")
 """Names of the reward terms of a throw into an opening."""
@@ -293,7 +293,7 @@ class ObjectFlight:
     last_step: Ints
     """Last step that counts (N,)."""
 
-    @cached_property
+    @computed
     def free(self) -> Bools:
         """Steps after the release that count, (N, M)."""
         steps = np.arange(self.position.shape[1], dtype=np.int64)

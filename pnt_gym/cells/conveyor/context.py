@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from typing import NamedTuple, Self, final
 
 import numpy as np
@@ -16,7 +16,7 @@ from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
-from pnt_gym.records import Record
+from pnt_gym.records import Record, computed
 
 
 @final
@@ -142,49 +142,49 @@ class Context(Record):
         """Item that the classifier sees in each object: index into the cell's items (N,)."""
         return self.objects.measured.kind
 
-    @cached_property
+    @computed
     def bin_depth(self) -> Floats:
         """Depth of each throw's bin (N,) [m]."""
         return self.depth[np.arange(len(self.bin)), self.bin]
 
-    @cached_property
+    @computed
     def direction(self) -> Floats:
         """Horizontal unit vector from pick to target (N, 2)."""
         delta = self.target[:, :2] - self.pick[:, :2]
         return delta / self.distance[:, None]
 
-    @cached_property
+    @computed
     def distance(self) -> Floats:
         """Horizontal distance from pick to target (N,) [m]."""
         delta = self.target[:, :2] - self.pick[:, :2]
         return np.sqrt(delta[:, 0] ** 2 + delta[:, 1] ** 2)
 
-    @cached_property
+    @computed
     def relative_yaw(self) -> Floats:
         """Measured yaw of the object from the throw's heading (N,) [rad]."""
         return self.objects.measured.yaw - np.arctan2(self.direction[:, 1], self.direction[:, 0])
 
-    @cached_property
+    @computed
     def visible_grasp(self) -> Floats:
         """Grasp offset that the sensors would measure without noise (N, 2) [m]."""
         return self.objects.grasp + join_columns(self.belt_shift, 0.0)
 
-    @cached_property
+    @computed
     def grasp(self) -> Floats:
         """True centre of mass relative to the cup axis, along x, y (N, 2) [m]."""
         return self.visible_grasp + self.unseen
 
-    @cached_property
+    @computed
     def hanging(self) -> Floats:
         """True centre of mass relative to the cup's tip, of an object that hangs at rest (N, 3) [m]."""
         return np.concatenate([self.grasp, -self.objects.com_depth[:, None]], axis=1)
 
-    @cached_property
+    @computed
     def arm(self) -> Floats:
         """`hanging` in the axes of the object (N, 3) [m]."""
         return turn_back(self.hanging, *self.objects.turn)
 
-    @cached_property
+    @computed
     def lip_inertia(self) -> Floats:
         """Inertia of the object, free to turn about the lip, against a moment about each body axis (N, 3) [kg m2].
 
@@ -196,19 +196,19 @@ class Context(Record):
         fill_inertias(self.objects.mass, self.arm, self.objects.inertia, inertia)
         return 1.0 / np.asarray(np.linalg.inv(inertia), dtype=np.float64).diagonal(axis1=1, axis2=2)
 
-    @cached_property
+    @computed
     def cup_offset(self) -> Floats:
         """Cup tip relative to the planner's point (N, 3) [m]."""
         offset = np.zeros((len(self.objects.known_depth), 3))
         offset[:, 2] = self.objects.known_depth
         return offset
 
-    @cached_property
+    @computed
     def measured_grasp(self) -> Floats:
         """Measured centre of mass relative to the cup axis, along world x, y (N, 2) [m]."""
         return self.visible_grasp + self.objects.measured.grasp_noise
 
-    @cached_property
+    @computed
     def measured_grasp_in_throw(self) -> tuple[Floats, Floats]:
         """Measured centre of mass relative to the cup axis, along the throw and to its left, each (N,) [m]."""
         return self.to_throw_frame(self.measured_grasp)

@@ -20,6 +20,7 @@ from pnt_gym.planning.reasons import InterceptReason
 
 HORIZON: Final = 30.0
 """Default of the latest meeting that is searched for [s]."""
+FEASIBLE: Final = int(InterceptReason.FEASIBLE)
 
 
 @final
@@ -121,6 +122,6 @@ def find_meetings(hunts: Floats, axis: int, horizon: float) -> Intercept:
         wait=numbers[4],
         travel=numbers[5],
         descent=numbers[6],
-        feasible=np.asarray(reason == InterceptReason.FEASIBLE, dtype=np.bool_),
+        feasible=reason == FEASIBLE,
         reason=reason,
     )

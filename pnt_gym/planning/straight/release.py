@@ -100,6 +100,7 @@ class KernelResults(NamedTuple):
 
 PIECE: Final = 20_000
 """Throws per call of machine code: a tenth of a second, during which Ctrl-C has no effect."""
+FEASIBLE: Final = int(Reason.FEASIBLE)
 OPEN: Final = (0.0, math.inf, -math.inf, math.inf)
 """Line bounds without a workspace."""
 
@@ -367,7 +368,7 @@ def release_lines(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bo
 
 def to_batch(results: KernelResults) -> ReleaseBatch:
     """The record of releases that the kernel `release_rows` has written."""
-    feasible = results.reason == Reason.FEASIBLE
+    feasible = results.reason == FEASIBLE
     return ReleaseBatch(
         *results.vectors,
         *results.numbers,

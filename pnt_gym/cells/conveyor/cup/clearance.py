@@ -55,11 +55,11 @@ class Passage:
             margin: gap below which a touch is possible [m].
             lip: length of a compliant lip at the tip of the cup, which touches nothing [m].
         """
-        from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
+        from pnt_gym.cells.conveyor.cup.kernel import find_near  # noqa: PLC0415 - compiles, where nothing is kept
 
         o, near = objects, np.empty(self.centre.shape[:2], dtype=np.bool_)
         body = o.shape, o.extents, o.com_depth - LIP_GAP, o.cup_radius
-        kernel.find_near(*body, self.centre, self.drift, self.up, gap, margin, lip, near)
+        find_near(*body, self.centre, self.drift, self.up, gap, margin, lip, near)
         return near
 
 
@@ -71,11 +71,11 @@ def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats
         hand: position and velocity of the hands (N, K, 3) [m, m/s], the first at the release.
         since: time from the release (K,) [s].
     """
-    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
+    from pnt_gym.cells.conveyor.cup.kernel import predict  # noqa: PLC0415 - compiles, where nothing is kept
 
     turned = length(parting.rate)[:, None] * since
     centre, drift, up = [np.empty_like(hand[0]) for _ in range(3)]
-    kernel.predict(
+    predict(
         parting.centre, parting.velocity, parting.attitude, parting.rate, *hand, since, np.cos(turned), np.sin(turned),
         centre, drift, up,
     )  # fmt: skip
@@ -89,11 +89,11 @@ def follow_passage(motion: tuple[Floats, Floats, Floats], hand: tuple[Floats, Fl
         motion: positions [m], velocities [m/s] (N, K, 3) and attitudes (N, K, 4) of the objects.
         hand: position and velocity of the hands (N, K, 3) [m, m/s].
     """
-    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
+    from pnt_gym.cells.conveyor.cup.kernel import verticals  # noqa: PLC0415 - compiles, where nothing is kept
 
     position, velocity, attitude = motion
     up = np.empty(position.shape)
-    kernel.verticals(attitude, up)
+    verticals(attitude, up)
     return Passage(position - hand[0], velocity - hand[1], up)
 
 

@@ -87,11 +87,11 @@ def _swing(
 ) -> tuple[Floats, Floats]:
     """States (N, STATE) at the release, and attitudes (N, L, 4) every `stride` steps, of objects that hang at first."""
     from pnt_gym.cells.base.freefall import STATE, swing_down  # noqa: PLC0415 - compiles, where nothing is kept
-    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
+    from pnt_gym.cells.conveyor.cup.kernel import face_moves  # noqa: PLC0415 - compiles, where nothing is kept
 
     count, steps, _ = motion.velocity.shape
     moves = np.empty((count, steps, 6))
-    kernel.face_moves(motion.acceleration, motion.velocity, context.drift.draught, *context.objects.turn, moves)
+    face_moves(motion.acceleration, motion.velocity, context.drift.draught, *context.objects.turn, moves)
     state, attitudes = np.zeros((count, STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
     state[:, 3] = 1.0
     pivot, body = np.concatenate([context.arm, *spring], axis=1), body_constants(context)
@@ -101,12 +101,12 @@ def _swing(
 
 def _part(context: Context, hanging: Parting, state: Floats, unsure: Bools) -> Parting:
     """The release of objects that have swung to states (N, STATE); which of them touched something solid (N,)."""
-    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
+    from pnt_gym.cells.conveyor.cup.kernel import part_objects  # noqa: PLC0415 - compiles, where nothing is kept
 
     rotation, rate = state[:, 3:7], state[:, 10:13]
     centre, velocity, attitude = np.empty_like(rate), hanging.velocity.copy(), np.empty_like(rotation)
     turn = context.objects.turn
-    kernel.part_objects(rotation, rate, context.arm, hanging.attitude, *turn, centre, velocity, attitude)
+    part_objects(rotation, rate, context.arm, hanging.attitude, *turn, centre, velocity, attitude)
     return Parting(centre, velocity, attitude, hanging.rate + rate, hanging.push, unsure)
 
 
@@ -114,11 +114,11 @@ def _touches_solid(
     context: Context, attitudes: Floats, motion: Samples, release: Ints, stride: int, config: ConveyorConfig
 ) -> Bools:
     """Whether objects with attitudes (N, L, 4) touched the belt or the solid part of their cups (N,)."""
-    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
+    from pnt_gym.cells.conveyor.cup.kernel import find_solid  # noqa: PLC0415 - compiles, where nothing is kept
 
     o, touched = context.objects, np.empty(len(release), dtype=np.bool_)
     body = o.shape, o.extents, o.cup_radius, context.arm, _middle(o)
-    kernel.find_solid(
+    find_solid(
         *body, attitudes, motion.position, release, stride, LIP_LENGTH, config.belt.height - CONTACT_DEPTH, touched
     )
     return touched

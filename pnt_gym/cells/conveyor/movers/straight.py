@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -31,7 +30,7 @@ from pnt_gym.planning.straight.release import (
     release_at_point,
     stops_inside,
 )
-from pnt_gym.records import Record
+from pnt_gym.records import Record, computed
 
 _LOWER_STEPS = 24
 """Number of elevations that are tried when a corrected release would rise above the ceiling and its slack."""
@@ -66,7 +65,7 @@ class ThrowMotion(Record):
     placed: Bools
     pick_velocity: Floats | None
 
-    @cached_property
+    @computed
     def path(self) -> JerkTrajectory:
         """Path of the hand until the return begins, from rest or with its first velocity."""
         return JerkTrajectory.concatenate(self.pick, [self.segments], self.pick_velocity)
@@ -260,7 +259,7 @@ class StraightMover(Mover):
             stop=stop,
             stop_time=times[1],
             velocity=np.zeros((count, 3)),
-            roof=np.full(count, np.inf),
+            roof=np.zeros(count) + np.inf,
             placed=np.zeros(count, dtype=np.bool_),
             pick_velocity=None,
         )

@@ -119,7 +119,7 @@ class TrackingMover(Mover):
             velocity=motion.velocity,
             roof=motion.roof,
             placed=motion.placed,
-            pick_velocity=np.full((len(pick), 3), self._speed * DOWNSTREAM),
+            pick_velocity=np.zeros((len(pick), 3)) + self._speed * DOWNSTREAM,
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
@@ -141,7 +141,7 @@ class TrackingMover(Mover):
         return _end_riding(self._mover.approach(motion, reach, growing.planning_limits(limits)), growing)
 
     def _growing(self, count: int) -> Fading:
-        return Fading(self._speed, np.full(count, self._arrival))
+        return Fading(self._speed, np.zeros(count) + self._arrival)
 
     def _fade(self, limits: Limits, count: int) -> tuple[Fading, LimitRows]:
         """Fadings from hands with limits, and the limits that these leave to the inner mover."""
