@@ -71,7 +71,9 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     batch.warning[:] = 0
     start, end = 0, chunk * (1 + min(int(above / step), int(steps.min()) - 1) // chunk)
     longest = end + chunk * max(-(-(int(steps.max()) - end) // chunk), 0)
-    records = {name: np.zeros((len(steps), longest, record_width(batch.model, name))) for name in ("sensordata", "qpos")}
+    records = {
+        name: np.zeros((len(steps), longest, record_width(batch.model, name))) for name in ("sensordata", "qpos")
+    }
     while (falling := (last_steps > start).nonzero()[0]).size > 0:
         roll_into(records, falling, slice(start, end), batch, rows)
         end_settled(records["sensordata"][:, end - 1], qvel, rows, falling, spin, rim, end, last_steps)

@@ -93,7 +93,7 @@ def measure_landings(
     Args:
         landing: where the flights cross the rim planes (N, 2) [m].
         target: centres of the openings (N, 2+) [m].
-        opening: inner sizes along x and y (N, 2) [m].
+        opening: inner sizes along x and y (N, 2), or (1, 2) for all [m].
         along: horizontal unit vectors of the throws (N, 2+).
         errors: written, landing relative to the target, along the throw and to its left (2, N) [m].
         in_opening: written, whether the landing lies inside the opening (N,).
@@ -101,7 +101,8 @@ def measure_landings(
     for n in range(len(in_opening)):
         x, y = landing[n, 0] - target[n, 0], landing[n, 1] - target[n, 1]
         errors[0, n], errors[1, n] = x * along[n, 0] + y * along[n, 1], y * along[n, 0] - x * along[n, 1]
-        in_opening[n] = abs(x) <= opening[n, 0] / 2.0 and abs(y) <= opening[n, 1] / 2.0
+        size = opening[n % len(opening)]
+        in_opening[n] = abs(x) <= size[0] / 2.0 and abs(y) <= size[1] / 2.0
 
 
 @compile_for("void(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[:], f8[:], f8, b1[::1])")
@@ -117,8 +118,8 @@ def find_lying(
 ) -> None:
     """Find the objects that lie in their bins, as `plant.Touchdown.lies_in`; `sunk` is the depth of soft contacts."""
     for n in range(len(lies)):
-        place = n % len(centre)
-        x, y = abs(position[n, 0] - centre[place, 0]), abs(position[n, 1] - centre[place, 1])
-        inside = x <= opening[place, 0] / 2.0 and y <= opening[place, 1] / 2.0
+        middle, size = centre[n % len(centre)], opening[n % len(opening)]
+        x, y = abs(position[n, 0] - middle[0]), abs(position[n, 1] - middle[1])
+        inside = x <= size[0] / 2.0 and y <= size[1] / 2.0
         reach = position[n, 2] + velocity[n, 2] * velocity[n, 2] / (2.0 * GRAVITY)
         lies[n] = inside and reach < rim[n] and position[n, 2] > bottom[n] - sunk

@@ -11,7 +11,6 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.sorting import SortingReward
-from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import flight_state
@@ -357,7 +356,7 @@ class Touchdown:
 
         Args:
             target: centre of each opening (N, 3) [m].
-            opening: inner size along x and y (N, 2) [m].
+            opening: inner size along x and y (N, 2), or (1, 2) for all [m].
             depth: depth of the bins below the opening, one number or (N,) [m].
             along: horizontal unit vectors of the throws (N, 2+).
         """

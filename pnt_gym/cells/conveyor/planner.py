@@ -289,15 +289,12 @@ class PickPlanner:
         draw, r = objects.draws.bin, self.config.bins.random
         if r is None:
             return self._fixed_bins(self._accepting_bins(objects))
-        low, high = np.array([r.x[0], r.y[0]]), np.array([r.x[1], r.y[1]])
-        side = r.side[0] + (r.side[1] - r.side[0]) * draw[..., 2]
-        if r.item_clearance > 0.0:
-            side = np.maximum(side, (objects.measured.size.max(axis=-1) + r.item_clearance)[:, None])
-        target = np.full((*side.shape, 3), self.config.bins.rim)
-        target[..., :2] = low + (high - low) * draw[..., :2]
-        opening = np.empty((*side.shape, 2))
-        opening[...] = side[..., None]
-        return BinsInTurn(target, opening, np.zeros(side.shape, dtype=np.int64))
+        from pnt_gym.cells.conveyor.scene_kernel import draw_bins  # noqa: PLC0415 - compiles
+
+        shape = draw.shape[:-1]
+        target, opening = np.full((*shape, 3), self.config.bins.rim), np.empty((*shape, 2))
+        draw_bins(draw, objects.measured.size, r.x, r.y, r.side, r.item_clearance, target, opening)
+        return BinsInTurn(target, opening, np.zeros(shape, dtype=np.int64))
 
     def _fixed_bins(self, index: Ints) -> BinsInTurn:
         """Fixed bins by their indices (N, T)."""

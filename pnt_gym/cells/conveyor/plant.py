@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -63,6 +63,9 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self._robot_qpos, self._robot_qvel = qpos_columns(model, robot), qvel_columns(model, robot)
         self._motors = np.array([int(model.joint(arm).dofadr[0]) for arm in robot.arm_joints])
         self._rods_per_arm = robot.rods_per_arm
+        self._cups = np.array(self.scene.cup_geoms)
+        self._cup_halves: Floats = model.geom_size[self._cups, 1]
+        """Half lengths of the cylinders of a cup [m]."""
         self._controls = int(model.nu) + int(model.neq)
         rows = split_rows(count, threads) if config.fidelity == "full" else []  # flights alone are mostly Python
         self.parts = [(part, ConveyorPlant(config, part.stop - part.start)) for part in rows] if len(rows) > 1 else []
@@ -278,7 +281,15 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         else:
             batch.expand("site_quat")[rows, site] = yaw_attitude(-o.yaw)
         if self.config.cup.fitted:
-            _widen(batch, rows, np.array(self.scene.cup_geoms), o.cup_radius)
+            self._widen(rows, o.cup_radius)
+
+    def _widen(self, rows: Ints, radius: Floats) -> None:
+        """Write the radii (N,) [m] of the cups of some simulations."""
+        from pnt_gym.cells.conveyor.scene_kernel import widen_cups  # noqa: PLC0415 - compiles
+
+        fields = map(self.batch.expand, ("geom_size", "geom_rbound", "geom_aabb"))
+        bounds = np.hypot(radius[:, None], self._cup_halves)
+        widen_cups(rows, self._cups, radius, self._cup_halves, bounds, *fields)
 
     def _write_springs(self, rows: Ints, context: Context, spring: Spring) -> None:
         """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""
@@ -286,16 +297,6 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         batch.expand("site_quat")[rows, self.scene.tcp_site] = context.objects.attitude
         gains = batch.expand("actuator_gainprm")
         gains[rows, self.scene.swing, 1], gains[rows, self.scene.swing, 2] = -spring.stiffness, -spring.damping
-
-
-def _widen(batch: Any, rows: Ints, cylinders: Ints, radius: Floats) -> None:
-    """Write the radius (N,) [m] of some cylinders in some simulations."""
-    size, aabb, places = batch.expand("geom_size"), batch.expand("geom_aabb"), (rows[:, None], cylinders)
-    size[*places, 0] = radius[:, None]
-    half = size[places][..., [0, 0, 1]]
-    batch.expand("geom_rbound")[places] = np.hypot(half[..., 0], half[..., 2])
-    bounds = np.concatenate([np.zeros_like(half), half], axis=-1)
-    aabb[places] = bounds.reshape(len(rows), len(cylinders), *aabb.shape[2:])
 
 
 def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: Fall) -> ObjectFlight:

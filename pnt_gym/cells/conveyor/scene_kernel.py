@@ -30,6 +30,39 @@ def fill_panels(size: Floats, depth: float, wall: float, half: Floats, centre: F
 
 
 @compile_for(
+    "void(f8[:, :, :], f8[:, :], UniTuple(f8, 2), UniTuple(f8, 2), UniTuple(f8, 2), f8, f8[:, :, ::1], f8[:, :, ::1])"
+)
+def draw_bins(
+    draws: Floats,
+    size: Floats,
+    x: tuple[float, float],
+    y: tuple[float, float],
+    side: tuple[float, float],
+    clearance: float,
+    target: Floats,
+    opening: Floats,
+) -> None:
+    """Write square bins at random places.
+
+    Args:
+        draws: uniform draws of places and sides of T bins for each of N objects (N, T, 3).
+        size: measured extents of the objects (N, 3) [m].
+        x: range of the bins' centres along x [m].
+        y: range of the bins' centres along y [m].
+        side: range of the inner sides of the openings [m].
+        clearance: least inner side beyond the largest extent of the object [m]; 0 for no least side.
+        target: written, centres of the openings along x and y (N, T, 3) [m].
+        opening: written, inner sizes (N, T, 2) [m].
+    """
+    for n in range(len(draws)):
+        least = max(size[n, 0], size[n, 1], size[n, 2]) + clearance if clearance > 0.0 else 0.0
+        for k in range(draws.shape[1]):
+            target[n, k, 0] = x[0] + (x[1] - x[0]) * draws[n, k, 0]
+            target[n, k, 1] = y[0] + (y[1] - y[0]) * draws[n, k, 1]
+            opening[n, k, 0] = opening[n, k, 1] = max(side[0] + (side[1] - side[0]) * draws[n, k, 2], least)
+
+
+@compile_for(
     "void(i8[:], i8, i8, f8[:, :], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1],"
     "f8[:, ::1], f8[:, :, ::1])"
 )
@@ -72,9 +105,7 @@ def place_bins(
             geom_aabb[row, geom, :3], geom_aabb[row, geom, 3:] = 0.0, half[n, panel]
 
 
-@compile_for(
-    "void(i8[:], i8, f8[:], f8[:], f8[:], f8[:, :], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])"
-)
+@compile_for("void(i8[:], i8, f8[:], f8[:], f8[:], f8[:, :], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])")
 def write_contacts(
     rows: Ints,
     geom: int,
@@ -105,3 +136,35 @@ def write_contacts(
         # MuJoCo's order: sliding, torsional [m], rolling [m].
         geom_friction[row, geom, 0], geom_friction[row, geom, 1] = friction[n], 0.1 * rolling[n]
         geom_friction[row, geom, 2] = rolling[n]
+
+
+@compile_for("void(i8[:], i8[::1], f8[:], f8[:], f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1])")
+def widen_cups(
+    rows: Ints,
+    cups: Ints,
+    radius: Floats,
+    half: Floats,
+    bounds: Floats,
+    geom_size: Floats,
+    geom_rbound: Floats,
+    geom_aabb: Floats,
+) -> None:
+    """Write the radii of cups into the fields of some simulations.
+
+    Args:
+        rows: the simulations (N,).
+        cups: ids of the cylinders of a cup (C,).
+        radius: radii (N,) [m].
+        half: half lengths of the cylinders (C,) [m].
+        bounds: radii of spheres around the cylinders (N, C) [m].
+        geom_size: field of the model, of all simulations (S, geoms, 3), and so on.
+        geom_rbound: see `geom_size`.
+        geom_aabb: see `geom_size`.
+    """
+    for n in range(len(rows)):
+        for k in range(len(cups)):
+            row, geom = rows[n], cups[k]
+            geom_size[row, geom, 0], geom_rbound[row, geom] = radius[n], bounds[n, k]
+            geom_aabb[row, geom, :3] = 0.0
+            geom_aabb[row, geom, 3] = geom_aabb[row, geom, 4] = radius[n]
+            geom_aabb[row, geom, 5] = half[k]

@@ -73,9 +73,7 @@ def _integrate(path: int, durations: Floats, jerks: Floats, times: Floats, knots
     return is_good
 
 
-@compile_for(
-    "b1(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[:, :, :], b1, f8[:, ::1], f8[:, :, :, ::1], f8[:, :, ::1])"
-)
+@compile_for("b1(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[:, :, :], b1, f8[:, ::1], f8[:, :, :, ::1], f8[:, :, ::1])")
 def lay_out(
     start: Floats,
     start_velocity: Floats,

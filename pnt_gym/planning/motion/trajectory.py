@@ -210,10 +210,12 @@ class JerkTrajectory:
 
     def _times(self, times: ArrayLike) -> Floats:
         """Times of each path (N, M), or of all paths (1, M)."""
-        time, count = np.asarray(times, dtype=np.float64), len(self.table)
-        if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
-            raise PlanningError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
-        return np.ascontiguousarray(time if time.ndim == 2 else time[None])
+        time = np.asarray(times, dtype=np.float64, order="C")
+        if time.ndim == 1:
+            return time[None]
+        if time.ndim != 2 or time.shape[0] != len(self.table):
+            raise PlanningError(f"times must have shape (M,) or ({len(self.table)}, M), got {time.shape}")
+        return time
 
 
 def _check_shapes(start: Floats, durations: Floats, jerks: Floats) -> None:

@@ -94,7 +94,7 @@ class BeltStream:
         self._append(rows, picked, gone, self._belt.speed * elapsed)
 
     def _append(self, rows: Ints, picked: Ints, gone: Ints, way: Floats, is_empty: bool = False) -> None:
-        """Move belts on as `ride`, by ways (K,) [m]; an empty belt's first object comes behind the last place itself."""
+        """Move belts on as `ride`, by ways (K,) [m]; on an empty belt the first object comes behind the last place."""
         from pnt_gym.cells.conveyor.belt.sweep import TURN, move_belts  # noqa: PLC0415 - numba takes a while
 
         block, new = self.objects.block, self._draw_objects(rows, gone + (picked < self.length)).block

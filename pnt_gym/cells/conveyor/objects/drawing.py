@@ -89,7 +89,9 @@ class ObjectMaker:
         )  # fmt: skip
         config, seal, mass = self._config, block[:, kernel.SEAL], block[:, kernel.MASS]
         tau = time_constant(seal, config.suction)
-        delay = _release_delay(seal, mass, tau, config.suction) + self._table.clings[block[:, kernel.KIND].astype(np.int64)]
+        delay = (
+            _release_delay(seal, mass, tau, config.suction) + self._table.clings[block[:, kernel.KIND].astype(np.int64)]
+        )
         # An object cannot be free before the valve's command, whatever the jitter.
         block[:, kernel.DELAY] = np.maximum(config.mismatch * delay + block[:, kernel.JITTER_TIME], 0.0)
         bodies = mass, block[:, kernel.SIZE : kernel.SIZE + 3], block[:, kernel.SHAPE], block[:, kernel.TURN].copy()
