@@ -69,8 +69,9 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     qpos, qvel, last_steps = batch.bind("qpos"), batch.bind("qvel"), steps.copy()
     above = _shortest_time_above(qpos[rows, 2] - rim, qvel[rows, 2])
     batch.warning[:] = 0
-    start, end = 0, chunk * (1 + min(int(above / step), int(steps.min()) - 1) // chunk)
-    longest = end + chunk * max(-(-(int(steps.max()) - end) // chunk), 0)
+    ends = steps.tolist()
+    start, end = 0, chunk * (1 + min(int(above / step), min(ends) - 1) // chunk)
+    longest = end + chunk * max(-(-(max(ends) - end) // chunk), 0)
     records = {
         name: np.zeros((len(steps), longest, record_width(batch.model, name))) for name in ("sensordata", "qpos")
     }

@@ -224,7 +224,7 @@ def check_warnings(batch: Any) -> None:
     Raises:
         PhysicsError: the engine gave a warning; the sentence names the first one.
     """
-    if not batch.warning.any():
+    if np.count_nonzero(batch.warning) == 0:
         return
     row, kind = (int(i) for i in np.argwhere(batch.warning)[0][:2])
     name = mujoco.mjtWarning(kind).name

@@ -221,7 +221,7 @@ class Context(Record):
 
     def without_spin(self, rows: Bools) -> Context:
         """The same picks with zero spin where the object is lost (N,)."""
-        if not rows.any():
+        if not any(rows.tolist()):
             return self
         objects = self.objects
         return self.replace(objects=objects.replace(spin=np.where(rows[:, None], 0.0, objects.spin)))

@@ -90,7 +90,7 @@ class ThrowClock:
         parting = Parting.hanging(context.without_spin(grip_results.unthrown), push)
         lip, offset = config.lip_length, context.cup_offset
         clock = cls(plans.path, offset, free_at, shift, release, end, step, grip_results, parting, lip)
-        if not (config.swings and grip_results.picked.any()):
+        if not (config.swings and any(grip_results.picked.tolist())):
             return clock
         spring = springs(context, config)
         swung = swing_objects(context, spring, parting, clock.hand, release, clock.stride, config)
@@ -108,7 +108,7 @@ class ThrowClock:
 
     def clear(self, context: Context) -> Ints:
         """First steps (N,) from which on objects cannot touch their cups, by geometry; at most the last step."""
-        steps = np.arange(0, int((self.end - self.release).max()), self.stride, dtype=np.int64)
+        steps = np.arange(0, max((self.end - self.release).tolist()), self.stride, dtype=np.int64)
         hand, since = self.hand(self.release[:, None] + steps), np.asarray(steps * self.step, dtype=np.float64)
         passage = predict_passage(self.parting, (hand.position, hand.velocity), since)
         possible = passage.may_touch(context.objects, self.stride * self.step, FORESIGHT, self.lip)

@@ -213,7 +213,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
 
     def _roll_out_robot(self, rows: Ints, context: Context, clock: ThrowClock, until: Ints) -> dict[str, Floats]:
         """Roll out some rows with the robot up to a step of each (N,), where they stay; returns the recorded fields."""
-        control = self._references(rows, context, clock, int(until.max()))
+        control = self._references(rows, context, clock, max(until.tolist()))
         return roll_out(self.batch, control, until, ("sensordata", "qvel"), rows)
 
     def _record_to_the_end(self, rows: Ints, context: Context, clock: ThrowClock) -> FullSimulation:
@@ -240,7 +240,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
     def _effort_of_plan(self, clock: ThrowClock, clear: Ints) -> Effort:
         """Effort of the motors in the planned motions from a step of each on (N,), without the object's mass."""
         ahead = clock.end - clear
-        last = -(-int(ahead.max()) // clock.stride) * clock.stride
+        last = -(-max(ahead.tolist()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
         loads = joint_loads(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
         speed, torque = (load.transpose(1, 2, 0) for load in loads)
@@ -303,7 +303,7 @@ def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: F
     """Flights joined from records with the robot, up to a step of each (N,), and records without the robot."""
     from pnt_gym.cells.base.flight_kernel import join_flights  # noqa: PLC0415 - numba takes a while
 
-    count, last = len(robot_sensors), int((clear + fall.steps).max())
+    count, last = len(robot_sensors), max((clear + fall.steps).tolist())
     motion, touch = np.zeros((count, last, 6)), np.zeros((2, count, last), dtype=np.bool_)
     cup = robot_sensors[..., SENSORS["cup_contact"]]
     join_flights(robot_sensors, cup, fall.sensors, clear, fall.steps, TOUCH_DISTANCE, motion, touch)

@@ -122,7 +122,7 @@ def grips(context: Context, sealed: Bools, path: HandPath, release_time: Floats,
     The load on the cup scales with the mismatch, like every effect that the planner does not model: at mismatch 0 every
     cup holds.
     """
-    times = config.timestep * np.arange(int(np.floor(release_time.max() / config.timestep)) + 1)
+    times = config.timestep * np.arange(int(max(release_time.tolist()) / config.timestep) + 1)
     held = times <= release_time[:, None]
     counts = np.where(sealed, held.sum(axis=1), 0)
     acceleration = path.sample(np.minimum(times, release_time[:, None])).acceleration

@@ -77,7 +77,7 @@ def swing_objects(
         stride: steps between two records of the swing.
         config: the cell.
     """
-    motion = hand(np.arange(int(release.max()) + 1, dtype=np.int64))
+    motion = hand(np.arange(max(release.tolist()) + 1, dtype=np.int64))
     state, attitudes = _swing(context, spring, motion, release, stride, config)
     return _part(context, hanging, state, _touches_solid(context, attitudes, motion, release, stride, config))
 
