@@ -4,10 +4,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
 from pnt_gym.compiled import compile_for, kernel_part
 
+SHAPES, NUMBERS, ROWS = (
+    f"Array({kind}, {axes}, 'A', readonly=True)" for kind, axes in (("i8", 1), ("f8", 1), ("f8", 2))
+)
+"""Types of arguments that may be columns of a catalogue, which nobody overwrites."""
 HALF_TURN = math.sqrt(0.5)
 """Cosine and sine of half a quarter turn."""
 
@@ -20,7 +27,7 @@ def _semi_axes(shape: int, full: Floats) -> tuple[float, float, float]:
     return 0.5 * full[0], 0.5 * full[1], 0.5 * full[2]
 
 
-@compile_for("void(i8[:], f8[:, :], f8[:, ::1])")
+@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1])")
 def fill_extents(shape: Ints, size: Floats, extents: Floats) -> None:
     """Fill the extents of bodies (N, 3) as `fluid.lying_extents`."""
     for row in range(len(extents)):
@@ -31,7 +38,7 @@ def fill_extents(shape: Ints, size: Floats, extents: Floats) -> None:
         extents[row, 2] = mean if lies else size[row, 2]
 
 
-@compile_for("void(i8[:], f8[:], f8[:, :], f8[:], f8[:, ::1])")
+@compile_for(f"void({SHAPES}, {NUMBERS}, {ROWS}, {NUMBERS}, f8[:, ::1])")
 def fill_inertia(shape: Ints, mass: Floats, size: Floats, gyration: Floats, inertia: Floats) -> None:
     """Fill the inertias of bodies (N, 3) as `fluid.solid_shell_inertia`; `gyration` is that of each shape."""
     for row in range(len(inertia)):
@@ -42,7 +49,7 @@ def fill_inertia(shape: Ints, mass: Floats, size: Floats, gyration: Floats, iner
         inertia[row, 2] = share * (x * x + y * y)
 
 
-@compile_for("void(i8[:], f8[:, :], f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1])")
+@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1])")
 def fill_placement(shape: Ints, full: Floats, size: Floats, quat: Floats, rbound: Floats, aabb: Floats) -> None:
     """Fill sizes, attitudes and bounds of geoms as `fluid.GeomPlacement`, all but the types."""
     for row in range(len(size)):
@@ -58,7 +65,7 @@ def fill_placement(shape: Ints, full: Floats, size: Floats, quat: Floats, rbound
         aabb[row, 3], aabb[row, 4], aabb[row, 5] = x, y, z
 
 
-@compile_for("void(i8[:], f8[:, :], f8[:, ::1])")
+@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1])")
 def fill_squares(shape: Ints, full: Floats, squares: Floats) -> None:
     """Fill the squares of the semi-axes in the geom's frame (3, N) [m2]."""
     for row in range(squares.shape[1]):
@@ -66,7 +73,7 @@ def fill_squares(shape: Ints, full: Floats, squares: Floats) -> None:
         squares[0, row], squares[1, row], squares[2, row] = x * x, y * y, z * z
 
 
-@compile_for("void(i8[:], f8[:, :], f8[:, ::1], f8[:, ::1], f8[:, ::1])")
+@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1], f8[:, ::1], f8[:, ::1])")
 def fill_added_mass(shape: Ints, full: Floats, squares: Floats, integrals: Floats, fluid: Floats) -> None:
     """Fill virtual mass and virtual inertia per unit density (N, 12), in the last six columns.
 
@@ -102,7 +109,7 @@ def write_bodies(
     geom: int,
     mass: Floats,
     inertia: Floats,
-    kind: Ints,
+    kind: NDArray[np.int32],
     size: Floats,
     quat: Floats,
     rbound: Floats,
@@ -110,7 +117,7 @@ def write_bodies(
     fluid: Floats,
     body_mass: Floats,
     body_inertia: Floats,
-    geom_type: Ints,
+    geom_type: NDArray[np.int32],
     geom_size: Floats,
     geom_quat: Floats,
     geom_rbound: Floats,

@@ -173,5 +173,6 @@ def _close_loops(
     from pnt_gym.robots.t3kr.kernel import close_loops  # noqa: PLC0415 - compiles, where nothing is kept
 
     values = np.empty((len(hand), N_ARMS * (1 + 2 * rods_per_arm) + 3 + len(platform)))
-    close_loops(*joints, hand, np.array(platform), values)
+    arm, swing, tilt = joints
+    close_loops(arm, swing, tilt, hand, np.array(platform), values)
     return values

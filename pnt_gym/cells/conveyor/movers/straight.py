@@ -78,7 +78,7 @@ class ThrowMotion(Record):
 
 
 @dataclass(frozen=True)
-class Reach:
+class Reach(Record):
     """Times and places at which N hands meet objects on the belt; infeasible rows have placeholders.
 
     Attributes:
@@ -170,8 +170,8 @@ class Mover(ABC):
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings as `reach`, with the motions."""
         reach = self.reach(motion, place, limits)
-        columns = {name: value for name, value in vars(reach).items() if name != "back"}
-        return Meeting(**columns, back=self.approach(motion, reach, limits))
+        back = self.approach(motion, reach, limits)
+        return Meeting(reach.position, reach.end, reach.time, reach.wait, reach.feasible, back)
 
 
 class StraightMover(Mover):

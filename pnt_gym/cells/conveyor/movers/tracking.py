@@ -132,8 +132,8 @@ class TrackingMover(Mover):
         growing = self._growing(len(place))
         reach = self._mover.reach(motion, place - self._early, growing.planning_limits(limits))
         time = reach.back.durations.sum(axis=1) if isinstance(reach, Meeting) else reach.time
-        columns = {"position": reach.position + self._behind, "feasible": reach.feasible & (time >= growing.time)}
-        return type(reach)(**{**vars(reach), **columns})
+        position, feasible = reach.position + self._behind, reach.feasible & (time >= growing.time)
+        return reach.replace(position=position, feasible=feasible)
 
     def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
         """The inner mover's motions, onto the moving belt."""
