@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
@@ -11,6 +11,13 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.fluid import GeomPlacement
 from pnt_gym.cells.base.plant import check_warnings, record_width, roll_into
 from pnt_gym.constants import GRAVITY
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import body_kernel, freefall
+else:
+    body_kernel = Deferred("pnt_gym.cells.base.body_kernel")
+    freefall = Deferred("pnt_gym.cells.base.freefall")
 
 CHECK_INTERVAL: Final = 0.032
 """Interval between two checks whether an object can still leave its bin [s]."""
@@ -26,9 +33,7 @@ def write_object(
     batch: Any, rows: Ints, body: int, geom: int, mass: Floats, inertia: Floats, placement: GeomPlacement, fluid: Floats
 ) -> None:
     """Write mass (N,) [kg], inertia (N, 3) [kg m2], geom and `geom_fluid` (N, 12) of some simulations' free objects."""
-    from pnt_gym.cells.base.body_kernel import write_bodies  # noqa: PLC0415 - compiles, where nothing is kept
-
-    write_bodies(rows, body, geom, mass, inertia, *placement, fluid, *map(batch.expand, _FIELDS))
+    body_kernel.write_bodies(rows, body, geom, mass, inertia, *placement, fluid, *map(batch.expand, _FIELDS))
 
 
 @final
@@ -62,8 +67,6 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
-    from pnt_gym.cells.base.freefall import end_settled  # noqa: PLC0415 - compiles, where nothing is kept
-
     chunk = max(round(CHECK_INTERVAL / step), 1)
     spin = batch.expand("body_inertia")[rows, body] / batch.expand("body_mass")[rows, body, None]
     qpos, qvel, last_steps = batch.bind("qpos"), batch.bind("qvel"), steps.copy()
@@ -77,7 +80,7 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     }
     while (falling := (last_steps > start).nonzero()[0]).size > 0:
         roll_into(records, falling, slice(start, end), batch, rows)
-        end_settled(records["sensordata"][:, end - 1], qvel, rows, falling, spin, rim, end, last_steps)
+        freefall.end_settled(records["sensordata"][:, end - 1], qvel, rows, falling, spin, rim, end, last_steps)
         start, end = end, end + chunk
     check_warnings(batch)
     sensors, attitude = records["sensordata"][:, :start], records["qpos"][:, :start, 3:7]

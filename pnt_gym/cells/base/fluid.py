@@ -11,14 +11,20 @@ Every operation is elementwise: a row's result does not depend, to the last bit,
 # pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
-from typing import Final, NamedTuple, final
+from typing import TYPE_CHECKING, Final, NamedTuple, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.items import SHAPES
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import body_kernel
+else:
+    body_kernel = Deferred("pnt_gym.cells.base.body_kernel")
 
 # Share of the drag coefficient, by shape. MuJoCo's drag has no 1/2, and a box or cylinder is seen as the
 # ellipsoid inside it, whose frontal area is pi/4 of a face: 0.5 / (pi/4) = 0.64.
@@ -84,10 +90,8 @@ def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
 
 def lying_extents(shape: Ints, size: Floats) -> Floats:
     """Extents of bodies as `lying_size`, for extents and shapes that need no check."""
-    from pnt_gym.cells.base.body_kernel import fill_extents  # noqa: PLC0415 - compiles, where nothing is kept
-
     extents = np.empty(size.shape)
-    fill_extents(shape, size, extents)
+    body_kernel.fill_extents(shape, size, extents)
     return extents
 
 
@@ -101,11 +105,9 @@ def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
     Returns:
         Values for `geom_type`, `geom_size`, `geom_quat`, `geom_rbound` and `geom_aabb`.
     """
-    from pnt_gym.cells.base.body_kernel import fill_placement  # noqa: PLC0415 - compiles, where nothing is kept
-
     count = len(shape)
     placed = np.empty((count, 3)), np.empty((count, 4)), np.empty(count), np.empty((count, 6))
-    fill_placement(shape, size, *placed)
+    body_kernel.fill_placement(shape, size, *placed)
     return GeomPlacement(_GEOM_TYPE[shape], *placed)
 
 
@@ -127,14 +129,14 @@ def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
     """
     from scipy.special import elliprd  # noqa: PLC0415  (heavy import)
 
-    from pnt_gym.cells.base.body_kernel import fill_added_mass, fill_squares  # noqa: PLC0415 - compiles
-
     coefficients, squares = np.empty((len(shape), 12)), np.empty((3, len(shape)))
     coefficients[:, :6] = 1.0, np.nan, np.nan, _ANGULAR, _KUTTA, _MAGNUS
     coefficients[:, 1] = _BLUNT[shape] * drag
     coefficients[:, 2] = _SLENDER * coefficients[:, 1]
-    fill_squares(shape, size, squares)
-    fill_added_mass(shape, size, squares, elliprd(squares[[1, 2, 0]], squares[[2, 0, 1]], squares), coefficients)
+    body_kernel.fill_squares(shape, size, squares)
+    body_kernel.fill_added_mass(
+        shape, size, squares, elliprd(squares[[1, 2, 0]], squares[[2, 0, 1]], squares), coefficients
+    )
     return coefficients
 
 
@@ -150,8 +152,6 @@ def solid_shell_inertia(mass: Floats, size: Floats, shape: Ints) -> Floats:
         (N, 3) moments in kg m2 about the body's L, W and H axes through the centre of the extents:
         k m (b^2 + c^2) with the two other semi-axes b and c, k = 0.38, for an ellipsoid 0.27.
     """
-    from pnt_gym.cells.base.body_kernel import fill_inertia  # noqa: PLC0415 - compiles, where nothing is kept
-
     inertia = np.empty((len(shape), 3))
-    fill_inertia(shape, mass, size, GYRATION, inertia)
+    body_kernel.fill_inertia(shape, mass, size, GYRATION, inertia)
     return inertia

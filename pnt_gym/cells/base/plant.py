@@ -5,16 +5,22 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Generic, TypeVar, final
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.sorting import SortingReward
+from pnt_gym.deferred import Deferred
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import flight_state
 from pnt_gym.records import computed
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import flight_kernel
+else:
+    flight_kernel = Deferred("pnt_gym.cells.base.flight_kernel")
 
 REWARD_TERMS: Final = ("landing", "success", "time")
 """Names of the reward terms of a throw into an opening."""
@@ -309,11 +315,9 @@ class ObjectFlight:
         The flight of an object that first touches a rim, a wall or the belt is continued ballistically from that
         moment, so the landing measures the throw and not the bin.
         """
-        from pnt_gym.cells.base.flight_kernel import find_landings  # noqa: PLC0415 - numba takes a while
-
         count = len(self.position)
         landing, recontact = np.empty((count, 2)), np.empty(count, dtype=np.bool_)
-        find_landings(
+        flight_kernel.find_landings(
             self.position, self.velocity, self.hand_touch, self.any_touch, self.release_step, self.last_step, plane_z,
             landing, recontact,
         )  # fmt: skip
@@ -345,10 +349,8 @@ class Touchdown:
             rim: height of the rim (N,) [m].
             bottom: height of the inner bottom (N,) [m]; an object on the bottom may lie up to `SUNK` below this height.
         """
-        from pnt_gym.cells.base.flight_kernel import find_lying  # noqa: PLC0415 - numba takes a while
-
         lies = np.empty(len(self.position), dtype=np.bool_)
-        find_lying(self.position, self.velocity, centre, opening, rim, bottom, CONTACT_DEPTH, lies)
+        flight_kernel.find_lying(self.position, self.velocity, centre, opening, rim, bottom, CONTACT_DEPTH, lies)
         return lies
 
     def landing_fields(self, target: Floats, opening: Floats, depth: float | Floats, along: Floats) -> dict[str, Any]:
@@ -360,10 +362,8 @@ class Touchdown:
             depth: depth of the bins below the opening, one number or (N,) [m].
             along: horizontal unit vectors of the throws (N, 2+).
         """
-        from pnt_gym.cells.base.flight_kernel import measure_landings  # noqa: PLC0415 - numba takes a while
-
         errors, in_opening = np.empty((2, len(target))), np.empty(len(target), dtype=np.bool_)
-        measure_landings(self.landing, target, opening, along, errors, in_opening)
+        flight_kernel.measure_landings(self.landing, target, opening, along, errors, in_opening)
         in_bin = self.lies_in(target[:, :2], opening, target[:, 2], target[:, 2] - depth)
         return {
             "landing": self.landing,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple, Self, final
+from typing import TYPE_CHECKING, NamedTuple, Self, final
 
 import numpy as np
 
@@ -14,9 +14,15 @@ from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.records import Record, computed
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor.cup import kernel
+else:
+    kernel = Deferred("pnt_gym.cells.conveyor.cup.kernel")
 
 
 @final
@@ -190,10 +196,8 @@ class Context(Record):
 
         This effective inertia 1 / (I^-1)_kk is less than the moment of inertia I_kk where an offset couples the axes.
         """
-        from pnt_gym.cells.conveyor.cup.kernel import fill_inertias  # noqa: PLC0415 - compiles, where nothing is kept
-
         inertia = np.empty((len(self.arm), 3, 3))
-        fill_inertias(self.objects.mass, self.arm, self.objects.inertia, inertia)
+        kernel.fill_inertias(self.objects.mass, self.arm, self.objects.inertia, inertia)
         return 1.0 / np.asarray(np.linalg.inv(inertia), dtype=np.float64).diagonal(axis1=1, axis2=2)
 
     @computed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
@@ -24,8 +24,17 @@ from pnt_gym.cells.conveyor.scene import (
     floor_height,
 )
 from pnt_gym.constants import GRAVITY
+from pnt_gym.deferred import Deferred
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import freefall, settle_kernel
+    from pnt_gym.cells.conveyor import scene_kernel
+else:
+    scene_kernel = Deferred("pnt_gym.cells.conveyor.scene_kernel")
+    settle_kernel = Deferred("pnt_gym.cells.base.settle_kernel")
+    freefall = Deferred("pnt_gym.cells.base.freefall")
 
 NEAR_DISTANCE: Final = 0.02
 """Distance from an opening beyond which an object's landing cannot end in that bin [m]."""
@@ -33,15 +42,13 @@ NEAR_DISTANCE: Final = 0.02
 
 def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, config: ConveyorConfig) -> None:
     """Write the objects of N throws, the draught and bins that are drawn per throw into some simulations."""
-    from pnt_gym.cells.conveyor.scene_kernel import write_contacts  # noqa: PLC0415 - compiles, where nothing is kept
-
     o, geom, bins = context.objects, scene.object_geom, config.bins
     if config.drift.draught.moves:
         batch.expand("opt.wind")[rows, :2] = context.drift.draught
     write_object(batch, rows, scene.object_body, geom, o.mass, o.inertia, o.placement, o.fluid)
     place = o.com_depth - LIP_GAP - o.size[:, 2] / 2
     fields = map(batch.expand, ("geom_pos", "geom_friction", "geom_solref"))
-    write_contacts(rows, geom, place, o.friction, o.rolling_friction, o.solref, *fields)
+    scene_kernel.write_contacts(rows, geom, place, o.friction, o.rolling_friction, o.solref, *fields)
     batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
         _place_bin(batch, rows, scene, context, bins)
@@ -50,11 +57,9 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
 
 
 def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    from pnt_gym.cells.conveyor.scene_kernel import place_bins  # noqa: PLC0415 - compiles, where nothing is kept
-
     fields = map(batch.expand, ("body_pos", "geom_size", "geom_pos", "geom_rbound", "geom_aabb"))
     panels = bin_panels(context.opening, bins)
-    place_bins(rows, scene.bin_bodies[0], scene.bin_geoms[0], context.target, *panels, *fields)
+    scene_kernel.place_bins(rows, scene.bin_bodies[0], scene.bin_geoms[0], context.target, *panels, *fields)
 
 
 def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
@@ -146,8 +151,6 @@ class FreeObjects:
 
     def _vicinity(self, context: Context, body: Floats) -> Vicinity:
         """Bodies of N objects with constants (N, BODY), and what they may meet."""
-        from pnt_gym.cells.base.settle_kernel import fill_rebounds  # noqa: PLC0415 - compiles
-
         o, fixed, count = context.objects, self._config.bins.fixed, len(body)
         bins = np.empty((count, max(len(fixed), 1), 5))
         openings = [(b.x, b.y, b.size[0] / 2.0, b.size[1] / 2.0) for b in fixed]
@@ -156,7 +159,7 @@ class FreeObjects:
         bins[..., 4] = context.depth
         shape, mass, middle = o.shape[:, None].astype(np.float64), body[:, :1], body[:, 4:5]
         rebounds = np.empty(count)
-        fill_rebounds(np.ascontiguousarray(o.solref), self._config.timestep, rebounds)
+        settle_kernel.fill_rebounds(np.ascontiguousarray(o.solref), self._config.timestep, rebounds)
         last = np.stack([rebounds, farthest_points(context)], axis=1)
         columns = shape, o.extents / 2.0, middle, body[:, 1:4] / mass, last
         ground = np.tile(self._ground, (count, 1))
@@ -177,12 +180,10 @@ def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats) -> tuple[Floats
         The crossings (N, 2) [m], the states every `clock.stride` steps until then (N, K, STATE), and the number of
         steps (N,).
     """
-    from pnt_gym.cells.base.freefall import STATE, fly_down  # noqa: PLC0415 - compiles, where nothing is kept
-
     step, stride = clock.step, clock.stride
     state, steps = _release_states(clock), np.zeros(len(rim), dtype=np.int64)
-    records = np.empty((len(rim), int((clock.end - clock.release).max()) // stride + 2, STATE))
-    fly_down(state, flying.body, flying.wind, rim, flying.air, step, stride, records, steps)
+    records = np.empty((len(rim), int((clock.end - clock.release).max()) // stride + 2, freefall.STATE))
+    freefall.fly_down(state, flying.body, flying.wind, rim, flying.air, step, stride, records, steps)
     # The last step undone: semi-implicit Euler moves by the velocity at the step's end.
     before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
     landing = landing_point(*before, rim)[:, :2]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Final, NamedTuple, final
+from typing import TYPE_CHECKING, Final, NamedTuple, final
 
 import numpy as np
 
@@ -24,9 +24,15 @@ from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, ObjectMake
 from pnt_gym.cells.conveyor.objects.fill import draw_fill, fixed_areas, mean_volumes
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.throwable import is_throwable
+from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor import scene_kernel
+else:
+    scene_kernel = Deferred("pnt_gym.cells.conveyor.scene_kernel")
 
 TRIAL_THROWS: Final = 50
 """Number of trial throws at a bin before a warning that the bin is out of reach."""
@@ -289,11 +295,9 @@ class PickPlanner:
         draw, r = objects.draws.bin, self.config.bins.random
         if r is None:
             return self._fixed_bins(self._accepting_bins(objects))
-        from pnt_gym.cells.conveyor.scene_kernel import draw_bins  # noqa: PLC0415 - compiles
-
         shape = draw.shape[:-1]
         target, opening = np.full((*shape, 3), self.config.bins.rim), np.empty((*shape, 2))
-        draw_bins(draw, objects.measured.size, r.x, r.y, r.side, r.item_clearance, target, opening)
+        scene_kernel.draw_bins(draw, objects.measured.size, r.x, r.y, r.side, r.item_clearance, target, opening)
         return BinsInTurn(target, opening, np.zeros(shape, dtype=np.int64))
 
     def _fixed_bins(self, index: Ints) -> BinsInTurn:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -30,10 +30,18 @@ from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
 from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, joint_loads, knot_count, upsample
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import flight_kernel
+    from pnt_gym.cells.conveyor import scene_kernel
+else:
+    scene_kernel = Deferred("pnt_gym.cells.conveyor.scene_kernel")
+    flight_kernel = Deferred("pnt_gym.cells.base.flight_kernel")
 
 
 @final
@@ -285,11 +293,9 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
 
     def _widen(self, rows: Ints, radius: Floats) -> None:
         """Write the radii (N,) [m] of the cups of some simulations."""
-        from pnt_gym.cells.conveyor.scene_kernel import widen_cups  # noqa: PLC0415 - compiles
-
         fields = map(self.batch.expand, ("geom_size", "geom_rbound", "geom_aabb"))
         bounds = np.hypot(radius[:, None], self._cup_halves)
-        widen_cups(rows, self._cups, radius, self._cup_halves, bounds, *fields)
+        scene_kernel.widen_cups(rows, self._cups, radius, self._cup_halves, bounds, *fields)
 
     def _write_springs(self, rows: Ints, context: Context, spring: Spring) -> None:
         """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""
@@ -301,12 +307,10 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
 
 def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: Fall) -> ObjectFlight:
     """Flights joined from records with the robot, up to a step of each (N,), and records without the robot."""
-    from pnt_gym.cells.base.flight_kernel import join_flights  # noqa: PLC0415 - numba takes a while
-
     count, last = len(robot_sensors), max((clear + fall.steps).tolist())
     motion, touch = np.zeros((count, last, 6)), np.zeros((2, count, last), dtype=np.bool_)
     cup = robot_sensors[..., SENSORS["cup_contact"]]
-    join_flights(robot_sensors, cup, fall.sensors, clear, fall.steps, TOUCH_DISTANCE, motion, touch)
+    flight_kernel.join_flights(robot_sensors, cup, fall.sensors, clear, fall.steps, TOUCH_DISTANCE, motion, touch)
     return ObjectFlight(
         position=motion[..., SENSORS["object_position"]],
         velocity=motion[..., SENSORS["object_velocity"]],

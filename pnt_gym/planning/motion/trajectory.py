@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol, final
+from typing import TYPE_CHECKING, NamedTuple, Protocol, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats, length
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import Limits
+
+if TYPE_CHECKING:
+    from pnt_gym.planning.motion import kernel
+else:
+    kernel = Deferred("pnt_gym.planning.motion.kernel")
 
 
 @final
@@ -51,11 +57,9 @@ def superpose(first: Segments, second: Segments) -> Segments:
 
     Each sum has the borders of both motions, so ``first`` and ``second`` of K and L segments give K + L segments.
     """
-    from pnt_gym.planning.motion.kernel import add_motions  # noqa: PLC0415 - numba takes a while
-
     count, columns = len(first.durations), first.durations.shape[1] + second.durations.shape[1]
     durations, jerks = np.empty((count, columns)), np.empty((count, columns, 3))
-    add_motions(first.durations, first.jerks, second.durations, second.jerks, durations, jerks)
+    kernel.add_motions(first.durations, first.jerks, second.durations, second.jerks, durations, jerks)
     return Segments(durations, jerks)
 
 
@@ -124,17 +128,15 @@ class JerkTrajectory:
     table: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        from pnt_gym.planning.motion.kernel import COLUMNS, lay_out  # noqa: PLC0415 - numba takes a while
-
         _check_shapes(self.start, self.durations, self.jerks)
         zero = np.zeros(self.start.shape)
         velocity = zero if self.start_velocity is None else self.start_velocity
         acceleration = zero if self.start_acceleration is None else self.start_acceleration
         durations, jerks = self.durations, self.jerks
         count, columns = durations.shape
-        times, table = np.empty((count, columns + 1)), np.empty((count, columns + 2, COLUMNS))
+        times, table = np.empty((count, columns + 1)), np.empty((count, columns + 2, kernel.COLUMNS))
         knots = np.empty((3, count, columns + 1, 3))
-        if not lay_out(self.start, velocity, acceleration, durations, jerks, self.rides, times, knots, table):
+        if not kernel.lay_out(self.start, velocity, acceleration, durations, jerks, self.rides, times, knots, table):
             raise _value_error(self.start, durations, jerks)
         self.__dict__.update(
             start_velocity=velocity,
@@ -174,21 +176,17 @@ class JerkTrajectory:
 
         A path rests at its start before time 0 and at its last point after its duration, unless the path ``rides``.
         """
-        from pnt_gym.planning.motion.kernel import sample  # noqa: PLC0415 - numba takes a while
-
         time = self._times(times)
         position, velocity, acceleration = np.empty((3, len(self.table), time.shape[1], 3))
-        sample(self.table, time, position, velocity, acceleration)
+        kernel.sample(self.table, time, position, velocity, acceleration)
         return Samples(position, velocity, acceleration)
 
     def jerk(self, times: ArrayLike) -> Floats:
         """Return the jerk at ``times`` [s], shape (M,) or (N, M), result (N, M, 3) [m/s3]; zero outside."""
-        from pnt_gym.planning.motion.kernel import JERK, rows_at  # noqa: PLC0415 - numba takes a while
-
         time = self._times(times)
         rows = np.empty((len(self.table), time.shape[1]), dtype=np.int64)
-        rows_at(self.table, time, rows)
-        return np.take_along_axis(self.table[..., JERK : JERK + 3], rows[..., None], axis=1)
+        kernel.rows_at(self.table, time, rows)
+        return np.take_along_axis(self.table[..., kernel.JERK : kernel.JERK + 3], rows[..., None], axis=1)
 
     def peak_ratios(self, limits: Limits, samples: int = 33) -> PeakRatios:
         """Return each path's largest speed, acceleration and jerk as shares of ``limits``.

@@ -7,7 +7,7 @@ object's underside while the footprints overlap.
 
 from __future__ import annotations
 
-from typing import Final, TypeAlias, final
+from typing import TYPE_CHECKING, Final, TypeAlias, final
 
 import numpy as np
 
@@ -16,6 +16,12 @@ from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor.belt import sweep
+else:
+    sweep = Deferred("pnt_gym.cells.conveyor.belt.sweep")
 
 PASSED_PLACES: Final = 8
 """Number of stored objects per belt that are not picked any more; carried objects may still sweep through them."""
@@ -95,14 +101,12 @@ class BeltStream:
 
     def _append(self, rows: Ints, picked: Ints, gone: Ints, way: Floats, is_empty: bool = False) -> None:
         """Move belts on as `ride`, by ways (K,) [m]; on an empty belt the first object comes behind the last place."""
-        from pnt_gym.cells.conveyor.belt.sweep import TURN, move_belts  # noqa: PLC0415 - numba takes a while
-
         block, new = self.objects.block, self._draw_objects(rows, gone + (picked < self.length)).block
-        yaw = np.concatenate([block[rows, -1, TURN], new[:, TURN]])
+        yaw = np.concatenate([block[rows, -1, sweep.TURN], new[:, sweep.TURN]])
         has_extent = np.full(len(yaw), self._belt.gap == "edge")
         has_extent[: len(rows)] &= not is_empty
         queues = PASSED_PLACES, block, self.x, self.knocked
-        move_belts(rows, picked, gone, way, new, np.cos(yaw), np.sin(yaw), has_extent, *queues)
+        sweep.move_belts(rows, picked, gone, way, new, np.cos(yaw), np.sin(yaw), has_extent, *queues)
         self.objects = self.objects.anew()
 
     def _draw_objects(self, rows: Ints, counts: Ints) -> Objects:
@@ -123,11 +127,9 @@ def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
         free_at: times of the releases, after which the objects fly without air (N,) [s].
         speed: speed of the belt [m/s].
     """
-    from pnt_gym.cells.conveyor.belt.sweep import move_objects  # noqa: PLC0415 - numba takes a while
-
     times = np.arange(0.0, float(free_at.max(initial=0.0)) + CHECK_AFTER_RELEASE, CHECK_INTERVAL)
     way = np.empty((len(free_at), len(times), 3))
-    move_objects(motion.path.table, motion.pick, free_at, times, CHECK_AFTER_RELEASE, speed, way)
+    sweep.move_objects(motion.path.table, motion.pick, free_at, times, CHECK_AFTER_RELEASE, speed, way)
     return way
 
 
@@ -141,9 +143,7 @@ def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: 
         neighbours: the other objects (N, K).
         place: middles of the other objects at the lift (N, K, 2) [m].
     """
-    from pnt_gym.cells.conveyor.belt.sweep import find_sweeps  # noqa: PLC0415 - numba takes a while
-
     collides = np.empty(place.shape[:2], dtype=np.bool_)
     outlines = carried.shape, carried.size, carried.yaw, start, way
-    find_sweeps(*outlines, neighbours.shape, neighbours.size, neighbours.yaw, place, collides)
+    sweep.find_sweeps(*outlines, neighbours.shape, neighbours.size, neighbours.yaw, place, collides)
     return collides

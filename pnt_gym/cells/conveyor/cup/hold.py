@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Self, final
+from typing import TYPE_CHECKING, Final, Self, final
 
 import numpy as np
 
@@ -14,7 +14,13 @@ from pnt_gym.cells.base.rotations import turn_back
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.trajectory import HandPath
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor.objects import kernel
+else:
+    kernel = Deferred("pnt_gym.cells.conveyor.objects.kernel")
 
 LEAST_ACCELERATION: Final = 2.0
 """Smallest acceleration of a throw; an object whose grip allows less is not thrown [m/s2]."""
@@ -109,10 +115,8 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
         objects: N objects.
         place: one point per object, relative to the object's middle, along world x, y (N, 2) [m].
     """
-    from pnt_gym.cells.conveyor.objects.kernel import find_inside  # noqa: PLC0415 - numba takes a while
-
     inside = np.empty(len(place))
-    find_inside(objects.shape == ELLIPSOID, objects.size, objects.yaw, place, inside)
+    kernel.find_inside(objects.shape == ELLIPSOID, objects.size, objects.yaw, place, inside)
     return inside
 
 

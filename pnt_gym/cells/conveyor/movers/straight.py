@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from pnt_gym.arrays import Bools, Floats, length, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.constants import GRAVITY
+from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.intercept import meet_on_belt
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
@@ -31,6 +32,11 @@ from pnt_gym.planning.straight.release import (
     stops_inside,
 )
 from pnt_gym.records import Record, computed
+
+if TYPE_CHECKING:
+    from pnt_gym.planning.motion import kernel
+else:
+    kernel = Deferred("pnt_gym.planning.motion.kernel")
 
 _LOWER_STEPS = 24
 """Number of elevations that are tried when a corrected release would rise above the ceiling and its slack."""
@@ -241,13 +247,13 @@ class StraightMover(Mover):
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions along the line from pick to release, through the window at constant velocity, and to a stop."""
-        from pnt_gym.planning.motion.kernel import RUN_UP, STOPPING, write_throws  # noqa: PLC0415 - numba takes a while
-
         count, bounds = len(pick), limits.arrays(len(pick))
         rows, braking = np.array(bounds), self.braking_limits(release, bounds).arrays(count).acceleration
-        segments = Segments(np.empty((count, RUN_UP + STOPPING)), np.empty((count, RUN_UP + STOPPING, 3)))
+        segments = Segments(
+            np.empty((count, kernel.RUN_UP + kernel.STOPPING)), np.empty((count, kernel.RUN_UP + kernel.STOPPING, 3))
+        )
         times, stop = np.empty((2, count)), np.empty((count, 3))
-        write_throws(
+        kernel.write_throws(
             pick, release.direction, release.distance, release.speed, rows, braking,
             cube_roots(2.0 * release.distance, rows[2]), self._follow.window,
             segments.durations, segments.jerks, times, stop,
@@ -297,13 +303,13 @@ class StraightMover(Mover):
 
 def straight_back(stop: Floats, next_pick: Floats, wait: Floats, limits: Limits, clearance: float) -> Segments:
     """Motions from rest at `stop` to above the next pick, a wait (N,) [s], and the vertical approach: 15 segments."""
-    from pnt_gym.planning.motion.kernel import MOVE, write_returns  # noqa: PLC0415 - numba takes a while
-
     count, rows = len(stop), np.array(limits.arrays(len(stop)))
-    back = Segments(np.empty((count, 2 * MOVE + 1)), np.empty((count, 2 * MOVE + 1, 3)))
+    back = Segments(np.empty((count, 2 * kernel.MOVE + 1)), np.empty((count, 2 * kernel.MOVE + 1, 3)))
     above = next_pick + np.array([0.0, 0.0, clearance])
     distances = np.array([length(above - stop), np.full(count, clearance)])
-    write_returns(stop, next_pick, wait, rows, cube_roots(distances, rows[2]), clearance, back.durations, back.jerks)
+    kernel.write_returns(
+        stop, next_pick, wait, rows, cube_roots(distances, rows[2]), clearance, back.durations, back.jerks
+    )
     return back
 
 

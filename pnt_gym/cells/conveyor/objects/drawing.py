@@ -7,7 +7,7 @@ pure functions of these rows, so a cell draws the same objects alone and in a ba
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 
@@ -17,6 +17,12 @@ from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects, objects_in_block
 from pnt_gym.constants import GRAVITY
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor.objects import kernel
+else:
+    kernel = Deferred("pnt_gym.cells.conveyor.objects.kernel")
 
 NORMALS, UNIFORMS = 24, 12 + 3 * TARGET_DRAWS
 """Numbers of an object's standard normal and uniform draws, whose columns stand in `kernel`."""
@@ -74,8 +80,6 @@ class ObjectMaker:
 
     def make(self, normals: Floats, uniforms: Floats, side_draws: SideDraws) -> Objects:
         """Objects S from standard normal draws S + (NORMALS,), uniform draws S + (UNIFORMS,) and side draws S."""
-        from pnt_gym.cells.conveyor.objects import kernel  # noqa: PLC0415 - numba takes a while
-
         shape, bins = normals.shape[:-1], side_draws.fill.shape[-1]
         z = np.ascontiguousarray(normals).reshape(-1, normals.shape[-1])
         u = np.ascontiguousarray(uniforms).reshape(-1, uniforms.shape[-1])
@@ -160,10 +164,10 @@ def _add_spins(
     config: ConveyorConfig,
 ) -> None:
     """Write the spins of N objects at release (N, 3) [rad/s], in place: of the peeling lip and of blown air."""
-    from pnt_gym.cells.conveyor.objects.kernel import write_spins  # noqa: PLC0415 - numba takes a while
-
     cup, turn = config.cup, np.array([np.cos(yaw), np.sin(yaw)])
-    write_spins(config.mismatch, cup.peel, cup.blow_off, mass, size, shape, turn, grasp, radius, tau, GYRATION, spin)
+    kernel.write_spins(
+        config.mismatch, cup.peel, cup.blow_off, mass, size, shape, turn, grasp, radius, tau, GYRATION, spin
+    )
 
 
 def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal: Floats | None = None) -> Floats:
