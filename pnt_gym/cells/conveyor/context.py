@@ -20,9 +20,9 @@ from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.records import Record, computed
 
 if TYPE_CHECKING:
-    from pnt_gym.cells.conveyor.cup import kernel
+    from pnt_gym.cells.conveyor.objects import kernel
 else:
-    kernel = Deferred("pnt_gym.cells.conveyor.cup.kernel")
+    kernel = Deferred("pnt_gym.cells.conveyor.objects.kernel")
 
 
 @final

@@ -189,25 +189,6 @@ def face_moves(
             moves[row, k, 3], moves[row, k, 4], moves[row, k, 5] = cos * x + sin * y, cos * y - sin * x, z
 
 
-@compile_for("void(f8[:], f8[:, :], f8[:, :], f8[:, :, ::1])")
-def fill_inertias(mass: Floats, arm: Floats, inertia: Floats, tensor: Floats) -> None:
-    """Fill the inertias of objects about their cups' tips.
-
-    Args:
-        mass: masses (N,) [kg].
-        arm: centres of mass relative to the tips, in the objects' axes (N, 3) [m].
-        inertia: moments about the centres of mass (N, 3) [kg m2].
-        tensor: filled (N, 3, 3) [kg m2].
-    """
-    for row in range(len(tensor)):
-        x, y, z = _numbers(arm[row])
-        square = mass[row] * (x * x + y * y + z * z)
-        for i in range(3):
-            for j in range(3):
-                tensor[row, i, j] = (-mass[row] * arm[row, i]) * arm[row, j]
-            tensor[row, i, i] += inertia[row, i] + square
-
-
 @compile_for("void(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[:], f8[:], f8[:, ::1], f8[:, ::1], f8[:, ::1])")
 def part_objects(
     rotation: Floats,
