@@ -247,8 +247,8 @@ class StraightMover(Mover):
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions along the line from pick to release, through the window at constant velocity, and to a stop."""
-        count, bounds = len(pick), limits.arrays(len(pick))
-        rows, braking = np.array(bounds), self.braking_limits(release, bounds).arrays(count).acceleration
+        count, rows = len(pick), np.array(limits.arrays(len(pick)))
+        braking = self.braking_limits(release, LimitRows(*rows)).arrays(count).acceleration
         segments = Segments(
             np.empty((count, kernel.RUN_UP + kernel.STOPPING)), np.empty((count, kernel.RUN_UP + kernel.STOPPING, 3))
         )
