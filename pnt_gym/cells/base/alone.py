@@ -9,7 +9,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.fluid import GeomPlacement
-from pnt_gym.cells.base.plant import check_warnings, record_width, roll_into
+from pnt_gym.cells.base.plant import check_warnings, simulation_ids
 from pnt_gym.constants import GRAVITY
 from pnt_gym.deferred import Deferred
 
@@ -67,23 +67,22 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
-    chunk = max(round(CHECK_INTERVAL / step), 1)
+    count, chunk = len(steps), max(round(CHECK_INTERVAL / step), 1)
     spin = batch.expand("body_inertia")[rows, body] / batch.expand("body_mass")[rows, body, None]
     qpos, qvel, last_steps = batch.bind("qpos"), batch.bind("qvel"), steps.copy()
     above = _shortest_time_above(qpos[rows, 2] - rim, qvel[rows, 2])
     batch.warning[:] = 0
-    ends = steps.tolist()
-    start, end = 0, chunk * (1 + min(int(above / step), min(ends) - 1) // chunk)
-    longest = end + chunk * max(-(-(max(ends) - end) // chunk), 0)
-    records = {
-        name: np.zeros((len(steps), longest, record_width(batch.model, name))) for name in ("sensordata", "qpos")
-    }
+    parts: list[tuple[Ints, slice, Any]] = []
+    start, end = 0, chunk * (1 + min(int(above / step), int(steps.min()) - 1) // chunk)
     while (falling := (last_steps > start).nonzero()[0]).size > 0:
-        roll_into(records, falling, slice(start, end), batch, rows)
-        freefall.end_settled(records["sensordata"][:, end - 1], qvel, rows, falling, spin, rim, end, last_steps)
+        part = batch.rollout(end - start, record=("sensordata", "qpos"), ids=simulation_ids(batch, rows[falling]))
+        parts.append((falling, slice(start, end), part))
+        freefall.end_settled(part["sensordata"], qvel, rows, falling, spin, rim, end, last_steps)
         start, end = end, end + chunk
     check_warnings(batch)
-    sensors, attitude = records["sensordata"][:, :start], records["qpos"][:, :start, 3:7]
+    sensors, attitude = np.zeros((count, start, int(batch.model.nsensordata))), np.zeros((count, start, 4))
+    for falling, moments, part in parts:
+        sensors[falling, moments], attitude[falling, moments] = part["sensordata"], part["qpos"][..., 3:7]
     return Fall(sensors, attitude, last_steps)
 
 

@@ -183,7 +183,7 @@ def fly_down(
 
 
 @compile_for(
-    "void(float64[:, :], float64[:, :], int64[::1], int64[::1], float64[:, ::1], float64[:], int64, int64[::1])"
+    "void(float64[:, :, ::1], float64[:, :], int64[::1], int64[::1], float64[:, ::1], float64[:], int64, int64[::1])"
 )
 def end_settled(
     sensors: Floats, qvel: Floats, simulations: Ints, rows: Ints, spin: Floats, rim: Floats, end: int, last_steps: Ints
@@ -191,18 +191,18 @@ def end_settled(
     """End the falls of objects with too little energy to rise to their rims, in place.
 
     Args:
-        sensors: position and velocity of all N objects in the first six columns (N, 6+).
+        sensors: position and velocity of some objects in the first six columns of several moments, the last of which
+            counts (M, K, 6+).
         qvel: velocities of all simulations, the object's angular velocity in columns 3 to 5 (S, 6+).
         simulations: simulations of all N objects (N,).
-        rows: the objects that fall (M,).
+        rows: these objects among the N (M,).
         spin: inertia over mass of all objects (N, 3) [m2].
         rim: heights of the rims (N,) [m].
         end: the present step.
         last_steps: last step of each object (N,); not later than the present step where the object has settled.
     """
     for k in range(rows.size):
-        row = rows[k]
-        moment = sensors[row]
+        row, moment = rows[k], sensors[k, sensors.shape[1] - 1]
         x, y, z = moment[3], moment[4], moment[5]
         turning = 0.0
         for axis in range(3):

@@ -90,6 +90,7 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
     def __init__(self, config: Any, model: MjModel, count: int, threads: int) -> None:
         self.batch = Batch(model, nsim=count, nthread=threads)
         self.qpos, self.qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
+        """Positions and velocities of all simulations, which may be written."""
         self._made_of = (config, count, threads)
         self.record_row: int | None = None
         """The simulation whose last throw is kept in `recording`, for pictures; None: no simulation."""
@@ -170,7 +171,7 @@ def roll_out(
         PhysicsError: the engine warned, or stopped a simulation.
     """
     simulations = np.arange(len(steps)) if ids is None else ids
-    record = {name: np.zeros((*control.shape[:2], record_width(batch.model, name))) for name in names}
+    record = {name: np.zeros((*control.shape[:2], _width(batch.model, name))) for name in names}
     order, ends = np.argsort(steps, kind="stable").tolist(), steps.tolist()
     batch.warning[:] = 0
     for first in range(0, len(order), batch.nthread):
@@ -178,42 +179,28 @@ def roll_out(
         for place, row in enumerate(group):
             moments = slice(start, ends[row])
             start = ends[row]
-            if moments.start < moments.stop:
-                roll_into(record, np.array(sorted(group[place:])), moments, batch, simulations, control)
+            if moments.start == moments.stop:
+                continue
+            # The controls and records of one simulation are views, which the engine reads and writes without a copy.
+            is_one, rows = place == len(group) - 1, sorted(group[place:])
+            index = slice(row, row + 1) if is_one else rows
+            out = {name: values[index, moments] for name, values in record.items()} if is_one else None
+            part = batch.rollout(
+                moments.stop - moments.start,
+                control[index, moments],
+                control_spec=_INPUTS,
+                record=names,
+                ids=simulation_ids(batch, simulations[index]),
+                out=out,
+            )
+            if not is_one:
+                for name in names:
+                    record[name][index, moments] = part[name]
     check_warnings(batch)
     return record
 
 
-def roll_into(
-    record: dict[str, Floats], rows: Ints, moments: slice, batch: Any, simulations: Ints, control: Floats | None = None
-) -> None:
-    """Roll out some of N simulations, and write the recorded fields at some steps.
-
-    Args:
-        record: the fields by name (N, M, columns), written at the rows and moments.
-        rows: which of the N simulations, ascending (K,).
-        moments: the steps.
-        batch: the batch of these simulations.
-        simulations: the N simulations in the batch.
-        control: controls and equality bits of every step (N, M, nu + neq); None: as they are.
-    """
-    # The controls and records of one simulation are views, which the engine reads and writes without a copy.
-    is_one = len(rows) == 1
-    index = slice(int(rows[0]), int(rows[0]) + 1) if is_one else rows
-    part = batch.rollout(
-        moments.stop - moments.start,
-        None if control is None else control[index, moments],
-        control_spec=_INPUTS,
-        record=tuple(record),
-        ids=simulation_ids(batch, simulations[index]),
-        out={name: values[index, moments] for name, values in record.items()} if is_one else None,
-    )
-    if not is_one:
-        for name, values in part.items():
-            record[name][index, moments] = values
-
-
-def record_width(model: MjModel, name: str) -> int:
+def _width(model: MjModel, name: str) -> int:
     """Columns of a recorded field."""
     sizes = {"sensordata": model.nsensordata, "qpos": model.nq, "qvel": model.nv, "actuator_force": model.nactuator}
     return int(sizes[name])

@@ -105,17 +105,17 @@ def test_a_fall_ends_where_the_energy_no_longer_lifts_the_object_to_the_rim():
     rng = np.random.default_rng(8)
     count, rows = 200, np.flatnonzero(rng.random(200) < 0.7)
     simulations, steps = rng.permutation(300)[:count], rng.integers(50, 200, count)
-    sensors, qvel = rng.normal(size=(count, 3, 8)), 5.0 * rng.normal(size=(300, 9))
+    sensors, qvel = rng.normal(size=(rows.size, 3, 8)), 5.0 * rng.normal(size=(300, 9))
     inertia, mass, rim = (
         rng.uniform(1e-5, 1e-3, (count, 3)),
         rng.uniform(0.01, 0.1, count),
         rng.uniform(0.0, 0.6, count),
     )
     last = steps.copy()
-    end_settled(sensors[:, -1], qvel[:, 2:], simulations, rows, inertia / mass[:, None], rim, 128, last)
-    rate, velocity = qvel[simulations[rows], 5:8], sensors[rows, -1, 3:6]
+    end_settled(sensors, qvel[:, 2:], simulations, rows, inertia / mass[:, None], rim, 128, last)
+    rate, velocity = qvel[simulations[rows], 5:8], sensors[:, -1, 3:6]
     kinetic = (mass[rows, None] * velocity**2 + inertia[rows] * rate**2).sum(axis=1) / 2.0
-    settled = sensors[rows, -1, 2] + kinetic / (mass[rows] * 9.81) < rim[rows]
+    settled = sensors[:, -1, 2] + kinetic / (mass[rows] * 9.81) < rim[rows]
     expected = steps.copy()
     expected[rows[settled]] = np.minimum(steps[rows[settled]], 128)
     assert 20 < settled.sum() < rows.size - 20
