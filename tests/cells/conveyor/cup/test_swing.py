@@ -182,10 +182,10 @@ def test_flights_swing_like_the_full_physics(stiffness, bound):
 
 
 def test_a_softer_lip_spreads_landings_further():
-    rigid = infos("flight", count=200)
+    rigid = infos("flight", count=120)
     spread = []
     for stiffness in (3.0, 1.0, 0.3, 0.1):
-        soft = infos("flight", count=200, stiffness=stiffness)
+        soft = infos("flight", count=120, stiffness=stiffness)
         untouched = ~(rigid["recontact"] | soft["recontact"])
         apart = np.stack([soft[name] - rigid[name] for name in ("landing_along", "landing_across")])[:, untouched]
         spread.append(np.sqrt((apart**2).sum(axis=0).mean()))
