@@ -69,7 +69,7 @@ def test_parts_give_the_bits_of_one_thread(env_id, threads):
     (first, info), (second, info2) = (env.reset(seed=3) for env in (alone, split))
     assert same_bits(first, second)
     assert_same(info, info2)
-    for action in actions(env_id, 4):
+    for action in actions(env_id, 3):
         (*results, info), (*results2, info2) = (env.step(action[:COUNT]) for env in (alone, split))
         assert all(same_bits(one, two) for one, two in zip(results, results2, strict=True))
         assert_same(info, info2)
@@ -81,7 +81,7 @@ def test_parts_give_the_bits_of_one_thread(env_id, threads):
 def test_parts_reset_as_one_thread_does(env_id, mode):
     alone, split = (opened(env_id, threads, autoreset_mode=mode, max_episode_steps=2) for threads in (1, 3))
     assert same_bits(*(env.reset(seed=8)[0] for env in (alone, split)))
-    for number, action in enumerate(actions(env_id, 5)):
+    for number, action in enumerate(actions(env_id, 3)):
         (*results, info), (*results2, info2) = (env.step(action[:COUNT]) for env in (alone, split))
         assert all(same_bits(one, two) for one, two in zip(results, results2, strict=True))
         assert_same(info, info2)

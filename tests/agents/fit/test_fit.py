@@ -46,6 +46,12 @@ def quick_fit(**changes: object) -> Fitted:
     return fit_log(replace(usual_log(), **changes), WASTE, priors(WASTE, SOME))
 
 
+@pytest.fixture(scope="module")
+def usual_fit() -> Fitted:
+    """The quick fit of the usual log."""
+    return quick_fit()
+
+
 def test_a_fit_finds_what_was_hidden() -> None:
     twin, fitted = twin_and_fit()
     assert twin.log.has_landing.sum() == 40
@@ -70,13 +76,13 @@ def test_a_vacuum_that_is_far_off_is_found() -> None:
     assert (found.best.regular > 0.5).mean() > 0.8
 
 
-def test_a_fit_is_the_same_again_and_reads_nothing_hidden() -> None:
+def test_a_fit_is_the_same_again_and_reads_nothing_hidden(usual_fit: Fitted) -> None:
     """Trap: a log is all that a fit has; what the simulation hides is not in it."""
-    first, again = quick_fit(), quick_fit()
-    np.testing.assert_array_equal(first.posterior.best.z, again.posterior.best.z)
+    first, again = usual_fit.posterior.best.z, quick_fit().posterior.best.z
+    np.testing.assert_array_equal(first, again)
     with np.errstate(all="ignore"):
         other = fit_log(usual_log(), WASTE.model_copy(update={"mix": None}), priors(WASTE, SOME))
-    np.testing.assert_allclose(other.posterior.best.z, first.posterior.best.z, atol=1e-9)
+    np.testing.assert_allclose(other.posterior.best.z, first, atol=1e-9)
 
 
 def test_the_residuals_lead_to_the_least_cost() -> None:
@@ -88,11 +94,11 @@ def test_the_residuals_lead_to_the_least_cost() -> None:
             assert float((density.residuals(z, mode.scatter) ** 2).sum()) > at_best - 1e-2
 
 
-def test_far_landings_hardly_move_a_fit() -> None:
+def test_far_landings_hardly_move_a_fit(usual_fit: Fitted) -> None:
     landing = usual_log().landing.copy()
     rows = np.flatnonzero(usual_log().has_landing)[:3]
     landing[rows] += [0.0, -0.15]
-    moved = quick_fit(landing=landing).posterior.best.z - quick_fit().posterior.best.z
+    moved = quick_fit(landing=landing).posterior.best.z - usual_fit.posterior.best.z
     assert np.abs(moved).max() < 0.5
 
 
@@ -114,8 +120,8 @@ def test_throws_that_failed_count() -> None:
     assert near[: len(log)][sealed].mean() > far[: len(log)][sealed].mean()
 
 
-def test_samples_have_the_posteriors_moments() -> None:
-    found, _ = posterior(usual_log(), WASTE, priors(WASTE, SOME))
+def test_samples_have_the_posteriors_moments(usual_fit: Fitted) -> None:
+    found = usual_fit.posterior
     samples = found.samples(20_000)
     np.testing.assert_allclose(samples.mean(axis=0), found.best.z, atol=0.02)
     np.testing.assert_allclose(np.cov(samples.T), found.best.covariance, atol=0.02)
@@ -154,9 +160,8 @@ def test_a_draught_and_more_scatter_are_told() -> None:
     assert "throws scatter" in sentences(fitted, fitted.posterior.samples())[-1]
 
 
-def test_one_item_of_another_drag_is_named() -> None:
-    log = usual_log()
-    found, _ = posterior(log, WASTE, priors(WASTE, SOME))
+def test_one_item_of_another_drag_is_named(usual_fit: Fitted) -> None:
+    log, found = usual_log(), usual_fit.posterior
     kind = int(np.bincount(log.kind[log.has_landing]).argmax())
     push = np.where((log.kind == kind)[:, None], 0.05 * (log.target - log.pick[:, :2]), 0.0)
     density = Density(ThrowModel(replace(log, landing=log.landing + push), WASTE), priors(WASTE, SOME))

@@ -91,13 +91,13 @@ def test_a_network_learns_a_chance_and_keeps_it_in_a_file(tmp_path):
     values, chance, worth = chances()
     network = PlaceNetwork([0, 1, 5])
     assert not network.is_fitted
-    network.fit(values, worth, seed=0, steps=400)
+    network.fit(values, worth, seed=0, steps=250)
     assert np.corrcoef(network.predict(values), chance)[0, 1] > 0.8
     network.save(tmp_path / "places.npz")
     other = PlaceNetwork.load(tmp_path / "places.npz")
     assert same_bits(other.predict(values), network.predict(values))
     again = PlaceNetwork([0, 1, 5])
-    again.fit(values, worth, seed=0, steps=400)
+    again.fit(values, worth, seed=0, steps=250)
     assert same_bits(again.predict(values), network.predict(values))
     unseen = np.where(np.isin(np.arange(len(NAMES)), [0, 1, 5]), values, 100.0)
     assert same_bits(other.predict(unseen), network.predict(values))
