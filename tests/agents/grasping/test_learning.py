@@ -173,6 +173,7 @@ def test_maps_of_pixels_learn_what_a_pixel_shows(scenes, features, tmp_path):
             PlaceMaps.load(tmp_path / name)
 
 
+@pytest.mark.usefixtures("few_steps")
 def test_the_command_learns_a_map_of_pixels_that_a_controller_takes(tmp_path, capsys, monkeypatch):
     pytest.importorskip("torch")
     monkeypatch.setattr("agents.grasping.fcn.EPOCHS", 2)
