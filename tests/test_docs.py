@@ -117,7 +117,7 @@ def section(env_class, title):
 
 def table(text):
     """Cells of the first Markdown table in a text, without its head."""
-    lines = [line for line in text.splitlines() if line.startswith("|")]
+    lines = re.search(r"(?:^\|.*\n)+", text, flags=re.MULTILINE)[0].splitlines()
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
     assert set("".join(rows[1])) <= set("-: ")
     return rows[2:]

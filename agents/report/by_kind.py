@@ -58,7 +58,7 @@ def _shares(results: Sequence[Data], kind: int) -> str:
         (letters == OUTCOMES["dropped"]).mean(),
         (letters == OUTCOMES["sorted"]).mean(),
     )
-    return " / ".join(f"{100.0 * share:.0f}" for share in shares)
+    return "/".join(f"{100.0 * share:.0f}" for share in shares)
 
 
 def _landings(results: Sequence[Data], kind: int) -> str:
@@ -72,4 +72,4 @@ def _landings(results: Sequence[Data], kind: int) -> str:
     if not flew.any():
         return "-"
     error = 1000.0 * np.hypot(along, across)[flew]
-    return f"{error.mean():.0f} / {np.median(error):.0f} / {1000.0 * along[flew].mean():+.0f}"
+    return f"{error.mean():.0f}/{np.median(error):.0f}/{1000.0 * along[flew].mean():+.0f}"

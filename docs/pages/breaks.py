@@ -9,7 +9,7 @@ from docutils import nodes
 from sphinx.transforms.post_transforms import SphinxPostTransform
 
 PIECES: Final = re.compile(r"[^._/]+[._/]*|[._/]+")
-SHORT: Final = 24
+SHORT: Final = 18
 """Names of at most this length fit on a line [characters]."""
 UNIT: Final = re.compile(r"(?<=[\d)]) (?=(?:%|mm|m|s|deg|kg|N)(?:\W|$))")
 """The space between a number, or its interval, and its unit."""
