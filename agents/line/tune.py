@@ -46,7 +46,9 @@ class Arguments:
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
     """A shipped level's name or a YAML file; throws succeed by the level's table of chances."""
-    what: Annotated[tuple[Tunable, ...], tyro.conf.arg(help=TUNABLE)] = field(default=("atc", "price"))
+    what: Annotated[tuple[Tunable, ...], tyro.conf.arg(metavar="NAME ...", help=TUNABLE)] = field(
+        default=("atc", "price")
+    )
     shifts: int = 64
     """Shifts for every setting; settings are kept only from 32 shifts on."""
     generations: int = 40
