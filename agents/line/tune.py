@@ -35,8 +35,8 @@ HEAD: Final = (
 
 
 TUNABLE = (
-    "Controllers to tune. atc: its patience. price: its patience and share. beam and joint_beam: their price of time. "
-    "price_beam: its price of time and share. index: its weights, by evolution. guided_beam: its trust in its plans."
+    "Controllers, and the settings to tune: atc (patience), price (patience, share), beam and joint_beam (price of "
+    "time), price_beam (price of time, share), index (weights, by evolution), guided_beam (trust in plans)."
 )
 
 
