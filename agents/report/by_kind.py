@@ -19,8 +19,8 @@ Cell = Callable[[Sequence[Data], int], str]
 def kind_table(data: Data, level: str) -> Grid:
     """Shares by kind of what each controller held, lost on the way and sorted; no rows where nothing is grasped."""
     note = (
-        "Three shares of the kind's objects in each cell, in percent: *held* by the cup / *lost* on the way / *sorted*, "
-        "which is the recovery of the kind."
+        "Three shares of the kind's objects in each cell, in percent: held by the cup / lost on the way / sorted. The "
+        "last share is the recovery of the kind."
     )
     return _table(f"Held, lost and sorted by kind, level {level}", data, level, _shares, note)
 
@@ -28,8 +28,8 @@ def kind_table(data: Data, level: str) -> Grid:
 def landing_table(data: Data, level: str) -> Grid:
     """Landing errors by kind; no rows where nothing is grasped."""
     note = (
-        "Three figures of the kind's thrown objects in each cell, in mm: *mean* landing error / *median* landing error / "
-        "mean landing *along* the throw, which is negative for an object that lands short."
+        "Three figures of the kind's thrown objects in each cell, in mm: mean landing error / median landing error / "
+        "mean landing along the throw, which is negative for objects that land short."
     )
     return _table(f"Landing error by kind, level {level}", data, level, _landings, note)
 

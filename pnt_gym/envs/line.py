@@ -123,7 +123,8 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     since the last decision, so the lists of a shift are one film at its true rate. Hands go to their objects as
     planned. With `throws: full` the picture shows the simulated throw, with `flight` the same throw with the robot
     simulated too. With `table` no throw is simulated: the hand moves as planned, and the object flies without air from
-    the planned release to the middle of its bin. It lies there if the table counts a success, and disappears if not.
+    the planned release to the middle of its bin. The object lies there if the table counts a success, and disappears if
+    not.
 
     ## Version History
 
