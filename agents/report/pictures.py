@@ -115,7 +115,7 @@ def speed(results: Results) -> Figure:
         simulated = [row[name] if name[0] != "b" or row["physics_steps_per_throw"] else np.nan for _, row in rows]
         axes.plot(simulated, places, marker, color=colour, label=text)
     threads = ", ".join(str(count) for count in dict.fromkeys(row["threads"] for _, row in rows))
-    dress(axes, f"throws per second on {threads} threads; decisions where no throw is simulated", "")
+    dress(axes, f"throws or decisions per second on {threads} threads", "")
     figure.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
     axes.set_xscale("log")
     axes.set_yticks(places, labels=[name for name, _ in rows])

@@ -150,7 +150,7 @@ def stage_table(_: str) -> str:
     """A table of the stages, with the functions of each."""
     rows = [
         (
-            f"{number}. {stage.name}".replace(" ", "\N{NO-BREAK SPACE}"),
+            f"{number}. {stage.name}".replace(" ", "&nbsp;"),
             ", ".join(f"`{_function_name(name)}`" for name in stage.functions),
             stage.text,
         )
