@@ -20,6 +20,7 @@ from .compare import assemble
 from .kept import KeptRows, choose_pieces, keep_rows
 from .plan import Plan, needs, pieces, read_plan, trial_of_plan
 from .run import jobs
+from .stored import POLICIES, stored_policies
 
 
 @dataclass(frozen=True)
@@ -52,14 +53,15 @@ def main(arguments: Arguments) -> None:
     check_writable(out)
     work = arguments.work or MADE / "runs" / "benchmark" / plan.name
     planned = jobs(choose_pieces(pieces(plan), arguments.only))
-    kept = keep_rows(out, plan, arguments.only) if arguments.only else KeptRows((), 0.0)
+    kept = keep_rows(out, plan, arguments.only) if arguments.only else KeptRows((), 0.0, {})
     workers = pool(arguments.jobs, arguments.cluster, needs(plan) if arguments.cluster else Needs())
     parts = do_missing(planned, work, workers, unit=f"{trial_of_plan(plan).step}s")
     results = [*kept.rows, *(result for part in parts for result in part["results"])]
+    policies = {**kept.policies, **stored_policies(parts)}
     comparison = assemble(plan, results)
     head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "arithmetic": arithmetic()}
     seconds = kept.seconds + sum(part["seconds"] for part in parts)
-    deliver_json(out, {**head, "seconds": seconds, **comparison, "results": results}, indent=None)
+    deliver_json(out, {**head, "seconds": seconds, **comparison, POLICIES: policies, "results": results}, indent=None)
     show(plan, comparison["table"])
     console().print(f"all figures and throws are in {out}")
 

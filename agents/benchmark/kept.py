@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,16 +16,18 @@ from ..ground.versions import versions
 from ..judging.record import Result
 from .entries import labels_of
 from .plan import Piece, Plan
+from .stored import POLICIES
 
 _BY_ROW = {"entries", "learned", "references", "floors"}
 """Keys of a plan on which the rows of other entries do not depend."""
 
 
 class KeptRows(NamedTuple):
-    """Rows of an earlier file, and the seconds that these and others took."""
+    """Rows of an earlier file, the seconds that these and others took, and the policies stored for the rows."""
 
     rows: Sequence[Result]
     seconds: float
+    policies: Mapping[str, str]
 
 
 def choose_pieces(planned: Sequence[Piece], labels: Collection[str]) -> list[Piece]:
@@ -50,13 +52,15 @@ def keep_rows(file: Path, plan: Plan, labels: Collection[str]) -> KeptRows:
     data = read_json(file)
     with check_form(file):
         earlier, made_by, seconds = plan_of_file(file, data["plan"]), dict(data["versions"]), float(data["seconds"])
-        rows: list[Result] = list(data["results"])
+        rows, policies = list[Result](data["results"]), dict[str, str](data.get(POLICIES, {}))
     if made_by != versions():
         name = next(name for name in {**made_by, **versions()} if made_by.get(name) != versions().get(name))
         raise UsageError(f"{str(file)!r} is of {name} {made_by.get(name)}, here is {versions().get(name)}; drop --only")
     _check_plan(file, plan, earlier, labels)
     kept_labels = {label for entry in plan.entries if entry.label not in labels for label in labels_of(entry)}
-    return KeptRows([row for row in rows if row["label"] in kept_labels], seconds)
+    kept = [row for row in rows if row["label"] in kept_labels]
+    used = {row.get("digests", {}).get("policy") for row in kept}
+    return KeptRows(kept, seconds, {digest: text for digest, text in policies.items() if digest in used})
 
 
 def _check_plan(file: Path, plan: Plan, earlier: Plan, labels: Collection[str]) -> None:

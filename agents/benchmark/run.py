@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import closing
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing, contextmanager
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -13,13 +13,16 @@ from typing import Any, NamedTuple, TypeAlias
 from ..controllers import Learner
 from ..controllers.apart import SeparateControllers
 from ..controllers.protocol import Controller
+from ..controllers.state import load_state
+from ..ground.cli import UsageError
 from ..jobs.work import Job
 from ..judging.trial import Trial
 from ..judging.trials import open_trial
-from ..learning.runs import RunFolder
+from ..learning.runs import POLICY, RunFolder
 from .digests import bytes_digest, level_digest, policy_digest
 from .entries import TRAINED, labels_of, settings_of
 from .plan import Piece, entry_controller
+from .stored import POLICIES, STORED_FROM, Stored, state_bytes, text_of
 
 ControllerFactory: TypeAlias = Callable[[str, Trial], Controller]
 """Returns the trained controller of a name for the trial that evaluates it."""
@@ -33,12 +36,14 @@ class Lesson(NamedTuple):
         seconds: time of learning.
         make_controller: returns the controller for a trial.
         policy: digest of the controller; None if each controller of a name has one of its own.
+        content: returns the content of a file of the policy; None if the policy cannot be stored.
     """
 
     throws: int
     seconds: float
     make_controller: ControllerFactory
     policy: str | None = None
+    content: Callable[[], bytes] | None = None
 
 
 def jobs(planned: Iterable[Piece]) -> list[Job]:
@@ -46,12 +51,19 @@ def jobs(planned: Iterable[Piece]) -> list[Job]:
     return [Job(piece.name, piece.key, partial(run_piece, piece), piece.cost) for piece in planned]
 
 
-def run_piece(piece: Piece, folder: Path) -> dict[str, Any]:
-    """Results of a piece of work; a training keeps its run folder below `folder` and goes on from there."""
+def run_piece(piece: Piece, folder: Path, stored: Stored | None = None) -> dict[str, Any]:
+    """Results of a piece of work, and the policies that took long to learn.
+
+    Args:
+        piece: the piece of work.
+        folder: a training keeps its run folder below this folder and goes on from there.
+        stored: policy with which to throw instead of learning one.
+    """
     plan, entry = piece.plan, piece.entry
     results: list[dict[str, Any]] = []
+    policies: dict[str, str] = {}
     names = list(zip(labels_of(entry), (entry.controller, *entry.also), strict=True))
-    for lesson in _learn(piece, folder):
+    for lesson in _learn(piece, folder) if stored is None else [_recall(piece, folder, stored)]:
         for level, (label, name) in product(piece.levels, names):
             with closing(_trial(piece, level)) as trial:
                 count = plan.count_of(type(trial), level, entry)
@@ -62,7 +74,9 @@ def run_piece(piece: Piece, folder: Path) -> dict[str, Any]:
             head = {"label": label, "controller": name, "throws": lesson.throws, "seed": piece.seed}
             details = {"level": level, "train_level": piece.train_level, "learn_seconds": lesson.seconds}
             results.append({**head, **details, "digests": digests, "columns": record.columns()})
-    return {"results": results}
+            if lesson.content is not None and (name in TRAINED or lesson.seconds >= STORED_FROM):
+                policies[policy] = text_of(lesson.content())
+    return {"results": results, POLICIES: policies}
 
 
 def _trial(piece: Piece, level: str, count: int | None = None) -> Trial:
@@ -75,16 +89,45 @@ def _learn(piece: Piece, folder: Path) -> Iterator[Lesson]:
     if piece.entry.controller in TRAINED:
         yield from _train(piece, folder)
         return
-    with closing(_trial(piece, piece.train_level, piece.entry.practice_envs)) as trial:
-        controller = entry_controller(trial, piece.entry, piece.entry.controller)
-        controller.reset(piece.seed)
+    with _pupil(piece) as (controller, trial):
         began = time.perf_counter()
         learner = trial.practise(controller, piece.throws[0], piece.seed)
         seconds = round(time.perf_counter() - began, 1)
     if learner is controller:
-        yield Lesson(piece.throws[0], seconds, partial(_transfer, controller, piece))
+        content = partial(state_bytes, controller) if isinstance(controller, Learner) else None
+        yield Lesson(piece.throws[0], seconds, partial(_transfer, controller, piece), content=content)
     else:  # the controller that a search returns acts on every level alike
         yield Lesson(piece.throws[0], seconds, lambda name, trial: learner)
+
+
+@contextmanager
+def _pupil(piece: Piece) -> Generator[tuple[Controller, Trial], None, None]:
+    """The controller of a piece before its practice, and the trial in which the controller practises."""
+    with closing(_trial(piece, piece.train_level, piece.entry.practice_envs)) as trial:
+        controller = entry_controller(trial, piece.entry, piece.entry.controller)
+        controller.reset(piece.seed)
+        yield controller, trial
+
+
+def _recall(piece: Piece, folder: Path, stored: Stored) -> Lesson:
+    """The lesson of a policy that is stored, so that nothing has to be learned.
+
+    Raises:
+        UsageError: the policy is damaged, or of another controller.
+    """
+    file = folder / POLICY
+    file.write_bytes(stored.content)
+    if piece.entry.controller in TRAINED:
+        run = RunFolder(folder)
+        with closing(_trial(piece, piece.train_level)) as trial:
+            run.write_arguments({**_training_arguments(piece, trial), "action_mode": trial.core.action_mode})
+        make_controller = partial(_checkpoint_policy, run, None, run.arguments)
+        return Lesson(stored.throws, 0.0, make_controller, bytes_digest(stored.content))
+    with _pupil(piece) as (controller, _):
+        if not isinstance(controller, Learner):
+            raise UsageError(f"controller {controller.name!r} learns nothing that could be stored")
+        load_state(controller, file)
+    return Lesson(stored.throws, 0.0, partial(_transfer, controller, piece))
 
 
 def _train(piece: Piece, folder: Path) -> Iterator[Lesson]:
@@ -92,19 +135,10 @@ def _train(piece: Piece, folder: Path) -> Iterator[Lesson]:
     from ..learning.progress import Stop  # noqa: PLC0415 - imports torch
     from ..training.session import Session  # noqa: PLC0415 - as above
 
-    algo, entry, run = piece.entry.controller, piece.entry, RunFolder(folder / f"{piece.name}-{piece.key}-run")
-    settings = settings_of(entry, piece.plan.env)
-    run_args = {
-        "env": piece.plan.env,
-        "level": piece.train_level,
-        "algo": algo,
-        "steps": max(piece.throws),
-        "seed": piece.seed,
-        "checkpoint_every": max(piece.throws),
-        **{name: getattr(entry, name) for name in ("stack", "over", "fidelity")},
-    }
+    run = RunFolder(folder / f"{piece.name}-{piece.key}-run")
+    settings = settings_of(piece.entry, piece.plan.env)
     with closing(_trial(piece, piece.train_level, settings.get("n_envs"))) as trial:
-        run_args["num_envs"] = trial.env.num_envs
+        run_args = _training_arguments(piece, trial)
         with closing(Session(trial, run_args, trial.hyperparameters(run_args, settings), threads=1)) as session:
             model = run.restore(session.env) if run.checkpoints else session.create(run.path)[1]
             for throws in piece.throws:
@@ -114,11 +148,28 @@ def _train(piece: Piece, folder: Path) -> Iterator[Lesson]:
                 seconds = round(time.perf_counter() - began, 1)
                 place = next(p for p in run.checkpoints if int(p.name) >= throws)
                 policy = bytes_digest(run.policy_file(place).read_bytes())
-                yield Lesson(throws, seconds, partial(_checkpoint_policy, run, place, session.run_args), policy)
+                make_controller = partial(_checkpoint_policy, run, place, session.run_args)
+                yield Lesson(throws, seconds, make_controller, policy, run.policy_file(place).read_bytes)
 
 
-def _checkpoint_policy(run: RunFolder, place: Path, run_args: dict[str, Any], name: str, trial: Trial) -> Controller:
-    """Policy of a training's checkpoint as a controller for an evaluation level."""
+def _training_arguments(piece: Piece, trial: Trial) -> dict[str, Any]:
+    """Arguments of a piece's training in the cells of a trial."""
+    return {
+        "env": piece.plan.env,
+        "level": piece.train_level,
+        "algo": piece.entry.controller,
+        "steps": max(piece.throws),
+        "seed": piece.seed,
+        "checkpoint_every": max(piece.throws),
+        "num_envs": trial.env.num_envs,
+        **{name: getattr(piece.entry, name) for name in ("stack", "over", "fidelity")},
+    }
+
+
+def _checkpoint_policy(
+    run: RunFolder, place: Path | None, run_args: dict[str, Any], name: str, trial: Trial
+) -> Controller:
+    """Policy of a training, or of a checkpoint of it, as a controller for an evaluation level."""
     return trial.policy(run, place, run_args, name)
 
 

@@ -21,6 +21,7 @@ from .__main__ import show
 from .compare import assemble
 from .plan import pieces
 from .run import jobs
+from .stored import POLICIES, stored_policies
 from .submission import submission_name, submission_plan, take_along
 
 
@@ -69,7 +70,8 @@ def main(arguments: Arguments) -> None:
     head = {"by": arguments.by, "about": arguments.about, "command": _command(arguments)}
     head |= {"plan": plan.model_dump(mode="json"), "versions": versions(), "arithmetic": arithmetic()}
     seconds = sum(part["seconds"] for part in parts)
-    deliver_json(file, {**head, "seconds": seconds, **comparison, "results": results}, indent=None)
+    policies = stored_policies(parts)
+    deliver_json(file, {**head, "seconds": seconds, **comparison, POLICIES: policies, "results": results}, indent=None)
     show(plan, comparison["table"])
     console().print(f"the submission is {file}; `pnt-gym verify {file}` repeats it")
 

@@ -24,6 +24,7 @@ from .entries import TRAINED, labels_of
 from .kept import plan_of_file
 from .plan import Piece, Plan, pieces, trial_of_plan
 from .run import run_piece
+from .stored import POLICIES, Stored, stored_policy
 from .submission import check_submission, is_submission
 
 DIFFERENT: Final = 1
@@ -36,7 +37,10 @@ ROW: Final = ("label", "throws", "seed", "level", "train_level")
 
 @dataclass(frozen=True)
 class Arguments:
-    """Learn and throw a random sample of a benchmark's rows again, and compare every throw bit by bit."""
+    """Throw a random sample of a benchmark's rows again, and compare every throw bit by bit.
+
+    A row is thrown with the policy that the file stores for it. A controller without a stored policy learns again.
+    """
 
     file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FILE")]
     """File that `benchmark` wrote, for instance results/benchmark.json."""
@@ -47,7 +51,9 @@ class Arguments:
     throws: Annotated[int | None, option("all", "N")] = None
     """Compare only the first N throws, or work shifts, of each row; totals of a row are not compared then."""
     longest: float = 60.0
-    """Longest learning of a row of the sample [s]; rows that learned longer are left out."""
+    """Longest learning of a row of the sample [s]; longer ones are left out unless their policy is stored."""
+    learn: bool = False
+    """Let controllers learn again whose policies are stored in the file."""
     trust: bool = False
     """Import modules that the file names, whose code then runs."""
     json: Annotated[Path | None, option("none", "FILE")] = None
@@ -65,12 +71,14 @@ def main(arguments: Arguments) -> None:
     data, plan = _read(arguments.file)
     with check_form(arguments.file):
         made_by, results, made_on = dict(data["versions"]), list(data["results"]), data.get("arithmetic")
+        policies = [stored_policy(dict(data.get(POLICIES, {})), row) for row in results]
         names = [dict(zip(ROW, (row[name] for name in ROW), strict=True)) for row in results]
     _check_trust(plan, trust=arguments.trust)
     if arguments.trust:  # the module of a submission lies beside its file
         sys.path.insert(0, str(arguments.file.resolve().parent))
     planned = pieces(plan)
-    sample = choose(plan, planned, results, arguments)
+    stored = [None if arguments.learn else policy for policy in policies]
+    sample = choose(plan, planned, results, stored, arguments)
     others = {name: version for name, version in versions().items() if made_by.get(name) != version}
     is_elsewhere = made_on is not None and made_on != arithmetic()
     if arguments.write and (others or is_elsewhere):
@@ -79,13 +87,14 @@ def main(arguments: Arguments) -> None:
     with throws_bar() as bar:
         task = bar.add_task("rows thrown again", total=len(sample))
         for index in sample:
-            anew = repeat(planned, results[index], arguments.throws)
+            anew = repeat(planned, results[index], arguments.throws, stored[index])
             row_others = {**others, **other_code(results[index], anew)}
-            row = begin(results[index], arguments.throws)
+            row = comparable(planned, results[index], arguments.throws)
             difference = row_difference(row, anew, is_same_code=not row_others and not is_elsewhere)
             near = is_elsewhere and is_near(row["columns"], anew["columns"])
             text = NEAR if difference is not None and near else verdict(difference, row_others)
-            verdicts.append({**names[index], "verdict": text, "difference": difference})
+            is_stored = stored[index] is not None
+            verdicts.append({**names[index], "verdict": text, "difference": difference, "stored": is_stored})
             if arguments.write and difference is None:
                 results[index]["digests"] = anew["digests"]
             bar.advance(task)
@@ -108,6 +117,9 @@ def _read(file: Path) -> tuple[Any, Plan]:
         UsageError: the file has another form, or is a submission with other throws than the benchmark's.
     """
     data = read_json(file)
+    if not isinstance(data, dict) or "plan" not in data:
+        sources = "only files of `pnt-gym benchmark` and `pnt-gym submit` are verified"
+        raise UsageError(f"{str(file)!r} has no plan: {sources}")
     with check_form(file):
         plan = plan_of_file(file, data["plan"])
         if is_submission(data):
@@ -115,13 +127,20 @@ def _read(file: Path) -> tuple[Any, Plan]:
     return data, plan
 
 
-def choose(plan: Plan, planned: Sequence[Piece], results: Sequence[Any], arguments: Arguments) -> list[int]:
+def choose(
+    plan: Plan,
+    planned: Sequence[Piece],
+    results: Sequence[Any],
+    stored: Sequence[Stored | None],
+    arguments: Arguments,
+) -> list[int]:
     """Numbers of the rows of the sample, in the order of the file.
 
     Raises:
         UsageError: no row learned so quickly, or a row is of another plan.
     """
-    quick = [n for n, row in enumerate(results) if _seconds(find_piece(planned, row), results) <= arguments.longest]
+    seconds = [_seconds(find_piece(planned, row), results) for row in results]
+    quick = [n for n, policy in enumerate(stored) if policy is not None or seconds[n] <= arguments.longest]
     if not quick:
         raise UsageError(f"--longest is {arguments.longest:g}; no row of plan {plan.name!r} learned so quickly")
     random = np.random.default_rng(arguments.seed)
@@ -151,16 +170,30 @@ def _is_of(piece: Piece, row: Mapping[str, Any]) -> bool:
     return is_same and (piece.seed, piece.train_level) == (row["seed"], row["train_level"])
 
 
-def repeat(planned: Sequence[Piece], row: Mapping[str, Any], count: int | None = None) -> dict[str, Any]:
-    """A row computed anew, or its first throws; other levels and numbers of practice throws are left out."""
+def repeat(
+    planned: Sequence[Piece], row: Mapping[str, Any], count: int | None = None, stored: Stored | None = None
+) -> dict[str, Any]:
+    """A row computed anew, or its first throws; other levels and numbers of practice throws are left out.
+
+    Args:
+        planned: pieces of the plan.
+        row: the row of results.
+        count: number of throws or work shifts; None for all.
+        stored: policy to throw with; None to let the controller learn.
+
+    Raises:
+        UsageError: the stored policy is damaged.
+    """
     piece = find_piece(planned, row)
     if count is not None:
         piece = _shortened(piece, count)
     throws = piece.throws if piece.entry.controller in TRAINED else (row["throws"],)
     with TemporaryDirectory() as folder:
-        anew = run_piece(replace(piece, levels=(row["level"],), throws=throws), Path(folder))["results"]
+        anew = run_piece(replace(piece, levels=(row["level"],), throws=throws), Path(folder), stored)["results"]
     (result,) = [other for other in anew if (other["label"], other["throws"]) == (row["label"], row["throws"])]
-    return begin(jsonable(result), count)
+    if stored is not None and result["digests"]["policy"] != row["digests"]["policy"]:
+        raise UsageError(f"the stored policy of {row['label']!r}, seed {row['seed']}, has not the digest of its row")
+    return comparable(planned, jsonable(result), count)
 
 
 def _shortened(piece: Piece, count: int) -> Piece:
@@ -170,11 +203,12 @@ def _shortened(piece: Piece, count: int) -> Piece:
     return replace(piece, plan=piece.plan.model_copy(update={option: count, "picks_on": {}}), entry=entry)
 
 
-def begin(row: dict[str, Any], count: int | None) -> dict[str, Any]:
-    """A row with the first throws alone, and without the totals of all of its throws; whole without a count."""
-    if count is None:
-        return row
-    columns = {name: column[:count] for name, column in row["columns"].items() if isinstance(column, list | str)}
+def comparable(planned: Sequence[Piece], row: Mapping[str, Any], count: int | None) -> dict[str, Any]:
+    """A row without times of the computation; with a count, its first throws alone and none of the totals of all."""
+    timings = trial_of_plan(planned[0].plan).record.timings
+    columns = {name: column for name, column in row["columns"].items() if name not in timings}
+    if count is not None:
+        columns = {name: column[:count] for name, column in columns.items() if isinstance(column, list | str)}
     return {**row, "columns": columns}
 
 
@@ -236,6 +270,9 @@ def show(
     title = f"{len(verdicts)} of {count} rows thrown again"
     header = ("controller", "learned from", "seed", "level", "verdict", "first difference")
     console().print(Grid(title, header, lines).terminal())
+    count_stored = sum(row["stored"] for row in verdicts)
+    if count_stored:
+        console().print(f"stored policies threw {count_stored} of them; with --learn their controllers learn again")
     for name, version in others.items():
         console().print(f"the file was made with {name} {made_by.get(name, 'of no version')}; here is {version}")
 

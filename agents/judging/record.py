@@ -36,6 +36,8 @@ class Record(ABC):
 
     figures: ClassVar[Mapping[str, Figure]]
     """Figures by which controllers are compared unit by unit."""
+    timings: ClassVar[frozenset[str]] = frozenset()
+    """Columns with times of the computation, which no repetition gives again."""
 
     @abstractmethod
     def values(self) -> Mapping[str, Floats]:

@@ -50,6 +50,7 @@ class ShiftRecord(Record):
     """
 
     figures = FIGURES
+    timings = frozenset({"ms_per_decision"})
 
     def __init__(self, shifts: Shifts, core: LineCore, settings: Mapping[str, Any]) -> None:
         self.shifts = shifts

@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 
+from agents.benchmark import run
 from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
+from agents.benchmark.stored import stored_policies
 from agents.benchmark.verify import first_difference
 from agents.ground.files import json_text
 from agents.ground.versions import versions
@@ -38,6 +40,26 @@ def text(tmp_path_factory: pytest.TempPathFactory) -> str:
     results = [result for piece in pieces(plan) for result in run_piece(piece, work)["results"]]
     head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "seconds": 1.0}
     return json_text({**head, **assemble(plan, results), "results": results})
+
+
+@pytest.fixture(scope="module")
+def stored_text(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """File with the policies of a training and of fits."""
+    sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0], "options": {"learning_starts": 16}}
+    plan = Plan.model_validate({**PLAN, "levels": ["waste"], "entries": [PLAN["entries"][1], sac]})
+    work = tmp_path_factory.mktemp("work")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run, "STORED_FROM", 0.0)
+        parts = [run_piece(piece, work) for piece in pieces(plan)]
+    results = [result for part in parts for result in part["results"]]
+    head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "policies": stored_policies(parts)}
+    return json_text({**head, "seconds": 1.0, **assemble(plan, results), "results": results})
+
+
+@pytest.fixture
+def stored(stored_text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    monkeypatch.chdir(tmp_path)
+    return json.loads(stored_text)
 
 
 @pytest.fixture
@@ -109,6 +131,14 @@ def test_wrong_files_are_one_sentence(
 ) -> None:
     Path("file.json").write_text(json.dumps({**data, **changes}))
     assert words in refused("agents.benchmark.verify", "file.json", *options)
+
+
+@pytest.mark.parametrize("content", ["[]", '{"results": []}'])
+def test_a_file_of_anything_else_is_one_sentence(tmp_path: Path, content: str) -> None:
+    file = tmp_path / "file.json"
+    file.write_text(content)
+    words = "has no plan: only files of `pnt-gym benchmark` and `pnt-gym submit` are verified"
+    assert words in refused("agents.benchmark.verify", str(file))
 
 
 def test_a_row_of_no_entry_is_one_sentence(data: dict[str, Any]) -> None:
@@ -188,3 +218,43 @@ def test_rows_of_another_processor_may_differ_within_bounds(data: dict[str, Any]
     code, verdicts = verify(data, "--rows", "99")
     assert code == 1
     assert [row["verdict"] for row in verdicts].count("different") == 1
+
+
+def test_stored_policies_throw_without_learning(stored: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    assert len(stored["policies"]) == len(stored["results"]) == 6
+    monkeypatch.setattr(run, "_learn", lambda *_: pytest.fail("a controller learned"))
+    for row in stored["results"]:
+        row["learn_seconds"] = 1e4
+    code, verdicts = verify(stored, "--rows", "99")
+    assert code == 0
+    assert [row["verdict"] for row in verdicts] == ["equal"] * 6
+    assert all(row["stored"] for row in verdicts)
+
+
+def test_controllers_of_stored_policies_learn_again_when_asked(stored: dict[str, Any]) -> None:
+    other = {row["digests"]["policy"]: next(iter(stored["policies"].values())) for row in stored["results"]}
+    code, verdicts = verify({**stored, "policies": other}, "--rows", "99", "--learn")
+    assert code == 0
+    assert {row["verdict"] for row in verdicts} == {"equal"}
+    assert not any(row["stored"] for row in verdicts)
+
+
+def test_a_row_without_its_policy_learns_again(stored: dict[str, Any]) -> None:
+    del stored["policies"][stored["results"][0]["digests"]["policy"]]
+    assert [row["stored"] for row in verify(stored, "--rows", "99")[1]] == [False, *[True] * 5]
+
+
+@pytest.mark.parametrize("label", ["ridge", "sac"])
+def test_a_stored_policy_of_another_row_is_refused(stored: dict[str, Any], label: str) -> None:
+    first, second, *_ = (row["digests"]["policy"] for row in stored["results"] if row["label"] == label)
+    stored["policies"][first] = stored["policies"][second]
+    Path("file.json").write_text(json.dumps(stored))
+    sentence = f"the stored policy of '{label}', seed 0, has not the digest of its row"
+    assert sentence in refused("agents.benchmark.verify", "file.json", "--rows", "99")
+
+
+@pytest.mark.parametrize(("policy", "words"), [("x", "another form"), ("AAAA", "holds no")])
+def test_a_damaged_policy_is_one_sentence(stored: dict[str, Any], policy: str, words: str) -> None:
+    damaged = dict.fromkeys(stored["policies"], policy)
+    Path("file.json").write_text(json.dumps({**stored, "policies": damaged}))
+    assert words in refused("agents.benchmark.verify", "file.json", "--rows", "99")
