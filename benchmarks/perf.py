@@ -39,8 +39,10 @@ CASES: Final[dict[str, Callable[[Options], Iterator[Row]]]] = {
 class Arguments(Options):
     """Time planners, grasping and environments; what is compared is timed in turn, in one run."""
 
-    cases: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="CASE")] = ()
-    """Names of cases or their beginnings; all without one."""
+    cases: Annotated[
+        tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="CASE ...", help_behavior_hint="(default: all)")
+    ] = ()
+    """Names of cases or their beginnings."""
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write the figures to this file: those of one subject, or by subject where there are several."""
     list: bool = False

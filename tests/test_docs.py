@@ -117,7 +117,7 @@ def section(env_class, title):
 
 def table(text):
     """Cells of the first Markdown table in a text, without its head."""
-    lines = [line for line in text.splitlines() if line.startswith("|")]
+    lines = re.search(r"(?:^\|.*\n)+", text, flags=re.MULTILINE)[0].splitlines()
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
     assert set("".join(rows[1])) <= set("-: ")
     return rows[2:]
@@ -142,7 +142,7 @@ def test_observation_rows_are_the_declared_ones(env_class):
     features = FAMILY[env_class].features
     assert [row[1] for row in rows] == [feature.name for feature in features]
     for index, (row, feature) in enumerate(zip(rows, features, strict=True)):
-        number, _, low, high, centre, scale, unit, meaning = row
+        number, _, unit, meaning, centre, scale, low, high = row
         assert (int(number), unit, meaning) == (index, feature.unit, feature.meaning)
         assert (float(low), float(high)) == (-CLIP, CLIP)
         assert (float(centre), float(scale)) == (feature.centre, feature.scale)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 Axes: TypeAlias = "matplotlib.axes.Axes"
 Figure: TypeAlias = "matplotlib.figure.Figure"
 """Matplotlib's figure; the heavy library is imported only where something is drawn."""
+WIDTH: Final = 6.6
+"""Width of a figure whose text a phone still shows at a legible size [inch]."""
 COLOURS: Final = (
     "#4c72b0", "#dd8452", "#55a868", "#c44e52", "#8172b3", "#937860", "#da8bc3", "#8c8c8c", "#ccb974", "#64b5cd",
     "#2f4b26", "#000000",

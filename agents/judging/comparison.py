@@ -259,6 +259,8 @@ def compare(
 ) -> dict[str, Any]:
     """Compare two or more policies on the same held-out objects until their order is settled.
 
+    The report holds the sentences of the command, and every figure behind them:
+
         report = compare("analytic", "mlp", "PnTRelease-v0", level="waste")
         print(*report["sentences"])
 

@@ -46,7 +46,7 @@ class Arguments:
     """Shifts in which the planner's decisions are collected."""
     rounds: int = 2
     """Rounds of collecting and fitting: the planner acts in the first round, the fitted scorer in later rounds."""
-    hidden: tuple[int, ...] = (64, 64)
+    hidden: Annotated[tuple[int, ...], tyro.conf.arg(metavar="N ...")] = (64, 64)
     """Widths of the scorer's layers."""
     seed: int = 0
     """Seed of the collected shifts, which no evaluation sees, and of the weights."""

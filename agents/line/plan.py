@@ -27,13 +27,13 @@ class Arguments:
     """A shipped level's name or a YAML file; all plans have its stream, items, bins and values."""
     recovery: float = 0.95
     """Recovery to reach: share of all objects that are sorted."""
-    robots: tuple[int, ...] = (1, 2, 3, 4)
+    robots: Annotated[tuple[int, ...], tyro.conf.arg(metavar="N ...")] = (1, 2, 3, 4)
     """Numbers of robots to try; further robots than the level has are copies of its last robot, at equal distances."""
     speeds: Annotated[tuple[float, ...] | None, option("that of the level", "M/S ...")] = None
     """Belt speeds to try [m/s]; the number of objects per minute stays the same."""
     percents: Annotated[tuple[float, ...] | None, option("those of the level", "PERCENT ...")] = None
     """Limits of the robots to try [% of V, A and J]."""
-    skills: tuple[Literal["level", "all"], ...] = ("level",)
+    skills: Annotated[tuple[Literal["level", "all"], ...], tyro.conf.arg(metavar="level|all ...")] = ("level",)
     """Skills to try: the skills of the level, or for every robot all items that its bins accept."""
     minutes: float = 2.0
     """Length of a shift [min]."""

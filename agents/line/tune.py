@@ -35,8 +35,8 @@ HEAD: Final = (
 
 
 TUNABLE = (
-    "Controllers to tune. atc: its patience. price: its patience and share. beam and joint_beam: their price of time. "
-    "price_beam: its price of time and share. index: its weights, by evolution. guided_beam: its trust in its plans."
+    "Controllers, and the settings to tune: atc (patience), price (patience, share), beam and joint_beam (price of "
+    "time), price_beam (price of time, share), index (weights, by evolution), guided_beam (trust in plans)."
 )
 
 
@@ -46,7 +46,9 @@ class Arguments:
 
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "single"
     """A shipped level's name or a YAML file; throws succeed by the level's table of chances."""
-    what: Annotated[tuple[Tunable, ...], tyro.conf.arg(help=TUNABLE)] = field(default=("atc", "price"))
+    what: Annotated[tuple[Tunable, ...], tyro.conf.arg(metavar="NAME ...", help=TUNABLE)] = field(
+        default=("atc", "price")
+    )
     shifts: int = 64
     """Shifts for every setting; settings are kept only from 32 shifts on."""
     generations: int = 40

@@ -7,6 +7,7 @@ from typing import Any, Final, NamedTuple
 
 from ..reproduce.record import verdicts
 from .line import CLASS_BLIND, FIRST, best, gain, value
+from .study_plan import shipped_study
 from .tables import first_level, name_of, rows_of
 
 Data = Mapping[str, Any]
@@ -161,7 +162,8 @@ def methods(results: Results) -> str:
     if not rows:
         raise NoAnswer("no method at these limits")
     ordered = sorted((row for row in rows if "sorted_per_min" in row), key=_pace, reverse=True)
-    paces = [f"{row['planner'].replace('_', ' ')} {_pace(row):.1f}" for row in ordered]
+    titles = shipped_study("methods").names["planner"]
+    paces = [f"{titles.get(row['planner'], row['planner'])} {_pace(row):.1f}" for row in ordered]
     level, percent = METHODS_AT
     return (
         f"Sorted objects per minute of the analytic planner on `{level}` at {percent} % of the robot's limits: "

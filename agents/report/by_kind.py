@@ -19,8 +19,8 @@ Cell = Callable[[Sequence[Data], int], str]
 def kind_table(data: Data, level: str) -> Grid:
     """Shares by kind of what each controller held, lost on the way and sorted; no rows where nothing is grasped."""
     note = (
-        "Shares [%]. In each cell: share of the kind's objects that the cup held / share that was lost on the way / "
-        "share that was sorted, which is the recovery of the kind."
+        "Three shares of the kind's objects in each cell, in percent: held by the cup / lost on the way / sorted. The "
+        "last share is the recovery of the kind."
     )
     return _table(f"Held, lost and sorted by kind, level {level}", data, level, _shares, note)
 
@@ -28,8 +28,8 @@ def kind_table(data: Data, level: str) -> Grid:
 def landing_table(data: Data, level: str) -> Grid:
     """Landing errors by kind; no rows where nothing is grasped."""
     note = (
-        "In each cell: mean landing error of the kind's thrown objects / median / mean along the throw, in mm; an "
-        "object that lands short has a negative one."
+        "Three figures of the kind's thrown objects in each cell, in mm: mean landing error / median landing error / "
+        "mean landing along the throw, which is negative for objects that land short."
     )
     return _table(f"Landing error by kind, level {level}", data, level, _landings, note)
 
@@ -58,7 +58,7 @@ def _shares(results: Sequence[Data], kind: int) -> str:
         (letters == OUTCOMES["dropped"]).mean(),
         (letters == OUTCOMES["sorted"]).mean(),
     )
-    return " / ".join(f"{100.0 * share:.0f}" for share in shares)
+    return "/".join(f"{100.0 * share:.0f}" for share in shares)
 
 
 def _landings(results: Sequence[Data], kind: int) -> str:
@@ -72,4 +72,4 @@ def _landings(results: Sequence[Data], kind: int) -> str:
     if not flew.any():
         return "-"
     error = 1000.0 * np.hypot(along, across)[flew]
-    return f"{error.mean():.0f} / {np.median(error):.0f} / {1000.0 * along[flew].mean():+.0f}"
+    return f"{error.mean():.0f}/{np.median(error):.0f}/{1000.0 * along[flew].mean():+.0f}"

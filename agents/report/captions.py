@@ -12,7 +12,7 @@ BENCHMARK: Final = {
     "over_the_shift": "Mean landing error over the picks of a shift, level by level.",
     "value": "Gain in value per minute over first in, first out, with 95 % intervals.",
     "profiles": "Share of the runs, over seeds and levels, that err or fail less than a bound, with 95 % intervals.",
-    "learning_curves": "Figures over the throws or decisions learned from; controllers that do not learn are lines.",
+    "learning_curves": "Each controller over the throws or decisions learned from; dashed: it does not learn.",
 }
 """Drawings of benchmarks; the files of further benchmarks have the same names after the name of the benchmark."""
 STUDIES: Final = {
@@ -20,7 +20,7 @@ STUDIES: Final = {
     "opening of the bin, its distance and the mass of the objects.",
     "curves": "Landing error and sorted objects per minute over the throws learned from: mean and range of the seeds.",
     "curves_profiles": "Share of the runs that err less than a bound, after the most throws.",
-    "mismatch": "Gain of learning over the planner in landing error over the mismatch, with 95 % intervals.",
+    "mismatch": "Gain of learning over the planner in landing error and in sorted objects, with 95 % intervals.",
 }
 PAPERS: Final = {
     "hassan_scurve": "Time and peak speed over the stroke (Fig. 2), and the release as a crossing (Figs. 4 and 5).",

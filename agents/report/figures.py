@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg, tile_panels
+from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg, tile_panels
 from .headline import headline_figure
 from .line import gains_figure
 from .profiles import profiles_figure, run_errors
@@ -44,7 +44,7 @@ VALUE: Final = Measure(
     "decisions learned from",
     hidden="random",
 )
-THROW_TICKS = (30, 100, 300, 1000, 3000, 10_000, 30_000)
+THROW_TICKS = (100, 1000, 10_000)
 ERROR_TICKS = (2, 5, 10, 20, 50, 100)
 ERROR: Final = Measure(
     ("landing_error_mean_m", "landing_error_low_m", "landing_error_high_m"),
@@ -55,7 +55,7 @@ ERROR: Final = Measure(
     counts=THROW_TICKS,
 )
 ADAPTING = ("static", "ema", "kalman", "recursive_ridge", "in_context", "recurrent_ppo", "oracle_drift")
-NAMED_BESIDE = 5
+NAMED_BESIDE = 4
 """Names in a row of the legend."""
 SMOOTHED = 5
 """Picks over which a curve is averaged."""
@@ -93,10 +93,10 @@ def _has_curves(data: Mapping[str, Any]) -> bool:
 
 
 def bars(data: Mapping[str, Any]) -> Figure:
-    """Landing error of every controller, one panel per level, with 95 % intervals."""
+    """Landing error of every controller, a panel for each level, one below another, with 95 % intervals."""
     levels, colour = data["plan"]["levels"], _colours(data)
     row_count = max(len(rows_of(data, [level])) for level in levels)
-    figure, panels = subplots(1, len(levels), (5.2 * len(levels), 0.3 * row_count + 1.0))
+    figure, panels = subplots(len(levels), 1, (WIDTH, (0.24 * row_count + 0.9) * len(levels)))
     for axes, level in zip(panels, levels, strict=True):
         rows = rows_of(data, [level])
         places = np.arange(len(rows))
@@ -113,7 +113,7 @@ def bars(data: Mapping[str, Any]) -> Figure:
 def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
     """A figure over the throws or decisions learned from; controllers that do not learn are lines."""
     levels = data["plan"]["levels"]
-    figure, panels = tile_panels(len(levels), 3, (5.2, 4.0))
+    figure, panels = tile_panels(len(levels), 2, (WIDTH / 2 if len(levels) > 1 else WIDTH, 3.2))
     greatest_count = max([row["throws"] for row in data["table"] if not row["label"].startswith("floor")] or [0])
     for axes, level in zip(panels, levels, strict=True):
         for label, colour in _colours(data).items():
@@ -138,7 +138,7 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
 def over_the_shift(data: Mapping[str, Any]) -> Figure:
     """Mean landing error pick by pick, one panel per level, of those that are `ADAPTING`."""
     levels = list(dict.fromkeys(row["level"] for row in data["table"]))
-    figure, panels = tile_panels(len(levels), 2, (4.4, 2.8))
+    figure, panels = tile_panels(len(levels), 2, (WIDTH / 2, 2.8) if len(levels) > 1 else (WIDTH, 3.8))
     colours = dict(zip(ADAPTING, cycle(COLOURS), strict=False))
     for axes, level in zip(panels, levels, strict=True):
         for row in rows_of(data, [level]):
@@ -156,7 +156,7 @@ def over_the_shift(data: Mapping[str, Any]) -> Figure:
 
 def landing_clouds(chosen: Sequence[Mapping[str, Any]]) -> Figure:
     """Where objects landed against the target, along and across the throw, one panel per result."""
-    figure, panels = subplots(1, len(chosen), (3.4 * len(chosen), 3.4), sharex=True, sharey=True)
+    figure, panels = tile_panels(len(chosen), 2, (WIDTH / 2, WIDTH / 2), sharex=True, sharey=True)
     for axes, result in zip(panels, chosen, strict=True):
         along, across = (1000 * np.array(result["columns"][c], dtype=float) for c in ("along_m", "across_m"))
         axes.scatter(along, across, s=4, alpha=0.4, color=COLOURS[0], linewidths=0)
@@ -165,7 +165,8 @@ def landing_clouds(chosen: Sequence[Mapping[str, Any]]) -> Figure:
         axes.plot(np.nanmean(along), np.nanmean(across), "+", color=COLOURS[3], markersize=12, markeredgewidth=2)
         axes.set_title(name_of(result), fontsize=10)
         axes.set(xlim=(-150, 150), ylim=(-150, 150), aspect="equal", xlabel="along the throw [mm]")
-    panels[0].set_ylabel("across [mm]")
+    for axes in panels[::2]:
+        axes.set_ylabel("across [mm]")
     return figure
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from ..ground.drawings import COLOURS, Figure, dress, subplots
+from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from ..ground.tables import Grid, millimetres, percent
 from .tables import failure_table, first_level
 
@@ -61,7 +61,7 @@ def headline_failures(data: Data) -> Grid:
 def headline_figure(data: Data) -> Figure:
     """Sorted picks per minute over the throws learned from, on the first level of the plan."""
     level, rows = first_level(data)
-    figure, (axes,) = subplots(1, 1, (7.0, 3.8))
+    figure, (axes,) = subplots(1, 1, (WIDTH, 3.8))
     for label, colour in zip(LEARNERS, COLOURS, strict=False):
         points = sorted((row["throws"], row["sorted_per_min"]) for row in rows if row["label"] == label)
         axes.plot(*zip(*points, strict=True), marker="o", color=colour, label=label) if points else None

@@ -147,7 +147,7 @@ def gains_figure(data: Data) -> Figure:
     levels = data["plan"]["levels"]
     shown = [row for row in rows_of(data, levels) if row["controller"] not in ("random", FIRST)]
     names = list(dict.fromkeys(map(name_of, shown)))
-    figure, panels = tile_panels(len(levels), 3, (3.6, 0.2 * len(names) + 0.8), sharey=True)
+    figure, panels = tile_panels(len(levels), 2, (3.4, 0.2 * len(names) + 0.8), sharey=True)
     for axes, level in zip(panels, levels, strict=True):
         base = best(rows_of(data, [level]), (FIRST,)) or rows_of(data, [level])[0]
         for row in (row for row in shown if row["level"] == level):

@@ -17,7 +17,7 @@ ACROSS: Final = {
 }
 """What panels are drawn over, and what the axis is called."""
 METHOD: Final = "planner"
-IN_A_ROW: Final = 3
+IN_A_ROW: Final = 2
 """Panels side by side."""
 
 
@@ -31,13 +31,13 @@ def methods_figure(data: Data) -> Figure:
     panels: dict[str, list[Data]] = {}
     for row in (row for row in data["rows"] if METHOD in row):
         panels.setdefault(f"level {row['level']}" if "level" in row else row["part"], []).append(row)
-    figure, axes = tile_panels(len(panels), IN_A_ROW, (4.2, 3.2), sharey=True)
+    figure, axes = tile_panels(len(panels), IN_A_ROW, (3.2, 2.7), sharey=True)
     for panel, (title, rows) in zip(axes, panels.items(), strict=True):
         name = next(name for name in ACROSS if name in rows[0])
         _lines(panel, rows, name)
         dress(panel, ACROSS[name], "sorted per minute" if panel in axes[::IN_A_ROW] else "", title)
     axes[0].set_ylim(bottom=0.0)
-    axes[0].legend(fontsize=8, loc="upper left")
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
     return figure
 
 

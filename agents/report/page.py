@@ -54,6 +54,7 @@ class Section:
         answer: the sentences with the numbers; empty for no question.
         picture: file of a drawing; empty for none.
         page: name of the question's own page; empty where the folder has none.
+        command: what makes the numbers; empty for no question.
     """
 
     title: str
@@ -61,6 +62,7 @@ class Section:
     answer: str = ""
     picture: str = ""
     page: str = ""
+    command: str = ""
 
 
 def sections(chapters: Sequence[Chapter], results: Path) -> list[Section]:
@@ -81,7 +83,7 @@ def _section(question: Question, answer: str, chapters: Sequence[Chapter], resul
         if chapter.source == name
     ]
     page = page if (results / page).is_file() else ""
-    return Section(question.title, tables, answer, question.picture, page)
+    return Section(question.title, tables, answer, question.picture, page, question.command)
 
 
 def html_page(parts: Sequence[Section]) -> str:

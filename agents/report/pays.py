@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ..ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg, tile_panels
+from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg
 from ..ground.tables import Grid, millimetres
 from .answers import NoAnswer
 from .runs_compared import improvement_text, performance_profile
@@ -21,6 +21,13 @@ BOUNDS: Final = np.linspace(0.0, 0.06, 121)
 """Landing errors at which a profile is drawn [m]."""
 ERROR_TICKS: Final = (2, 5, 10, 20, 50, 100, 200, 500)
 """Ticks of landing errors [mm]."""
+DISTINCT: Final = 10
+"""Colours that differ enough at first sight; further lines are dashed."""
+GAINS: Final = (
+    ("landing_error_m", -1000.0, "smaller landing error [mm]"),
+    ("sorted_per_min", 1.0, "more sorted objects a minute"),
+)
+"""Gains of the study `mismatch`, the factors that make them positive, and their names."""
 STYLES: Final = ("-", "--", ":")
 """Lines of what does not learn."""
 FEW: Final = 10
@@ -89,8 +96,8 @@ def mismatch_answer(results: Data) -> str:
     last = max(_by_learner(data, TOGETHER).items(), key=lambda learner: -learner[1][-1]["learned_m"])
     row = last[1][-1]
     return (
-        f"Learning sorts more than the planner from a mismatch of {known[0][0]:g} on with the first effect "
-        f"({known[0][1]}), and from {known[-1][0]:g} on with the last ({known[-1][1]}). At a mismatch of "
+        f"The smallest mismatch from which on learning sorts more than the planner depends on the effect: it is "
+        f"{known[0][0]:g} at best ({known[0][1]}) and {known[-1][0]:g} at worst ({known[-1][1]}). At a mismatch of "
         f"{row['mismatch']:g} with all effects together, the planner lands {millimetres(row['analytic_m'])} off, and "
         f"{last[0]} after 1,000 flights {millimetres(row['learned_m'])}."
     )
@@ -116,32 +123,35 @@ def _study_rows(data: Data, *names: str) -> Data:
 
 def curves_figure(data: Data) -> Figure:
     """Landing error and sorted per minute over throws: mean, smallest and largest of the seeds."""
-    figure, (error, pace) = subplots(1, 2, (11.0, 5.2))
+    figure, (error, pace) = subplots(2, 1, (WIDTH, 8.6), sharex=True)
+    first = list(_curves(data, "sorted_per_min"))[:DISTINCT]
     for axes, name, factor in ((error, "landing_error_mean_m", 1000.0), (pace, "sorted_per_min", 1.0)):
         for colour, (label, points) in zip(COLOURS, _curves(data, name).items(), strict=False):
             throws = sorted(points)
             values = [factor * np.array(points[count]) for count in throws]
-            axes.plot(throws, [v.mean() for v in values], marker="o", markersize=3, color=colour, label=label)
-            axes.fill_between(throws, [v.min() for v in values], [v.max() for v in values], color=colour, alpha=0.15)
+            means, style = [v.mean() for v in values], "-" if label in first else "--"
+            axes.plot(throws, means, style, marker="o", markersize=3, color=colour, label=label)
+            axes.fill_between(throws, [v.min() for v in values], [v.max() for v in values], color=colour, alpha=0.1)
         _fixed_lines(data, axes, name, factor)
         axes.set_xscale("log")
-    dress(error, "throws learned from", "landing error [mm]")
+    dress(error, "", "landing error [mm]")
     error.set_yscale("log")
     error.set_yticks(ERROR_TICKS, [str(tick) for tick in ERROR_TICKS])
     error.minorticks_off()
     dress(pace, "throws learned from", "sorted per minute")
-    figure.legend(*pace.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=5)
+    figure.legend(*pace.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
     return figure
 
 
 def profiles_figure(data: Data) -> Figure:
     """Share of the runs below each landing error, after the most throws that all learners have."""
     last, scores = _last_scores(data)
-    figure, (axes,) = subplots(1, 1, (7.0, 3.8))
-    for colour, (label, errors) in zip(COLOURS, scores.items(), strict=False):
-        axes.step(1000.0 * BOUNDS, performance_profile(errors, BOUNDS.tolist()), color=colour, label=label)
+    figure, (axes,) = subplots(1, 1, (WIDTH, 4.4))
+    for k, (colour, (label, errors)) in enumerate(zip(COLOURS, scores.items(), strict=False)):
+        below, style = performance_profile(errors, BOUNDS.tolist()), "-" if k < DISTINCT else "--"
+        axes.step(1000.0 * BOUNDS, below, style, color=colour, label=label)
     dress(axes, "landing error [mm]", "share of runs below", f"after {last:,} throws")
-    figure.legend(fontsize=8, loc="outside right upper")
+    figure.legend(fontsize=8, loc="outside lower center", ncols=4)
     return figure
 
 
@@ -162,18 +172,21 @@ def improvement_grid(data: Data) -> Grid:
 
 
 def mismatch_figure(data: Data) -> Figure:
-    """Gain in landing error over the mismatch, a panel for each effect."""
-    effects = _effects(data)
-    figure, panels = tile_panels(len(effects), 4, (3.4, 2.8), sharey=True)
-    for axes, effect in zip(panels, effects, strict=True):
-        for colour, (label, rows) in zip(COLOURS, _by_learner(data, effect).items(), strict=False):
-            gains = [{end: -1000.0 * row["landing_error_m"][end] for end in ("value", "low", "high")} for row in rows]
+    """Gains of the last learner over the mismatch, a line for each effect: in landing error, and in sorted objects."""
+    figure, panels = subplots(2, 1, (WIDTH, 7.4), sharex=True)
+    learner = ""
+    for axes, (name, factor, text) in zip(panels, GAINS, strict=True):
+        for colour, effect in zip(COLOURS, _effects(data), strict=False):
+            learner, rows = list(_by_learner(data, effect).items())[-1]
+            gains = [sorted(factor * row[name][end] for end in ("low", "value", "high")) for row in rows]
             dial = [row["mismatch"] for row in rows]
-            axes.plot(dial, [gain["value"] for gain in gains], marker="o", markersize=3, color=colour, label=label)
-            axes.fill_between(dial, [g["low"] for g in gains], [g["high"] for g in gains], color=colour, alpha=0.2)
+            axes.plot(dial, [gain for _, gain, _ in gains], marker="o", markersize=3, color=colour, label=effect)
+            axes.fill_between(dial, [low for low, _, _ in gains], [high for *_, high in gains], color=colour, alpha=0.1)
         axes.axhline(0.0, color="black", linewidth=0.8)
-        dress(axes, "mismatch", "gain [mm]" if axes in panels[::4] else "", effect)
-    panels[0].legend(fontsize=8)
+        dress(axes, "", text)
+    panels[0].set_title(f"gain of {learner} over the planner", fontsize=10)
+    panels[1].set_xlabel("mismatch")
+    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
     return figure
 
 

@@ -7,11 +7,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from ..ground.drawings import COLOURS, Figure, dress, subplots
+from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from ..reproduce.record import AGREES
 from .answers import LOSSES, verdict_counts
+from .figures import over_the_shift
 from .headline import headline_rows
-from .tables import name_of
+from .tables import first_level, name_of
 
 Results = Mapping[str, Any]
 VARIANTS: Final = ("_seed_", "_pace_", "_one_try", "_same_place")
@@ -26,6 +27,12 @@ def losses(results: Results) -> Figure:
     return _stacked([name_of(row) for row in rows], bars, "share of all picks [%]", f"level {level}")
 
 
+def drift(results: Results) -> Figure:
+    """Landing error over the picks of a shift on the first level of the benchmark."""
+    data = results["benchmark_adapt"]
+    return over_the_shift({**data, "table": first_level(data)[1]})
+
+
 def verdicts(results: Results) -> Figure:
     """How many published figures of each paper came out with which verdict, as stacked bars."""
     record = results["reproduction"]
@@ -38,10 +45,10 @@ def verdicts(results: Results) -> Figure:
 def flight(results: Results) -> Figure:
     """How far the same throws land apart, and the success in both, level by level."""
     rows = results["fidelity"]["rows"]
-    figure, (lengths, success) = subplots(1, 2, (9.0, 0.35 * len(rows) + 1.2), sharey=True)
+    figure, (lengths, success) = subplots(1, 2, (WIDTH, 0.35 * len(rows) + 1.2), sharey=True)
     places = np.arange(len(rows))
     lengths.barh(places, [1000 * row["landing_p95_m"] for row in rows], color=COLOURS[0])
-    dress(lengths, "landings apart, 95th percentile [mm]", "")
+    dress(lengths, "95 % land within [mm]", "")
     for name, marker, colour in (("full", "o", COLOURS[0]), ("flight", "x", COLOURS[1])):
         success.plot([100 * row[f"success_{name}"] for row in rows], places, marker, color=colour, label=name)
     dress(success, "success [%]", "", legend="best")
@@ -73,16 +80,18 @@ def sorter(results: Results) -> Figure:
 def cup(results: Results) -> Figure:
     """What the cup loses and what is sorted per minute over the safety of the grip, level by level."""
     rows = results["grip"]["rows"]
-    figure, panels = subplots(1, 2, (9.0, 3.6))
+    figure, panels = subplots(2, 1, (WIDTH, 6.4), sharex=True)
     figures = {
         "lost of what was picked [%]": ("dropped_of_picked", 100.0),
         "sorted per minute": ("sorted_per_min", 1.0),
     }
     for axes, (text, (name, scale)) in zip(panels, figures.items(), strict=True):
         for level, colour in zip(dict.fromkeys(row["level"] for row in rows), COLOURS, strict=False):
-            values = {str(row["safety"]): scale * row[name] for row in rows if row["level"] == level}
+            values = {str(row["safety"] or "none"): scale * row[name] for row in rows if row["level"] == level}
             axes.plot(list(values), list(values.values()), "o-", color=colour, label=level)
-        dress(axes, "safety of the grip", text, legend="best")
+        dress(axes, "", text)
+    panels[0].legend(fontsize=8, loc="best")
+    panels[1].set_xlabel("safety of the grip: times the measured load that the cup must hold")
     return figure
 
 
@@ -90,12 +99,12 @@ def speed(results: Results) -> Figure:
     """Throws per second of every environment: single environments, a vector of them, and the bare physics."""
     envs = results["perf_envs"]["envs"]
     rows = [
-        (f"{env}, {row['level']}, {row['threads']} threads", row)
+        (f"{env}, {row['level']}", row)
         for env, figures in envs.items()
         for row in figures["vector"]
         if row["threads"] == max(line["threads"] for line in figures["vector"])
     ]
-    figure, (axes,) = subplots(1, 1, (8.0, 0.32 * len(rows) + 1.2))
+    figure, (axes,) = subplots(1, 1, (WIDTH, 0.32 * len(rows) + 1.6))
     places = np.arange(len(rows))
     kinds = {
         "single environments": "singles_throws_per_s",
@@ -105,7 +114,9 @@ def speed(results: Results) -> Figure:
     for (text, name), marker, colour in zip(kinds.items(), "osd", COLOURS, strict=False):
         simulated = [row[name] if name[0] != "b" or row["physics_steps_per_throw"] else np.nan for _, row in rows]
         axes.plot(simulated, places, marker, color=colour, label=text)
-    dress(axes, "throws per second, or decisions where none is simulated", "", legend="lower right")
+    threads = ", ".join(str(count) for count in dict.fromkeys(row["threads"] for _, row in rows))
+    dress(axes, f"throws or decisions per second on {threads} threads", "")
+    figure.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
     axes.set_xscale("log")
     axes.set_yticks(places, labels=[name for name, _ in rows])
     axes.invert_yaxis()
@@ -114,25 +125,26 @@ def speed(results: Results) -> Figure:
 
 def _side_by_side(names: list[str], bars: Mapping[str, list[float]], across: str) -> Figure:
     """Horizontal bars, a group for each name, with one bar for each kind."""
-    figure, (axes,) = subplots(1, 1, (7.5, 0.55 * len(names) + 1.2))
+    figure, (axes,) = subplots(1, 1, (WIDTH, 0.55 * len(names) + 1.2))
     height = 0.8 / len(bars)
     for k, ((kind, widths), colour) in enumerate(zip(bars.items(), COLOURS, strict=False)):
         axes.barh(np.arange(len(names)) + k * height, widths, height, color=colour, label=kind)
     dress(axes, across, "")
     axes.set_yticks(np.arange(len(names)) + 0.4 - height / 2, labels=names)
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2)
+    figure.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
     axes.invert_yaxis()
     return figure
 
 
 def _stacked(names: list[str], bars: Mapping[str, list[float]], across: str, title: str) -> Figure:
     """Horizontal bars, one for each name, each made of one piece for each kind."""
-    figure, (axes,) = subplots(1, 1, (7.5, 0.45 * len(names) + 1.6))
+    figure, (axes,) = subplots(1, 1, (WIDTH, 0.45 * len(names) + 1.6))
     left = np.zeros(len(names))
-    for (kind, widths), colour in zip(bars.items(), COLOURS, strict=False):
+    filled = {kind: widths for kind, widths in bars.items() if any(widths)}
+    for (kind, widths), colour in zip(filled.items(), COLOURS, strict=False):
         axes.barh(names, widths, left=left, color=colour, label=kind)
         left += np.array(widths)
     dress(axes, across, "", title)
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=2)
+    figure.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
     axes.invert_yaxis()
     return figure

@@ -9,7 +9,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 
-from ..ground.drawings import COLOURS, Figure, dress, subplots
+from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from ..ground.tables import Grid
 from ..judging.throws.results import errors, successes
 from .runs_compared import improvement_text, performance_profile, profile_band
@@ -34,7 +34,7 @@ def run_failures(data: Data) -> dict[str, Floats]:
 
 def profiles_figure(data: Data) -> Figure:
     """Share of the runs that err less, and that fail less, than each bound, with 95 % intervals."""
-    figure, panels = subplots(1, 2, (10.0, 3.8), sharey=True)
+    figure, panels = subplots(2, 1, (WIDTH, 6.4))
     shown = ((run_errors(data), 1000.0, "landing error [mm]"), (run_failures(data), 100.0, "throws that fail [%]"))
     for axes, (scores, factor, text) in zip(panels, shown, strict=True):
         every = np.concatenate([runs.ravel() for runs in scores.values()])
@@ -43,8 +43,9 @@ def profiles_figure(data: Data) -> Figure:
             axes.plot(factor * bounds, 100.0 * performance_profile(runs, bounds), color=colour, label=name)
             low, high = profile_band(runs, bounds)
             axes.fill_between(factor * bounds, 100.0 * low, 100.0 * high, color=colour, alpha=0.2)
-        dress(axes, text, "", legend="lower right")
-    panels[0].set_ylabel("runs below [%]")
+        dress(axes, text, "runs below [%]")
+    names = panels[0].get_legend_handles_labels()
+    figure.legend(*names, fontsize=8, loc="outside lower center", ncols=3)
     return figure
 
 

@@ -30,6 +30,7 @@ ANSWERS: Final[Mapping[str, Callable[[Results], str]]] = {
 }
 """By the name of a question, the function that writes one or two sentences with the numbers."""
 DRAWINGS: Final[Mapping[str, Callable[[Results], Figure]]] = {
+    "drift": pictures.drift,
     "grasp": pictures.grasp,
     "losses": pictures.losses,
     "sorter": pictures.sorter,

@@ -68,4 +68,4 @@ def _note(record: Record, paper: str) -> str:
     counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts(record, paper).rows)
     seconds = sum(value for name, value in record["seconds"].items() if name.startswith(f"{paper}/"))
     versions = ", ".join(f"{name} {record['versions'][name]}" for name in USED if name in record["versions"])
-    return f"{record['command']}: {counts}; {seconds:.0f} s of processor time. Versions: {versions}."
+    return f"`{record['command']}`: {counts}; {seconds:.0f} s of processor time. Versions: {versions}."

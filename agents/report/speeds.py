@@ -18,8 +18,8 @@ def planner_table(data: Data) -> Grid:
         [case, f"{single[kind]:.0f} us", f"{cells[kind]:.0f} us", f"{batch[kind]:,.0f}"] for kind, case in kinds.items()
     ]
     rows += [
-        ["Method 1 of the paper (SLSQP), no ceiling", f"{data['method_1_slsqp_median_us']:.0f} us", "", ""],
-        ["Method 2 of the paper, no ceiling", f"{data['method_2_median_us']:.0f} us", "", ""],
+        ["Method 1 of the paper (SLSQP), no ceiling", f"{data['method_1_slsqp_median_us']:.0f} us", "-", "-"],
+        ["Method 2 of the paper, no ceiling", f"{data['method_2_median_us']:.0f} us", "-", "-"],
     ]
     first = data["first_plan_s"]
     note = (
@@ -72,7 +72,7 @@ def goals_table(data: Data) -> Grid:
         ("`PnTLine-v0`, single, by table, two threads over one", 1.7, decisions[2] / decisions[1]),
     )
     rows = [
-        [goal, _figure(asked), _figure(value), "" if value >= asked else f"{100 * (1 - value / asked):.0f} %"]
+        [goal, _figure(asked), _figure(value), "-" if value >= asked else f"{100 * (1 - value / asked):.0f} %"]
         for goal, asked, value in goals
     ]
     note = (
@@ -96,14 +96,14 @@ def shares_table(data: Data) -> Grid:
     names = [*(part for part in parts if part != rest), *([rest] if rest in parts else [])]
     rows = [[part, *(_percent(step["parts"].get(part)) for step in steps)] for part in names]
     note = (
-        "Samples of one thread's processor time every millisecond, each with the time that machine code took before. "
-        "All on one thread."
+        "Samples of one thread's processor time every millisecond; time in machine code counts for the next sample. "
+        "All on one thread. A dash: the step has no such part."
     )
     return Grid("Where the time of a step goes", header, rows, note)
 
 
 def _percent(share: float | None) -> str:
-    return "" if share is None else f"{100 * share:.1f} %"
+    return "-" if share is None else f"{100 * share:.1f} %"
 
 
 def training_table(data: Data) -> Grid:
@@ -119,8 +119,11 @@ def before_table(data: Data) -> Grid:
         [str(seed), *(f"{turns[code]['seconds']:.1f} s" for code in ("before", "now")), *_errors(turns)]
         for seed, turns in enumerate(data["seeds"])
     ]
-    header = ["seed", "older code", "this code", "landing error, older code", "this code"]
-    note = f"{data['throws']:,} throws of SAC on `PnTConveyor-v0` in turn; the error is that of the last throws."
+    header = ["seed", "older code", "this code", "landing error, older code", "landing error, this code"]
+    note = (
+        f"{data['throws']:,} throws of SAC on `PnTConveyor-v0`, by both codes in turn; the error is the mean of the "
+        "training's last throws."
+    )
     return Grid("A training beside that of older code", header, rows, note)
 
 

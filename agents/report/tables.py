@@ -57,8 +57,12 @@ def is_of_shifts(data: Data) -> bool:
 
 
 def first_shift_table(data: Data) -> Grid:
-    """Landing error over the shift on the first level of the plan."""
-    return shift_table({**data, "table": first_level(data)[1]})
+    """Landing error over the shift on the first level of the plan, whose name and shifts stand in the note."""
+    level, rows = first_level(data)
+    grid, counts = shift_table({**data, "table": rows}), sorted({row["shifts"] for row in rows})
+    kept = [k for k, name in enumerate(grid.header) if name not in ("level", "shifts")]
+    note = f"Level `{level}`, {' or '.join(map(str, counts))} shifts. {grid.note}"
+    return Grid(grid.headline, [grid.header[k] for k in kept], [[row[k] for k in kept] for row in grid.rows], note)
 
 
 def shift_table(data: Data) -> Grid:
@@ -94,10 +98,9 @@ def _over(row: Data, static: Mapping[tuple[str, int], Data]) -> str:
 
 
 def _conditions(data: Data) -> str:
-    meaning = (
-        "errors are of thrown objects; success is a share of all picks, failed picks and dropped objects included; "
-        "*x floor* is the error divided by that of a large network trained on very many throws"
-    )
+    meaning = "errors are of thrown objects; success is a share of all picks, failed picks and dropped objects included"
+    if any(row.get("times_floor") is not None for row in data["table"]):
+        meaning += "; *x floor* is the error divided by that of a large network trained on very many throws"
     other_counts = ", ".join(f"{count} on {level}" for level, count in data["plan"].get("picks_on", {}).items())
     return conditions(
         data, f"{data['plan']['picks']} held-out throws" + (f" ({other_counts})" if other_counts else ""), meaning
@@ -151,7 +154,8 @@ def failure_table(data: Data, level: str) -> Grid:
     shares = {name: text for name, text in FAILED.items() if name in USUAL or any(row.get(name) for row in level_rows)}
     header = [*WHO, *shares.values()]
     rows = [[*who(row), *(percent(row.get(name, 0.0)) for name in shares)] for row in level_rows]
-    return Grid(f"What failed, level {level}", header, rows)
+    note = f"Shares of all picks on `{level}`."
+    return Grid(f"What failed, level {level}", header, rows, note)
 
 
 def sorting_table(data: Data, level: str) -> Grid:
@@ -255,7 +259,7 @@ def side_by_side(
         line = lines.setdefault((row["label"], row["throws"]), {level: ["-"] * len(columns) for level in levels})
         line[row["level"]] = [text(row) for text in columns.values()]
     rows = [[label, _count(throws), *chain(*line.values())] for (label, throws), line in lines.items()]
-    kept = [k for k in range(len(header)) if k < len(who) or any(row[k] != "-" for row in rows)]
+    kept = [k for k in range(len(header)) if k == 0 or any(row[k] != "-" for row in rows)]
     return Grid(headline, [header[k] for k in kept], [[row[k] for k in kept] for row in rows], note)
 
 

@@ -7,7 +7,6 @@ import importlib
 import io
 import os
 import re
-import textwrap
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
@@ -20,10 +19,18 @@ from agents.ground.places import SHIPPED as ROOT
 
 from .marks import fence, table
 
-CHECKOUT: Final = ("reproduce.__main__", "report.__main__")
-"""Commands of a checkout alone: they need the papers' parts, or results."""
+CHECKOUT: Final = ("grasping.__main__", "reproduce.__main__", "report.__main__")
+"""Commands beside `pnt-gym`: they make networks, or need the papers' parts or results."""
 WIDTH: Final = 100
-"""Columns of the help; a description is broken there too, which tyro leaves to the terminal."""
+"""Columns of the help."""
+SECTION: Final = re.compile(r"^ (?:options|positional arguments)\n -+\n(.*?)(?=^$|\Z)", re.DOTALL | re.MULTILINE)
+"""Entries of the options, or of the arguments, in the help."""
+ENTRY: Final = re.compile(r"^  (\S.*?)(?: {2,}|\n +)(\S.*(?:\n {4,}.*)*)", re.MULTILINE)
+"""An option with its value, and what the option means."""
+OPTION: Final = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
+"""The name of an option."""
+HELP: Final = "-h, --help"
+"""The option that every command has, which the page leaves out."""
 
 
 def command_table(_: str) -> str:
@@ -33,13 +40,27 @@ def command_table(_: str) -> str:
 
 
 def command_help(place: str) -> str:
-    """The help of all words of `pnt-gym`, or of the commands that only a checkout has."""
+    """The help of all words of `pnt-gym`, or of further commands: a usage line, a text, a list of the options."""
     if place == "checkout":
         modules = {f"python -m agents.{module.removesuffix('.__main__')}": module for module in CHECKOUT}
     else:
         modules = {f"pnt-gym {name}": module for name, (module, _) in COMMANDS.items()}
-    helps = {command: fence(_help(command, module), "none") for command, module in modules.items()}
-    return "\n\n".join(f"### `{command}`\n\n{text}" for command, text in helps.items())
+    return "\n\n".join(f"### `{name}`\n\n{help_list(_help(name, module))}" for name, module in modules.items())
+
+
+def help_list(text: str) -> str:
+    """The help of a command as Markdown, whose lines break on every screen."""
+    usage, _, words = SECTION.sub("", text).strip().removeprefix("usage: ").partition("\n\n")
+    entries = [entry for section in SECTION.findall(text) for entry in ENTRY.findall(section) if entry[0] != HELP]
+    lines = [f"* `{name}`: {_options_as_code(meaning)}" for name, meaning in entries]
+    paragraphs = [_options_as_code(paragraph) for paragraph in words.strip().split("\n\n")]
+    return "\n\n".join([fence(" ".join(usage.split())), *paragraphs, *(["\n".join(lines)] if lines else [])])
+
+
+def _options_as_code(text: str) -> str:
+    """A text on one line, with names of options between backticks, where no others stand around them."""
+    pieces = " ".join(text.split()).split("`")
+    return "`".join([OPTION.sub(r"`\g<0>`", piece) if k % 2 == 0 else piece for k, piece in enumerate(pieces)])
 
 
 def _help(command: str, module: str) -> str:
@@ -48,8 +69,7 @@ def _help(command: str, module: str) -> str:
     os.environ["COLUMNS"] = str(WIDTH)
     with _relative(arguments), contextlib.redirect_stdout(output), contextlib.suppress(SystemExit):
         tyro.cli(arguments, prog=command, args=["--help"])
-    text = re.sub(r"\x1b\[[0-9;]*m| +$", "", output.getvalue(), flags=re.MULTILINE)
-    return "\n".join(textwrap.fill(line, WIDTH) if len(line) > WIDTH else line for line in text.split("\n"))
+    return re.sub(r"\x1b\[[0-9;]*m| +$", "", output.getvalue(), flags=re.MULTILINE)
 
 
 @contextlib.contextmanager

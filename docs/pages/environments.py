@@ -35,7 +35,7 @@ CAPTIONS: Final = {
     "PnTGrasp-v0": "see, grasp, throw",
 }
 """Words under the pictures of the gallery."""
-COLUMNS: Final = 4
+COLUMNS: Final = 3
 """Number of columns of the gallery."""
 
 

@@ -10,7 +10,7 @@ from .marks import table
 
 def column_table(_: str) -> str:
     """A table of the columns of a log."""
-    rows = [(f"`{name}`", c.unit, "yes" if c.required else "", c.text) for name, c in COLUMNS.items()]
+    rows = [(f"`{name}`", c.unit, "yes" if c.required else "no", c.text) for name, c in COLUMNS.items()]
     return table(("column", "unit", "needed", "what it is"), rows)
 
 

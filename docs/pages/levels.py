@@ -104,8 +104,15 @@ def format_default(field: FieldInfo) -> str:
     """The default of a setting, as a file of YAML writes it."""
     if field.is_required():
         return "*required*"
-    value = to_jsonable_python(field.get_default(call_default_factory=True))
+    value = _rounded(to_jsonable_python(field.get_default(call_default_factory=True)))
     return f"`{yaml_text([value], default_flow_style=True, width=1000).strip()[1:-1]}`"
+
+
+def _rounded(value: Any) -> Any:
+    """A value with its numbers to six digits, which is enough to read."""
+    if isinstance(value, list):
+        return [_rounded(entry) for entry in value]
+    return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
 def item_default(name: str) -> str:

@@ -8,9 +8,10 @@ from collections.abc import Iterable, Sequence
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table; cells are Markdown on one line."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(' '.join(cell.split()) for cell in line)} |" for line in lines)
+    """A table; cells are Markdown on one line, and columns of whole numbers stand at the right."""
+    cells = [list(row) for row in rows]
+    marks = ["---:" if cells and all(row[k].isdecimal() for row in cells) else "---" for k in range(len(header))]
+    return "\n".join(f"| {' | '.join(' '.join(cell.split()) for cell in line)} |" for line in (header, marks, *cells))
 
 
 def fence(text: str, language: str = "text") -> str:

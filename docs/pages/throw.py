@@ -149,7 +149,11 @@ def resolve(name: str) -> Any:
 def stage_table(_: str) -> str:
     """A table of the stages, with the functions of each."""
     rows = [
-        (f"{number}. {stage.name}", ", ".join(f"`{_function_name(name)}`" for name in stage.functions), stage.text)
+        (
+            f"{number}. {stage.name}".replace(" ", "&nbsp;"),
+            ", ".join(f"`{_function_name(name)}`" for name in stage.functions),
+            stage.text,
+        )
         for number, stage in enumerate(STAGES, 1)
     ]
     return table(("stage", "functions", "what happens"), rows)

@@ -12,7 +12,7 @@ from typing import Final, final
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from agents.ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg, tile_panels
 from agents.reproduce.finding import Findings, Row, printed
 from agents.reproduce.grids import by_quantity, plain, table_findings
 from pnt_gym.arrays import Floats
@@ -135,7 +135,7 @@ def _time_rows() -> Iterator[Row]:
 
 def nodes_figure() -> Figure:
     """Drawing of the nodes, of radius and speed along the path, and of the quickest motion (the paper's Fig. 6)."""
-    figure, (path, law, time) = subplots(1, 3, (13.5, 3.8))
+    figure, (path, law, time) = subplots(3, 1, (WIDTH, 10.5))
     e, nodes = example(), example().nodes(RATE)
     arc = 1000.0 * e.point(np.linspace(e.theta_t1, e.theta_t2, 400))
     path.plot(arc[:, 0], arc[:, 1], color=COLOURS[3], linewidth=1)
@@ -293,18 +293,19 @@ def _profile_rows() -> Iterator[Row]:
 
 def curvature_figure() -> Figure:
     """Drawing of the paper's Fig. 3."""
-    figure, axes = subplots(1, 3, (13.5, 3.4))
+    figure, axes = subplots(3, 1, (WIDTH, 8.0), sharex=True)
     theta = np.linspace(0.0, np.pi, 721)
     titles = ("radius of curvature", "its first derivative", "its second derivative")
     for k, (ax, values, title) in enumerate(zip(axes, radius_derivatives(FIG_3, theta), titles, strict=True)):
         ax.plot(np.degrees(theta), values, color=COLOURS[k])
-        dress(ax, "θ [°]", "[m]", title)
+        dress(ax, "", "[m]", title)
+    axes[-1].set_xlabel("θ [°]")
     return figure
 
 
 def profile_figure() -> Figure:
     """Drawing of the paper's Fig. 5, all five panels."""
-    figure, axes = subplots(1, 5, (17.0, 3.2))
+    figure, axes = tile_panels(5, 2, (WIDTH / 2, 2.7))
     profile = Profile.of(example(), example().nodes(RATE, clip=False))
     panels = (
         ("(a) curvature", "[mm]", profile.curvature),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import replace
 from typing import Final
 
@@ -25,6 +26,8 @@ PEAKS: Final = (1.8, 36.0)
 """Greatest speed [m/s] and acceleration [m/s2] that section IV-C1 reads off Fig. 12."""
 AXIS_END: Final = 3.0
 """End of the time axis of Fig. 12 [s]."""
+TITLE_WIDTH: Final = 30
+"""Characters of a line of a panel's title."""
 READINGS: Final = ("paper-clock", "constant-jerk-overlap", "constant-jerk-stops", "constant-jerk")
 """Protocols by which Fig. 12 is drawn and compared."""
 
@@ -176,7 +179,7 @@ def motion_figure() -> Figure:
         for panel, values, bound in zip(axes[1:], motions, reading.limits(EXAMPLE).numbers(), strict=True):
             panel.plot(run.time[0], length(values[0]), color="black", linewidth=1)
             panel.axhline(bound, color=COLOURS[3], linestyle="--", linewidth=1, label="limit")
-        dress(axes[0], "", "" if column else names[0], f"{EXAMPLE} %, {reading.label}")
+        dress(axes[0], "", "" if column else names[0], textwrap.fill(f"{EXAMPLE} %, {reading.label}", TITLE_WIDTH))
     for k, panel in enumerate(panels[len(READINGS) :], start=len(READINGS)):
         row, column = divmod(k, len(READINGS))
         dress(panel, "time [s]" if row == 3 else "", "" if column else names[row], ylim=(0.0, None))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from itertools import pairwise
 from typing import Any, Final
 
-from agents.ground.drawings import COLOURS, dress, subplots, svg
+from agents.ground.drawings import COLOURS, WIDTH, dress, subplots, svg
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row, share
 from agents.reproduce.grids import by_quantity, value
@@ -192,7 +192,7 @@ def _whole_table_grid(rows: list[Row]) -> Grid:
 
 def table_figure(reproduced: Mapping[str, cases.ByCell]) -> str:
     """Drawing of picks per minute over the percentage as SVG, published and by the main protocols."""
-    figure, panels = subplots(1, 2, (10.5, 4.6))
+    figure, panels = subplots(1, 2, (WIDTH, 6.4), sharey=True)
     for axes, (zone, percents) in zip(panels, cases.PERCENTAGES.items(), strict=True):
         for k, method in enumerate(cases.METHODS):
             cells = [(method, zone, percent) for percent in percents if (method, zone, percent) in cases.PUBLISHED]
@@ -205,6 +205,7 @@ def table_figure(reproduced: Mapping[str, cases.ByCell]) -> str:
                 label = f"{name}, {cases.PROTOCOLS[protocol].label}"
                 axes.plot(shares, picks, style, color=COLOURS[k], label=label)
         across, title = "share of the robot's limits [%]", f"target {zone} the workspace"
-        dress(axes, across, "picks per minute", title, xticks=percents, ylim=(0.0, 130.0))
-    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside right center")
+        dress(axes, across, "", title, xticks=percents, ylim=(0.0, 130.0))
+    panels[0].set_ylabel("picks per minute")
+    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=1)
     return svg(figure)

@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Bools, Floats
@@ -254,16 +254,16 @@ def sections_figure(sections: Mapping[str, Section]) -> Figure:
 def angles_figure(pixel: float) -> Figure:
     """Drawing of two sections at other angles (the paper's video)."""
     count = len(TURNED)
-    figure, axes = subplots(2, count, (2.6 * count, 5.2), sharey="row")
+    figure, axes = subplots(count, 2, (WIDTH, 2.3 * count))
     image = None
     for k, degrees in enumerate(TURNED):
-        for panel, name in ((axes[k], "x-y"), (axes[count + k], "y-z")):
+        for panel, name in ((axes[2 * k], "x-y"), (axes[2 * k + 1], "y-z")):
             image = _draw_kappa_map(panel, section(name, float(np.deg2rad(degrees)), pixel))
             panel.set_xlabel(f"{name[0]} [mm]", fontsize=9)
             panel.tick_params(labelsize=8)
-        axes[k].set_title(f"θ = {degrees:.0f}°", fontsize=10)
-    axes[0].set_ylabel("y [mm], z = -200 mm", fontsize=9)
-    axes[count].set_ylabel("z [mm], x = 0", fontsize=9)
+            panel.set_title(f"θ = {degrees:.0f}°", fontsize=10)
+        axes[2 * k].set_ylabel("y [mm], z = -200 mm", fontsize=9)
+        axes[2 * k + 1].set_ylabel("z [mm], x = 0", fontsize=9)
     _draw_legends(figure, image, axes)
     figure.suptitle("κ over the angle of the platform's halves", fontsize=11)
     return figure

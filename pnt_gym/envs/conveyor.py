@@ -72,18 +72,35 @@ class ConveyorEnv(ThrowEnv, observes=TABLE):
 
     At the end of an episode of several throws, `info["episode_success"]` is the share of them that succeeded.
 
-    `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `cycle_time`, `wait_time`
-    [s], `in_opening`, `in_bin`, `rim` (in the opening but not in the bin), `recontact` (the cup touched the object
-    after the release), `picked` (the cup sealed; else landings are NaN), `dropped` (lost on the way to the
-    release), `grip_margin` (how many times the load the cup could hold, at the worst moment until the release),
-    `slip` (how far the belt moves the object under the cup during the dwell [m]), `passed` (objects that the hand gave
-    up since the last throw, or since the episode began; 0 without a belt), `disturbed` (the object swept through a
-    neighbour on the belt), `placed` (carried to its bin, not thrown), `residual_clipped`, `peak_torque` [N m], `energy`
-    (positive work of the motors from lift to lift, without recuperation) [J], `item` and `bin` (index of the seen class
-    and of the bin of this throw), `true_kind` (index of the true class), `target_x`, `target_y`, `bin_depth` (free
-    depth of the bin above its filling) [m], `ended_in` (index of the bin in which the object lies at the end, -1 for
-    none), `belongs` (that bin takes the true class), `sorted` (a success that belongs there), and `kind`: the index,
-    into the level's `items`, of the class of the object now under the cup, as seen.
+    `info` also has these keys. Landings are NaN where the cup did not seal.
+
+    | Key | Unit | Meaning |
+    |---|---|---|
+    | `is_success` | bool | the object crossed the opening and lies in the bin |
+    | `landing_error` | m | distance of the landing from the target |
+    | `landing_along`, `landing_across` | m | landing from the target, along the throw and to its left |
+    | `in_opening`, `in_bin` | bool | the landing is in the opening; the object lies in the bin at the end |
+    | `rim` | bool | in the opening but not in the bin |
+    | `picked` | bool | the cup sealed |
+    | `dropped` | bool | the cup lost the object on the way to the release |
+    | `recontact` | bool | the cup touched the object after the release |
+    | `grip_margin` | - | times the load that the cup could hold, at the worst moment until the release |
+    | `slip` | m | way of the belt under the cup during the dwell |
+    | `disturbed` | bool | the object swept through a neighbour on the belt |
+    | `placed` | bool | the object was carried to its bin, not thrown |
+    | `passed` | - | objects given up since the last throw, or since the episode began; 0 without a belt |
+    | `residual_clipped` | bool | the residual was shortened to a feasible part |
+    | `cycle_time`, `wait_time` | s | from one pick to the next; the part in which the hand waits above the belt |
+    | `peak_torque` | N m | largest torque of a motor |
+    | `energy` | J | positive work of the motors from lift to lift, without recuperation |
+    | `item`, `true_kind` | - | indices of the class that the sensors see in the thrown object, and of its true class |
+    | `kind` | - | index of the seen class of the object now under the cup, in the level's `items` |
+    | `bin` | - | index of the bin of this throw |
+    | `target_x`, `target_y` | m | centre of the bin's opening |
+    | `bin_depth` | m | free depth of the bin above its filling |
+    | `ended_in` | - | index of the bin in which the object lies at the end, -1 for none |
+    | `belongs` | bool | that bin takes the true class of the object |
+    | `sorted` | bool | a success in a bin that takes the true class |
 
     ## Arguments
 

@@ -32,7 +32,7 @@ class PnTGraspEnv(CoreEnv, observes=TABLE):
 
     A pick has two phases. A step of the first phase grasps: the cup goes to a place in the picture, and the gauge reads
     the vacuum. A step of the second phase throws the object, grasps at another place, or puts the object down to ride
-    on. What the first phase chose limits how the second can throw. A try that fails costs time only; the next step
+    on. The grasp of the first phase limits the throw of the second. A try that fails costs time only; the next step
     tries again, or lets the object ride.
 
     With `grasp.stages: 1` a level makes one step of both phases, a contextual bandit: grasp and throw are chosen from

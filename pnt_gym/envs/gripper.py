@@ -78,12 +78,25 @@ class GripperTossEnv(ThrowEnv, observes=TABLE):
       landing_scale: 0.03   # landing error from which on that term is 0 [m]
     ```
 
-    `info` also has `is_success`, `landing_error`, `landing_along`, `landing_across` [m], `release_delay` (when the
-    object came free, after the planned moment) and `cycle_time` [s], `in_opening`, `in_bin`, `rim` (in the opening but
-    not in the compartment), `picked` (held until the claws were told to open), `slip` (along the pads) [m], `recontact`
-    (a pad met the object again), `residual_clipped`, `peak_torque` [N m], `energy` (positive work of the
-    motors, without the way back and without recuperation) [J], `item` (index of what was thrown), `target_x`,
-    `target_y`, and `kind`: the index of the coming object.
+    `info` also has these keys:
+
+    | Key | Unit | Meaning |
+    |---|---|---|
+    | `is_success` | bool | the object crossed the opening and lies in its compartment |
+    | `landing_error` | m | distance of the landing from the target |
+    | `landing_along`, `landing_across` | m | landing from the target, along the throw and to its left |
+    | `in_opening`, `in_bin` | bool | the landing is in the opening; the object lies in the compartment at the end |
+    | `rim` | bool | in the opening but not in the compartment |
+    | `picked` | bool | the claws held the object until they were told to open |
+    | `slip` | m | way of the object along the pads |
+    | `recontact` | bool | a pad met the object again after the release |
+    | `release_delay` | s | from the planned moment until the object came free |
+    | `residual_clipped` | bool | the residual was shortened to a feasible part |
+    | `cycle_time` | s | from one pick to the next |
+    | `peak_torque` | N m | largest torque of a motor |
+    | `energy` | J | positive work of the motors, without the way back and without recuperation |
+    | `item`, `kind` | - | index of the thrown object, and of the coming object |
+    | `target_x`, `target_y` | m | centre of the compartment's opening |
 
     ## Starting State
 

@@ -58,24 +58,45 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     of the time until the next decision of the line: `price_of_time` of the level, 1 a second. A shift has a fixed
     length, so the sum of all prices is the same for every controller.
 
-    `info` also has `by` (the robot that has just decided), `robot` (whose turn it is now), `dt` (time between these
-    decisions [s]), `object` (its number in the stream; -1 for none), `item` and `true_kind` (its seen and its true
-    class: indices of the cell's `items`), `bin` (of that robot), `percent` (speed setting), `value` (earned),
-    `picked` (the cup sealed), `is_success` (the object crossed the opening and lies in the bin), `sorted` (a success
-    that belongs there), `ended_in` (bin in which the object lies, -1 for none), `start` (of the decision, since the
-    begin of the shift), `cycle_time`, `wait_time` [s], and where throws are simulated `landing_error` [m] and `energy`
-    [J], NaN for a failed pick.
+    `info` also has these keys:
 
-    When a shift is over, `info` has `episode_success`, the share of its decisions that succeeded, and its figures:
-    `shift_value_per_min`, `shift_sorted_per_min`, `shift_attempts`,
-    `shift_objects` (those that were taken or have passed the end), `shift_sorted`, `shift_misplaced` (in a bin that
-    takes other things), `shift_on_floor`, `shift_passed`, `shift_recovery` and `shift_value_recovery` (share of those
-    objects, and of their value, that was sorted), `shift_purity` (share of what lies in bins that belongs there),
-    `shift_recovery_by_item`, `shift_passed_value_per_min` and `shift_passed_tried` (value of the objects that passed
-    the end, and the share of them that a robot had tried to lift), `shift_sorted_by_item`, `shift_misplaced_by_item`,
-    `shift_on_floor_by_item`, `shift_passed_by_item` and `shift_passed_tried_by_item` (numbers of objects),
-    `shift_picks_by_robot` and `shift_utilisation` (share of the time that each robot works, standstill above the belt
-    not included).
+    | Key | Unit | Meaning |
+    |---|---|---|
+    | `by`, `robot` | - | robot that has just decided; robot that decides next |
+    | `dt` | s | time between these two decisions |
+    | `start` | s | moment of the decision, since the begin of the shift |
+    | `object` | - | number of the chosen object in the stream; -1 for none |
+    | `item`, `true_kind` | - | seen and true class of the object: indices of the cell's `items` |
+    | `bin` | - | bin of the choice: index of the robot's bins |
+    | `percent` | % | speed setting |
+    | `value` | - | what the decision earned |
+    | `picked` | bool | the cup sealed |
+    | `is_success` | bool | the object crossed the opening and lies in the bin |
+    | `sorted` | bool | a success in a bin that takes the true class |
+    | `ended_in` | - | bin in which the object lies at the end, -1 for none |
+    | `cycle_time`, `wait_time` | s | time of the robot; the part in which its hand waits above the belt |
+    | `landing_error`, `energy` | m, J | only where throws are simulated; NaN for a failed pick |
+
+    When a shift is over, `info` has `episode_success`, the share of the decisions that succeeded, and the figures of
+    the shift:
+
+    | Key | Meaning |
+    |---|---|
+    | `shift_value_per_min`, `shift_sorted_per_min` | value and sorted objects per minute |
+    | `shift_attempts` | picks that robots tried |
+    | `shift_objects` | objects that were taken or have passed the end of the belt |
+    | `shift_sorted`, `shift_sorted_by_item` | objects in a bin that takes them |
+    | `shift_misplaced`, `shift_misplaced_by_item` | objects in a bin that takes other items |
+    | `shift_on_floor`, `shift_on_floor_by_item` | thrown objects in no bin |
+    | `shift_passed`, `shift_passed_by_item` | objects that passed the end of the belt |
+    | `shift_passed_value_per_min` | value of the objects that passed the end, per minute |
+    | `shift_passed_tried` | share of the passed objects that a robot had tried to lift |
+    | `shift_passed_tried_by_item` | numbers of these objects |
+    | `shift_recovery`, `shift_recovery_by_item` | sorted objects over `shift_objects` |
+    | `shift_value_recovery` | value of the sorted objects over that of `shift_objects` |
+    | `shift_purity` | share of the objects in bins that belong there |
+    | `shift_picks_by_robot` | objects that each robot lifted |
+    | `shift_utilisation` | share of the time in which each robot works; waiting above the belt does not count |
 
     ## Starting State
 
@@ -102,7 +123,8 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     since the last decision, so the lists of a shift are one film at its true rate. Hands go to their objects as
     planned. With `throws: full` the picture shows the simulated throw, with `flight` the same throw with the robot
     simulated too. With `table` no throw is simulated: the hand moves as planned, and the object flies without air from
-    the planned release to the middle of its bin. It lies there if the table counts a success, and disappears if not.
+    the planned release to the middle of its bin. The object lies there if the table counts a success, and disappears if
+    not.
 
     ## Version History
 

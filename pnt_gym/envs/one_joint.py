@@ -60,10 +60,20 @@ class OneJointEnv(ThrowEnv, observes=TABLE):
       position_scale: 0.05   # landing error from which on that term is 0 [m]
     ```
 
-    `info` also has `is_success`, `landing_error` [m], `angle_error` [rad] and `speed_error` [m/s] of the simulated
-    flight; `error_x`, `error_y`, `error_phi`, `error_dy`, the errors that the camera saw, from which controllers learn;
-    `cycle_time` [s] until the object has arrived and the arm is back, `residual_clipped`, `peak_torque` [N m], `item`
-    (index of the kind that was thrown), `target_x`, `target_y`, and `kind`: the index of the coming kind.
+    `info` also has these keys:
+
+    | Key | Unit | Meaning |
+    |---|---|---|
+    | `is_success` | bool | the throw did what its task asks |
+    | `landing_error` | m | distance of the simulated flight from its goal, where it passes nearest |
+    | `angle_error`, `speed_error` | rad, m/s | errors of angle and vertical speed there |
+    | `error_x`, `error_y` | m | errors of the place that the camera saw; controllers learn from these |
+    | `error_phi`, `error_dy` | rad, m/s | errors of angle and vertical speed that the camera saw |
+    | `residual_clipped` | bool | the residual was shortened to a feasible part |
+    | `cycle_time` | s | until the object has arrived and the arm is back |
+    | `peak_torque` | N m | largest torque of the motor |
+    | `item`, `kind` | - | index of the kind that was thrown, and of the coming kind |
+    | `target_x`, `target_y` | m | place of the goal |
 
     ## Arguments
 

@@ -83,7 +83,7 @@ def test_every_command_shows_its_help():
     assert names(commands.command_table("")) == [f"pnt-gym {name}" for name in COMMANDS]
     for name in COMMANDS:
         assert f"### `pnt-gym {name}`" in said
-        assert f"usage: pnt-gym {name} " in said
+        assert f"```text\npnt-gym {name} [-h]" in said
     assert str(DOCS.parent) not in said + commands.command_help("checkout")
 
 

@@ -213,7 +213,7 @@ def test_the_observation_is_read_with_no_more_than_the_manual_prints():
         (choice, head, {"lift": state.choices.lift[0, 0], "pick_y": state.choices.pick[0, 0, 1]}),
         (choice, head + each, {"lift": state.choices.lift[0, 1], "stop_x": state.choices.stop[0, 1, 0]}),
     ):
-        for place, (number, name, low, high, centre, scale, unit, meaning) in enumerate(rows):
+        for place, (number, name, unit, meaning, centre, scale, low, high) in enumerate(rows):
             assert int(number) == place
             assert (float(low), float(high)) == (-CLIP, CLIP)
             assert unit

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ...ground.drawings import COLOURS, dress, subplots, svg
+from ...ground.drawings import COLOURS, WIDTH, dress, subplots, svg
 
 HIGH: Final = 0.8
 """Height of a bar as a share of the distance between rows."""
@@ -30,7 +30,7 @@ def gantt(report: Mapping[str, Any], shift: int = 0, span: tuple[float, float] =
     throws = [throw for throw in report["throws"] if throw["shift"] == shift]
     decisions = {name: np.array([throw[name] for throw in throws]) for name in throws[0]}
     begin, end = span
-    figure, (axes,) = subplots(1, 1, (12.0, 0.7 * len(robots) + 1.4))
+    figure, (axes,) = subplots(1, 1, (WIDTH, 0.7 * len(robots) + 1.4))
     for index in range(len(items)):
         for sorted_ in (True, False):
             rows = (decisions["item"] == index) & (decisions["sorted"].astype(bool) == sorted_)
@@ -50,5 +50,5 @@ def gantt(report: Mapping[str, Any], shift: int = 0, span: tuple[float, float] =
     axes.set_yticks(np.arange(len(robots)), labels=list(robots))
     axes.invert_yaxis()
     dress(axes, "time since the begin of the shift [s]", "", xlim=span)
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.35), ncols=len(items))
+    figure.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
     return svg(figure)

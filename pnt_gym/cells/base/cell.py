@@ -37,7 +37,7 @@ _PERIOD: Final = 2**128
 
 @final
 class Purpose(IntEnum):
-    """Purposes for which a generator draws aside."""
+    """Purposes for which a generator draws numbers outside of its sequence."""
 
     PICK = 1
     """Whether a cup seals."""
@@ -94,10 +94,11 @@ def check_whole_number(name: str, value: object, largest: int) -> None:
 
 @contextmanager
 def move_aside(generator: np.random.Generator, purpose: Purpose) -> Generator[None]:
-    """Context in which a row's generator, a `PCG64`, stands far ahead in its sequence; at its end it is back.
+    """Context in which a row's generator, a `PCG64`, stands far ahead in its sequence; the end restores its state.
 
-    What the generator draws there is a function of its state before. So a row draws the same alone and in a batch, and
-    a copy of an environment needs only the row's generator. A generator of its own takes five times as long to make.
+    The numbers that the generator draws there are a function of the restored state. So a row draws the same alone and
+    in a batch, and a copy of an environment needs only the row's generator. A further generator takes five times as
+    long to make.
     """
     bits: Any = generator.bit_generator
     state = bits.state

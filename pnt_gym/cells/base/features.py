@@ -90,8 +90,9 @@ class FeatureTable:
 
     def markdown(self) -> str:
         """The table in an environment's manual, one row per entry."""
-        rows = ["| Num | Observation | Min | Max | Centre | Scale | Unit | Meaning |", "|---" * 8 + "|"]
+        head = "| Num | Observation | Unit | Meaning | Centre | Scale | Min | Max |"
+        rows = [head, "|---" * 4 + "|---:" * 4 + "|"]
         for i, f in enumerate(self._features):
-            span = f"{-CLIP:g} | {CLIP:g} | {f.centre:g} | {f.scale:g}"
-            rows.append(f"| {i} | {f.name} | {span} | {f.unit} | {f.meaning} |")
+            numbers = f"{f.centre:g} | {f.scale:g} | {-CLIP:g} | {CLIP:g}"
+            rows.append(f"| {i} | {f.name} | {f.unit} | {f.meaning} | {numbers} |")
         return "\n".join(rows)

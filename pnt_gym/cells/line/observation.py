@@ -70,22 +70,22 @@ LINE_TABLE: Final = FeatureTable(
         Feature("hand_x", "m", 0.0, 0.30, "where the hand stands, from the robot's base", lambda g: g.hand[:, 0]),
         Feature("hand_y", "m", 0.0, 0.30, "where the hand stands, from the robot's base", lambda g: g.hand[:, 1]),
         Feature("coming", "-", 8.0, 8.0, "objects in the camera's sight that the robot takes", lambda g: g.coming),
-        Feature("possible", "-", 8.0, 8.0, "choices that there are", lambda g: g.possible),
+        Feature("possible", "-", 8.0, 8.0, "choices that exist", lambda g: g.possible),
     )
 )
 """Features of the line; entries from 0 on."""
 CHOICE_TABLE: Final = FeatureTable(
     (
-        Feature("real", "-", 0.0, 1.0, "1; all entries of a choice that is not there are 0", lambda c: c.real),
+        Feature("real", "-", 0.0, 1.0, "1; all entries of a choice that does not exist are 0", lambda c: c.real),
         Feature("pick_x", "m", 0.0, 0.30, "where the object is lifted", lambda c: c.pick[..., 0]),
         Feature("pick_y", "m", -0.33, 0.15, "where the object is lifted", lambda c: c.pick[..., 1]),
-        Feature("lift", "s", 1.0, 0.6, "until it is lifted", lambda c: c.lift),
+        Feature("lift", "s", 1.0, 0.6, "until the object is lifted", lambda c: c.lift),
         Feature("cycle", "s", 1.3, 0.6, "until the robot is free again", lambda c: c.cycle),
-        Feature("wait", "s", 0.0, 0.5, "standstill above the belt until it comes", lambda c: c.wait),
-        Feature("slack", "s", 1.0, 1.0, "how much later it could be lifted", lambda c: c.leave - c.lift),
+        Feature("wait", "s", 0.0, 0.5, "standstill above the belt until the object comes", lambda c: c.wait),
+        Feature("slack", "s", 1.0, 1.0, "how much later the object could be lifted", lambda c: c.leave - c.lift),
         Feature("value", "-", 1.0, 1.0, "of the object in its bin", lambda c: c.value),
         Feature("ln_rate", "ln 1/s", 0.0, 3.0, "value x chance / cycle, its logarithm", log_rate),
-        Feature("chance", "-", 0.5, 0.5, "that it ends in its bin, by the table of throws", lambda c: c.chance),
+        Feature("chance", "-", 0.5, 0.5, "that the object ends in its bin, by the table of throws", lambda c: c.chance),
         Feature("percent", "%", 40.0, 10.0, "speed setting", lambda c: c.percent),
         Feature(
             "distance",
@@ -98,11 +98,13 @@ CHOICE_TABLE: Final = FeatureTable(
         Feature("stop_x", "m", 0.0, 0.3, "where the hand stops after the throw", lambda c: c.stop[..., 0]),
         Feature("stop_y", "m", 0.1, 0.2, "where the hand stops after the throw", lambda c: c.stop[..., 1]),
         Feature(
-            "crowd", "-", 2.0, 2.0, "objects within 0.25 m of there that the robot can take then", lambda c: c.crowd
+            "crowd", "-", 2.0, 2.0, "objects within 0.25 m of this stop that the robot can take then", lambda c: c.crowd
         ),
-        Feature("heirs", "-", 0.0, 1.0, "robots downstream that take such an object", lambda c: c.heirs),
-        Feature("reaches", "s", 0.0, 3.0, "until the first of them can; 0 without one", lambda c: c.reaches),
-        Feature("queue", "-", 0.0, 6.0, "objects from it to there that this one takes", lambda c: c.queue),
+        Feature("heirs", "-", 0.0, 1.0, "robots downstream that take this item", lambda c: c.heirs),
+        Feature(
+            "reaches", "s", 0.0, 3.0, "until the first of these robots can reach it; 0 for none", lambda c: c.reaches
+        ),
+        Feature("queue", "-", 0.0, 6.0, "objects ahead of it that this downstream robot takes", lambda c: c.queue),
     )
 )
 """Features of one choice; the entries of all choices follow the entries of the line."""

@@ -17,8 +17,8 @@ def test_shares_of_a_kind_are_those_of_its_throws():
     }
     grid = kind_table(data, "grasp")
     assert grid.header[:3] == ["controller", "paper_ball", "can"]
-    assert grid.rows[0][:4] == ["centre", "67 / 33 / 33", "100 / 0 / 0", "-"]
-    assert grid.rows[1][:4] == ["flattest", "100 / 0 / 100", "100 / 0 / 100", "-"]
+    assert grid.rows[0][:4] == ["centre", "67/33/33", "100/0/0", "-"]
+    assert grid.rows[1][:4] == ["flattest", "100/0/100", "100/0/100", "-"]
 
 
 def test_landings_of_a_kind_are_those_of_its_objects_that_flew():
@@ -32,7 +32,7 @@ def test_landings_of_a_kind_are_those_of_its_objects_that_flew():
     }
     grid = landing_table(data, "grasp")
     (row,) = grid.rows
-    assert row[:5] == ["centre", "15 / 10 / -6", "10 / 10 / +10", "18 / 18 / -14", "-"]
+    assert row[:5] == ["centre", "15/10/-6", "10/10/+10", "18/18/-14", "-"]
 
 
 def test_there_is_no_table_where_nothing_is_grasped():

@@ -77,7 +77,7 @@ def test_what_does_not_agree_is_what_is_published_and_not_found_again(chapters: 
 
 def test_the_note_counts_figures_of_ours_apart(chapters: list[Chapter]) -> None:
     assert chapters[0].note == (
-        "python -m agents.reproduce all: 1 misprint, 1 reproduced, 2 ours, not compared; "
+        "`python -m agents.reproduce all`: 1 misprint, 1 reproduced, 2 ours, not compared; "
         "3 s of processor time. Versions: python 3, casadi 3.7."
     )
 

@@ -52,12 +52,12 @@ def test_learning_pays_from_where_all_later_gains_are_clear() -> None:
     assert cells["none"][:2] == ["-", "-"]
 
 
-def test_the_sentence_of_the_mismatch_names_first_and_last_effect() -> None:
+def test_the_sentence_of_the_mismatch_names_the_effects_where_learning_pays_first_and_last() -> None:
     rows = [_gain("air", dial, -0.02, -0.01, pace) for dial, pace in ((0.0, 0.1), (0.5, 3.0), (1.0, 4.0))]
     rows += [_gain("spin", dial, -0.02, -0.01, pace) for dial, pace in ((0.0, 0.1), (0.5, 0.2), (1.0, 4.0))]
     rows += [_gain("all together", dial, -0.02, -0.01, 5.0) for dial in (0.5, 1.0)]
     text = mismatch_answer({"mismatch": {"rows": rows}})
-    assert "from a mismatch of 0.5 on with the first effect (air), and from 1 on with the last (spin)" in text
+    assert "depends on the effect: it is 0.5 at best (air) and 1 at worst (spin)" in text
     assert "At a mismatch of 1 with all effects together, the planner lands 50.0 mm off, and ridge after" in text
     assert "after 1,000 flights 20.0 mm" in text
 
