@@ -23,6 +23,8 @@ LEAST_ROWS: Final = 16
 """Fewest rows of a part: smaller parts lose more by the fixed cost of a throw, which each part pays, than they gain."""
 LEAST_LINES: Final = 8
 """Fewest lines of a part; a call takes as long as some lines."""
+PARTS: Final = 2
+"""Parts of some lines for each thread."""
 
 ResultT = TypeVar("ResultT")
 Job: TypeAlias = tuple[Callable[[int], None], deque[int], SimpleQueue[None]]
@@ -35,26 +37,32 @@ def split_rows(count: int, threads: int) -> list[slice]:
     return [slice(begin, end) for begin, end in pairwise(count * k // parts for k in range(parts + 1))]
 
 
-def work_in_parts(work: Callable[[Ints], None], lines: Ints, threads: int) -> None:
+def work_in_parts(
+    work: Callable[[Ints], None], lines: Ints, threads: int, calls: Sequence[Callable[[], None]] = ()
+) -> None:
     """Call a function on parts of some lines, in several threads.
 
     Args:
         work: works on a part of the lines (K,), independently of the other parts.
         lines: indices of the lines.
         threads: number of threads at most.
+        calls: functions that work on something else at the same time; they begin first.
     """
-    count = min(threads, len(lines) // LEAST_LINES)
-    if count < 2:
-        work(lines)
-    else:
-        call_in_threads([partial(work, part) for part in np.array_split(lines, count)])
+    # A thread that has finished early takes a part of what is left.
+    count = min(PARTS * threads, len(lines) // LEAST_LINES) if threads > 1 else 1
+    parts = np.array_split(lines, max(count, 1))
+    call_in_threads([*calls, *(partial(work, part) for part in parts)], threads)
 
 
-def call_in_threads(calls: Sequence[Callable[[], ResultT]]) -> list[ResultT]:
+def call_in_threads(calls: Sequence[Callable[[], ResultT]], threads: int | None = None) -> list[ResultT]:
     """Results of functions that run at the same time, in this thread and in threads that help.
 
     A thread that wakes late leaves its function to the others. All functions have ended when this function ends, also
     with an error. Numpy's settings of floating-point errors are those of the caller in all threads.
+
+    Args:
+        calls: the functions, in the order in which they begin.
+        threads: number of threads at most; None for a thread for each function.
 
     Raises:
         BaseException: of the first function, in the order of `calls`, that raises one.
@@ -70,7 +78,7 @@ def call_in_threads(calls: Sequence[Callable[[], ResultT]]) -> list[ResultT]:
             errors[part] = error
 
     parts, reports, awaited = deque(range(len(calls))), SimpleQueue[None](), len(calls)
-    for number in range(len(calls) - 1):
+    for number in range(min(len(calls), threads or len(calls)) - 1):
         _helper(number).put((work, parts, reports))
     try:
         while (part := _take_part(parts)) is not None:

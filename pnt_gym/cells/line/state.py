@@ -170,6 +170,13 @@ class LineState:
             books=self.books,
         )
 
+    def overwrite(self, rows: Ints, state: LineState) -> None:
+        """Write the states of some lines from one line's state, in place, apart from the books."""
+        pairs = (self, state), (self.choices, state.choices)
+        for (target, source), names in zip(pairs, (_OF_ROBOTS, _OF_CHOICES), strict=True):
+            for name in names:
+                getattr(target, name)[rows] = getattr(source, name)
+
     @classmethod
     def begin(cls, count: int, robots: int, objects: int, hand: Floats, choices: Choices) -> LineState:
         """State at the begin of shifts, with no choices computed yet."""
@@ -184,3 +191,7 @@ class LineState:
             choices=choices,
             books=Books(Accounts.fresh(count, objects)),
         )
+
+
+_OF_ROBOTS: Final = ("clock", "robot", "free", "expected", "hand", "busy")
+_OF_CHOICES: Final = ("bin", "numbers", "real", "index")
