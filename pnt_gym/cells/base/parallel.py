@@ -10,12 +10,10 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from contextvars import copy_context
 from functools import cache, partial
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from queue import SimpleQueue
 from threading import Thread
 from typing import Final, TypeAlias, TypeVar
-
-import numpy as np
 
 from pnt_gym.arrays import Ints
 
@@ -23,8 +21,8 @@ LEAST_ROWS: Final = 16
 """Fewest rows of a part: smaller parts lose more by the fixed cost of a throw, which each part pays, than they gain."""
 LEAST_LINES: Final = 8
 """Fewest lines of a part; a call takes as long as some lines."""
-PARTS: Final = 2
-"""Parts of some lines for each thread."""
+LINES_OF_CALL: Final = 40
+"""Lines that take as long as a call beside them."""
 
 ResultT = TypeVar("ResultT")
 Job: TypeAlias = tuple[Callable[[int], None], deque[int], SimpleQueue[None]]
@@ -46,12 +44,20 @@ def work_in_parts(
         work: works on a part of the lines (K,), independently of the other parts.
         lines: indices of the lines.
         threads: number of threads at most.
-        calls: functions that work on something else at the same time; they begin first.
+        calls: functions that work on something else at the same time, each as long as `LINES_OF_CALL` lines take.
     """
-    # A thread that has finished early takes a part of what is left.
-    count = min(PARTS * threads, len(lines) // LEAST_LINES) if threads > 1 else 1
-    parts = np.array_split(lines, max(count, 1))
-    call_in_threads([*calls, *(partial(work, part) for part in parts)], threads)
+    parts = [partial(work, part) for part in _split_lines(lines, threads, len(calls))]
+    # This thread begins at once, and machine code leaves Python to the calls in the other threads.
+    call_in_threads([*parts[:1], *calls, *parts[1:]], threads)
+
+
+def _split_lines(lines: Ints, threads: int, calls: int) -> list[Ints]:
+    """A part of some lines for each thread; threads that also have calls, the last ones first, have fewer lines."""
+    size = len(lines) + calls * LINES_OF_CALL
+    count = max(min(threads, size // LEAST_LINES), 1)
+    room = [max(size / count - LINES_OF_CALL * ((calls + k) // count), 0.0) for k in range(count)]
+    ends = [round(end * len(lines) / max(sum(room), 1.0)) for end in accumulate(room)]
+    return [lines[begin:end] for begin, end in pairwise([0, *ends]) if end > begin]
 
 
 def call_in_threads(calls: Sequence[Callable[[], ResultT]], threads: int | None = None) -> list[ResultT]:
