@@ -272,12 +272,10 @@ def masked(
         every: whether results that no row has stay, with masks that are False.
     """
     result, has_rows = dict[str, Any](), every or rows.any()
-    masks = {id(mask): rows & mask for mask in partial.values()}
-    shown = {key for key, mask in masks.items() if every or mask.any()}
     for name, values in info.items():
-        key = id(partial[name]) if name in partial else None
-        if has_rows if key is None else key in shown:
-            result[name], result[f"_{name}"] = values, (rows if key is None else masks[key]).copy()
+        mask = rows & partial[name] if name in partial else rows.copy()
+        if every or (mask.any() if name in partial else has_rows):
+            result[name], result[f"_{name}"] = values, mask
     return result
 
 

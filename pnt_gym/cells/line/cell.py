@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final, final
@@ -241,7 +241,7 @@ class LineCell:
         from pnt_gym.cells.line.act_kernel import end_cycles  # noqa: PLC0415 - numba takes a while
 
         before, stream, rows = self.state, self.live_stream, np.arange(self.count)
-        chosen = take(before.choices, (rows, choice))
+        chosen = before.choices.at((rows, choice))
         attempt = Attempt(self.chooser, before.robot, stream, choice, chosen)
         results, state = self.throws.execute(before, stream, attempt), before.copy()
         entries, since, accounts = before.books.read(), np.empty(self.count), np.empty((4, self.count), dtype=np.int64)
@@ -264,17 +264,20 @@ class LineCell:
     def _advance(self, stream: Stream, state: LineState) -> NDArray[np.float32]:
         """Advance all lines in place; observations of the robots that decide next (N, ENTRIES)."""
         observations, goes_on = empty_observations(self.count), ~self.over
-        # No robot of these lines is free again in the shift.
-        ends = goes_on & (state.free.min(axis=1) >= self.config.duration)
 
         def work(lines: Ints) -> None:
             self.turns.advance(stream, state, lines[goes_on[lines]])
             self.observer.write(observations, state, stream, state.robot, lines)
 
-        coming: list[int] = np.flatnonzero(ends).tolist() if self._threads > 1 else []
-        draws = [partial(self.arriving.draw_ahead, row, self.generators[row]) for row in coming]
+        draws = self._coming_draws(state, goes_on) if self._threads > 1 else []
         work_in_parts(work, np.arange(self.count), self._threads, draws)
         return observations
+
+    def _coming_draws(self, state: LineState, goes_on: Bools) -> list[Callable[[], None]]:
+        """Draws of the next shifts of lines in which no robot is free again before the end of the shift."""
+        ended = goes_on & (state.free.min(axis=1) >= self.config.duration)
+        rows: list[int] = ended.nonzero()[0].tolist()
+        return [partial(self.arriving.draw_ahead, row, self.generators[row]) for row in rows]
 
     def _record_cycle(self, before: LineState, decisions: Decisions, choice: int) -> RobotCycle:
         """Tracks of the first line's decision, for pictures."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from itertools import accumulate, pairwise
 from typing import Any, Final, final
 
 import numpy as np
@@ -147,9 +146,8 @@ class LineCore:
 
     def _success_info(self, is_success: Bools, ended: Bools, waiting: Bools | None) -> dict[str, NDArray[Any]]:
         """Count the decisions that succeeded; their share in the shifts that are over, empty while none is."""
-        counted = np.ones(self.count, dtype=np.bool_) if waiting is None else ~waiting
-        self._decisions += counted
-        self._successes += counted & is_success
+        self._decisions += 1 if waiting is None else ~waiting
+        self._successes += is_success if waiting is None else is_success & ~waiting
         if not ended.any():
             return {}
         return {EPISODE_SUCCESS: np.where(ended, self._successes / np.maximum(self._decisions, 1), np.nan)}
@@ -159,17 +157,11 @@ class LineCore:
         rows = np.flatnonzero(ended)
         if rows.size == 0:
             return {}
-        figures = shift_figures(self.config, self.cell.state, self.cell.live_stream, rows)
-        # One block for the figures of all lines: there are twenty, and each array of its own takes microseconds.
-        parts = [values.reshape(len(rows), -1) for values in figures.values()]
-        ends = [*accumulate(part.shape[1] for part in parts)]
-        block = np.full((ends[-1], self.count), np.nan)
-        block[:, rows] = np.concatenate(parts, axis=1).T
-        columns = [block[begin:end].T for begin, end in pairwise([0, *ends])]
-        shapes = [values.shape[1:] for values in figures.values()]
-        return {
-            name: column if shape else column[:, 0] for name, column, shape in zip(figures, columns, shapes, strict=True)
-        }
+        figures: dict[str, NDArray[Any]] = {}
+        for name, values in shift_figures(self.config, self.cell.state, self.cell.live_stream, rows).items():
+            figures[name] = np.full((self.count, *values.shape[1:]), np.nan)
+            figures[name][rows] = values
+        return figures
 
 
 def _decision_info(decisions: Decisions) -> dict[str, NDArray[Any]]:

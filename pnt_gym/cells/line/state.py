@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -102,6 +102,10 @@ class Choices(PicksAndThrows):
     """Whether each choice exists."""
     index: Ints
     """Index of the object in the stream."""
+
+    def at(self, index: Any) -> Choices:
+        """Choices at an index of lines and places, as `take` gives them in three times the time."""
+        return Choices(self.bin[index], self.numbers[index], self.real[index], self.index[index])
 
     @property
     def value(self) -> Floats:

@@ -17,6 +17,9 @@ from pnt_gym.errors import ConfigError
 STRETCH: Final = 1000.0 + (np.sqrt(5.0) - 1.0) / 2.0
 """A uniform draw times this number, modulo 1, is practically independent of the draw."""
 
+_ALONG_AND_ACROSS: Final = np.array([0.0, np.pi / 2])[:, None, None]
+"""Headings along and across the belt (2, 1, 1) [rad]."""
+
 
 @final
 @dataclass(frozen=True)
@@ -152,8 +155,8 @@ class StreamSampler:
             ConfigError: objects come faster than they find room.
         """
         arrivals, speed = self._config.arrivals, self._config.cell.belt.speed
-        sides = objects.draws.lane_y, half_extent(objects), half_extent(objects, np.pi / 2)
-        belts = zip(arrival_x, *sides, strict=True)
+        along, across = half_extent(objects, _ALONG_AND_ACROSS)
+        belts = zip(arrival_x, objects.draws.lane_y, along, across, strict=True)
         try:
             return np.stack([self._separate(*belt, arrivals.gap) for belt in belts])
         except self._jam as jam:
