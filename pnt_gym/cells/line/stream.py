@@ -49,8 +49,8 @@ class ComingStream:
     """The stream of a shift that has not begun (1, M), with the states of its generator before and after its draws."""
 
     stream: Stream
-    before: dict[str, Any]
-    after: dict[str, Any]
+    before: Any
+    after: Any
 
 
 def _overwrite(streams: Stream, rows: Ints, fresh: Stream) -> None:
@@ -112,9 +112,12 @@ class StreamSampler:
         """Draw the stream that `draw` will give a line for its generator as it is, and leave the generator so."""
         bits = generator.bit_generator
         before = bits.state
-        stream = self._draw_streams([generator])
-        self._coming[row] = ComingStream(stream, dict(before), dict(bits.state))
-        bits.state = before
+        try:
+            self._coming[row] = ComingStream(self._draw_streams([generator]), before, bits.state)
+        except ConfigError:
+            self._coming.pop(row, None)  # `draw` raises the error where the shift does begin
+        finally:
+            bits.state = before
 
     def _take_drawn(self, row: int, generator: np.random.Generator) -> Stream | None:
         """The stream that was drawn ahead for a line, if its generator is as it was then; the draws then count."""
