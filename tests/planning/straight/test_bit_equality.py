@@ -15,7 +15,7 @@ from pnt_gym.planning import (
     release_at_elevation,
     release_at_point,
 )
-from pnt_gym.planning.straight import kernel, release
+from pnt_gym.planning.straight import release
 from tests.tools.planning import random_throws
 from tests.tools.throws import same_bits
 
@@ -71,13 +71,13 @@ def test_row_does_not_depend_on_its_batch(plan):
 
 @pytest.mark.parametrize("plan", [free, ceiling, workspace])
 def test_a_batch_is_planned_in_pieces_that_ctrl_c_gets_in_between_of(monkeypatch, plan):
-    whole, rows, sizes = plan(np.arange(COUNT)), kernel.choose_slopes, []
+    whole, rows, sizes = plan(np.arange(COUNT)), release.kernel.choose_slopes, []
 
     def counted(given, *others):
         sizes.append(given.shape[1])
         rows(given, *others)
 
-    monkeypatch.setattr(kernel, "choose_slopes", counted)
+    monkeypatch.setattr(release.kernel, "choose_slopes", counted)
     monkeypatch.setattr(release, "PIECE", 300)
     pieces = plan(np.arange(COUNT))
     assert sizes[-4:] == [300, 300, 300, 100]
