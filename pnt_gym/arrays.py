@@ -173,11 +173,12 @@ def compute_by_mask(
         make_unmasked: computes the record of the unmasked rows from the unmasked rows of ``inputs``.
         inputs: arguments of both functions: records and arrays of N rows, and plain values.
     """
-    if mask.all():
+    rows = mask.nonzero()[0]
+    if len(rows) == len(mask):
         return make_masked(*inputs)
-    if not mask.any():
+    if len(rows) == 0:
         return make_unmasked(*inputs)
-    ways = (mask.nonzero()[0], make_masked), ((~mask).nonzero()[0], make_unmasked)
+    ways = (rows, make_masked), ((~mask).nonzero()[0], make_unmasked)
     record = concatenate_records([way(*(take(value, rows) for value in inputs)) for rows, way in ways])
     return take(record, np.argsort(np.concatenate([rows for rows, _ in ways])))
 

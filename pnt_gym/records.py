@@ -6,12 +6,14 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import cache
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self, TypeVar, get_type_hints
+from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Self, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 RecordT = TypeVar("RecordT")
+
+ValueT = TypeVar("ValueT")
 
 MOST_UNREAD: Final = 8
 """Longest chain of records of which each waits for columns of the next; a longer chain would keep old rows alive."""
@@ -32,6 +34,25 @@ class Layout(NamedTuple):
 
     kind: type[Any]
     parts: dict[str, Any]
+
+
+class computed(Generic[ValueT]):
+    """A value that is computed when it is first read of an object, and kept there.
+
+    It is `functools.cached_property` without the lock that this takes before Python 3.12.
+    """
+
+    def __init__(self, compute: Callable[[Any], ValueT]) -> None:
+        self._compute, self.__doc__ = compute, compute.__doc__
+
+    def __set_name__(self, _: type[Any], name: str) -> None:
+        self._name = name
+
+    def __get__(self, record: Any, _: Any = None) -> ValueT:
+        if record is None:
+            return self  # pyright: ignore[reportReturnType] - of the class, for those who read its documentation
+        value = record.__dict__[self._name] = self._compute(record)
+        return value
 
 
 class Record:
@@ -82,6 +103,15 @@ class Record:
         """First columns in a block as of `from_block` by name; those of a record in the record as `record.name`."""
         return _begins(_lay_out(cls, _columns(cls, tuple(shapes.items()))))
 
+    @property
+    def block(self) -> NDArray[Any]:
+        """The block of a packed record; a record whose block changes gives its new columns by `anew`."""
+        return self.__dict__["_block"]
+
+    def anew(self) -> Self:
+        """The packed record with the same block, whose columns are not read yet."""
+        return packed_record(self.__class__, self.block, self.__dict__["_layout"])
+
     @classmethod
     def unread(cls, read: Callable[[str], Any], depth: int) -> Self:
         """A record whose columns ``read`` computes by name, at the end of a chain of ``depth`` unread records."""
@@ -94,12 +124,12 @@ class Record:
 
     def replace(self, **columns: Any) -> Self:
         """The record with other columns by name; columns that were not read yet stay unread."""
-        names = _column_names(self.__class__)
+        names, before = _column_names(self.__class__), self.__dict__
         assert columns.keys() <= names.keys(), f"{type(self).__name__} has no {sorted(columns.keys() - names.keys())}"
-        result, before = object.__new__(self.__class__), self.__dict__
-        for name in before.keys() & (names.keys() | _UNREAD_STATE):
-            result.__dict__[name] = before[name]
-        result.__dict__.update(columns)
+        result = object.__new__(self.__class__)
+        result.__dict__.update(
+            {name: value for name, value in before.items() if name in names or name in _UNREAD_STATE}, **columns
+        )
         return result
 
     def overwrite(self, rows: Any, source: Self) -> None:

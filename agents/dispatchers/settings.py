@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from ..ground.files import read_yaml
+from pnt_gym.reading import ReadError, parsed_yaml, text_of
+
+from ..ground.cli import UsageError
 from ..ground.places import SHIPPED
 
 FILE: Final = SHIPPED / "configs" / "line_rules.yaml"
@@ -21,9 +24,21 @@ def read_settings() -> dict[str, Any]:
     """All settings by level: those in the working folder, and the shipped ones."""
     levels: dict[str, Any] = {}
     for file in (MADE, FILE):
-        content: Any = read_yaml(file, "settings of rules") if file.is_file() else {}
-        levels |= dict(content or {})
+        if file.is_file():
+            levels |= dict(_content(file) or {})
     return levels
+
+
+_parsed = lru_cache(maxsize=4)(parsed_yaml)
+"""The data of a text, which a plan of a benchmark asks for hundreds of times."""
+
+
+def _content(file: Path) -> Any:
+    """Data of a file of settings; nobody writes to them."""
+    try:
+        return _parsed(text_of(file, form="YAML"))
+    except ReadError as error:
+        raise UsageError(f"cannot read settings of rules {str(file)!r}: {error}") from None
 
 
 def settings(level: str, name: str, robots: int = 1) -> dict[str, Any]:

@@ -140,7 +140,7 @@ def test_other_algorithms_train_and_resume(asked: Arguments, tmp_path: Path, alg
 
 
 def test_training_learns(asked: Arguments, tmp_path: Path) -> None:
-    main(replace(asked, steps=1200, checkpoint_every=1200))
+    main(replace(asked, steps=900, checkpoint_every=900))
     env = ToyVectorEnv(8)
     error = {
         name: summary(throw_held_out(make_controller(name, env), env, 400, 0))["landing_error_mean_m"]

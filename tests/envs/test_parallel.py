@@ -62,25 +62,26 @@ def parts_of(env):
 
 
 @pytest.mark.parametrize("env_id", CONVEYOR)
-@pytest.mark.parametrize("threads", [2, 3, 5])
+@pytest.mark.parametrize("threads", [2, 5])
 def test_parts_give_the_bits_of_one_thread(env_id, threads):
     alone, split = opened(env_id, 1), opened(env_id, threads)
     assert (len(parts_of(alone)), len(parts_of(split))) == (0, threads)
     (first, info), (second, info2) = (env.reset(seed=3) for env in (alone, split))
     assert same_bits(first, second)
     assert_same(info, info2)
-    for action in actions(env_id, 4):
+    for action in actions(env_id, 3):
         (*results, info), (*results2, info2) = (env.step(action[:COUNT]) for env in (alone, split))
         assert all(same_bits(one, two) for one, two in zip(results, results2, strict=True))
         assert_same(info, info2)
 
 
-@pytest.mark.parametrize("mode", ["SameStep", "NextStep", "Disabled"])
-@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", BANDIT])
+@pytest.mark.parametrize(
+    ("env_id", "mode"), [("PnTConveyor-v0", "SameStep"), (BANDIT, "NextStep"), ("PnTConveyor-v0", "Disabled")]
+)
 def test_parts_reset_as_one_thread_does(env_id, mode):
     alone, split = (opened(env_id, threads, autoreset_mode=mode, max_episode_steps=2) for threads in (1, 3))
     assert same_bits(*(env.reset(seed=8)[0] for env in (alone, split)))
-    for number, action in enumerate(actions(env_id, 5)):
+    for number, action in enumerate(actions(env_id, 3)):
         (*results, info), (*results2, info2) = (env.step(action[:COUNT]) for env in (alone, split))
         assert all(same_bits(one, two) for one, two in zip(results, results2, strict=True))
         assert_same(info, info2)

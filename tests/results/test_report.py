@@ -1,6 +1,7 @@
 """Guards of committed numbers: every result has its page, and documents say what the results give."""
 
 import pytest
+from matplotlib.figure import Figure
 
 from agents.ground.places import SHIPPED as ROOT
 from agents.report.__main__ import read_chapters
@@ -13,7 +14,10 @@ RESULTS = ROOT / "results"
 
 @pytest.fixture(scope="module")
 def chapters():
-    return read_chapters(RESULTS)
+    """Chapters without their drawings, which the tests of the report look at."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", lambda *_, **__: None)
+        return read_chapters(RESULTS)
 
 
 def test_every_result_belongs_to_a_question_and_has_tables_with_their_conditions(chapters):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
@@ -11,26 +11,29 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.fluid import GeomPlacement
 from pnt_gym.cells.base.plant import check_warnings, simulation_ids
 from pnt_gym.constants import GRAVITY
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import body_kernel, freefall
+else:
+    body_kernel = Deferred("pnt_gym.cells.base.body_kernel")
+    freefall = Deferred("pnt_gym.cells.base.freefall")
 
 CHECK_INTERVAL: Final = 0.032
 """Interval between two checks whether an object can still leave its bin [s]."""
 FASTEST_FALL: Final = 2.0 * GRAVITY
 """Downward acceleration that no object reaches above a rim [m/s2]: the air on a light spinning object adds a half."""
 
+_FIELDS: Final = (
+    "body_mass", "body_inertia", "geom_type", "geom_size", "geom_quat", "geom_rbound", "geom_aabb", "geom_fluid",
+)  # fmt: skip
+
 
 def write_object(
     batch: Any, rows: Ints, body: int, geom: int, mass: Floats, inertia: Floats, placement: GeomPlacement, fluid: Floats
 ) -> None:
     """Write mass (N,) [kg], inertia (N, 3) [kg m2], geom and `geom_fluid` (N, 12) of some simulations' free objects."""
-    batch.expand("body_mass")[rows, body] = mass
-    batch.expand("body_inertia")[rows, body] = inertia
-    batch.expand("geom_type")[rows, geom] = placement.type
-    batch.expand("geom_size")[rows, geom] = placement.size
-    batch.expand("geom_quat")[rows, geom] = placement.quat
-    batch.expand("geom_rbound")[rows, geom] = placement.rbound
-    aabb = batch.expand("geom_aabb")
-    aabb[rows, geom] = placement.aabb.reshape(len(rows), *aabb.shape[2:])
-    batch.expand("geom_fluid")[rows, geom] = fluid
+    body_kernel.write_bodies(rows, body, geom, mass, inertia, *placement, fluid, *map(batch.expand, _FIELDS))
 
 
 @final
@@ -64,8 +67,6 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
-    from pnt_gym.cells.base.freefall import end_settled  # noqa: PLC0415 - compiles, where nothing is kept
-
     count, chunk = len(steps), max(round(CHECK_INTERVAL / step), 1)
     spin = batch.expand("body_inertia")[rows, body] / batch.expand("body_mass")[rows, body, None]
     qpos, qvel, last_steps = batch.bind("qpos"), batch.bind("qvel"), steps.copy()
@@ -76,7 +77,7 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     while (falling := (last_steps > start).nonzero()[0]).size > 0:
         part = batch.rollout(end - start, record=("sensordata", "qpos"), ids=simulation_ids(batch, rows[falling]))
         parts.append((falling, slice(start, end), part))
-        end_settled(part["sensordata"], qvel, rows, falling, spin, rim, end, last_steps)
+        freefall.end_settled(part["sensordata"], qvel, rows, falling, spin, rim, end, last_steps)
         start, end = end, end + chunk
     check_warnings(batch)
     sensors, attitude = np.zeros((count, start, int(batch.model.nsensordata))), np.zeros((count, start, 4))

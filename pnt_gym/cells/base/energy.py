@@ -6,9 +6,17 @@ Heat in the windings, friction in the gears and holding torque at rest are left 
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import load_kernel
+else:
+    load_kernel = Deferred("pnt_gym.cells.base.load_kernel")
 
 
 def loads_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float) -> tuple[Floats, Floats]:
@@ -21,10 +29,8 @@ def loads_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float) -> t
         steps: number of steps that count, for each simulation (N,).
         step: length of a step [s].
     """
-    from pnt_gym.cells.base.load_kernel import fill_loads_of_steps  # noqa: PLC0415 - numba takes a while
-
     largest, work = np.empty(len(torque)), np.empty(len(torque))
-    fill_loads_of_steps(torque, speed, steps, step, largest, work)
+    load_kernel.fill_loads_of_steps(torque, speed, steps, step, largest, work)
     return largest, work
 
 
@@ -36,8 +42,6 @@ def loads_between(torque: Floats, speed: Floats, times: Floats) -> tuple[Floats,
         speed: of the motor's joint (N, K, J) [rad/s].
         times: the moments, which increase (N, K) [s].
     """
-    from pnt_gym.cells.base.load_kernel import fill_loads_between  # noqa: PLC0415 - numba takes a while
-
     largest, work = np.empty(len(torque)), np.empty(len(torque))
-    fill_loads_between(torque, speed, times, largest, work)
+    load_kernel.fill_loads_between(torque, speed, times, largest, work)
     return largest, work

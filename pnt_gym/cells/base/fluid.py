@@ -11,14 +11,20 @@ Every operation is elementwise: a row's result does not depend, to the last bit,
 # pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
-from typing import Final, NamedTuple, final
+from typing import TYPE_CHECKING, Final, NamedTuple, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID, SHAPES
+from pnt_gym.cells.base.items import SHAPES
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import body_kernel
+else:
+    body_kernel = Deferred("pnt_gym.cells.base.body_kernel")
 
 # Share of the drag coefficient, by shape. MuJoCo's drag has no 1/2, and a box or cylinder is seen as the
 # ellipsoid inside it, whose frontal area is pi/4 of a face: 0.5 / (pi/4) = 0.64.
@@ -34,8 +40,6 @@ _MAGNUS = 0.3
 GYRATION: Final = np.array([0.27, 0.38, 0.38])
 
 _GEOM_TYPE: Final = np.array([4, 5, 6], dtype=np.int32)  # mjtGeom: ellipsoid, cylinder, box
-_UPRIGHT: Final = np.array([1.0, 0.0, 0.0, 0.0])
-_Z_TO_X: Final = np.array([np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0])  # quarter turn about y
 
 
 @final
@@ -86,9 +90,9 @@ def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
 
 def lying_extents(shape: Ints, size: Floats) -> Floats:
     """Extents of bodies as `lying_size`, for extents and shapes that need no check."""
-    lying, across = size.copy(), size[:, 1:]
-    lying[:, 1:] = np.where((shape == CYLINDER)[:, None], 0.5 * (across[:, :1] + across[:, 1:]), across)
-    return lying
+    extents = np.empty(size.shape)
+    body_kernel.fill_extents(shape, size, extents)
+    return extents
 
 
 def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
@@ -101,15 +105,10 @@ def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
     Returns:
         Values for `geom_type`, `geom_size`, `geom_quat`, `geom_rbound` and `geom_aabb`.
     """
-    semi, lies = _semi_axes(shape, size), shape == CYLINDER
-    x, y, z = semi[:, 0], semi[:, 1], semi[:, 2]
-    geom_size = semi.copy()
-    geom_size[lies, 1], geom_size[lies, 2] = z[lies], 0.0
-    # A cylinder's corner has no y.
-    corner = np.sqrt(x * x + np.where(lies, 0.0, y * y) + z * z)
-    rbound = np.where(shape == ELLIPSOID, semi.max(axis=1), corner)
-    aabb = np.concatenate([np.zeros_like(semi), semi], axis=1)
-    return GeomPlacement(_GEOM_TYPE[shape], geom_size, np.where(lies[:, None], _Z_TO_X, _UPRIGHT), rbound, aabb)
+    count = len(shape)
+    placed = np.empty((count, 3)), np.empty((count, 4)), np.empty(count), np.empty((count, 6))
+    body_kernel.fill_placement(shape, size, *placed)
+    return GeomPlacement(_GEOM_TYPE[shape], *placed)
 
 
 def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
@@ -128,11 +127,16 @@ def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
         (N, 12) interaction flag, blunt, slender and angular drag, Kutta and Magnus coefficients, virtual mass
         (3) in m3 and virtual inertia (3) in m5, per unit of fluid density and in the geom's frame.
     """
-    coefficients = np.empty((len(shape), 12))
+    from scipy.special import elliprd  # noqa: PLC0415  (heavy import)
+
+    coefficients, squares = np.empty((len(shape), 12)), np.empty((3, len(shape)))
     coefficients[:, :6] = 1.0, np.nan, np.nan, _ANGULAR, _KUTTA, _MAGNUS
     coefficients[:, 1] = _BLUNT[shape] * drag
     coefficients[:, 2] = _SLENDER * coefficients[:, 1]
-    coefficients[:, 6:] = _added_mass(_semi_axes(shape, size))
+    body_kernel.fill_squares(shape, size, squares)
+    body_kernel.fill_added_mass(
+        shape, size, squares, elliprd(squares[[1, 2, 0]], squares[[2, 0, 1]], squares), coefficients
+    )
     return coefficients
 
 
@@ -148,36 +152,6 @@ def solid_shell_inertia(mass: Floats, size: Floats, shape: Ints) -> Floats:
         (N, 3) moments in kg m2 about the body's L, W and H axes through the centre of the extents:
         k m (b^2 + c^2) with the two other semi-axes b and c, k = 0.38, for an ellipsoid 0.27.
     """
-    semi = 0.5 * size
-    square = semi * semi
-    return (GYRATION[shape] * mass)[:, None] * (square[:, [1, 0, 0]] + square[:, [2, 2, 1]])
-
-
-def _semi_axes(index: Ints, full: Floats) -> Floats:
-    """(N, 3) semi-axes in the geom's frame: a cylinder's length comes last."""
-    half = 0.5 * full
-    return np.where((index == CYLINDER)[:, None], half[:, [1, 2, 0]], half)
-
-
-def _added_mass(semi: Floats) -> Floats:
-    """(N, 6) virtual mass and virtual inertia per unit density of ellipsoids with (N, 3) semi-axes.
-
-    Lamb's factors k / (2 - k), with k = xyz int_0^inf ds / ((x^2 + s) sqrt((x^2 + s)(y^2 + s)(z^2 + s))) and so on, are
-    Carlson's integrals R_D times 2 xyz / 3.
-    """
-    from scipy.special import elliprd  # noqa: PLC0415  (heavy import)
-
-    axes = semi.T
-    square, product = axes * axes, axes[0] * axes[1] * axes[2]
-    volume = (4.0 / 3.0 * np.pi) * product
-    b, c = square[[1, 2, 0]], square[[2, 0, 1]]
-    k = (2.0 / 3.0) * product * elliprd(b, c, square)
-    kb, kc = k[[1, 2, 0]], k[[2, 0, 1]]
-    # The three factors add up to 2: the sum of the others is 2 - k without cancellation for thin plates.
-    mass = volume * k / (kb + kc)
-    # Lamb: (b^2 - c^2)^2 (k_c - k_b) / (2 (b^2 - c^2) + (b^2 + c^2) (k_b - k_c)); a body that is round about an axis
-    # moves no air about that axis.
-    gap = b - c
-    below = np.where(gap == 0.0, 1.0, 2.0 * gap + (b + c) * (kb - kc))
-    inertia = volume / 5.0 * np.where(gap == 0.0, 0.0, gap * gap * (kc - kb) / below)
-    return np.concatenate([mass, inertia]).T
+    inertia = np.empty((len(shape), 3))
+    body_kernel.fill_inertia(shape, mass, size, GYRATION, inertia)
+    return inertia

@@ -10,12 +10,18 @@ case II); the moment is added here. The safety factors that the handbook advises
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal, NamedTuple, TypeAlias, final
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias, final
 
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.constants import GRAVITY
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import load_kernel
+else:
+    load_kernel = Deferred("pnt_gym.cells.base.load_kernel")
 
 CUP_RADIUS: Final = 0.018
 """Bellows suction cup for light waste, 36 mm wide [m]."""
@@ -70,11 +76,9 @@ class Hold:
         Returns:
             The margins, and the indices of the first accelerations with a margin below 1; -1 where there is none.
         """
-        from pnt_gym.cells.base.load_kernel import find_smallest_margins  # noqa: PLC0415 - numba takes a while
-
         holds = np.array([self.force, self.mass, self.friction, self.depth, self.offset, self.radius])
         margin, lost_at = np.empty(len(counts)), np.empty(len(counts), dtype=np.int64)
-        find_smallest_margins(holds, np.ascontiguousarray(accelerations), counts, scale, margin, lost_at)
+        load_kernel.find_smallest_margins(holds, np.ascontiguousarray(accelerations), counts, scale, margin, lost_at)
         return margin, lost_at
 
     def least_margin(self, acceleration: Floats) -> Floats:

@@ -10,12 +10,10 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from contextvars import copy_context
 from functools import cache, partial
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from queue import SimpleQueue
 from threading import Thread
 from typing import Final, TypeAlias, TypeVar
-
-import numpy as np
 
 from pnt_gym.arrays import Ints
 
@@ -23,6 +21,8 @@ LEAST_ROWS: Final = 16
 """Fewest rows of a part: smaller parts lose more by the fixed cost of a throw, which each part pays, than they gain."""
 LEAST_LINES: Final = 8
 """Fewest lines of a part; a call takes as long as some lines."""
+LINES_OF_CALL: Final = 40
+"""Lines that take as long as a call beside them."""
 
 ResultT = TypeVar("ResultT")
 Job: TypeAlias = tuple[Callable[[int], None], deque[int], SimpleQueue[None]]
@@ -35,26 +35,40 @@ def split_rows(count: int, threads: int) -> list[slice]:
     return [slice(begin, end) for begin, end in pairwise(count * k // parts for k in range(parts + 1))]
 
 
-def work_in_parts(work: Callable[[Ints], None], lines: Ints, threads: int) -> None:
+def work_in_parts(
+    work: Callable[[Ints], None], lines: Ints, threads: int, calls: Sequence[Callable[[], None]] = ()
+) -> None:
     """Call a function on parts of some lines, in several threads.
 
     Args:
         work: works on a part of the lines (K,), independently of the other parts.
         lines: indices of the lines.
         threads: number of threads at most.
+        calls: functions that work on something else at the same time, each as long as `LINES_OF_CALL` lines take.
     """
-    count = min(threads, len(lines) // LEAST_LINES)
-    if count < 2:
-        work(lines)
-    else:
-        call_in_threads([partial(work, part) for part in np.array_split(lines, count)])
+    parts = [partial(work, part) for part in _split_lines(lines, threads, len(calls))]
+    # This thread begins at once, and machine code leaves Python to the calls in the other threads.
+    call_in_threads([*parts[:1], *calls, *parts[1:]], threads)
 
 
-def call_in_threads(calls: Sequence[Callable[[], ResultT]]) -> list[ResultT]:
+def _split_lines(lines: Ints, threads: int, calls: int) -> list[Ints]:
+    """A part of some lines for each thread; threads that also have calls, the last ones first, have fewer lines."""
+    size = len(lines) + calls * LINES_OF_CALL
+    count = max(min(threads, size // LEAST_LINES), 1)
+    room = [max(size / count - LINES_OF_CALL * ((calls + k) // count), 0.0) for k in range(count)]
+    ends = [round(end * len(lines) / max(sum(room), 1.0)) for end in accumulate(room)]
+    return [lines[begin:end] for begin, end in pairwise([0, *ends]) if end > begin]
+
+
+def call_in_threads(calls: Sequence[Callable[[], ResultT]], threads: int | None = None) -> list[ResultT]:
     """Results of functions that run at the same time, in this thread and in threads that help.
 
     A thread that wakes late leaves its function to the others. All functions have ended when this function ends, also
     with an error. Numpy's settings of floating-point errors are those of the caller in all threads.
+
+    Args:
+        calls: the functions, in the order in which they begin.
+        threads: number of threads at most; None for a thread for each function.
 
     Raises:
         BaseException: of the first function, in the order of `calls`, that raises one.
@@ -70,7 +84,7 @@ def call_in_threads(calls: Sequence[Callable[[], ResultT]]) -> list[ResultT]:
             errors[part] = error
 
     parts, reports, awaited = deque(range(len(calls))), SimpleQueue[None](), len(calls)
-    for number in range(len(calls) - 1):
+    for number in range(min(len(calls), threads or len(calls)) - 1):
         _helper(number).put((work, parts, reports))
     try:
         while (part := _take_part(parts)) is not None:

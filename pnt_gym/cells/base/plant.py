@@ -5,17 +5,22 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, Final, Generic, TypeVar, final
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.sorting import SortingReward
-from pnt_gym.constants import GRAVITY
+from pnt_gym.deferred import Deferred
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
 from pnt_gym.errors import PhysicsError
-from pnt_gym.planning.motion.ballistics import flight_state, landing_point
+from pnt_gym.planning.motion.ballistics import flight_state
+from pnt_gym.records import computed
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import flight_kernel
+else:
+    flight_kernel = Deferred("pnt_gym.cells.base.flight_kernel")
 
 REWARD_TERMS: Final = ("landing", "success", "time")
 """Names of the reward terms of a throw into an opening."""
@@ -84,6 +89,8 @@ class Plant(ABC, Generic[ThrowsT, PlansT, FlightT]):
 
     def __init__(self, config: Any, model: MjModel, count: int, threads: int) -> None:
         self.batch = Batch(model, nsim=count, nthread=threads)
+        self.qpos, self.qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
+        """Positions and velocities of all simulations, which may be written."""
         self._made_of = (config, count, threads)
         self.record_row: int | None = None
         """The simulation whose last throw is kept in `recording`, for pictures; None: no simulation."""
@@ -210,7 +217,7 @@ def check_warnings(batch: Any) -> None:
     Raises:
         PhysicsError: the engine gave a warning; the sentence names the first one.
     """
-    if not batch.warning.any():
+    if np.count_nonzero(batch.warning) == 0:
         return
     row, kind = (int(i) for i in np.argwhere(batch.warning)[0][:2])
     name = mujoco.mjtWarning(kind).name
@@ -278,7 +285,7 @@ class ObjectFlight:
     last_step: Ints
     """Last step that counts (N,)."""
 
-    @cached_property
+    @computed
     def free(self) -> Bools:
         """Steps after the release that count, (N, M)."""
         steps = np.arange(self.position.shape[1], dtype=np.int64)
@@ -295,18 +302,13 @@ class ObjectFlight:
         The flight of an object that first touches a rim, a wall or the belt is continued ballistically from that
         moment, so the landing measures the throw and not the bin.
         """
-        from pnt_gym.cells.base.flight_kernel import find_events  # noqa: PLC0415 - numba takes a while
-
-        rows = np.arange(len(self.position))
-        event, recontact = np.empty(len(rows), dtype=np.int64), np.empty(len(rows), dtype=np.bool_)
-        find_events(
-            self.position, self.hand_touch, self.any_touch, self.release_step, self.last_step, plane_z, event, recontact
-        )
-        before, (end, velocity) = np.maximum(event - 1, 0), self.final()
-        crossing = landing_point(self.position[rows, before], self.velocity[rows, before], plane_z)
-        # An object that is never above the plane after the release fell short; its last position counts.
-        landing = np.where(np.isfinite(crossing[:, :1]), crossing[:, :2], end[:, :2])
-        return Touchdown(landing, end, velocity, recontact)
+        count = len(self.position)
+        landing, recontact = np.empty((count, 2)), np.empty(count, dtype=np.bool_)
+        flight_kernel.find_landings(
+            self.position, self.velocity, self.hand_touch, self.any_touch, self.release_step, self.last_step, plane_z,
+            landing, recontact,
+        )  # fmt: skip
+        return Touchdown(landing, *self.final(), recontact)
 
 
 @final
@@ -329,33 +331,31 @@ class Touchdown:
         An object inside the walls and below the rim stays if its upward speed does not lift the object to the rim.
 
         Args:
-            centre: centre of the opening (N, 2) [m].
-            opening: inner size (N, 2) [m].
+            centre: centre of the opening (N, 2) [m], or (1, 2) for all.
+            opening: inner size (N, 2), or (1, 2) for all [m].
             rim: height of the rim (N,) [m].
             bottom: height of the inner bottom (N,) [m]; an object on the bottom may lie up to `SUNK` below this height.
         """
-        position, velocity = self.position, self.velocity
-        offset = np.abs(position[:, :2] - centre)
-        inside = (offset <= opening / 2).all(axis=1)
-        reach = position[:, 2] + velocity[:, 2] ** 2 / (2.0 * GRAVITY)
-        return inside & (reach < rim) & (position[:, 2] > bottom - CONTACT_DEPTH)
+        lies = np.empty(len(self.position), dtype=np.bool_)
+        flight_kernel.find_lying(self.position, self.velocity, centre, opening, rim, bottom, CONTACT_DEPTH, lies)
+        return lies
 
     def landing_fields(self, target: Floats, opening: Floats, depth: float | Floats, along: Floats) -> dict[str, Any]:
         """Fields of `Landed` that follow from the flights, by name: all except error, cycle time and torque.
 
         Args:
             target: centre of each opening (N, 3) [m].
-            opening: inner size along x and y (N, 2) [m].
+            opening: inner size along x and y (N, 2), or (1, 2) for all [m].
             depth: depth of the bins below the opening, one number or (N,) [m].
             along: horizontal unit vectors of the throws (N, 2+).
         """
-        miss = self.landing - target[:, :2]
-        in_opening = np.asarray((np.abs(miss) <= opening / 2).all(axis=1))
+        errors, in_opening = np.empty((2, len(target))), np.empty(len(target), dtype=np.bool_)
+        flight_kernel.measure_landings(self.landing, target, opening, along, errors, in_opening)
         in_bin = self.lies_in(target[:, :2], opening, target[:, 2], target[:, 2] - depth)
         return {
             "landing": self.landing,
-            "landing_along": miss[:, 0] * along[:, 0] + miss[:, 1] * along[:, 1],
-            "landing_across": miss[:, 1] * along[:, 0] - miss[:, 0] * along[:, 1],
+            "landing_along": errors[0],
+            "landing_across": errors[1],
             "in_opening": in_opening,
             "in_bin": in_bin,
             "is_success": in_opening & in_bin,

@@ -9,7 +9,11 @@ from pnt_gym.arrays import Floats, join_columns
 
 def to_body_axes(vector: Floats, yaw: Floats) -> Floats:
     """World vectors (..., 3) in the axes of bodies turned by yaw (...,) about z."""
-    cos, sin = np.cos(yaw), np.sin(yaw)
+    return turn_back(vector, np.cos(yaw), np.sin(yaw))
+
+
+def turn_back(vector: Floats, cos: Floats, sin: Floats) -> Floats:
+    """World vectors as `to_body_axes`, for cosines and sines of the yaws."""
     x, y = vector[..., 0], vector[..., 1]
     return join_columns(cos * x + sin * y, cos * y - sin * x, vector[..., 2])
 

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Final, NamedTuple, Self, final
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, dot, join_columns
-from pnt_gym.cells.base.rotations import to_body_axes
+from pnt_gym.arrays import Bools, Floats, Ints, join_columns
+from pnt_gym.cells.base.rotations import turn_back
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
-from pnt_gym.records import Record
+from pnt_gym.records import Record, computed
 
-_AXES: Final = np.arange(3)
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor.objects import kernel
+else:
+    kernel = Deferred("pnt_gym.cells.conveyor.objects.kernel")
 
 
 @final
@@ -35,8 +39,9 @@ class HiddenDrift(NamedTuple):
     """Velocity of the air along x, y (N, 2) [m/s]."""
 
     @classmethod
+    @cache
     def zero(cls, count: int) -> Self:
-        """No drift in `count` cells."""
+        """No drift in `count` cells; nobody overwrites its arrays."""
         return cls(np.zeros(count), np.zeros((count, 2)), np.zeros(count), np.zeros((count, 2)))
 
 
@@ -56,8 +61,9 @@ class LastThrow(NamedTuple):
     """Share of the shift that is over (N,)."""
 
     @classmethod
+    @cache
     def none(cls, count: int) -> Self:
-        """No previous throw in `count` cells: their shifts begin."""
+        """No previous throw in `count` cells: their shifts begin; nobody overwrites its arrays."""
         nowhere = np.zeros((count, 2))
         return cls(np.zeros(count, dtype=np.bool_), nowhere, nowhere.copy(), nowhere.copy(), np.zeros(count))
 
@@ -142,73 +148,71 @@ class Context(Record):
         """Item that the classifier sees in each object: index into the cell's items (N,)."""
         return self.objects.measured.kind
 
-    @cached_property
+    @computed
     def bin_depth(self) -> Floats:
         """Depth of each throw's bin (N,) [m]."""
         return self.depth[np.arange(len(self.bin)), self.bin]
 
-    @cached_property
+    @computed
     def direction(self) -> Floats:
         """Horizontal unit vector from pick to target (N, 2)."""
         delta = self.target[:, :2] - self.pick[:, :2]
         return delta / self.distance[:, None]
 
-    @cached_property
+    @computed
     def distance(self) -> Floats:
         """Horizontal distance from pick to target (N,) [m]."""
         delta = self.target[:, :2] - self.pick[:, :2]
         return np.sqrt(delta[:, 0] ** 2 + delta[:, 1] ** 2)
 
-    @cached_property
+    @computed
     def relative_yaw(self) -> Floats:
         """Measured yaw of the object from the throw's heading (N,) [rad]."""
         return self.objects.measured.yaw - np.arctan2(self.direction[:, 1], self.direction[:, 0])
 
-    @cached_property
+    @computed
     def visible_grasp(self) -> Floats:
         """Grasp offset that the sensors would measure without noise (N, 2) [m]."""
         return self.objects.grasp + join_columns(self.belt_shift, 0.0)
 
-    @cached_property
+    @computed
     def grasp(self) -> Floats:
         """True centre of mass relative to the cup axis, along x, y (N, 2) [m]."""
         return self.visible_grasp + self.unseen
 
-    @cached_property
+    @computed
     def hanging(self) -> Floats:
         """True centre of mass relative to the cup's tip, of an object that hangs at rest (N, 3) [m]."""
         return np.concatenate([self.grasp, -self.objects.com_depth[:, None]], axis=1)
 
-    @cached_property
+    @computed
     def arm(self) -> Floats:
         """`hanging` in the axes of the object (N, 3) [m]."""
-        return to_body_axes(self.hanging, self.objects.yaw)
+        return turn_back(self.hanging, *self.objects.turn)
 
-    @cached_property
+    @computed
     def lip_inertia(self) -> Floats:
         """Inertia of the object, free to turn about the lip, against a moment about each body axis (N, 3) [kg m2].
 
         This effective inertia 1 / (I^-1)_kk is less than the moment of inertia I_kk where an offset couples the axes.
         """
-        mass, arm = self.objects.mass[:, None], self.arm
-        inertia = (-mass * arm)[:, :, None] * arm[:, None, :]
-        inertia[:, _AXES, _AXES] += self.objects.inertia + mass * dot(arm, arm)[:, None]
-        inverse = np.asarray(np.linalg.inv(inertia), dtype=np.float64)
-        return 1.0 / inverse[:, _AXES, _AXES]
+        inertia = np.empty((len(self.arm), 3, 3))
+        kernel.fill_inertias(self.objects.mass, self.arm, self.objects.inertia, inertia)
+        return 1.0 / np.asarray(np.linalg.inv(inertia), dtype=np.float64).diagonal(axis1=1, axis2=2)
 
-    @cached_property
+    @computed
     def cup_offset(self) -> Floats:
         """Cup tip relative to the planner's point (N, 3) [m]."""
         offset = np.zeros((len(self.objects.known_depth), 3))
         offset[:, 2] = self.objects.known_depth
         return offset
 
-    @cached_property
+    @computed
     def measured_grasp(self) -> Floats:
         """Measured centre of mass relative to the cup axis, along world x, y (N, 2) [m]."""
         return self.visible_grasp + self.objects.measured.grasp_noise
 
-    @cached_property
+    @computed
     def measured_grasp_in_throw(self) -> tuple[Floats, Floats]:
         """Measured centre of mass relative to the cup axis, along the throw and to its left, each (N,) [m]."""
         return self.to_throw_frame(self.measured_grasp)
@@ -221,7 +225,7 @@ class Context(Record):
 
     def without_spin(self, rows: Bools) -> Context:
         """The same picks with zero spin where the object is lost (N,)."""
-        if not rows.any():
+        if not any(rows.tolist()):
             return self
         objects = self.objects
         return self.replace(objects=objects.replace(spin=np.where(rows[:, None], 0.0, objects.spin)))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, join_columns, length, take
+from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.base.alone import Fall, fall, write_object
 from pnt_gym.cells.base.plant import Touchdown, simulation_ids
 from pnt_gym.cells.base.settling import Airborne, FallEnd, Vicinity, settle
@@ -24,8 +24,17 @@ from pnt_gym.cells.conveyor.scene import (
     floor_height,
 )
 from pnt_gym.constants import GRAVITY
+from pnt_gym.deferred import Deferred
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import freefall, settle_kernel
+    from pnt_gym.cells.conveyor import scene_kernel
+else:
+    scene_kernel = Deferred("pnt_gym.cells.conveyor.scene_kernel")
+    settle_kernel = Deferred("pnt_gym.cells.base.settle_kernel")
+    freefall = Deferred("pnt_gym.cells.base.freefall")
 
 NEAR_DISTANCE: Final = 0.02
 """Distance from an opening beyond which an object's landing cannot end in that bin [m]."""
@@ -37,10 +46,9 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
     if config.drift.draught.moves:
         batch.expand("opt.wind")[rows, :2] = context.drift.draught
     write_object(batch, rows, scene.object_body, geom, o.mass, o.inertia, o.placement, o.fluid)
-    batch.expand("geom_pos")[rows, geom, 2] = o.com_depth - LIP_GAP - o.size[:, 2] / 2
-    # MuJoCo's order: sliding, torsional [m], rolling [m].
-    batch.expand("geom_friction")[rows, geom] = join_columns(o.friction, 0.1 * o.rolling_friction, o.rolling_friction)
-    batch.expand("geom_solref")[rows, geom] = o.solref
+    place = o.com_depth - LIP_GAP - o.size[:, 2] / 2
+    fields = map(batch.expand, ("geom_pos", "geom_friction", "geom_solref"))
+    scene_kernel.write_contacts(rows, geom, place, o.friction, o.rolling_friction, o.solref, *fields)
     batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
         _place_bin(batch, rows, scene, context, bins)
@@ -49,16 +57,9 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
 
 
 def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    half, middle = bin_panels(context.opening, bins)
-    batch.expand("body_pos")[rows, scene.bin_bodies[0]] = context.target
-    geoms = rows[:, None], scene.bin_geoms[0] + np.arange(5)
-    batch.expand("geom_size")[geoms] = half
-    batch.expand("geom_pos")[geoms] = middle
-    batch.expand("geom_rbound")[geoms] = length(half)
-    expanded = batch.expand("geom_aabb")
-    bounds = np.zeros((len(rows), 5, 6))
-    bounds[..., 3:] = half
-    expanded[geoms] = bounds.reshape(len(rows), 5, *expanded.shape[2:])
+    fields = map(batch.expand, ("body_pos", "geom_size", "geom_pos", "geom_rbound", "geom_aabb"))
+    panels = bin_panels(context.opening, bins)
+    scene_kernel.place_bins(rows, scene.bin_bodies[0], scene.bin_geoms[0], context.target, *panels, *fields)
 
 
 def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
@@ -83,6 +84,7 @@ class FreeObjects:
         self._scene = build_free_scene(config)
         self._ground = np.array([floor_height(config), config.belt.height, *config.belt.x, *config.belt.y])
         self.batch = Batch(self._scene.model, nsim=count, nthread=threads)
+        self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
 
     def fall(self, rows: Ints, context: Context, qpos: Floats, qvel: Floats, steps: Ints) -> Fall:
         """Simulate N objects in the engine, in some of the simulations, from states qpos (N, 7) and qvel (N, 6).
@@ -145,12 +147,10 @@ class FreeObjects:
         write_models(batch, rows, self._scene, context, self._config)
         batch.set_const(simulation_ids(batch, rows))
         batch.state[rows] = 0.0
-        batch.bind("qpos")[rows], batch.bind("qvel")[rows] = qpos, qvel
+        self._qpos[rows], self._qvel[rows] = qpos, qvel
 
     def _vicinity(self, context: Context, body: Floats) -> Vicinity:
         """Bodies of N objects with constants (N, BODY), and what they may meet."""
-        from pnt_gym.cells.base.settle_kernel import fill_rebounds  # noqa: PLC0415 - compiles
-
         o, fixed, count = context.objects, self._config.bins.fixed, len(body)
         bins = np.empty((count, max(len(fixed), 1), 5))
         openings = [(b.x, b.y, b.size[0] / 2.0, b.size[1] / 2.0) for b in fixed]
@@ -159,7 +159,7 @@ class FreeObjects:
         bins[..., 4] = context.depth
         shape, mass, middle = o.shape[:, None].astype(np.float64), body[:, :1], body[:, 4:5]
         rebounds = np.empty(count)
-        fill_rebounds(np.ascontiguousarray(o.solref), self._config.timestep, rebounds)
+        settle_kernel.fill_rebounds(np.ascontiguousarray(o.solref), self._config.timestep, rebounds)
         last = np.stack([rebounds, farthest_points(context)], axis=1)
         columns = shape, o.extents / 2.0, middle, body[:, 1:4] / mass, last
         ground = np.tile(self._ground, (count, 1))
@@ -180,12 +180,10 @@ def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats) -> tuple[Floats
         The crossings (N, 2) [m], the states every `clock.stride` steps until then (N, K, STATE), and the number of
         steps (N,).
     """
-    from pnt_gym.cells.base.freefall import STATE, fly_down  # noqa: PLC0415 - compiles, where nothing is kept
-
     step, stride = clock.step, clock.stride
     state, steps = _release_states(clock), np.zeros(len(rim), dtype=np.int64)
-    records = np.empty((len(rim), int((clock.end - clock.release).max()) // stride + 2, STATE))
-    fly_down(state, flying.body, flying.wind, rim, flying.air, step, stride, records, steps)
+    records = np.empty((len(rim), int((clock.end - clock.release).max()) // stride + 2, freefall.STATE))
+    freefall.fly_down(state, flying.body, flying.wind, rim, flying.air, step, stride, records, steps)
     # The last step undone: semi-implicit Euler moves by the velocity at the step's end.
     before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
     landing = landing_point(*before, rim)[:, :2]

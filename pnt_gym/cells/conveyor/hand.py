@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Final, final
 
 import numpy as np
@@ -17,6 +16,7 @@ from pnt_gym.cells.conveyor.cup.hold import Grips, Parting, grips, picked
 from pnt_gym.cells.conveyor.cup.swing import Spring, springs, swing_objects
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.records import computed
 
 SETTLING_TIME: Final = 0.35
 """Simulated time after the planned landing, in which the object comes to rest [s]."""
@@ -90,13 +90,13 @@ class ThrowClock:
         parting = Parting.hanging(context.without_spin(grip_results.unthrown), push)
         lip, offset = config.lip_length, context.cup_offset
         clock = cls(plans.path, offset, free_at, shift, release, end, step, grip_results, parting, lip)
-        if not (config.swings and grip_results.picked.any()):
+        if not (config.swings and any(grip_results.picked.tolist())):
             return clock
         spring = springs(context, config)
         swung = swing_objects(context, spring, parting, clock.hand, release, clock.stride, config)
         return replace(clock, parting=swung, spring=spring)
 
-    @cached_property
+    @computed
     def stride(self) -> int:
         """Steps between two samples of the hand's path."""
         return max(round(KNOT_SPACING / self.step), 1)
@@ -104,11 +104,11 @@ class ThrowClock:
     def hand(self, steps: Ints) -> Samples:
         """The planned motion of the cup's tip at the beginning of steps (K,) or (N, K)."""
         motion = self.path.sample(steps * self.step - self.path_delay[:, None])
-        return motion._replace(position=motion.position + self.offset[:, None])
+        return Samples(motion.position + self.offset[:, None], motion.velocity, motion.acceleration)
 
     def clear(self, context: Context) -> Ints:
         """First steps (N,) from which on objects cannot touch their cups, by geometry; at most the last step."""
-        steps = np.arange(0, int((self.end - self.release).max()), self.stride, dtype=np.int64)
+        steps = np.arange(0, max((self.end - self.release).tolist()), self.stride, dtype=np.int64)
         hand, since = self.hand(self.release[:, None] + steps), np.asarray(steps * self.step, dtype=np.float64)
         passage = predict_passage(self.parting, (hand.position, hand.velocity), since)
         possible = passage.may_touch(context.objects, self.stride * self.step, FORESIGHT, self.lip)

@@ -132,6 +132,6 @@ def bins_of(touchdown: Touchdown, context: Context, config: ConveyorConfig, in_b
     indices, bins = np.where(in_bin, context.bin, -1), config.bins
     rim = np.full(len(indices), bins.rim)
     for index, fixed in enumerate(bins.fixed):
-        centre, opening = np.array([fixed.x, fixed.y]), np.array(fixed.size)
+        centre, opening = np.array([[fixed.x, fixed.y]]), np.array([fixed.size])
         indices[touchdown.lies_in(centre, opening, rim, rim - context.depth[:, index])] = index
     return indices

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Final, NamedTuple, final
+from typing import TYPE_CHECKING, Final, NamedTuple, final
 
 import numpy as np
 
@@ -24,9 +24,15 @@ from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, ObjectMake
 from pnt_gym.cells.conveyor.objects.fill import draw_fill, fixed_areas, mean_volumes
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.throwable import is_throwable
+from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor import scene_kernel
+else:
+    scene_kernel = Deferred("pnt_gym.cells.conveyor.scene_kernel")
 
 TRIAL_THROWS: Final = 50
 """Number of trial throws at a bin before a warning that the bin is out of reach."""
@@ -289,15 +295,10 @@ class PickPlanner:
         draw, r = objects.draws.bin, self.config.bins.random
         if r is None:
             return self._fixed_bins(self._accepting_bins(objects))
-        low, high = np.array([r.x[0], r.y[0]]), np.array([r.x[1], r.y[1]])
-        side = r.side[0] + (r.side[1] - r.side[0]) * draw[..., 2]
-        if r.item_clearance > 0.0:
-            side = np.maximum(side, (objects.measured.size.max(axis=-1) + r.item_clearance)[:, None])
-        target = np.full((*side.shape, 3), self.config.bins.rim)
-        target[..., :2] = low + (high - low) * draw[..., :2]
-        opening = np.empty((*side.shape, 2))
-        opening[...] = side[..., None]
-        return BinsInTurn(target, opening, np.zeros(side.shape, dtype=np.int64))
+        shape = draw.shape[:-1]
+        target, opening = np.full((*shape, 3), self.config.bins.rim), np.empty((*shape, 2))
+        scene_kernel.draw_bins(draw, objects.measured.size, r.x, r.y, r.side, r.item_clearance, target, opening)
+        return BinsInTurn(target, opening, np.zeros(shape, dtype=np.int64))
 
     def _fixed_bins(self, index: Ints) -> BinsInTurn:
         """Fixed bins by their indices (N, T)."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import loads_between, loads_of_steps
 from pnt_gym.cells.base.parallel import call_in_threads, split_rows
 from pnt_gym.cells.base.plant import TOUCH_DISTANCE, ObjectFlight, Plant, Touchdown, roll_out, simulation_ids, touching
-from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
+from pnt_gym.cells.base.rotations import turn_back, yaw_attitude
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.swing import Spring, springs
@@ -30,10 +30,18 @@ from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
 from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, joint_loads, knot_count, upsample
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import flight_kernel
+    from pnt_gym.cells.conveyor import scene_kernel
+else:
+    scene_kernel = Deferred("pnt_gym.cells.conveyor.scene_kernel")
+    flight_kernel = Deferred("pnt_gym.cells.base.flight_kernel")
 
 
 @final
@@ -57,11 +65,15 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.config = config
         self.scene: Scene = build_scene(config)
         super().__init__(config, self.scene.model, count, threads)
+        self._equalities = self.batch.bind("eq_active")
         self.free = FreeObjects(config, count, threads)
         model, robot = self.scene.model, self.scene.robot
         self._robot_qpos, self._robot_qvel = qpos_columns(model, robot), qvel_columns(model, robot)
         self._motors = np.array([int(model.joint(arm).dofadr[0]) for arm in robot.arm_joints])
         self._rods_per_arm = robot.rods_per_arm
+        self._cups = np.array(self.scene.cup_geoms)
+        self._cup_halves: Floats = model.geom_size[self._cups, 1]
+        """Half lengths of the cylinders of a cup [m]."""
         self._controls = int(model.nu) + int(model.neq)
         rows = split_rows(count, threads) if config.fidelity == "full" else []  # flights alone are mostly Python
         self.parts = [(part, ConveyorPlant(config, part.stop - part.start)) for part in rows] if len(rows) > 1 else []
@@ -133,9 +145,8 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         qpos[:, self._robot_qpos] = closed_pose(cup, self._rods_per_arm, scene.robot.geometry)
         qpos[:, first : first + 2] = cup[:, :2] + context.grasp
         qpos[:, first + 2] = cup[:, 2] - o.com_depth
-        qpos[:, first + 3 : first + 7] = yaw_attitude(o.yaw)
-        batch.bind("qpos")[rows] = qpos
-        batch.bind("eq_active")[rows] = 1.0
+        qpos[:, first + 3 : first + 7] = o.attitude
+        self.qpos[rows], self._equalities[rows] = qpos, 1.0
 
     def _write_motion(self, rows: Ints, clock: ThrowClock) -> Floats:
         """Write the first velocities of hands and objects of some rows; returns the cups' positions (N, 3) [m]."""
@@ -144,7 +155,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         qvel = np.zeros((len(rows), scene.model.nv))
         qvel[:, self._robot_qvel] = closed_velocity(cup, velocity, self._rods_per_arm, scene.robot.geometry)
         qvel[:, scene.object_qvel : scene.object_qvel + 3] = velocity
-        self.batch.bind("qvel")[rows] = qvel
+        self.qvel[rows] = qvel
         return cup
 
     def _simulate_throws(self, rows: Ints, context: Context, clock: ThrowClock) -> SimulatedThrows:
@@ -174,7 +185,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         self.write(context, rows, clock)
         clear, scene = clock.clear(context), self.scene
         robot_record = self._roll_out_robot(rows, context, clock, clear)
-        qpos, qvel = self.batch.bind("qpos")[rows], self.batch.bind("qvel")[rows]
+        qpos, qvel = self.qpos[rows], self.qvel[rows]
         q, v = (slice(first, first + size) for first, size in ((scene.object_qpos, 7), (scene.object_qvel, 6)))
         fallen = self.free.fall(rows, context, qpos[:, q], qvel[:, v], clock.end - clear)
         sensors = fallen.sensors[:, :: clock.stride]
@@ -210,7 +221,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
 
     def _roll_out_robot(self, rows: Ints, context: Context, clock: ThrowClock, until: Ints) -> dict[str, Floats]:
         """Roll out some rows with the robot up to a step of each (N,), where they stay; returns the recorded fields."""
-        control = self._references(rows, context, clock, int(until.max()))
+        control = self._references(rows, context, clock, max(until.tolist()))
         return roll_out(self.batch, control, until, ("sensordata", "qvel"), rows)
 
     def _record_to_the_end(self, rows: Ints, context: Context, clock: ThrowClock) -> FullSimulation:
@@ -237,7 +248,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
     def _effort_of_plan(self, clock: ThrowClock, clear: Ints) -> Effort:
         """Effort of the motors in the planned motions from a step of each on (N,), without the object's mass."""
         ahead = clock.end - clear
-        last = -(-int(ahead.max()) // clock.stride) * clock.stride
+        last = -(-max(ahead.tolist()) // clock.stride) * clock.stride
         steps = np.minimum(np.arange(0, last + 1, clock.stride, dtype=np.int64), ahead[:, None])
         loads = joint_loads(*clock.hand(clear[:, None] + steps), geometry=self.scene.robot.geometry)
         speed, torque = (load.transpose(1, 2, 0) for load in loads)
@@ -254,7 +265,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
         upsample(knots, stride * clock.step, stride, control)
         grip = int(self.scene.model.nu) + self.scene.grip_equality
         control[..., grip] = np.arange(steps, dtype=np.int64) < clock.release[:, None]
-        torque = context.objects.inertia * to_body_axes(context.objects.spin, context.objects.yaw) / clock.step
+        torque = context.objects.inertia * turn_back(context.objects.spin, *context.objects.turn) / clock.step
         # The object gets its spin in the step of its release: torque = inertia x spin / step.
         control[np.arange(len(rows)), clock.release, self.scene.spin_controls] = torque
         control[..., self.scene.swing_controls] = control[..., grip, None]
@@ -272,41 +283,34 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
     def _write_grip_point(self, rows: Ints, context: Context, spring: Spring | None) -> None:
         """Write the grip points of some rows' objects, and the lips and radii of their cups."""
         batch, site, o = self.batch, self.scene.grip_site, context.objects
-        grip = np.concatenate([-context.grasp, o.com_depth[:, None]], axis=1)
-        batch.expand("site_pos")[rows, site] = to_body_axes(grip, o.yaw)
+        batch.expand("site_pos")[rows, site] = -context.arm
         if self.config.swings:
             self._write_springs(rows, context, spring or springs(context, self.config))
         else:
             batch.expand("site_quat")[rows, site] = yaw_attitude(-o.yaw)
         if self.config.cup.fitted:
-            _widen(batch, rows, np.array(self.scene.cup_geoms), o.cup_radius)
+            self._widen(rows, o.cup_radius)
+
+    def _widen(self, rows: Ints, radius: Floats) -> None:
+        """Write the radii (N,) [m] of the cups of some simulations."""
+        fields = map(self.batch.expand, ("geom_size", "geom_rbound", "geom_aabb"))
+        bounds = np.hypot(radius[:, None], self._cup_halves)
+        scene_kernel.widen_cups(rows, self._cups, radius, self._cup_halves, bounds, *fields)
 
     def _write_springs(self, rows: Ints, context: Context, spring: Spring) -> None:
         """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""
         batch = self.batch
-        batch.expand("site_quat")[rows, self.scene.tcp_site] = yaw_attitude(context.objects.yaw)
+        batch.expand("site_quat")[rows, self.scene.tcp_site] = context.objects.attitude
         gains = batch.expand("actuator_gainprm")
         gains[rows, self.scene.swing, 1], gains[rows, self.scene.swing, 2] = -spring.stiffness, -spring.damping
 
 
-def _widen(batch: Any, rows: Ints, cylinders: Ints, radius: Floats) -> None:
-    """Write the radius (N,) [m] of some cylinders in some simulations."""
-    size, aabb, places = batch.expand("geom_size"), batch.expand("geom_aabb"), (rows[:, None], cylinders)
-    size[*places, 0] = radius[:, None]
-    half = size[places][..., [0, 0, 1]]
-    batch.expand("geom_rbound")[places] = np.hypot(half[..., 0], half[..., 2])
-    bounds = np.concatenate([np.zeros_like(half), half], axis=-1)
-    aabb[places] = bounds.reshape(len(rows), len(cylinders), *aabb.shape[2:])
-
-
 def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: Fall) -> ObjectFlight:
     """Flights joined from records with the robot, up to a step of each (N,), and records without the robot."""
-    from pnt_gym.cells.base.flight_kernel import join_flights  # noqa: PLC0415 - numba takes a while
-
-    count, last = len(robot_sensors), int((clear + fall.steps).max())
+    count, last = len(robot_sensors), max((clear + fall.steps).tolist())
     motion, touch = np.zeros((count, last, 6)), np.zeros((2, count, last), dtype=np.bool_)
     cup = robot_sensors[..., SENSORS["cup_contact"]]
-    join_flights(robot_sensors, cup, fall.sensors, clear, fall.steps, TOUCH_DISTANCE, motion, touch)
+    flight_kernel.join_flights(robot_sensors, cup, fall.sensors, clear, fall.steps, TOUCH_DISTANCE, motion, touch)
     return ObjectFlight(
         position=motion[..., SENSORS["object_position"]],
         velocity=motion[..., SENSORS["object_velocity"]],

@@ -7,7 +7,7 @@ model that the plant overwrites per simulation; the models are compiled once.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
@@ -31,9 +31,15 @@ from pnt_gym.cells.base.stage import (
 )
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY
+from pnt_gym.deferred import Deferred
 from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, set_options
 from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor import scene_kernel
+else:
+    scene_kernel = Deferred("pnt_gym.cells.conveyor.scene_kernel")
 
 CUP_LENGTH: Final = 0.050
 FLOOR_DROP: Final = 0.02
@@ -148,15 +154,8 @@ def bin_panels(size: Floats, bins: Bins) -> tuple[Floats, Floats]:
     Returns:
         Half extents (N, 5, 3) and centres (N, 5, 3) of the walls at +x, -x, +y, -y and of the bottom [m].
     """
-    inner, w, d = size / 2, bins.wall / 2, bins.depth / 2
-    outer, wall = inner + 2 * w, inner + w
-    half, centre = np.full((len(size), 5, 3), w), np.zeros((len(size), 5, 3))
-    # The walls at +x and -x, which end flush with the others' outer faces; the walls at +y and -y; the bottom.
-    half[:, :2, 1], half[:, 2:4, 0], half[:, 4, :2] = outer[:, 1:], inner[:, :1], outer
-    half[:, :4, 2] = d
-    centre[:, 0, 0], centre[:, 1, 0] = wall[:, 0], -wall[:, 0]
-    centre[:, 2, 1], centre[:, 3, 1] = wall[:, 1], -wall[:, 1]
-    centre[:, :4, 2], centre[:, 4, 2] = -d, -2 * d - w
+    half, centre = np.empty((2, len(size), scene_kernel.PANELS, 3))
+    scene_kernel.fill_panels(size, bins.depth, bins.wall, half, centre)
     return half, centre
 
 

@@ -108,7 +108,7 @@ def judge(throws: RecordedThrows, plans: TossPlans, config: GripperConfig, retur
         return_time: time from the end of the throw back above the pick (N,) [s].
     """
     tray, arrival = config.tray, throws.release_time + plans.flight_time
-    opening = np.broadcast_to(np.array(tray.opening), (len(arrival), 2))
+    opening = np.array([tray.opening])
     landing = throws.flight.touchdown(plans.target[:, 2]).landing_fields(
         plans.target, opening, tray.depth, plans.heading
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final, final
@@ -10,7 +10,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.base.cell import MOST_CELLS, Generators, check_whole_number
 from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.base.parallel import work_in_parts
@@ -128,6 +128,8 @@ class LineCell:
         self.live_stream = self.arriving.empty_streams(count)
         """Objects that come along the belts in this shift; a reset may overwrite them, unlike `stream`."""
         self._is_stream_kept = False
+        self._initial = self._initial_state(1)
+        """State of a line at the begin of a shift."""
         self.state = self._initial_state(count)
         """States of the lines."""
         self.reset(np.arange(count), self.generators)
@@ -142,13 +144,13 @@ class LineCell:
             self.generators[int(row)] = generator
         self.live_stream = self.arriving.draw(self.live_stream, rows, generators, in_place=not self._is_stream_kept)
         self._is_stream_kept = False
-        initial, before = self._initial_state(len(rows)), self.state
-        books = before.books.write(rows, initial.books.read())
-        fresh = replace(replace_rows(before, rows, initial), books=books)
+        books = self.state.books.write(rows, self._initial.books.read())
+        fresh = replace(self.state.copy(), books=books)
+        fresh.overwrite(rows, self._initial)
         work_in_parts(partial(self.turns.advance, self.live_stream, fresh), rows, self._threads)
         self.state = fresh
         if self.watched is not None and (rows == 0).any():
-            self.watched = CycleHistory(self._initial_state(1).hand[0])
+            self.watched = CycleHistory(self._initial.hand[0])
 
     def watch(self) -> None:
         """Record the cycles of the first line's robots from now on, for pictures."""
@@ -239,7 +241,7 @@ class LineCell:
         from pnt_gym.cells.line.act_kernel import end_cycles  # noqa: PLC0415 - numba takes a while
 
         before, stream, rows = self.state, self.live_stream, np.arange(self.count)
-        chosen = take(before.choices, (rows, choice))
+        chosen = before.choices.at((rows, choice))
         attempt = Attempt(self.chooser, before.robot, stream, choice, chosen)
         results, state = self.throws.execute(before, stream, attempt), before.copy()
         entries, since, accounts = before.books.read(), np.empty(self.count), np.empty((4, self.count), dtype=np.int64)
@@ -267,8 +269,15 @@ class LineCell:
             self.turns.advance(stream, state, lines[goes_on[lines]])
             self.observer.write(observations, state, stream, state.robot, lines)
 
-        work_in_parts(work, np.arange(self.count), self._threads)
+        draws = self._coming_draws(state, goes_on) if self._threads > 1 else []
+        work_in_parts(work, np.arange(self.count), self._threads, draws)
         return observations
+
+    def _coming_draws(self, state: LineState, goes_on: Bools) -> list[Callable[[], None]]:
+        """Draws of the next shifts of lines in which no robot is free again before the end of the shift."""
+        ended = goes_on & (state.free.min(axis=1) >= self.config.duration)
+        rows: list[int] = ended.nonzero()[0].tolist()
+        return [partial(self.arriving.draw_ahead, row, self.generators[row]) for row in rows]
 
     def _record_cycle(self, before: LineState, decisions: Decisions, choice: int) -> RobotCycle:
         """Tracks of the first line's decision, for pictures."""

@@ -146,9 +146,8 @@ class LineCore:
 
     def _success_info(self, is_success: Bools, ended: Bools, waiting: Bools | None) -> dict[str, NDArray[Any]]:
         """Count the decisions that succeeded; their share in the shifts that are over, empty while none is."""
-        counted = np.ones(self.count, dtype=np.bool_) if waiting is None else ~waiting
-        self._decisions += counted
-        self._successes += counted & is_success
+        self._decisions += 1 if waiting is None else ~waiting
+        self._successes += is_success if waiting is None else is_success & ~waiting
         if not ended.any():
             return {}
         return {EPISODE_SUCCESS: np.where(ended, self._successes / np.maximum(self._decisions, 1), np.nan)}

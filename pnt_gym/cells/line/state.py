@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -103,6 +103,10 @@ class Choices(PicksAndThrows):
     index: Ints
     """Index of the object in the stream."""
 
+    def at(self, index: Any) -> Choices:
+        """Choices at an index of lines and places, as `take` gives them in three times the time."""
+        return Choices(self.bin[index], self.numbers[index], self.real[index], self.index[index])
+
     @property
     def value(self) -> Floats:
         """Value of the object in its bin, as the camera classifies the object."""
@@ -170,6 +174,13 @@ class LineState:
             books=self.books,
         )
 
+    def overwrite(self, rows: Ints, state: LineState) -> None:
+        """Write the states of some lines from one line's state, in place, apart from the books."""
+        pairs = (self, state), (self.choices, state.choices)
+        for (target, source), names in zip(pairs, (_OF_ROBOTS, _OF_CHOICES), strict=True):
+            for name in names:
+                getattr(target, name)[rows] = getattr(source, name)
+
     @classmethod
     def begin(cls, count: int, robots: int, objects: int, hand: Floats, choices: Choices) -> LineState:
         """State at the begin of shifts, with no choices computed yet."""
@@ -184,3 +195,7 @@ class LineState:
             choices=choices,
             books=Books(Accounts.fresh(count, objects)),
         )
+
+
+_OF_ROBOTS: Final = ("clock", "robot", "free", "expected", "hand", "busy")
+_OF_CHOICES: Final = ("bin", "numbers", "real", "index")

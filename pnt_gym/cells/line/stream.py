@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, replace_rows, take
+from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.cell import Generators, Purpose, move_aside
 from pnt_gym.cells.conveyor.objects.records import Objects, half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
@@ -16,6 +16,9 @@ from pnt_gym.errors import ConfigError
 
 STRETCH: Final = 1000.0 + (np.sqrt(5.0) - 1.0) / 2.0
 """A uniform draw times this number, modulo 1, is practically independent of the draw."""
+
+_ALONG_AND_ACROSS: Final = np.array([0.0, np.pi / 2])[:, None, None]
+"""Headings along and across the belt (2, 1, 1) [rad]."""
 
 
 @final
@@ -38,6 +41,16 @@ def redraw(draws: Floats, attempt: Ints) -> Floats:
     for number in range(int(attempt.max(initial=0))):
         redrawn = np.where((attempt > number) & (draws < 1.0), redrawn * STRETCH % 1.0, redrawn)
     return redrawn
+
+
+@final
+@dataclass(frozen=True)
+class ComingStream:
+    """The stream of a shift that has not begun (1, M), with the states of its generator before and after its draws."""
+
+    stream: Stream
+    before: Any
+    after: Any
 
 
 def _overwrite(streams: Stream, rows: Ints, fresh: Stream) -> None:
@@ -63,6 +76,8 @@ class StreamSampler:
 
         self._config, self._planner, self._separate, self._jam = config, planner, separate, Jam
         self.length = int(config.objects)
+        self._coming: dict[int, ComingStream] = {}
+        """Streams that were drawn ahead, by their lines."""
 
     def empty_streams(self, count: int) -> Stream:
         """Arrays for N streams, filled with an arbitrary stream."""
@@ -77,13 +92,40 @@ class StreamSampler:
             generators: one generator for each of these lines.
             in_place: whether the streams may be overwritten; a copy takes longer than a step of the lines.
         """
-        fresh = self._draw_streams(generators)
-        if np.array_equal(rows, np.arange(len(streams.x))):
-            return fresh
-        if not in_place:
-            return replace_rows(streams, rows, fresh)
-        _overwrite(streams, rows, fresh)
+        fresh, missing = list[tuple[Ints, Stream]](), list[int]()
+        for place, (row, generator) in enumerate(zip(rows, generators, strict=True)):
+            stream = self._take_drawn(int(row), generator)
+            if stream is None:
+                missing.append(place)
+            else:
+                fresh.append((rows[[place]], stream))
+        if missing:
+            fresh.append((rows[missing], self._draw_streams([generators[place] for place in missing])))
+        if np.array_equal(fresh[0][0], np.arange(len(streams.x))):
+            return fresh[0][1]
+        streams = streams if in_place else take(streams, np.arange(len(streams.x)))
+        for fresh_rows, stream in fresh:
+            _overwrite(streams, fresh_rows, stream)
         return streams
+
+    def draw_ahead(self, row: int, generator: np.random.Generator) -> None:
+        """Draw the stream that `draw` will give a line for its generator as it is, and leave the generator so."""
+        bits = generator.bit_generator
+        before = bits.state
+        try:
+            self._coming[row] = ComingStream(self._draw_streams([generator]), before, bits.state)
+        except ConfigError:
+            self._coming.pop(row, None)  # `draw` raises the error where the shift does begin
+        finally:
+            bits.state = before
+
+    def _take_drawn(self, row: int, generator: np.random.Generator) -> Stream | None:
+        """The stream that was drawn ahead for a line, if its generator is as it was then; the draws then count."""
+        coming = self._coming.pop(row, None)
+        if coming is None or generator.bit_generator.state != coming.before:
+            return None
+        generator.bit_generator.state = coming.after
+        return coming.stream
 
     def _draw_streams(self, generators: Generators) -> Stream:
         """New streams, one from each of K generators (K, M)."""
@@ -116,8 +158,8 @@ class StreamSampler:
             ConfigError: objects come faster than they find room.
         """
         arrivals, speed = self._config.arrivals, self._config.cell.belt.speed
-        sides = objects.draws.lane_y, half_extent(objects), half_extent(objects, np.pi / 2)
-        belts = zip(arrival_x, *sides, strict=True)
+        along, across = half_extent(objects, _ALONG_AND_ACROSS)
+        belts = zip(arrival_x, objects.draws.lane_y, along, across, strict=True)
         try:
             return np.stack([self._separate(*belt, arrivals.gap) for belt in belts])
         except self._jam as jam:

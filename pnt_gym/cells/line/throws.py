@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Self, TypeAlias, cast, final
 
 import numpy as np
@@ -54,14 +54,23 @@ class ThrowResults:
     @classmethod
     def by_table(cls, picked: Bools, is_success: Bools, sorted_: Bools, ended_in: Ints) -> Self:
         """Results S of throws that are not simulated."""
-        nan, lost = np.full(picked.shape, np.nan), np.zeros(picked.shape, dtype=np.bool_)
-        return cls(picked, is_success, sorted_, ended_in, nan, nan.copy(), lost, np.full((*picked.shape, 2), np.nan))
+        nan, lost, miss = _blank_columns(picked.shape)
+        return cls(picked, is_success, sorted_, ended_in, nan, nan, lost, miss)
 
     @classmethod
     def nothing(cls, count: int) -> Self:
         """Results without any attempt."""
         never = np.zeros(count, dtype=np.bool_)
         return cls.by_table(never, never.copy(), never.copy(), np.full(count, -1))
+
+
+@cache
+def _blank_columns(shape: tuple[int, ...]) -> tuple[Floats, Bools, Floats]:
+    """Landing errors or energies, losses and misses of throws that are not simulated; read only, as all share them."""
+    columns = np.full(shape, np.nan), np.zeros(shape, dtype=np.bool_), np.full((*shape, 2), np.nan)
+    for column in columns:
+        column.flags.writeable = False
+    return columns
 
 
 @final

@@ -8,18 +8,25 @@ picked at t when F(t) = T(t) - t <= 0; the first t inside the window with F(t) <
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.reasons import InterceptReason
 
+if TYPE_CHECKING:
+    from pnt_gym.planning.motion import chase
+else:
+    chase = Deferred("pnt_gym.planning.motion.chase")
+
 HORIZON: Final = 30.0
 """Default of the latest meeting that is searched for [s]."""
+FEASIBLE: Final = int(InterceptReason.FEASIBLE)
 
 
 @final
@@ -110,17 +117,15 @@ def meet_on_belt(
 
 def find_meetings(hunts: Floats, axis: int, horizon: float) -> Intercept:
     """Return the earliest meetings of hunts (16, N), by the rows of `planning.motion.chase`."""
-    from pnt_gym.planning.motion.chase import meet  # noqa: PLC0415 - numba takes a while
-
     count = hunts.shape[1]
     numbers, reason = np.empty((7, count)), np.empty(count, dtype=np.int64)
-    meet(hunts, axis, horizon, numbers, reason)
+    chase.meet(hunts, axis, horizon, numbers, reason)
     return Intercept(
         time=numbers[0],
         position=np.ascontiguousarray(numbers[1:4].T),
         wait=numbers[4],
         travel=numbers[5],
         descent=numbers[6],
-        feasible=np.asarray(reason == InterceptReason.FEASIBLE, dtype=np.bool_),
+        feasible=reason == FEASIBLE,
         reason=reason,
     )

@@ -22,7 +22,7 @@ RUN_UP, STOPPING, MOVE = 4, 4, 7
 
 
 @compile_for(
-    "void(f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1])",
+    "void(f8[:, :], f8[:, :, :], f8[:, :], f8[:, :, :], f8[:, ::1], f8[:, :, ::1])",
 )
 def add_motions(
     first_durations: Floats,
@@ -73,9 +73,7 @@ def _integrate(path: int, durations: Floats, jerks: Floats, times: Floats, knots
     return is_good
 
 
-@compile_for(
-    "b1(f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], b1,f8[:, ::1], f8[:, :, :, ::1], f8[:, :, ::1])"
-)
+@compile_for("b1(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[:, :, :], b1, f8[:, ::1], f8[:, :, :, ::1], f8[:, :, ::1])")
 def lay_out(
     start: Floats,
     start_velocity: Floats,
@@ -121,13 +119,22 @@ def _holds(table: Floats, time: float, row: int) -> bool:
 
 
 @kernel_part
-def _row_at(table: Floats, time: float, row: int) -> int:
+def row_at(table: Floats, time: float, row: int) -> int:
     """The row that holds at a time, searched for from a given row on."""
     while row < len(table) - 1 and _holds(table, time, row + 1):
         row += 1
     while row > 0 and not _holds(table, time, row):
         row -= 1
     return row
+
+
+@kernel_part
+def motion_in(at: Floats, time: float, axis: int) -> tuple[float, float, float]:
+    """Position, velocity and acceleration along an axis at a time, by the row of a table that holds (COLUMNS,)."""
+    t = time - at[TIME]
+    p, v, a = at[axis], at[axis + 3], at[axis + 6]
+    slope = t * at[axis + JERK]
+    return p + t * (v + 0.5 * t * (a + slope / 3.0)), v + t * (a + 0.5 * slope), a + slope
 
 
 @compile_for("void(float64[:,:,::1], float64[:,::1], int64[:,::1])")
@@ -140,7 +147,7 @@ def rows_at(table: Floats, times: Floats, rows: Ints) -> None:
         row = 0
         time = times[path % len(times)]
         for k in range(len(time)):
-            row = _row_at(table[path], time[k], row)
+            row = row_at(table[path], time[k], row)
             rows[path, k] = row
 
 
@@ -151,16 +158,10 @@ def sample(table: Floats, times: Floats, position: Floats, velocity: Floats, acc
         row = 0
         time = times[path % len(times)]
         for k in range(len(time)):
-            row = _row_at(table[path], time[k], row)
-            at = table[path, row]
-            t = time[k] - at[TIME]
-            half = 0.5 * t
+            row = row_at(table[path], time[k], row)
             for axis in range(3):
-                p, v, a = at[axis], at[axis + 3], at[axis + 6]
-                slope = t * at[axis + JERK]
-                position[path, k, axis] = p + t * (v + half * (a + slope / 3.0))
-                velocity[path, k, axis] = v + t * (a + 0.5 * slope)
-                acceleration[path, k, axis] = a + slope
+                p, v, a = motion_in(table[path, row], time[k], axis)
+                position[path, k, axis], velocity[path, k, axis], acceleration[path, k, axis] = p, v, a
 
 
 @kernel_part
@@ -287,6 +288,17 @@ def write_returns(
         _write_jerk(jerks[row], MOVE, 0.0, way)
         down = 0.0, 0.0, -clearance
         _write_move(durations[row], jerks[row], MOVE + 1, down, rows, (roots[0, 1, row], roots[1, 1, row]))
+
+
+@compile_for("void(f8[:], f8[:], f8[:], f8, f8, f8, f8[::1])")
+def fading_times(
+    velocity: Floats, acceleration: Floats, jerk: Floats, speed: float, usual_speed: float, share: float, time: Floats
+) -> None:
+    """Write the durations (N,) of fadings under limits (N,) each, as `riding.Fading.for_limits`."""
+    for row in range(len(time)):
+        least, growth = 2.0 * speed / (share * acceleration[row]), acceleration[row] / jerk[row]
+        longest = (velocity[row] + speed) / acceleration[row] + growth
+        time[row] = min(longest, max((usual_speed + speed) / acceleration[row] + growth, least))
 
 
 @compile_for("void(f8[::1], f8, f8, f8[:, ::1])")

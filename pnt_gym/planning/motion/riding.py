@@ -20,15 +20,22 @@ motion has at every time at least the fading's acceleration, so its speed is bel
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Self, final
+from typing import TYPE_CHECKING, Final, Self, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
+from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.scurve import peaks, stroke_time
 from pnt_gym.planning.motion.trajectory import Segments
+from pnt_gym.records import computed
+
+if TYPE_CHECKING:
+    from pnt_gym.planning.motion import kernel
+else:
+    kernel = Deferred("pnt_gym.planning.motion.kernel")
 
 DOWNSTREAM: Final = np.array([1.0, 0.0, 0.0])
 """Direction in which belts move."""
@@ -52,15 +59,19 @@ class Fading:
     @classmethod
     def for_limits(cls, limits: Limits, count: int, speed: float) -> Self:
         """Return fadings of a belt's speed [m/s] that do not reduce the speed limit of ``count`` hands."""
-        velocity, acceleration, jerk = limits.arrays(count)
-        longest = (velocity + speed) / acceleration + acceleration / jerk
-        usual = (USUAL_SPEED + speed) / acceleration + acceleration / jerk
-        return cls(speed, np.minimum(longest, np.maximum(usual, _shortest_time(speed, acceleration))))
+        time = np.empty(count)
+        kernel.fading_times(*limits.arrays(count), speed, USUAL_SPEED, MOST_SHARE, time)
+        return cls(speed, time)
 
     @property
     def way(self) -> Floats:
         """Distance that the fading velocity covers, s T / 2 (N,) [m]."""
         return self.speed * self.time / 2.0
+
+    @computed
+    def lead(self) -> Floats:
+        """Virtual starts relative to the true starts (N, 3) [m]."""
+        return self.way[:, None] * DOWNSTREAM
 
     def is_possible(self, limits: Limits) -> Bools:
         """Whether the fading takes no more than `MOST_SHARE` of the limits (N,)."""
@@ -68,10 +79,8 @@ class Fading:
 
     def planning_limits(self, limits: Limits) -> LimitRows:
         """Limits that the fading leaves to the planned motions; placeholders where the fading is not possible."""
-        from pnt_gym.planning.motion.kernel import reduce_limits  # noqa: PLC0415 - numba takes a while
-
         remaining = np.array(limits.arrays(len(self.time)))
-        reduce_limits(self.time, self.speed, MOST_SHARE, remaining)
+        kernel.reduce_limits(self.time, self.speed, MOST_SHARE, remaining)
         return LimitRows(*remaining)
 
     def fade_out(self) -> Segments:
@@ -86,11 +95,9 @@ class Fading:
 
     def _segments(self, sign: float, count: int) -> Segments:
         """Segments of which the last two are the growth (sign 1) or the fading (-1)."""
-        from pnt_gym.planning.motion.kernel import write_fading  # noqa: PLC0415 - numba takes a while
-
         rows = len(self.time)
         segments = Segments(np.empty((rows, count)), np.empty((rows, count, 3)))
-        write_fading(self.time, self.speed, sign, segments.durations, segments.jerks)
+        kernel.write_fading(self.time, self.speed, sign, segments.durations, segments.jerks)
         return segments
 
 

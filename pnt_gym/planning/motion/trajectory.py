@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol, final
+from typing import TYPE_CHECKING, NamedTuple, Protocol, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats, length
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import Limits
+
+if TYPE_CHECKING:
+    from pnt_gym.planning.motion import kernel
+else:
+    kernel = Deferred("pnt_gym.planning.motion.kernel")
 
 
 @final
@@ -41,10 +47,6 @@ class Segments:
         jerks[:, 1:] = self.jerks
         return Segments(durations, jerks)
 
-    def contiguous(self) -> tuple[Floats, Floats]:
-        """Durations and jerks as arrays for compiled functions."""
-        return np.ascontiguousarray(self.durations), np.ascontiguousarray(self.jerks)
-
     def greatest_acceleration(self) -> Floats:
         """Return the greatest acceleration (N,) [m/s2] of motions that start without acceleration."""
         return length(np.cumsum(self.durations[..., None] * self.jerks, axis=1)).max(axis=1)
@@ -55,11 +57,9 @@ def superpose(first: Segments, second: Segments) -> Segments:
 
     Each sum has the borders of both motions, so ``first`` and ``second`` of K and L segments give K + L segments.
     """
-    from pnt_gym.planning.motion.kernel import add_motions  # noqa: PLC0415 - numba takes a while
-
     count, columns = len(first.durations), first.durations.shape[1] + second.durations.shape[1]
     durations, jerks = np.empty((count, columns)), np.empty((count, columns, 3))
-    add_motions(*first.contiguous(), *second.contiguous(), durations, jerks)
+    kernel.add_motions(first.durations, first.jerks, second.durations, second.jerks, durations, jerks)
     return Segments(durations, jerks)
 
 
@@ -111,6 +111,7 @@ class JerkTrajectory:
             the path rests before and after.
         knot_times: segment borders (N, K + 1) [s], from 0 to the duration.
         knots: position, velocity and acceleration at the borders, each (N, K + 1, 3).
+        table: the same for compiled functions, see `kernel.lay_out`.
 
     Raises:
         ValueError: if shapes disagree, a value is not finite, or a duration is negative.
@@ -124,28 +125,25 @@ class JerkTrajectory:
     rides: bool = False
     knot_times: Floats = field(init=False)
     knots: Samples = field(init=False)
-    _table: Floats = field(init=False, repr=False)
+    table: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        from pnt_gym.planning.motion.kernel import COLUMNS, lay_out  # noqa: PLC0415 - numba takes a while
-
         _check_shapes(self.start, self.durations, self.jerks)
         zero = np.zeros(self.start.shape)
         velocity = zero if self.start_velocity is None else self.start_velocity
         acceleration = zero if self.start_acceleration is None else self.start_acceleration
-        begin = [np.ascontiguousarray(values) for values in (self.start, velocity, acceleration)]
-        durations, jerks = np.ascontiguousarray(self.durations), np.ascontiguousarray(self.jerks)
+        durations, jerks = self.durations, self.jerks
         count, columns = durations.shape
-        times, table = np.empty((count, columns + 1)), np.empty((count, columns + 2, COLUMNS))
+        times, table = np.empty((count, columns + 1)), np.empty((count, columns + 2, kernel.COLUMNS))
         knots = np.empty((3, count, columns + 1, 3))
-        if not lay_out(begin[0], begin[1], begin[2], durations, jerks, self.rides, times, knots, table):
+        if not kernel.lay_out(self.start, velocity, acceleration, durations, jerks, self.rides, times, knots, table):
             raise _value_error(self.start, durations, jerks)
         self.__dict__.update(
             start_velocity=velocity,
             start_acceleration=acceleration,
             knot_times=times,
             knots=Samples(*knots),
-            _table=table,
+            table=table,
         )
 
     @classmethod
@@ -157,6 +155,8 @@ class JerkTrajectory:
         rides: bool = False,
     ) -> JerkTrajectory:
         """Return the paths that start at ``start`` (N, 3) and run through ``parts`` in turn."""
+        if len(parts) == 1:
+            return cls(start, parts[0].durations, parts[0].jerks, start_velocity, rides=rides)
         durations = np.concatenate([part.durations for part in parts], axis=1)
         jerks = np.concatenate([part.jerks for part in parts], axis=1)
         return cls(start, durations, jerks, start_velocity, rides=rides)
@@ -176,21 +176,17 @@ class JerkTrajectory:
 
         A path rests at its start before time 0 and at its last point after its duration, unless the path ``rides``.
         """
-        from pnt_gym.planning.motion.kernel import sample  # noqa: PLC0415 - numba takes a while
-
         time = self._times(times)
-        position, velocity, acceleration = np.empty((3, len(self._table), time.shape[1], 3))
-        sample(self._table, time, position, velocity, acceleration)
+        position, velocity, acceleration = np.empty((3, len(self.table), time.shape[1], 3))
+        kernel.sample(self.table, time, position, velocity, acceleration)
         return Samples(position, velocity, acceleration)
 
     def jerk(self, times: ArrayLike) -> Floats:
         """Return the jerk at ``times`` [s], shape (M,) or (N, M), result (N, M, 3) [m/s3]; zero outside."""
-        from pnt_gym.planning.motion.kernel import JERK, rows_at  # noqa: PLC0415 - numba takes a while
-
         time = self._times(times)
-        rows = np.empty((len(self._table), time.shape[1]), dtype=np.int64)
-        rows_at(self._table, time, rows)
-        return np.take_along_axis(self._table[..., JERK : JERK + 3], rows[..., None], axis=1)
+        rows = np.empty((len(self.table), time.shape[1]), dtype=np.int64)
+        kernel.rows_at(self.table, time, rows)
+        return np.take_along_axis(self.table[..., kernel.JERK : kernel.JERK + 3], rows[..., None], axis=1)
 
     def peak_ratios(self, limits: Limits, samples: int = 33) -> PeakRatios:
         """Return each path's largest speed, acceleration and jerk as shares of ``limits``.
@@ -212,10 +208,12 @@ class JerkTrajectory:
 
     def _times(self, times: ArrayLike) -> Floats:
         """Times of each path (N, M), or of all paths (1, M)."""
-        time, count = np.asarray(times, dtype=np.float64), len(self._table)
-        if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
-            raise PlanningError(f"times must have shape (M,) or ({count}, M), got {time.shape}")
-        return np.ascontiguousarray(time if time.ndim == 2 else time[None])
+        time = np.asarray(times, dtype=np.float64, order="C")
+        if time.ndim == 1:
+            return time[None]
+        if time.ndim != 2 or time.shape[0] != len(self.table):
+            raise PlanningError(f"times must have shape (M,) or ({len(self.table)}, M), got {time.shape}")
+        return time
 
 
 def _check_shapes(start: Floats, durations: Floats, jerks: Floats) -> None:

@@ -12,12 +12,13 @@ same bits.
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, Ints, Point, finite_points, finite_rows, length
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.ballistics import flight_time
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds, MotionLimits
@@ -31,6 +32,11 @@ from pnt_gym.planning.straight.plan import (
     Rules,
     TargetChoice,
 )
+
+if TYPE_CHECKING:
+    from pnt_gym.planning.straight import kernel
+else:
+    kernel = Deferred("pnt_gym.planning.straight.kernel")
 
 __all__ = [
     "plan_release",
@@ -100,6 +106,7 @@ class KernelResults(NamedTuple):
 
 PIECE: Final = 20_000
 """Throws per call of machine code: a tenth of a second, during which Ctrl-C has no effect."""
+FEASIBLE: Final = int(Reason.FEASIBLE)
 OPEN: Final = (0.0, math.inf, -math.inf, math.inf)
 """Line bounds without a workspace."""
 
@@ -264,13 +271,11 @@ def stops_inside(
         shifts: displacements of the targets along x and y (2, N) [m]; the throws at the same elevation to targets moved
             by the displacements, forth and back, have to stay in the workspace too. None: the targets alone.
     """
-    from pnt_gym.planning.straight.kernel import keep_stops_inside  # noqa: PLC0415 - numba takes a while
-
-    good, zero = plans.feasible.copy(), np.zeros(len(picks))
-    throws = np.array([*picks.T, *targets.T, *limits, zero, zero, *LineBounds.below(zero)])
+    good, throws = plans.feasible.copy(), np.zeros((15, len(picks)))
+    throws[0:3], throws[3:6], throws[6:9] = picks.T, targets.T, limits
     lines = np.array([np.tan(plans.angle), plans.distance, plans.speed, *plans.direction.T, braking])
     borders = np.array([workspace.semi_x, workspace.semi_y, workspace.z_min, workspace.z_max])
-    keep_stops_inside(throws, lines, np.empty((2, 0)) if shifts is None else shifts, window, borders, good)
+    kernel.keep_stops_inside(throws, lines, np.empty((2, 0)) if shifts is None else shifts, window, borders, good)
     return good
 
 
@@ -296,8 +301,6 @@ def choose_targets(
         origins: points from which targets are moved along the throw (N, 3) [m].
         may_throw: which objects may be thrown at all (N,).
     """
-    from pnt_gym.planning.straight.kernel import choose_targets as choose  # noqa: PLC0415 - numba takes a while
-
     count, space = len(picks), rules.workspace
     throws = np.empty((15, count))
     throws[:3], throws[6], throws[7], throws[8] = picks.T, *limits
@@ -306,7 +309,7 @@ def choose_targets(
     attempt, slopes, moved = np.empty(count, dtype=np.int64), np.empty(count), np.empty(count, dtype=np.bool_)
     reason, good = np.empty(count, dtype=np.int64), may_throw.copy()
     borders = np.array([space.semi_x, space.semi_y, space.z_min, space.z_max])
-    choose(throws, targets, origins, rules[:3], borders, attempt, slopes, moved, reason, good)
+    kernel.choose_targets(throws, targets, origins, rules[:3], borders, attempt, slopes, moved, reason, good)
     return TargetChoice(attempt, to_batch(release_lines(throws, False, slopes, moved, reason)), good)
 
 
@@ -344,30 +347,28 @@ def _plan_throws(throws: Floats, *, has_workspace: bool = False, slope: Floats |
         has_workspace: whether there is a workspace.
         slope: tangents of the elevations (N,); None for the quickest lines.
     """
-    from pnt_gym.planning.straight.kernel import choose_slopes  # noqa: PLC0415 - numba takes a while
-
     count = throws.shape[1]
     moved, reason = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64)
     slopes = np.empty(count) if slope is None else slope
     for begin in range(0, count if slope is None else 0, PIECE):
         rows = slice(begin, begin + PIECE)
-        choose_slopes(np.ascontiguousarray(throws[:, rows]), has_workspace, slopes[rows], moved[rows], reason[rows])
+        kernel.choose_slopes(
+            np.ascontiguousarray(throws[:, rows]), has_workspace, slopes[rows], moved[rows], reason[rows]
+        )
     return release_lines(throws, has_workspace, slopes, moved, reason)
 
 
 def release_lines(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bools, reason: Ints) -> KernelResults:
     """Releases of throws (15, N) along lines, as the kernel `release_rows`."""
-    from pnt_gym.planning.straight.kernel import release_rows  # noqa: PLC0415 - numba takes a while
-
     count = throws.shape[1]
     results = KernelResults(np.empty((3, count, 3)), np.empty((7, count)), np.empty((2, count), dtype=np.bool_), reason)
-    release_rows(throws, has_workspace, True, slopes, moved, reason, *results[:3])
+    kernel.release_rows(throws, has_workspace, True, slopes, moved, reason, *results[:3])
     return results
 
 
 def to_batch(results: KernelResults) -> ReleaseBatch:
     """The record of releases that the kernel `release_rows` has written."""
-    feasible = results.reason == Reason.FEASIBLE
+    feasible = results.reason == FEASIBLE
     return ReleaseBatch(
         *results.vectors,
         *results.numbers,

@@ -124,6 +124,31 @@ def fill_closed_rates(tcp: Floats, velocity: Floats, frames: Floats, numbers: Fl
             out[2, arm, k] = lean / (planar + rod_y * rod_y)
 
 
+@compile_for("void(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[::1], f8[:, ::1])")
+def close_loops(arm: Floats, swing: Floats, tilt: Floats, hand: Floats, platform: Floats, values: Floats) -> None:
+    """Fill rows of joint values (N, n) as `kinematics.closed_pose`; rows with a NaN are NaN.
+
+    Args:
+        arm: values of the arms (4, N).
+        swing: values of the rods in their arms' planes (4, N).
+        tilt: values of the rods out of these planes (4, N).
+        hand: values of the TCP (N, 3).
+        platform: values of the platform.
+        values: filled; each arm has one rod or two.
+    """
+    each = (values.shape[1] - 3 - len(platform)) // ARMS
+    for k in range(len(values)):
+        row = values[k]
+        for i in range(ARMS):
+            row[each * i] = arm[i, k]
+            for rod in range(each * i + 1, each * (i + 1), 2):
+                row[rod], row[rod + 1] = swing[i, k], tilt[i, k]
+        row[ARMS * each : ARMS * each + 3] = hand[k]
+        row[ARMS * each + 3 :] = platform
+        if np.isnan(row).any():
+            row[:] = np.nan
+
+
 @compile_for("void(float64[:, :, ::1], float64, float64[:, ::1])")
 def fit_points(centre: Floats, radius: float, point: Floats) -> None:
     """Move points (M, 3) by two Gauss-Newton steps towards a distance from four centres each (M, 4, 3), in place."""

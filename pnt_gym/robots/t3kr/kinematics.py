@@ -5,11 +5,19 @@ counter-clockwise from (+x, +y). The platform never rotates. A pose's result doe
 poses.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
+from pnt_gym.deferred import Deferred
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
+
+if TYPE_CHECKING:
+    from pnt_gym.robots.t3kr import kernel
+else:
+    kernel = Deferred("pnt_gym.robots.t3kr.kernel")
 
 
 def as_rows(points: ArrayLike) -> tuple[tuple[int, ...], Floats]:
@@ -26,10 +34,8 @@ def per_arm(values: Floats, shape: tuple[int, ...]) -> Floats:
 
 def _arm_poses(tcp: Floats, geometry: T3krGeometry) -> Floats:
     """Cosine and sine of each arm, and the rod's components in the arm's frame (5, 4, M), for TCPs (M, 3)."""
-    from pnt_gym.robots.t3kr.kernel import fill_poses  # noqa: PLC0415 - compiles, where nothing is kept
-
     poses = np.empty((5, N_ARMS, len(tcp)))
-    fill_poses(tcp, geometry.arms.columns, geometry.numbers, poses)
+    kernel.fill_poses(tcp, geometry.arms.columns, geometry.numbers, poses)
     return poses
 
 
@@ -61,8 +67,6 @@ def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     Returns:
         (..., 3) TCP in the world, m; NaN where the rods cannot meet.
     """
-    from pnt_gym.robots.t3kr.kernel import fit_points  # noqa: PLC0415 - compiles, where nothing is kept
-
     shape, angles = as_rows(q)
     angles, frames = angles.T, geometry.arms
     out = geometry.arm_length * np.cos(angles)
@@ -76,7 +80,7 @@ def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     with np.errstate(invalid="ignore", divide="ignore"):
         point = _trilaterate(centre[:, 0], centre[:, 1], centre[:, 2], geometry.rod_length)
     point = np.ascontiguousarray(point.T)
-    fit_points(np.ascontiguousarray(centre.T), geometry.rod_length, point)
+    kernel.fit_points(np.ascontiguousarray(centre.T), geometry.rod_length, point)
     return point.reshape(*shape, 3)
 
 
@@ -108,11 +112,9 @@ def jacobian(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     Returns:
         (..., 4, 3) dq/dx in rad/m; NaN where out of reach.
     """
-    from pnt_gym.robots.t3kr.kernel import fill_jacobians  # noqa: PLC0415 - compiles, where nothing is kept
-
     shape, points = as_rows(tcp)
     rows = np.empty((len(points), N_ARMS, 3))
-    fill_jacobians(points, geometry.arms.columns, geometry.numbers, rows)
+    kernel.fill_jacobians(points, geometry.arms.columns, geometry.numbers, rows)
     rows[np.isnan(rows).any(axis=(1, 2))] = np.nan
     return rows.reshape(*shape, N_ARMS, 3)
 
@@ -154,12 +156,10 @@ def closed_velocity(
         (N, n) velocities in the order of `model.qvel_columns`: n = 15 with one rod per arm, 26 with two (the last three
         the angular velocity of the platform, zero); NaN rows where the TCP is out of reach.
     """
-    from pnt_gym.robots.t3kr.kernel import fill_closed_rates  # noqa: PLC0415 - compiles, where nothing is kept
-
     _, points = as_rows(tcp)
     _, speeds = as_rows(velocity)
     rates = np.empty((3, N_ARMS, len(points)))
-    fill_closed_rates(points, speeds, geometry.arms.columns, geometry.numbers, rates)
+    kernel.fill_closed_rates(points, speeds, geometry.arms.columns, geometry.numbers, rates)
     return _close_loops(rates, rods_per_arm, speeds, [0.0, 0.0, 0.0] if rods_per_arm == 2 else [])
 
 
@@ -170,8 +170,7 @@ def _close_loops(
 
     Rows with a NaN are NaN.
     """
-    arm, *rod = joints
-    chains = np.array([arm, *rod * rods_per_arm]).transpose(2, 1, 0).reshape(len(hand), -1)
-    values = np.concatenate([chains, hand, np.full((len(hand), len(platform)), platform)], axis=1)
-    values[np.isnan(values).any(axis=1)] = np.nan
+    values = np.empty((len(hand), N_ARMS * (1 + 2 * rods_per_arm) + 3 + len(platform)))
+    arm, swing, tilt = joints
+    kernel.close_loops(arm, swing, tilt, hand, np.array(platform), values)
     return values

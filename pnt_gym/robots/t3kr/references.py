@@ -6,14 +6,20 @@ and the torque is linear. A row does not depend on the other rows.
 """
 
 from dataclasses import dataclass
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PntGymError
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
+
+if TYPE_CHECKING:
+    from pnt_gym.robots.t3kr import kernel
+else:
+    kernel = Deferred("pnt_gym.robots.t3kr.kernel")
 
 N_CONTROLS = 12
 """Position, velocity and feed-forward torque of four motors, in this order per motor."""
@@ -81,8 +87,6 @@ def _solve(
     position: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, payload: ArrayLike, geometry: T3krGeometry
 ) -> Floats:
     """Cosine, sine, velocity and acceleration of the joint angles, and torque (5, 4, N, K)."""
-    from pnt_gym.robots.t3kr.kernel import fill_joint_motion  # noqa: PLC0415 - compiles, where nothing is kept
-
     motion = (np.asarray(position), np.asarray(velocity), np.asarray(acceleration))
     if not motion[0].shape == motion[1].shape == motion[2].shape:
         motion = np.broadcast_arrays(*motion)
@@ -90,7 +94,9 @@ def _solve(
     shape = hand.shape[:-1]
     mass = np.full(shape, payload, dtype=np.float64).ravel()
     joints = np.empty((5, N_ARMS, mass.size))
-    fill_joint_motion(np.ascontiguousarray(hand.reshape(-1, 9)), mass, geometry.arms.columns, geometry.numbers, joints)
+    kernel.fill_joint_motion(
+        np.ascontiguousarray(hand.reshape(-1, 9)), mass, geometry.arms.columns, geometry.numbers, joints
+    )
     return joints.reshape(5, N_ARMS, *shape)
 
 
@@ -121,8 +127,6 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
     Raises:
         PntGymError: (a ValueError) the shapes do not fit, or the spacing is not positive.
     """
-    from pnt_gym.robots.t3kr.kernel import fill_controls  # noqa: PLC0415 - compiles, where nothing is kept
-
     rows, steps, width = out.shape
     have, need = knots.position.shape[1:], (rows, knot_count(steps, stride))
     if have != need or width < N_CONTROLS:
@@ -132,5 +136,5 @@ def upsample(knots: JointMotion, spacing: float, stride: int, out: Floats) -> Fl
         )
     if not 0.0 < spacing < np.inf:
         raise PntGymError(f"spacing must be positive and finite, got {spacing} s")
-    fill_controls(knots.position, knots.velocity, knots.torque, spacing, stride, out)
+    kernel.fill_controls(knots.position, knots.velocity, knots.torque, spacing, stride, out)
     return out

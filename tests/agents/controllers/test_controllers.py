@@ -261,15 +261,6 @@ def test_ridge_without_signal_predicts_the_mean() -> None:
     assert np.sqrt((off**2).mean()) < 0.015  # a fit to the noise would be off by 0.02 and more
 
 
-@pytest.mark.parametrize("name", LEARNERS)
-def test_learners_beat_no_correction(name: str) -> None:
-    env = ToyVectorEnv(8)
-    base = summary(throw_held_out(make_controller("analytic", env), env, 400, 0))["landing_error_mean_m"]
-    controller = make_controller(name, env)
-    practise(controller, env, 160, 0)
-    assert summary(throw_held_out(controller, env, 400, 0))["landing_error_mean_m"] < 0.95 * base
-
-
 def test_ridge_learns_from_few_throws_what_a_mean_cannot() -> None:
     env = ToyVectorEnv(8)
     error = {}

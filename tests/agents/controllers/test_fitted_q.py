@@ -28,7 +28,7 @@ def env() -> Iterator[Any]:
 
 
 def rate(controller: Any, env: Any) -> float:
-    throws = throw_held_out(controller, env, 256, 3)
+    throws = throw_held_out(controller, env, 160, 3)
     return float(throws.sorted.sum() / throws.cycle_time.sum())
 
 
@@ -39,10 +39,10 @@ def test_what_ships_sorts_faster_than_the_middle(env: Any) -> None:
 def test_a_short_practice_learns_from_rewards(env: Any, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("torch")
     monkeypatch.setattr("agents.controllers.grasp_values.QUICK_STEPS", 150)
-    monkeypatch.setattr("agents.controllers.grasp_values.STEPS", 800)
+    monkeypatch.setattr("agents.controllers.grasp_values.STEPS", 400)
     controller = make_controller("fitted_q", env)
     controller.reset(0)
-    practise(controller, env, 480, 0)
+    practise(controller, env, 320, 0)
     assert rate(controller, env) > 0.85 * rate(make_controller("flattest", env), env)
     save_state(controller, tmp_path / "values.npz")
     other = make_controller("fitted_q", env, file=tmp_path / "values.npz")

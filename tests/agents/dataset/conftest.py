@@ -4,16 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from tests.tools.commands import call
+from tests.tools.commands import call_here
 from tests.tools.datasets import NAME, SMALL
 
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a dataset that the command has made as a user calls it."""
+    """A folder with a dataset that the command has made, with a worker process as a user has."""
     folder = tmp_path_factory.mktemp("data")
     who = ("--author", "Ada", "--author-email", "ada@here", "--code-permalink", "https://here/code")
-    done = call(*SMALL, "--throws", "22", "--root", folder / "sets", *who, folder=folder)
+    done = call_here(*SMALL, "--throws", "22", "--root", folder / "sets", *who, folder=folder)
     assert done.returncode == 0, done.stderr
     assert "done: throws-0" in done.stdout
     assert not (folder / "kept").exists()

@@ -185,7 +185,7 @@ def planned_plant(tmp_path_factory):
     """What the command says and writes on the plant, thrown fast, in a folder of its own."""
     folder = tmp_path_factory.mktemp("plant")
     (folder / "plant.yaml").write_text(plant_text())
-    line = "line plan --level plant.yaml --robots 3 --percents 60 --shifts 3 --minutes 0.5 --throws 300 --check 2"
+    line = "line plan --level plant.yaml --robots 3 --percents 60 --shifts 3 --minutes 0.4 --throws 180 --check 2"
     return folder, output_of(f"{line} --json plans.json --picture plans.svg", folder)
 
 
@@ -219,26 +219,32 @@ def test_tables_of_plans_are_kept_in_the_working_folder(planned_plant):
     assert names == ["", "price", "waste sac", "waste sac price"]
 
 
-def test_it_says_which_plan_is_enough(tmp_path):
+@pytest.fixture(scope="module")
+def working_folder(tmp_path_factory):
+    """A working folder of several commands, in which tables of throws are counted once."""
+    return tmp_path_factory.mktemp("skills3")
+
+
+def test_it_says_which_plan_is_enough(working_folder):
     line = "line plan --level skills3 --robots 1 3 --shifts 2 --minutes 0.2 --recovery 0.2 --throws 100 --check 0"
-    said = output_of(f"{line} --json plans.json", tmp_path)
-    plans = json.loads((tmp_path / "plans.json").read_text())["plans"]
+    said = output_of(f"{line} --json plans.json", working_folder)
+    plans = json.loads((working_folder / "plans.json").read_text())["plans"]
     assert [plan["robots"] for plan in plans] == [1, 3]
     assert plans[1]["recovery"] > plans[0]["recovery"] > 0.0
     assert "the smallest plan with a recovery of 20.0 %:" in " ".join(said.split())
     assert not list(shipped_table(LEVEL).parent.glob("*waste-sac*"))
 
 
-def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(tmp_path):
+def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(working_folder):
     assert "unknown shipped policy 'shipped:nobody'" in refused("agents.line plan", "--release", "shipped:nobody")
     line = "line plan --level skills3 --robots 3 --shifts 2 --minutes 0.1 --throws 100 --check 2 --release mean_lead"
-    output_of(f"{line} --json plans.json", tmp_path)
-    told = json.loads((tmp_path / "plans.json").read_text())
+    output_of(f"{line} --json plans.json", working_folder)
+    told = json.loads((working_folder / "plans.json").read_text())
     assert (told["release"], told["other_release"]["release"]) == ("mean_lead", "analytic")
 
 
-def test_from_python(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_from_python(working_folder, monkeypatch):
+    monkeypatch.chdir(working_folder)
     found = pnt_gym.plan_line("skills3", robots=(2,), shifts=2, minutes=0.1, throws=100, check=0, threads=1)
     assert [plan["robots"] for plan in found["plans"]] == [2]
     assert (len(found["sentences"]), found["checked"]) == (3, None)

@@ -79,8 +79,18 @@ def test_the_film_shows_throws_of_the_policy(run: Path, tmp_path: Path) -> None:
     assert not (copy / "policy.onnx").exists()
 
 
-@pytest.mark.parametrize("part", ["save_onnx", "film", "evaluate", "write_text"])
-@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+FULL_DISK = OSError(28, "No space left on device")
+
+
+@pytest.mark.parametrize(
+    ("part", "error"),
+    [
+        ("save_onnx", FULL_DISK),
+        ("film", KeyboardInterrupt()),
+        ("evaluate", KeyboardInterrupt()),
+        ("write_text", FULL_DISK),
+    ],
+)
 def test_a_folder_is_published_in_full_or_not_at_all(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: str, error: BaseException
 ) -> None:

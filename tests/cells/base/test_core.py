@@ -17,8 +17,7 @@ from pnt_gym.cells.base.core import COMMON_INFO, Core, Episodes
 from pnt_gym.cells.base.view import record_video
 from pnt_gym.envs.base import ThrowEnv, scalars
 from pnt_gym.envs.vector import vector_form
-from pnt_gym.errors import ActionError, ConfigError
-from tests.tools.throws import same_bits
+from pnt_gym.errors import ConfigError
 
 
 class PaperView:
@@ -199,29 +198,6 @@ def test_a_step_tells_what_every_cell_does_the_rewards_terms_and_what_the_cell_a
     np.testing.assert_array_equal(step.info["point_x"], thrown.point[:, 0])
     np.testing.assert_array_equal(step.info["landing_error"], np.linalg.norm(thrown.point, axis=1))
     assert scalars(step.info, 1) == {name: values[1].item() for name, values in step.info.items()}
-
-
-def test_an_action_is_scaled_by_its_mode_and_shortened_to_what_has_a_plan() -> None:
-    nudge, push = Core(PaperCell(2, 1), "nudge"), Core(PaperCell(2, 1))
-    actions = np.array([[1.0, 0.5, 0.0], [0.3, 0.0, 0.0]])
-    plans, clipped = nudge.plan(actions)
-    np.testing.assert_allclose(plans.place, 0.1 * actions)
-    assert not clipped.any()
-    plans, clipped = push.plan(actions)
-    assert clipped.tolist() == [True, False]
-    np.testing.assert_allclose(plans.place, [[0.9, 0.45, 0.0], [0.3, 0.0, 0.0]], atol=1 / 4096)
-    assert plans.feasible.all()
-    np.testing.assert_array_equal(push.step(actions).info["residual_clipped"], clipped)
-    with pytest.raises(ActionError, match=r"needs \(2, 3\)"):
-        push.plan(np.zeros((2, 2)))
-
-
-def test_a_preview_moves_nothing_on() -> None:
-    core = Core(PaperCell(2, 1))
-    before = core.observe()
-    seen = core.preview(np.zeros((2, 3)))
-    assert same_bits(core.observe(), before)
-    np.testing.assert_array_equal(core.step(np.zeros((2, 3))).info["landing_error"], seen.landing_error)
 
 
 def test_a_cell_may_end_an_episode_early() -> None:

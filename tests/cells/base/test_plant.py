@@ -113,7 +113,12 @@ def test_lying_in_a_bin(position, velocity, inside):
     positions, velocities = parabola()
     positions[0, -1], velocities[0, -1] = position, velocity
     arrived = flight(positions, velocities).touchdown(np.array([RIM]))
-    lies = arrived.lies_in(np.array([[0.3, 0.4]]), np.array([[0.22, 0.22]]), RIM, RIM - 0.30)
+    lies = arrived.lies_in(
+        np.array([[0.3, 0.4]]),
+        np.array([[0.22, 0.22]]),
+        np.full(len(positions), RIM),
+        np.full(len(positions), RIM - 0.30),
+    )
     assert lies.tolist() == [inside]
 
 

@@ -20,7 +20,7 @@ def previewed(core, context, **off):
     return landing, np.isfinite(landing).all(axis=1) & ~seen.dropped & ~seen.recontact
 
 
-COUNT = 216
+COUNT = 144
 LITTLE = {
     "delay": (0.002, np.full(COUNT, 0.002)),
     "camera x": (0.004, np.tile([0.004, 0.0], (COUNT, 1))),

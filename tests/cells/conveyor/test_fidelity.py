@@ -6,7 +6,7 @@ import pytest
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core
 
-COUNT = 100
+COUNT = 60
 SAME = ("item", "bin", "target_x", "target_y", "residual_clipped", "picked", "dropped", "bin_depth")
 
 

@@ -172,5 +172,5 @@ def test_no_object_is_carried_into_a_bin_below_its_rim(core):
 def test_random_throws_are_stable():
     core = make_core("waste", 64, mode=FIXED_THROW, seed=0)
     rng = np.random.default_rng(0)
-    for _ in range(12):
+    for _ in range(6):
         core.step(np.where(rng.random((64, 1)) < 0.5, 1.0, rng.random((64, 1))) * rng.uniform(-1.0, 1.0, (64, 3)))

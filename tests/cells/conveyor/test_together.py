@@ -8,7 +8,7 @@ import pytest
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core
 
-COUNT, STEPS = 8, 4
+COUNT, STEPS = 8, 3
 LEVELS = {
     **{name: {"base": name} for name in ("nominal", "waste", "fast", "light")},
     "blown": {"base": "waste", "cup": {"blow_off": 0.1}},

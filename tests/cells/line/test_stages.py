@@ -154,6 +154,15 @@ def test_parts_together_are_all_lines_and_a_failure_is_raised():
     parallel.work_in_parts(lambda lines: np.add.at(seen, lines, 1), np.arange(50), 4)
     assert (seen == 1).all()
 
+    counts = list[int]()
+    calls = [lambda: counts.append(1)] * 3
+    for threads in (1, 2, 5):
+        seen[:] = 0
+        counts.clear()
+        parallel.work_in_parts(lambda lines: np.add.at(seen, lines, 1), np.arange(50), threads, calls)
+        assert (seen == 1).all()
+        assert len(counts) == 3
+
     def fail(lines):
         if 49 in lines:
             raise ValueError("the last line")

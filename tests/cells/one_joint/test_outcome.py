@@ -12,7 +12,7 @@ from tests.tools.one_joint import GUESS, arriving
 SCATTER = np.array([0.0025, 0.0025, np.deg2rad(2.0), 0.01, 0.01, 0.0])
 """Standard deviations of x, y, phi and their rates at the goal; the accuracy that learning reaches."""
 LEAD, SETTLE = 0.10, 0.45
-COUNT = 128
+COUNT = 64
 SORT = pytest.mark.parametrize("which", range(len(SORTING)), ids=[p.name for p in SORTING])
 
 

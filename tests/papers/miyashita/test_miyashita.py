@@ -35,7 +35,7 @@ def findings(name: str) -> Findings:
     """Small versions of the parts."""
     small = {
         "example": lambda: example.example_findings(starts=4),
-        "margins": lambda: margins.margin_findings(starts=30, count=2, goals=12),
+        "margins": lambda: margins.margin_findings(starts=12, count=2, goals=8),
         "accessible": lambda: accessible.accessible_findings(SAMPLES),
         "learning": lambda: learning.learning_findings(seeds=2),
         "acceptance-5ms": lambda: acceptance.acceptance_findings(0.005, goals=16, repeats=3),
@@ -101,7 +101,7 @@ def test_the_margin_is_wide_only_where_it_is_maximised() -> None:
     near = sum(share * count for share, count in zip(shares, motions, strict=True)) / sum(motions)
     assert f"and {near:.1f} % within 1 mN m of zero" in without.note
     assert len(shares) == 2
-    assert max(motions) <= without.details["starts"] == 30
+    assert max(motions) <= without.details["starts"] == 12
     assert row("margins", "claim/margins-withstand-lost-acceleration").reproduced == pytest.approx(50.2, abs=0.1)
 
 

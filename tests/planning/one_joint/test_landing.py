@@ -60,16 +60,16 @@ def test_a_release_comes_back_from_its_landing_state(u):
         assert landing_state(row) == pytest.approx(z + 2.0 * np.pi * turns * PHI, abs=1e-9)
 
 
-def test_no_release_of_a_thousand_random_goals_is_missed():
+def test_no_release_of_hundreds_of_random_goals_is_missed():
     """The scan steps through flight times and knows nothing of the turned angle that the solver steps through."""
-    z = landing_state(random_releases(1000, seed=3))
+    z = landing_state(random_releases(400, seed=3))
     row, root, angle = scan(z, np.linspace(1e-4, 1.6, 4001))
     for k, goal in enumerate(z):
         ours = release_states(goal).u
         times, angles = root[row == k, None], angle[row == k, None]
         away = np.abs(ours[:, 3] - times) + np.abs(np.angle(np.exp(1j * (ours[:, 0] - angles))))
         assert (away.min(axis=1) < 1e-6).all(), (goal, times, angles)
-    assert len(row) > 3000
+    assert len(row) > 1200
 
 
 def scan(z, time):

@@ -7,16 +7,21 @@ object's underside while the footprints overlap.
 
 from __future__ import annotations
 
-from typing import Final, TypeAlias, final
+from typing import TYPE_CHECKING, Final, TypeAlias, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, take
 from pnt_gym.cells.base.cell import Generators
-from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
-from pnt_gym.cells.conveyor.objects.records import Measured, Objects, half_extent
+from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor.belt import sweep
+else:
+    sweep = Deferred("pnt_gym.cells.conveyor.belt.sweep")
 
 PASSED_PLACES: Final = 8
 """Number of stored objects per belt that are not picked any more; carried objects may still sweep through them."""
@@ -74,11 +79,10 @@ class BeltStream:
 
     def begin(self, rows: Ints) -> None:
         """Start new streams in some rows; the first object enters the window one gap after the episode begins."""
-        objects, entry = self._draw_objects(rows, self.length), np.full(len(rows), self._belt.pick_x[0])
-        queue = rows[:, None], np.arange(PASSED_PLACES, PASSED_PLACES + self.length, dtype=np.int64)
-        self.objects.overwrite(queue, objects)
-        self.x[rows], self.knocked[rows] = AWAY, False
-        self.x[queue] = self._positions_behind(objects, entry, np.zeros(len(rows)))
+        self.x[rows, -1] = self._belt.pick_x[0]
+        whole = np.full(len(rows), self.length)
+        self._append(rows, whole, whole, np.zeros(len(rows)), is_empty=True)
+        self.x[rows, :PASSED_PLACES], self.knocked[rows] = AWAY, False
 
     def in_queue(self, rows: Ints, places: Ints) -> tuple[Objects, Floats]:
         """Objects (K,) at places of the queues of some rows (K,), and their positions along the belt (K,) [m]."""
@@ -93,40 +97,26 @@ class BeltStream:
             gone: number of other objects, from the front of the queue, that leave unpicked (K,).
             elapsed: the time that passes (K,) [s].
         """
-        new = gone + (picked < self.length)
-        for count in sorted(set(new.tolist())):
-            same_count = new == count
-            self._ride(rows[same_count], picked[same_count], gone[same_count], elapsed[same_count], count)
+        self._append(rows, picked, gone, self._belt.speed * elapsed)
 
-    def _ride(self, rows: Ints, picked: Ints, gone: Ints, elapsed: Floats, count: int) -> None:
-        """Move belts on as `ride`, in rows that all need `count` new objects."""
-        new, kept = self._draw_objects(rows, count), self.x.shape[1] - count
-        self.x[rows] += self._belt.speed * elapsed[:, None]
-        new_x = self._positions_behind(new, self.x[rows, -1], half_extent(take(self.objects, (rows, -1))))
-        old_places = gone[:, None] + np.arange(kept, dtype=np.int64)
-        old_places += old_places >= PASSED_PLACES + picked[:, None]
-        old = rows[:, None], old_places
-        self.objects.overwrite(rows, concatenate_records([take(self.objects, old), new], axis=1))
-        self.x[rows, :kept], self.x[rows, kept:] = self.x[old], new_x
-        self.knocked[rows, :kept], self.knocked[rows, kept:] = self.knocked[old], False
+    def _append(self, rows: Ints, picked: Ints, gone: Ints, way: Floats, is_empty: bool = False) -> None:
+        """Move belts on as `ride`, by ways (K,) [m]; on an empty belt the first object comes behind the last place."""
+        block, new = self.objects.block, self._draw_objects(rows, gone + (picked < self.length)).block
+        yaw = np.concatenate([block[rows, -1, sweep.TURN], new[:, sweep.TURN]])
+        has_extent = np.full(len(yaw), self._belt.gap == "edge")
+        has_extent[: len(rows)] &= not is_empty
+        queues = PASSED_PLACES, block, self.x, self.knocked
+        sweep.move_belts(rows, picked, gone, way, new, np.cos(yaw), np.sin(yaw), has_extent, *queues)
+        self.objects = self.objects.anew()
 
-    def _positions_behind(self, objects: Objects, x: Floats, half: Floats) -> Floats:
-        """Positions along the belt (K, C) [m] of objects behind an object at x (K,) with half extent `half` (K,)."""
-        distance = objects.draws.gap
-        if self._belt.gap == "edge":
-            half_extents = half_extent(objects)
-            before = np.concatenate([half[:, None], half_extents[:, :-1]], axis=1)
-            distance = distance + before + half_extents
-        return x[:, None] - np.cumsum(distance, axis=1)
-
-    def _draw_objects(self, rows: Ints, count: int) -> Objects:
-        """Draw `count` new objects for some rows (K, count)."""
+    def _draw_objects(self, rows: Ints, counts: Ints) -> Objects:
+        """Draw numbers (K,) of new objects for some rows, one row after the other."""
+        draw = self._planner.draw
         if self._belt.gap == "centre":
-            return self._planner.draw(self._generators, rows, count)
+            drawn = [draw(self._generators, rows[[k]], count) for k, count in enumerate(counts.tolist())]
+            return take(concatenate_records(drawn, axis=1), 0)
         # One by one, so that the number of objects in a call does not change the draws.
-        one_by_one = self._planner.draw(self._generators, np.repeat(rows, count), 1)
-        places = np.arange(len(rows) * count, dtype=np.int64).reshape(len(rows), count)
-        return take(one_by_one, (places, 0))
+        return take(draw(self._generators, np.repeat(rows, counts), 1), np.s_[:, 0])
 
 
 def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
@@ -137,12 +127,9 @@ def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
         free_at: times of the releases, after which the objects fly without air (N,) [s].
         speed: speed of the belt [m/s].
     """
-    from pnt_gym.cells.conveyor.belt.sweep import move_objects  # noqa: PLC0415 - numba takes a while
-
     times = np.arange(0.0, float(free_at.max(initial=0.0)) + CHECK_AFTER_RELEASE, CHECK_INTERVAL)
-    way, velocity, _ = motion.path.sample(np.minimum(times, free_at[:, None]))
-    pick, free_at = np.ascontiguousarray(motion.pick), np.ascontiguousarray(free_at)
-    move_objects(way, velocity, pick, free_at, times, CHECK_AFTER_RELEASE, speed)
+    way = np.empty((len(free_at), len(times), 3))
+    sweep.move_objects(motion.path.table, motion.pick, free_at, times, CHECK_AFTER_RELEASE, speed, way)
     return way
 
 
@@ -156,18 +143,7 @@ def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: 
         neighbours: the other objects (N, K).
         place: middles of the other objects at the lift (N, K, 2) [m].
     """
-    from pnt_gym.cells.conveyor.belt.sweep import find_sweeps  # noqa: PLC0415 - numba takes a while
-
     collides = np.empty(place.shape[:2], dtype=np.bool_)
-    start, way, place = map(np.ascontiguousarray, (start, way, place))
-    find_sweeps(*_outlines(carried), start, way, *_outlines(neighbours), place, collides)
+    outlines = carried.shape, carried.size, carried.yaw, start, way
+    sweep.find_sweeps(*outlines, neighbours.shape, neighbours.size, neighbours.yaw, place, collides)
     return collides
-
-
-def _outlines(objects: Footprints) -> tuple[Bools, Floats, Floats]:
-    """Which objects are ellipses in top view, their sizes and yaws, in flat arrays."""
-    return (
-        objects.shape == ELLIPSOID,
-        np.ascontiguousarray(objects.size),
-        np.ascontiguousarray(objects.yaw),
-    )

@@ -8,7 +8,7 @@ then simulates.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 
@@ -18,6 +18,12 @@ from pnt_gym.cells.base.rotations import level_axes, vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor.cup import kernel
+else:
+    kernel = Deferred("pnt_gym.cells.conveyor.cup.kernel")
 
 MARGIN: Final = 0.001
 """Gap for the hand's tracking error: three times the largest one in the shipped levels [m]."""
@@ -55,8 +61,6 @@ class Passage:
             margin: gap below which a touch is possible [m].
             lip: length of a compliant lip at the tip of the cup, which touches nothing [m].
         """
-        from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
-
         o, near = objects, np.empty(self.centre.shape[:2], dtype=np.bool_)
         body = o.shape, o.extents, o.com_depth - LIP_GAP, o.cup_radius
         kernel.find_near(*body, self.centre, self.drift, self.up, gap, margin, lip, near)
@@ -71,8 +75,6 @@ def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats
         hand: position and velocity of the hands (N, K, 3) [m, m/s], the first at the release.
         since: time from the release (K,) [s].
     """
-    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
-
     turned = length(parting.rate)[:, None] * since
     centre, drift, up = [np.empty_like(hand[0]) for _ in range(3)]
     kernel.predict(
@@ -89,8 +91,6 @@ def follow_passage(motion: tuple[Floats, Floats, Floats], hand: tuple[Floats, Fl
         motion: positions [m], velocities [m/s] (N, K, 3) and attitudes (N, K, 4) of the objects.
         hand: position and velocity of the hands (N, K, 3) [m, m/s].
     """
-    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
-
     position, velocity, attitude = motion
     up = np.empty(position.shape)
     kernel.verticals(attitude, up)

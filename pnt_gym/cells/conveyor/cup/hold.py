@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Self, final
+from typing import TYPE_CHECKING, Final, Self, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.grip import Hold
 from pnt_gym.cells.base.items import ELLIPSOID
-from pnt_gym.cells.base.rotations import to_body_axes, yaw_attitude
+from pnt_gym.cells.base.rotations import turn_back
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.trajectory import HandPath
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor.objects import kernel
+else:
+    kernel = Deferred("pnt_gym.cells.conveyor.objects.kernel")
 
 LEAST_ACCELERATION: Final = 2.0
 """Smallest acceleration of a throw; an object whose grip allows less is not thrown [m/s2]."""
@@ -71,8 +77,8 @@ class Parting:
         return cls(
             centre=context.hanging,
             velocity=velocity,
-            attitude=yaw_attitude(o.yaw),
-            rate=to_body_axes(o.spin, o.yaw),
+            attitude=o.attitude,
+            rate=turn_back(o.spin, *o.turn),
             push=push,
             unsure=np.zeros(len(push), dtype=np.bool_),
         )
@@ -109,10 +115,8 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
         objects: N objects.
         place: one point per object, relative to the object's middle, along world x, y (N, 2) [m].
     """
-    from pnt_gym.cells.conveyor.objects.kernel import find_inside  # noqa: PLC0415 - numba takes a while
-
     inside = np.empty(len(place))
-    find_inside(objects.shape == ELLIPSOID, objects.size, objects.yaw, place, inside)
+    kernel.find_inside(objects.shape == ELLIPSOID, objects.size, objects.yaw, place, inside)
     return inside
 
 
@@ -122,7 +126,7 @@ def grips(context: Context, sealed: Bools, path: HandPath, release_time: Floats,
     The load on the cup scales with the mismatch, like every effect that the planner does not model: at mismatch 0 every
     cup holds.
     """
-    times = config.timestep * np.arange(int(np.floor(release_time.max() / config.timestep)) + 1)
+    times = config.timestep * np.arange(int(max(release_time.tolist()) / config.timestep) + 1)
     held = times <= release_time[:, None]
     counts = np.where(sealed, held.sum(axis=1), 0)
     acceleration = path.sample(np.minimum(times, release_time[:, None])).acceleration

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final, NamedTuple, final
+from typing import TYPE_CHECKING, Final, NamedTuple, final
 
 import numpy as np
 
@@ -13,7 +13,15 @@ from pnt_gym.cells.conveyor.config import LIP_GAP, LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.trajectory import Samples
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import freefall
+    from pnt_gym.cells.conveyor.cup import kernel as cup_kernel
+else:
+    freefall = Deferred("pnt_gym.cells.base.freefall")
+    cup_kernel = Deferred("pnt_gym.cells.conveyor.cup.kernel")
 
 LARGEST_PHASE: Final = 0.5
 """Largest phase of a swing in a step [rad]; the stiffness of a lip is limited to that of this phase.
@@ -77,7 +85,7 @@ def swing_objects(
         stride: steps between two records of the swing.
         config: the cell.
     """
-    motion = hand(np.arange(int(release.max()) + 1, dtype=np.int64))
+    motion = hand(np.arange(max(release.tolist()) + 1, dtype=np.int64))
     state, attitudes = _swing(context, spring, motion, release, stride, config)
     return _part(context, hanging, state, _touches_solid(context, attitudes, motion, release, stride, config))
 
@@ -86,28 +94,22 @@ def _swing(
     context: Context, spring: Spring, motion: Samples, release: Ints, stride: int, config: ConveyorConfig
 ) -> tuple[Floats, Floats]:
     """States (N, STATE) at the release, and attitudes (N, L, 4) every `stride` steps, of objects that hang at first."""
-    from pnt_gym.cells.base.freefall import STATE, swing_down  # noqa: PLC0415 - compiles, where nothing is kept
-    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
-
-    yaw, (count, steps, _) = context.objects.yaw, motion.velocity.shape
+    count, steps, _ = motion.velocity.shape
     moves = np.empty((count, steps, 6))
-    kernel.face_moves(motion.acceleration, motion.velocity, context.drift.draught, np.cos(yaw), np.sin(yaw), moves)
-    state, attitudes = np.zeros((count, STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
+    cup_kernel.face_moves(motion.acceleration, motion.velocity, context.drift.draught, *context.objects.turn, moves)
+    state, attitudes = np.zeros((count, freefall.STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
     state[:, 3] = 1.0
     pivot, body = np.concatenate([context.arm, *spring], axis=1), body_constants(context)
-    swing_down(state, body, pivot, config.mismatch, config.timestep, moves, release, stride, attitudes)
+    freefall.swing_down(state, body, pivot, config.mismatch, config.timestep, moves, release, stride, attitudes)
     return state, attitudes
 
 
 def _part(context: Context, hanging: Parting, state: Floats, unsure: Bools) -> Parting:
     """The release of objects that have swung to states (N, STATE); which of them touched something solid (N,)."""
-    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
-
-    yaw, rotation, rate = context.objects.yaw, state[:, 3:7], state[:, 10:13]
+    rotation, rate = state[:, 3:7], state[:, 10:13]
     centre, velocity, attitude = np.empty_like(rate), hanging.velocity.copy(), np.empty_like(rotation)
-    kernel.part_objects(
-        rotation, rate, context.arm, hanging.attitude, np.cos(yaw), np.sin(yaw), centre, velocity, attitude
-    )
+    turn = context.objects.turn
+    cup_kernel.part_objects(rotation, rate, context.arm, hanging.attitude, *turn, centre, velocity, attitude)
     return Parting(centre, velocity, attitude, hanging.rate + rate, hanging.push, unsure)
 
 
@@ -115,11 +117,9 @@ def _touches_solid(
     context: Context, attitudes: Floats, motion: Samples, release: Ints, stride: int, config: ConveyorConfig
 ) -> Bools:
     """Whether objects with attitudes (N, L, 4) touched the belt or the solid part of their cups (N,)."""
-    from pnt_gym.cells.conveyor.cup import kernel  # noqa: PLC0415 - compiles, where nothing is kept
-
     o, touched = context.objects, np.empty(len(release), dtype=np.bool_)
     body = o.shape, o.extents, o.cup_radius, context.arm, _middle(o)
-    kernel.find_solid(
+    cup_kernel.find_solid(
         *body, attitudes, motion.position, release, stride, LIP_LENGTH, config.belt.height - CONTACT_DEPTH, touched
     )
     return touched

@@ -110,6 +110,7 @@ class FreeMover(Mover):
             velocity=release.velocity,
             roof=roof,
             placed=np.zeros(len(pick), dtype=np.bool_),
+            pick_velocity=None,
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:

@@ -171,6 +171,7 @@ class PlacingMover(Mover):
             velocity=np.zeros_like(pick),
             roof=np.full(len(pick), np.inf),
             placed=np.full(len(pick), True),
+            pick_velocity=None,
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:

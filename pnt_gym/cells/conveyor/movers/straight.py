@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from pnt_gym.arrays import Bools, Floats, length, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.constants import GRAVITY
+from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.intercept import meet_on_belt
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
@@ -31,6 +31,12 @@ from pnt_gym.planning.straight.release import (
     release_at_point,
     stops_inside,
 )
+from pnt_gym.records import Record, computed
+
+if TYPE_CHECKING:
+    from pnt_gym.planning.motion import kernel
+else:
+    kernel = Deferred("pnt_gym.planning.motion.kernel")
 
 _LOWER_STEPS = 24
 """Number of elevations that are tried when a corrected release would rise above the ceiling and its slack."""
@@ -40,7 +46,7 @@ _HALVINGS = 12
 
 @final
 @dataclass(frozen=True)
-class ThrowMotion:
+class ThrowMotion(Record):
     """Motions of N hands in a throw, from the pick to the point where the return begins.
 
     Attributes:
@@ -63,9 +69,9 @@ class ThrowMotion:
     velocity: Floats
     roof: Floats
     placed: Bools
-    pick_velocity: Floats | None = None
+    pick_velocity: Floats | None
 
-    @cached_property
+    @computed
     def path(self) -> JerkTrajectory:
         """Path of the hand until the return begins, from rest or with its first velocity."""
         return JerkTrajectory.concatenate(self.pick, [self.segments], self.pick_velocity)
@@ -74,11 +80,11 @@ class ThrowMotion:
     def resting(cls, place: Floats) -> ThrowMotion:
         """Motions of hands that rest at `place` (N, 3) [m] and throw nothing."""
         zero = np.zeros(len(place))
-        return cls(place, coast(zero), zero, place, zero, np.zeros_like(place), zero + np.inf, zero > 0.0)
+        return cls(place, coast(zero), zero, place, zero, np.zeros_like(place), zero + np.inf, zero > 0.0, None)
 
 
 @dataclass(frozen=True)
-class Reach:
+class Reach(Record):
     """Times and places at which N hands meet objects on the belt; infeasible rows have placeholders.
 
     Attributes:
@@ -170,8 +176,8 @@ class Mover(ABC):
     def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings as `reach`, with the motions."""
         reach = self.reach(motion, place, limits)
-        columns = {name: value for name, value in vars(reach).items() if name != "back"}
-        return Meeting(**columns, back=self.approach(motion, reach, limits))
+        back = self.approach(motion, reach, limits)
+        return Meeting(reach.position, reach.end, reach.time, reach.wait, reach.feasible, back)
 
 
 class StraightMover(Mover):
@@ -241,13 +247,13 @@ class StraightMover(Mover):
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions along the line from pick to release, through the window at constant velocity, and to a stop."""
-        from pnt_gym.planning.motion.kernel import RUN_UP, STOPPING, write_throws  # noqa: PLC0415 - numba takes a while
-
         count, rows = len(pick), np.array(limits.arrays(len(pick)))
         braking = self.braking_limits(release, LimitRows(*rows)).arrays(count).acceleration
-        segments = Segments(np.empty((count, RUN_UP + STOPPING)), np.empty((count, RUN_UP + STOPPING, 3)))
+        segments = Segments(
+            np.empty((count, kernel.RUN_UP + kernel.STOPPING)), np.empty((count, kernel.RUN_UP + kernel.STOPPING, 3))
+        )
         times, stop = np.empty((2, count)), np.empty((count, 3))
-        write_throws(
+        kernel.write_throws(
             pick, release.direction, release.distance, release.speed, rows, braking,
             cube_roots(2.0 * release.distance, rows[2]), self._follow.window,
             segments.durations, segments.jerks, times, stop,
@@ -259,8 +265,9 @@ class StraightMover(Mover):
             stop=stop,
             stop_time=times[1],
             velocity=np.zeros((count, 3)),
-            roof=np.full(count, np.inf),
+            roof=np.zeros(count) + np.inf,
             placed=np.zeros(count, dtype=np.bool_),
+            pick_velocity=None,
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
@@ -296,13 +303,13 @@ class StraightMover(Mover):
 
 def straight_back(stop: Floats, next_pick: Floats, wait: Floats, limits: Limits, clearance: float) -> Segments:
     """Motions from rest at `stop` to above the next pick, a wait (N,) [s], and the vertical approach: 15 segments."""
-    from pnt_gym.planning.motion.kernel import MOVE, write_returns  # noqa: PLC0415 - numba takes a while
-
     count, rows = len(stop), np.array(limits.arrays(len(stop)))
-    back = Segments(np.empty((count, 2 * MOVE + 1)), np.empty((count, 2 * MOVE + 1, 3)))
+    back = Segments(np.empty((count, 2 * kernel.MOVE + 1)), np.empty((count, 2 * kernel.MOVE + 1, 3)))
     above = next_pick + np.array([0.0, 0.0, clearance])
     distances = np.array([length(above - stop), np.full(count, clearance)])
-    write_returns(stop, next_pick, wait, rows, cube_roots(distances, rows[2]), clearance, back.durations, back.jerks)
+    kernel.write_returns(
+        stop, next_pick, wait, rows, cube_roots(distances, rows[2]), clearance, back.durations, back.jerks
+    )
     return back
 
 

@@ -119,7 +119,7 @@ class TrackingMover(Mover):
             velocity=motion.velocity,
             roof=motion.roof,
             placed=motion.placed,
-            pick_velocity=np.full((len(pick), 3), self._speed * DOWNSTREAM),
+            pick_velocity=np.zeros((len(pick), 3)) + self._speed * DOWNSTREAM,
         )
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
@@ -132,7 +132,8 @@ class TrackingMover(Mover):
         growing = self._growing(len(place))
         reach = self._mover.reach(motion, place - self._early, growing.planning_limits(limits))
         time = reach.back.durations.sum(axis=1) if isinstance(reach, Meeting) else reach.time
-        return replace(reach, position=reach.position + self._behind, feasible=reach.feasible & (time >= growing.time))
+        position, feasible = reach.position + self._behind, reach.feasible & (time >= growing.time)
+        return reach.replace(position=position, feasible=feasible)
 
     def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
         """The inner mover's motions, onto the moving belt."""
@@ -140,7 +141,7 @@ class TrackingMover(Mover):
         return _end_riding(self._mover.approach(motion, reach, growing.planning_limits(limits)), growing)
 
     def _growing(self, count: int) -> Fading:
-        return Fading(self._speed, np.full(count, self._arrival))
+        return Fading(self._speed, np.zeros(count) + self._arrival)
 
     def _fade(self, limits: Limits, count: int) -> tuple[Fading, LimitRows]:
         """Fadings from hands with limits, and the limits that these leave to the inner mover."""
@@ -177,7 +178,7 @@ def empty_motion(pick: Floats, limits: Limits, belt: Belt, columns: int) -> Thro
 
 def _virtual_pick(pick: Floats, fading: Fading) -> Floats:
     """Virtual picks (N, 3) [m], at which the inner mover's throws begin from rest."""
-    return pick + fading.way[:, None] * DOWNSTREAM
+    return pick + fading.lead
 
 
 def _end_riding(back: Segments, growing: Fading) -> Segments:

@@ -7,7 +7,7 @@ pure functions of these rows, so a cell draws the same objects alone and in a ba
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 
@@ -17,6 +17,12 @@ from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects, objects_in_block
 from pnt_gym.constants import GRAVITY
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.conveyor.objects import kernel
+else:
+    kernel = Deferred("pnt_gym.cells.conveyor.objects.kernel")
 
 NORMALS, UNIFORMS = 24, 12 + 3 * TARGET_DRAWS
 """Numbers of an object's standard normal and uniform draws, whose columns stand in `kernel`."""
@@ -74,8 +80,6 @@ class ObjectMaker:
 
     def make(self, normals: Floats, uniforms: Floats, side_draws: SideDraws) -> Objects:
         """Objects S from standard normal draws S + (NORMALS,), uniform draws S + (UNIFORMS,) and side draws S."""
-        from pnt_gym.cells.conveyor.objects import kernel  # noqa: PLC0415 - numba takes a while
-
         shape, bins = normals.shape[:-1], side_draws.fill.shape[-1]
         z = np.ascontiguousarray(normals).reshape(-1, normals.shape[-1])
         u = np.ascontiguousarray(uniforms).reshape(-1, uniforms.shape[-1])
@@ -88,11 +92,14 @@ class ObjectMaker:
             block,
         )  # fmt: skip
         config, seal, mass = self._config, block[:, kernel.SEAL], block[:, kernel.MASS]
-        delay = release_delay(seal, mass, config.suction) + self._table.clings[block[:, kernel.KIND].astype(np.int64)]
+        tau = time_constant(seal, config.suction)
+        delay = (
+            _release_delay(seal, mass, tau, config.suction) + self._table.clings[block[:, kernel.KIND].astype(np.int64)]
+        )
         # An object cannot be free before the valve's command, whatever the jitter.
         block[:, kernel.DELAY] = np.maximum(config.mismatch * delay + block[:, kernel.JITTER_TIME], 0.0)
         bodies = mass, block[:, kernel.SIZE : kernel.SIZE + 3], block[:, kernel.SHAPE], block[:, kernel.TURN].copy()
-        cups = block[:, kernel.OFFSET : kernel.OFFSET + 2], block[:, kernel.RADIUS], seal
+        cups = block[:, kernel.OFFSET : kernel.OFFSET + 2], block[:, kernel.RADIUS], tau
         _add_spins(*bodies, *cups, block[:, kernel.SPIN_RATE : kernel.SPIN_RATE + 3], config)
         return objects_in_block(block.reshape(*shape, -1), bins)
 
@@ -130,7 +137,11 @@ def release_delay(seal: Floats, mass: Floats, suction: Suction) -> Floats:
     Returns:
         valve + tau_e ln(F0 / (m g)) [s], never below 0.
     """
-    tau = time_constant(seal, suction)
+    return _release_delay(seal, mass, time_constant(seal, suction), suction)
+
+
+def _release_delay(seal: Floats, mass: Floats, tau: Floats, suction: Suction) -> Floats:
+    """Delays as `release_delay`, for time constants tau_e [s]."""
     return np.maximum(suction.valve + tau * np.log(seal / (mass * GRAVITY)), 0.0)
 
 
@@ -148,15 +159,15 @@ def _add_spins(
     yaw: Floats,
     grasp: Floats,
     radius: Floats,
-    seal: Floats,
+    tau: Floats,
     spin: Floats,
     config: ConveyorConfig,
 ) -> None:
     """Write the spins of N objects at release (N, 3) [rad/s], in place: of the peeling lip and of blown air."""
-    from pnt_gym.cells.conveyor.objects.kernel import write_spins  # noqa: PLC0415 - numba takes a while
-
-    cup, turn, tau = config.cup, np.stack([np.cos(yaw), np.sin(yaw)]), time_constant(seal, config.suction)
-    write_spins(config.mismatch, cup.peel, cup.blow_off, mass, size, shape, turn, grasp, radius, tau, GYRATION, spin)
+    cup, turn = config.cup, np.array([np.cos(yaw), np.sin(yaw)])
+    kernel.write_spins(
+        config.mismatch, cup.peel, cup.blow_off, mass, size, shape, turn, grasp, radius, tau, GYRATION, spin
+    )
 
 
 def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal: Floats | None = None) -> Floats:
@@ -172,7 +183,7 @@ def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal:
 
     def of(place: Floats, force: Floats) -> Floats:
         spin = random_spin(np.zeros_like(objects.spin), config.spread.spin_per_offset * place)
-        _add_spins(*bodies, place, objects.cup_radius, force, spin, config)
+        _add_spins(*bodies, place, objects.cup_radius, time_constant(force, config.suction), spin, config)
         return spin
 
     return objects.spin + (of(grasp, objects.seal if seal is None else seal) - of(objects.grasp, objects.seal))

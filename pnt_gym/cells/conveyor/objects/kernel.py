@@ -310,3 +310,22 @@ def find_inside(is_ellipse: Bools, size: Floats, yaw: Floats, place: Floats, ins
             beyond, aside = along - length, across - width
             outside = math.hypot(max(beyond, 0.0), max(aside, 0.0))
             inside[row] = max(min(-beyond, -aside), 0.0) - outside
+
+
+@compile_for("void(f8[:], f8[:, :], f8[:, :], f8[:, :, ::1])")
+def fill_inertias(mass: Floats, arm: Floats, inertia: Floats, tensor: Floats) -> None:
+    """Fill the inertias of objects about their cups' tips.
+
+    Args:
+        mass: masses (N,) [kg].
+        arm: centres of mass relative to the tips, in the objects' axes (N, 3) [m].
+        inertia: moments about the centres of mass (N, 3) [kg m2].
+        tensor: filled (N, 3, 3) [kg m2].
+    """
+    for row in range(len(tensor)):
+        x, y, z = arm[row, 0], arm[row, 1], arm[row, 2]
+        square = mass[row] * (x * x + y * y + z * z)
+        for i in range(3):
+            for j in range(3):
+                tensor[row, i, j] = (-mass[row] * arm[row, i]) * arm[row, j]
+            tensor[row, i, i] += inertia[row, i] + square

@@ -8,7 +8,6 @@ Lengths are in m, masses in kg, forces in N, angles in rad.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Final, final
 
 import numpy as np
@@ -22,7 +21,8 @@ from pnt_gym.cells.base.fluid import (
     solid_shell_inertia,
 )
 from pnt_gym.cells.base.items import ELLIPSOID
-from pnt_gym.records import Record
+from pnt_gym.cells.base.rotations import yaw_attitude
+from pnt_gym.records import Record, computed
 
 TARGET_DRAWS: Final = 8
 """Largest number of bins that are tried for one object before it stays on the belt."""
@@ -110,22 +110,32 @@ class Objects(Record):
     measured: Measured
     draws: Draws
 
-    @cached_property
+    @computed
+    def turn(self) -> tuple[Floats, Floats]:
+        """Cosines and sines of the yaws, each S."""
+        return np.cos(self.yaw), np.sin(self.yaw)
+
+    @computed
+    def attitude(self) -> Floats:
+        """Attitudes of N objects that lie or hang at rest (N, 4)."""
+        return yaw_attitude(self.yaw)
+
+    @computed
     def extents(self) -> Floats:
         """Extents of the modelled bodies of N objects (N, 3) [m], see `lying_extents`."""
         return lying_extents(self.shape, self.size)
 
-    @cached_property
+    @computed
     def inertia(self) -> Floats:
         """Moments of inertia of N objects about their own axes, through the centre of the extents (N, 3) [kg m2]."""
         return solid_shell_inertia(self.mass, self.extents, self.shape)
 
-    @cached_property
+    @computed
     def placement(self) -> GeomPlacement:
         """Geoms of the modelled bodies of N objects."""
         return geom_placement(self.shape, self.extents)
 
-    @cached_property
+    @computed
     def fluid(self) -> Floats:
         """MuJoCo's `geom_fluid` of N objects (N, 12)."""
         return fluid_coefficients(self.shape, self.extents, self.drag)

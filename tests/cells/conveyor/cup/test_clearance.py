@@ -16,7 +16,7 @@ from pnt_gym.cells.conveyor.scene import CUP_LENGTH
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, whole_cycle
 
-COUNT = 60
+COUNT = 40
 TOUCHY = {"base": "waste_plain", "motion": {"follow_through": {"window": 0.0}}}
 """Without a window after the release the cup brakes onto every other object."""
 SOFT = {"base": "waste_plain", "cup": {"stiffness": 0.3}}
@@ -45,7 +45,7 @@ def test_without_the_robot_the_object_flies_and_lands_as_with_it(level):
 
 @pytest.mark.parametrize("level", with_nightly(("waste_plain", "tight_plain"), ["tight_plain"]))
 def test_what_is_decided_early_stays_so(level):
-    """In 120 throws one at most may differ: an object that rolls on a rim goes either way by a rounding."""
+    """In 80 throws one at most may differ: an object that rolls on a rim goes either way by a rounding."""
     differing = 0
     for seed in range(2):
         context, *both = both_ways(level, seed)

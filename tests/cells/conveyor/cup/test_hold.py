@@ -9,7 +9,7 @@ from pnt_gym.cells.conveyor.cup.hold import grips, measured_hold, picked
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import make_core, whole_cycle
 
-COUNT = 150
+COUNT = 90
 GRAVITY, LIP = 9.81, 0.018
 ROUND = {
     "shape": "cylinder", "drag": 0.8, "seal_force": 20.0, "friction": 0.47, "rolling_friction": 0.002,

@@ -169,23 +169,11 @@ def test_objects_leave_the_engine_as_flights_reckon(cup):
     assert np.abs(velocity - clock.parting.velocity)[sure].mean() < 0.003
 
 
-BOUNDS = [(3.0, 0.0025), (1.0, 0.003), (0.3, 0.005), (0.1, 0.008)]
-
-
-@pytest.mark.parametrize(("stiffness", "bound"), with_nightly(BOUNDS, BOUNDS[1:3]))
-def test_flights_swing_like_the_full_physics(stiffness, bound):
-    full, flight = (infos(fidelity, stiffness=stiffness) for fidelity in ("full", "flight"))
-    untouched = ~(flight["recontact"] | full["recontact"])
-    for name in ("landing_along", "landing_across"):
-        assert np.quantile(np.abs(flight[name] - full[name])[untouched], 0.95) < bound
-    assert (flight["is_success"] != full["is_success"]).mean() <= 0.06
-
-
 def test_a_softer_lip_spreads_landings_further():
-    rigid = infos("flight", count=200)
+    rigid = infos("flight", count=120)
     spread = []
     for stiffness in (3.0, 1.0, 0.3, 0.1):
-        soft = infos("flight", count=200, stiffness=stiffness)
+        soft = infos("flight", count=120, stiffness=stiffness)
         untouched = ~(rigid["recontact"] | soft["recontact"])
         apart = np.stack([soft[name] - rigid[name] for name in ("landing_along", "landing_across")])[:, untouched]
         spread.append(np.sqrt((apart**2).sum(axis=0).mean()))

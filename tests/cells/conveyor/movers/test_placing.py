@@ -20,7 +20,7 @@ from pnt_gym.planning.straight.plan import Reason
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, spy_on_plant, vary, whole_cycle, with_objects
 
-COUNT = 12
+COUNT = 8
 PLACING = ("pick_and_place", "ellipse")
 METHODS = ("horizontal", *PLACING)
 CURVED = (*METHODS, "free_direction")

@@ -10,7 +10,7 @@ from tests.tools.nightly import with_nightly
 from tests.tools.throws import is_feasible, make_core, same_bits, vary
 
 FREE = {"planner": "free_direction", "motion": {"follow_through": {"window": 0.0}}}
-COUNT = 24
+COUNT = 14
 
 
 def core_of(level="ideal", picks="belt", count=COUNT, mode="release_point", threads=2, **changes):

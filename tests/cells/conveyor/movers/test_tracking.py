@@ -16,7 +16,7 @@ from pnt_gym.planning.motion.trajectory import JerkTrajectory
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, same_bits, spy_on_plant, vary, whole_cycle
 
-COUNT, DWELL, FAST = 24, 0.1, 0.8
+COUNT, DWELL, FAST = 14, 0.1, 0.8
 PLANNERS = ("straight", "free_direction")
 ALL_PLANNERS = (*PLANNERS, "horizontal", "pick_and_place", "ellipse")
 MOST_DAILY = with_nightly(ALL_PLANNERS, {*ALL_PLANNERS} - {"free_direction", "ellipse"})

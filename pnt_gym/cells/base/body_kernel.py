@@ -1,0 +1,154 @@
+"""Bodies of free objects as MuJoCo's fields, row by row; see `fluid`. Compiled; see `pnt_gym.compiled`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
+from pnt_gym.compiled import compile_for, kernel_part
+
+SHAPES, NUMBERS, ROWS = (
+    f"Array({kind}, {axes}, 'A', readonly=True)" for kind, axes in (("i8", 1), ("f8", 1), ("f8", 2))
+)
+"""Types of arguments that may be columns of a catalogue, which nobody overwrites."""
+HALF_TURN = math.sqrt(0.5)
+"""Cosine and sine of half a quarter turn."""
+
+
+@kernel_part
+def _semi_axes(shape: int, full: Floats) -> tuple[float, float, float]:
+    """Semi-axes in the geom's frame: a cylinder's length comes last."""
+    if shape == CYLINDER:
+        return 0.5 * full[1], 0.5 * full[2], 0.5 * full[0]
+    return 0.5 * full[0], 0.5 * full[1], 0.5 * full[2]
+
+
+@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1])")
+def fill_extents(shape: Ints, size: Floats, extents: Floats) -> None:
+    """Fill the extents of bodies (N, 3) as `fluid.lying_extents`."""
+    for row in range(len(extents)):
+        mean = 0.5 * (size[row, 1] + size[row, 2])
+        lies = shape[row] == CYLINDER
+        extents[row, 0] = size[row, 0]
+        extents[row, 1] = mean if lies else size[row, 1]
+        extents[row, 2] = mean if lies else size[row, 2]
+
+
+@compile_for(f"void({SHAPES}, {NUMBERS}, {ROWS}, {NUMBERS}, f8[:, ::1])")
+def fill_inertia(shape: Ints, mass: Floats, size: Floats, gyration: Floats, inertia: Floats) -> None:
+    """Fill the inertias of bodies (N, 3) as `fluid.solid_shell_inertia`; `gyration` is that of each shape."""
+    for row in range(len(inertia)):
+        x, y, z = 0.5 * size[row, 0], 0.5 * size[row, 1], 0.5 * size[row, 2]
+        share = gyration[shape[row]] * mass[row]
+        inertia[row, 0] = share * (y * y + z * z)
+        inertia[row, 1] = share * (x * x + z * z)
+        inertia[row, 2] = share * (x * x + y * y)
+
+
+@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1])")
+def fill_placement(shape: Ints, full: Floats, size: Floats, quat: Floats, rbound: Floats, aabb: Floats) -> None:
+    """Fill sizes, attitudes and bounds of geoms as `fluid.GeomPlacement`, all but the types."""
+    for row in range(len(size)):
+        x, y, z = _semi_axes(shape[row], full[row])
+        lies = shape[row] == CYLINDER
+        size[row, 0], size[row, 1], size[row, 2] = x, z if lies else y, 0.0 if lies else z
+        quat[row, 0], quat[row, 2] = HALF_TURN if lies else 1.0, HALF_TURN if lies else 0.0
+        quat[row, 1] = quat[row, 3] = 0.0
+        # A cylinder's corner has no y.
+        corner = math.sqrt(x * x + (0.0 if lies else y * y) + z * z)
+        rbound[row] = max(x, y, z) if shape[row] == ELLIPSOID else corner
+        aabb[row, 0] = aabb[row, 1] = aabb[row, 2] = 0.0
+        aabb[row, 3], aabb[row, 4], aabb[row, 5] = x, y, z
+
+
+@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1])")
+def fill_squares(shape: Ints, full: Floats, squares: Floats) -> None:
+    """Fill the squares of the semi-axes in the geom's frame (3, N) [m2]."""
+    for row in range(squares.shape[1]):
+        x, y, z = _semi_axes(shape[row], full[row])
+        squares[0, row], squares[1, row], squares[2, row] = x * x, y * y, z * z
+
+
+@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1], f8[:, ::1], f8[:, ::1])")
+def fill_added_mass(shape: Ints, full: Floats, squares: Floats, integrals: Floats, fluid: Floats) -> None:
+    """Fill virtual mass and virtual inertia per unit density (N, 12), in the last six columns.
+
+    Lamb's factors k / (2 - k), with k = xyz int_0^inf ds / ((x^2 + s) sqrt((x^2 + s)(y^2 + s)(z^2 + s))) and so on, are
+    Carlson's integrals R_D (3, N) times 2 xyz / 3.
+    """
+    for row in range(len(fluid)):
+        x, y, z = _semi_axes(shape[row], full[row])
+        product = x * y * z
+        volume = (4.0 / 3.0 * math.pi) * product
+        for axis in range(3):
+            second, third = (axis + 1) % 3, (axis + 2) % 3
+            k = (2.0 / 3.0) * product * integrals[axis, row]
+            kb, kc = (2.0 / 3.0) * product * integrals[second, row], (2.0 / 3.0) * product * integrals[third, row]
+            # The three factors add up to 2: the sum of the others is 2 - k without cancellation for thin plates.
+            fluid[row, 6 + axis] = volume * k / (kb + kc)
+            # Lamb: (b^2 - c^2)^2 (k_c - k_b) / (2 (b^2 - c^2) + (b^2 + c^2) (k_b - k_c)); a body that is round about
+            # an axis moves no air about that axis.
+            b, c = squares[second, row], squares[third, row]
+            gap, share = b - c, 0.0
+            if gap != 0.0:
+                share = gap * gap * (kc - kb) / (2.0 * gap + (b + c) * (kb - kc))
+            fluid[row, 9 + axis] = volume / 5.0 * share
+
+
+@compile_for(
+    "void(i8[:], i8, i8, f8[:], f8[:, :], i4[:], f8[:, :], f8[:, :], f8[:], f8[:, :], f8[:, :], f8[:, ::1],"
+    "f8[:, :, ::1], i4[:, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1])"
+)
+def write_bodies(
+    rows: Ints,
+    body: int,
+    geom: int,
+    mass: Floats,
+    inertia: Floats,
+    kind: NDArray[np.int32],
+    size: Floats,
+    quat: Floats,
+    rbound: Floats,
+    aabb: Floats,
+    fluid: Floats,
+    body_mass: Floats,
+    body_inertia: Floats,
+    geom_type: NDArray[np.int32],
+    geom_size: Floats,
+    geom_quat: Floats,
+    geom_rbound: Floats,
+    geom_aabb: Floats,
+    geom_fluid: Floats,
+) -> None:
+    """Write bodies of N objects into the fields of some simulations, as `alone.write_object`.
+
+    Args:
+        rows: the simulations of the objects (N,).
+        body: id of the body.
+        geom: id of its geom.
+        mass: masses (N,), and so on: values of the fields below, one row for each object.
+        inertia: see `mass`.
+        kind: types of the geoms.
+        size: see `mass`.
+        quat: see `mass`.
+        rbound: see `mass`.
+        aabb: see `mass`.
+        fluid: see `mass`.
+        body_mass: field of the model, of all simulations (S, bodies), and so on.
+        body_inertia: see `body_mass`.
+        geom_type: see `body_mass`.
+        geom_size: see `body_mass`.
+        geom_quat: see `body_mass`.
+        geom_rbound: see `body_mass`.
+        geom_aabb: see `body_mass`.
+        geom_fluid: see `body_mass`.
+    """
+    for n in range(len(rows)):
+        row = rows[n]
+        body_mass[row, body], geom_type[row, geom], geom_rbound[row, geom] = mass[n], kind[n], rbound[n]
+        body_inertia[row, body], geom_size[row, geom], geom_quat[row, geom] = inertia[n], size[n], quat[n]
+        geom_aabb[row, geom], geom_fluid[row, geom] = aabb[n], fluid[n]
