@@ -91,7 +91,7 @@ class FeatureTable:
     def markdown(self) -> str:
         """The table in an environment's manual, one row per entry."""
         head = "| Num | Observation | Unit | Meaning | Centre | Scale | Min | Max |"
-        rows = [head, "|---" * 4 + "|---:" * 4 + "|"]
+        rows = [head, "|---:" + "|---" * 3 + "|---:" * 4 + "|"]
         for i, f in enumerate(self._features):
             numbers = f"{f.centre:g} | {f.scale:g} | {-CLIP:g} | {CLIP:g}"
             rows.append(f"| {i} | {f.name} | {f.unit} | {f.meaning} | {numbers} |")
