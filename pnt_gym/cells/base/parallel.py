@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from contextvars import copy_context
 from functools import cache, partial
-from itertools import accumulate, pairwise
+from itertools import chain, pairwise
 from queue import SimpleQueue
 from threading import Thread
 from typing import Final, TypeAlias, TypeVar
@@ -46,18 +46,19 @@ def work_in_parts(
         threads: number of threads at most.
         calls: functions that work on something else at the same time, each as long as `LINES_OF_CALL` lines take.
     """
-    parts = [partial(work, part) for part in _split_lines(lines, threads, len(calls))]
-    # This thread begins at once, and machine code leaves Python to the calls in the other threads.
-    call_in_threads([*parts[:1], *calls, *parts[1:]], threads)
+    own, *others = [[partial(work, part)] if len(part) > 0 else [] for part in _split_lines(lines, threads, len(calls))]
+    # This thread makes the calls, whose Python would keep this thread from the ends of its own parts.
+    call_in_threads([*calls[:1], *chain(*others), *calls[1:], *own], threads)
 
 
 def _split_lines(lines: Ints, threads: int, calls: int) -> list[Ints]:
-    """A part of some lines for each thread; threads that also have calls, the last ones first, have fewer lines."""
+    """A part of some lines for each thread; the first thread, which has some calls, has fewer lines."""
     size = len(lines) + calls * LINES_OF_CALL
-    count = max(min(threads, size // LEAST_LINES), 1)
-    room = [max(size / count - LINES_OF_CALL * ((calls + k) // count), 0.0) for k in range(count)]
-    ends = [round(end * len(lines) / max(sum(room), 1.0)) for end in accumulate(room)]
-    return [lines[begin:end] for begin, end in pairwise([0, *ends]) if end > begin]
+    others = max(min(threads, size // LEAST_LINES), 1) - 1
+    own = round(size / (others + 1)) - calls * LINES_OF_CALL if others > 0 else len(lines)
+    own = min(max(own, 0), len(lines))
+    ends = [own + (len(lines) - own) * k // max(others, 1) for k in range(others + 1)]
+    return [lines[begin:end] for begin, end in pairwise([0, *ends])]
 
 
 def call_in_threads(calls: Sequence[Callable[[], ResultT]], threads: int | None = None) -> list[ResultT]:
