@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple, final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.plant import check_warnings, simulation_ids
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.base import settle_kernel
+else:
+    settle_kernel = Deferred("pnt_gym.cells.base.settle_kernel")
 
 DECISION_INTERVAL: Final = 0.008
 """Time that the engine simulates between two checks [s]: longer than the spring of a contact is bent."""
@@ -91,13 +97,12 @@ def settle(
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
-    from pnt_gym.cells.base.settle_kernel import FALLING, OVER, STAYS, follow  # noqa: PLC0415 - compiles
-
     (flying, vicinity), chunk = objects, max(round(DECISION_INTERVAL / step), 1)
-    state, steps, verdict, simulated = state.copy(), steps.copy(), np.full(len(rows), FALLING), np.zeros_like(rows)
+    state, steps, simulated = state.copy(), steps.copy(), np.zeros_like(rows)
+    verdict = np.full(len(rows), settle_kernel.FALLING)
     energy, qpos, qvel = np.full(len(rows), -np.inf), batch.bind("qpos"), batch.bind("qvel")
-    follow(state, *flying, *vicinity, step, energy, steps, verdict)
-    falling = (verdict == FALLING).nonzero()[0]
+    settle_kernel.follow(state, *flying, *vicinity, step, energy, steps, verdict)
+    falling = (verdict == settle_kernel.FALLING).nonzero()[0]
     if falling.size > 0:
         write(falling, state[falling])
         batch.warning[:] = 0
@@ -110,12 +115,13 @@ def settle(
             # The state at the beginning of the throw's last step is recorded at the end of the step before.
             over = falling[late]
             moment = late, steps[over] - 2
-            state[over, :7], state[over, 7:], verdict[over] = record["qpos"][moment], record["qvel"][moment], OVER
+            state[over, :7], state[over, 7:] = record["qpos"][moment], record["qvel"][moment]
+            verdict[over] = settle_kernel.OVER
         steps[falling] -= chunk
         simulated[falling] += chunk
-        follow(state, *flying, *vicinity, step, energy, steps, verdict)
-        falling = (verdict == FALLING).nonzero()[0]
+        settle_kernel.follow(state, *flying, *vicinity, step, energy, steps, verdict)
+        falling = (verdict == settle_kernel.FALLING).nonzero()[0]
         simulations = rows[falling]
         qpos[simulations], qvel[simulations] = state[falling, :7], state[falling, 7:]
     check_warnings(batch)
-    return FallEnd(state, verdict == STAYS, steps, simulated)
+    return FallEnd(state, verdict == settle_kernel.STAYS, steps, simulated)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,12 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.config import CHANNELS, PIXEL, PIXELS
 from pnt_gym.cells.grasp.surfaces import Keys, SurfaceTable, draw_surfaces, kernel_columns
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.grasp import image_kernel
+else:
+    image_kernel = Deferred("pnt_gym.cells.grasp.image_kernel")
 
 Bytes = NDArray[np.uint8]
 
@@ -41,10 +47,10 @@ def clean_images(table: SurfaceTable, objects: Objects, middles: Floats) -> Byte
 
 def height_maps(table: SurfaceTable, objects: Objects, middles: Floats) -> Floats:
     """Heights above the belt in pictures as of `draw_images`, without noise and not rounded (N, 48, 48) [m]."""
-    from pnt_gym.cells.grasp.image_kernel import height_rows  # noqa: PLC0415 - numba takes a while
-
     heights = np.empty((len(middles), PIXELS, PIXELS))
-    height_rows(*_scenes(table, objects), np.ascontiguousarray(middles), np.empty((PIXELS, PIXELS, 4)), heights)
+    image_kernel.height_rows(
+        *_scenes(table, objects), np.ascontiguousarray(middles), np.empty((PIXELS, PIXELS, 4)), heights
+    )
     return heights
 
 
@@ -61,10 +67,8 @@ def _scenes(table: SurfaceTable, objects: Objects) -> tuple[Ints, Floats, Floats
 
 def _paint(table: SurfaceTable, objects: Objects, middles: Floats, keys: Any, is_noisy: bool) -> Bytes:
     """Pictures with or without noise."""
-    from pnt_gym.cells.grasp.image_kernel import paint_rows  # noqa: PLC0415 - as above
-
     images = np.empty((len(middles), CHANNELS, PIXELS, PIXELS), dtype=np.uint8)
-    paint_rows(
+    image_kernel.paint_rows(
         *_scenes(table, objects), np.ascontiguousarray(middles), np.empty((PIXELS, PIXELS)),
         np.empty((PIXELS, PIXELS, 4)), np.ascontiguousarray(keys), is_noisy, images,
     )  # fmt: skip

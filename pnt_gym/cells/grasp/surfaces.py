@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple, final
+from typing import TYPE_CHECKING, Final, NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,15 @@ from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES, Look, Zone
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.constants import GRAVITY
+from pnt_gym.deferred import Deferred
 from pnt_gym.records import Record
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.grasp import random_kernel, seal_kernel, surface_kernel
+else:
+    random_kernel = Deferred("pnt_gym.cells.grasp.random_kernel")
+    seal_kernel = Deferred("pnt_gym.cells.grasp.seal_kernel")
+    surface_kernel = Deferred("pnt_gym.cells.grasp.surface_kernel")
 
 Keys = NDArray[np.uint64]
 SURFACE, IMAGE, TRY = 1, 2, 3
@@ -60,9 +68,9 @@ class Surfaces(Record):
     com: Floats
     """Centre of mass from the middle of the outline, along the world's axes, S + (2,) [m]."""
     body: Floats
-    """Relief and look, S + (BODY_COLUMNS,)."""
+    """Relief and look, S + (surface_kernel.BODY_COLUMNS,)."""
     zones: Floats
-    """Zones, S + (MOST_ZONES, ZONE_COLUMNS)."""
+    """Zones, S + (MOST_ZONES, surface_kernel.ZONE_COLUMNS)."""
 
 
 def surface_table(items: Sequence[Item]) -> SurfaceTable:
@@ -86,31 +94,25 @@ def _zone_row(zone: Zone) -> tuple[float, ...]:
 
 def object_keys(objects: Objects, purpose: int) -> Keys:
     """Keys S of objects for a purpose: hashes of the objects' draws."""
-    from pnt_gym.cells.grasp.random_kernel import hash_rows  # noqa: PLC0415 - numba takes a while
-
     place = objects.draws.place
     bits = np.ascontiguousarray(place).reshape(-1, place.shape[-1]).view(np.uint64)
     keys = np.empty(len(bits), dtype=np.uint64)
-    hash_rows(bits, np.uint64(purpose), keys)
+    random_kernel.hash_rows(bits, np.uint64(purpose), keys)
     return keys.reshape(place.shape[:-1])
 
 
 def later_keys(keys: Keys, number: Ints | int) -> Keys:
     """Keys of the draws that belong to numbers, as those of tries; keys and numbers are broadcast."""
-    from pnt_gym.cells.grasp.random_kernel import hash_rows  # noqa: PLC0415 - numba takes a while
-
     pairs = np.stack(np.broadcast_arrays(keys, np.asarray(number, dtype=np.uint64)), axis=-1)
     later = np.empty(pairs.size // 2, dtype=np.uint64)
-    hash_rows(pairs.reshape(-1, 2), np.uint64(0), later)
+    random_kernel.hash_rows(pairs.reshape(-1, 2), np.uint64(0), later)
     return later.reshape(pairs.shape[:-1])
 
 
 def normal_draw(keys: Keys) -> Floats:
     """A standard normal draw of each key."""
-    from pnt_gym.cells.grasp.random_kernel import draw_normals  # noqa: PLC0415 - numba takes a while
-
     normals = np.empty(keys.size)
-    draw_normals(np.ascontiguousarray(keys).reshape(-1), normals)
+    random_kernel.draw_normals(np.ascontiguousarray(keys).reshape(-1), normals)
     return normals.reshape(keys.shape)
 
 
@@ -125,17 +127,17 @@ def outline_errors(objects: Objects, config: GraspConfig) -> Floats:
 
 def draw_surfaces(table: SurfaceTable, objects: Objects) -> Surfaces:
     """The surfaces of objects of any leading shape."""
-    from pnt_gym.cells.grasp.surface_kernel import BODY_COLUMNS, ZONE_COLUMNS, draw_rows  # noqa: PLC0415 - as above
-
     shape, count = objects.kind.shape, objects.kind.size
-    body, com = np.empty((count, BODY_COLUMNS)), np.empty((count, 2))
-    zones = np.empty((count, MOST_ZONES, ZONE_COLUMNS))
+    body, com = np.empty((count, surface_kernel.BODY_COLUMNS)), np.empty((count, 2))
+    zones = np.empty((count, MOST_ZONES, surface_kernel.ZONE_COLUMNS))
     kind, size, yaw = (
         np.ascontiguousarray(objects.kind).reshape(-1),
         np.ascontiguousarray(objects.size).reshape(-1, 3),
         np.ascontiguousarray(objects.yaw).reshape(-1),
     )
-    draw_rows(kind, size, yaw, object_keys(objects, SURFACE).reshape(-1), table.items, table.zones, body, zones, com)
+    surface_kernel.draw_rows(
+        kind, size, yaw, object_keys(objects, SURFACE).reshape(-1), table.items, table.zones, body, zones, com
+    )
     surfaces = Surfaces(
         body[:, 0].astype(np.int64).reshape(shape), com.reshape(*shape, 2), body.reshape(*shape, -1),
         zones.reshape(*shape, *zones.shape[1:]),
@@ -158,16 +160,14 @@ def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
         objects: N objects; `seal` is the force on the item's own surface.
         places: axes of the cups from the middles of the outlines, along the world's axes (N, P, 2) [m].
     """
-    from pnt_gym.cells.grasp.seal_kernel import POINTS, find_forces, find_leaks  # noqa: PLC0415 - as above
-
-    angle = 2.0 * np.pi / POINTS * np.arange(POINTS)
+    angle = 2.0 * np.pi / seal_kernel.POINTS * np.arange(seal_kernel.POINTS)
     leak, radius = np.empty(places.shape[:2]), np.ascontiguousarray(objects.cup_radius)
-    find_leaks(
+    seal_kernel.find_leaks(
         *kernel_columns(surfaces, objects), radius, np.ascontiguousarray(places),
-        np.cos(angle), np.sin(angle), np.empty(POINTS), leak,
+        np.cos(angle), np.sin(angle), np.empty(seal_kernel.POINTS), leak,
     )  # fmt: skip
     force = np.empty_like(leak)
-    find_forces(np.ascontiguousarray(objects.seal), radius, leak, force)
+    seal_kernel.find_forces(np.ascontiguousarray(objects.seal), radius, leak, force)
     return Seals(force, leak)
 
 
@@ -192,8 +192,6 @@ def seal_holds(force: Floats, objects: Objects, draw: Floats, surface: Surface) 
 
 def surface_at(surfaces: Surfaces, objects: Objects, places: Floats) -> tuple[Floats, Floats]:
     """Height above the belt [m], -1 beside the object, and leak (N, P) at places as in `seal_at`."""
-    from pnt_gym.cells.grasp.surface_kernel import find_points  # noqa: PLC0415 - as above
-
     height, leak = np.empty(places.shape[:2]), np.empty(places.shape[:2])
-    find_points(*kernel_columns(surfaces, objects), np.ascontiguousarray(places), height, leak)
+    surface_kernel.find_points(*kernel_columns(surfaces, objects), np.ascontiguousarray(places), height, leak)
     return height, leak

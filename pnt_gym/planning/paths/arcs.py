@@ -6,12 +6,20 @@ each arc gets a speed law of a few phases, as pieces of constant jerk, which tak
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from pnt_gym.arrays import Floats
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import Limits
 from pnt_gym.planning.motion.trajectory import Segments
+
+if TYPE_CHECKING:
+    from pnt_gym.planning.paths import arc_kernel
+else:
+    arc_kernel = Deferred("pnt_gym.planning.paths.arc_kernel")
 
 PIECES = 78
 """Pieces of constant jerk in an arc, as in `arc_kernel`."""
@@ -32,8 +40,6 @@ def arc_segments(way: Floats, top: Floats, limits: Limits) -> Segments:
     Raises:
         PlanningError: an arc has no width, or its top is not above both ends.
     """
-    from pnt_gym.planning.paths.arc_kernel import arc_motions  # noqa: PLC0415 - numba takes a while
-
     run = np.sqrt(way[:, 0] ** 2 + way[:, 1] ** 2)
     room = np.minimum(top, top - way[:, 2])
     if not ((run > 0.0) & (room > 0.0)).all():
@@ -44,7 +50,7 @@ def arc_segments(way: Floats, top: Floats, limits: Limits) -> Segments:
     half_chord = np.sqrt(top * (top - way[:, 2]))
     arcs = np.array([run / 2.0, way[:, 2] / 2.0, half_chord, *limits.arrays(len(way))])
     steps, accelerations = np.empty((len(way), PIECES)), np.empty((len(way), 2, PIECES + 1))
-    arc_motions(arcs, steps, accelerations)
+    arc_kernel.arc_motions(arcs, steps, accelerations)
     jerks = np.diff(accelerations, axis=2) / np.where(steps > 0.0, steps, 1.0)[:, None]
     heading = way[:, None, :2] / run[:, None, None]
     return Segments(steps, np.concatenate([jerks[:, 0, :, None] * heading, jerks[:, 1, :, None]], axis=2))
