@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,9 +34,15 @@ from pnt_gym.cells.line.throws import (
     redraw_picks,
 )
 from pnt_gym.cells.line.turns import Turns
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import ConfigError, OrderError
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION, T3KR_JERK, T3KR_VELOCITY
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line import act_kernel
+else:
+    act_kernel = Deferred("pnt_gym.cells.line.act_kernel")
 
 USUAL_CYCLE: Final = 0.9
 """Typical time of a decision: 0.75 s with good planners, 1.4 s with random choices on the shipped levels [s]."""
@@ -238,15 +244,13 @@ class LineCell:
 
     def _carry_out(self, choice: Ints) -> Decisions:
         """Carry out N decisions."""
-        from pnt_gym.cells.line.act_kernel import end_cycles  # noqa: PLC0415 - numba takes a while
-
         before, stream, rows = self.state, self.live_stream, np.arange(self.count)
         chosen = before.choices.at((rows, choice))
         attempt = Attempt(self.chooser, before.robot, stream, choice, chosen)
         results, state = self.throws.execute(before, stream, attempt), before.copy()
         entries, since, accounts = before.books.read(), np.empty(self.count), np.empty((4, self.count), dtype=np.int64)
         end, value = cycles = np.empty((2, self.count))
-        end_cycles(
+        act_kernel.end_cycles(
             self._numbers, _FATES, state.robot, choice, state.choices.real, state.choices.index, state.choices.numbers,
             results.picked, results.sorted, results.ended_in, state.clock, stream.worth, state.free, state.expected,
             state.busy, state.hand, *entries, since, accounts, cycles,

@@ -27,7 +27,14 @@ from pnt_gym.cells.line.options import (
 from pnt_gym.cells.line.state import CHOICES, COLUMNS, Choices, LineState
 from pnt_gym.cells.line.straight import StraightPlanner
 from pnt_gym.cells.line.stream import Stream
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line import choice_kernel, turn_kernel
+else:
+    choice_kernel = Deferred("pnt_gym.cells.line.choice_kernel")
+    turn_kernel = Deferred("pnt_gym.cells.line.turn_kernel")
 
 if TYPE_CHECKING:
     from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
@@ -102,12 +109,10 @@ class Chooser:
 
     def write_choices(self, choices: Choices, state: LineState, stream: Stream, sight: Sight) -> Bools:
         """Write the choices of the deciding robots in the lines of a sight; returns which lines have one (K,)."""
-        from pnt_gym.cells.line.choice_kernel import choose_options  # noqa: PLC0415 - numba takes a while
-
         robot, has_choice = state.robot[sight.line], np.empty(len(sight.line), dtype=np.bool_)
         hand, robots = state.hand[sight.line, robot], (self.can_take, self.bases)
         options = self._options(stream.objects, sight, robot, hand, robots)
-        choose_options(
+        choice_kernel.choose_options(
             self._order, *robots, sight.line, robot, sight.object_index, sight.x, sight.kind,
             np.stack([options.row, options.place, options.bin]), options.numbers, stream.worth,
             has_choice, (choices.real, choices.index, choices.bin, choices.numbers),
@@ -152,16 +157,14 @@ class Chooser:
             lines: indices of the lines (K,).
             ends: ranges of the objects in sight (K, 2), where they are known.
         """
-        from pnt_gym.cells.line.turn_kernel import find_ends, show_objects  # noqa: PLC0415 - numba takes a while
-
         if ends is None:
             ends = np.empty((len(lines), 2), dtype=np.int64)
-            find_ends(self.numbers, lines, state.clock, stream.x, ends)
+            turn_kernel.find_ends(self.numbers, lines, state.clock, stream.x, ends)
         width = max(int((ends[:, 1] - ends[:, 0]).max(initial=1)), 1)
         index, kind = np.empty((2, len(lines), width), dtype=np.int64)
         x, kinds = np.empty((len(lines), width)), stream.objects.measured.kind
         since = state.books.read().since
-        show_objects(self.numbers, lines, state.clock, stream.x, since, kinds, ends, index, x, kind)
+        turn_kernel.show_objects(self.numbers, lines, state.clock, stream.x, since, kinds, ends, index, x, kind)
         return Sight(lines, index, x, kind)
 
     def options(self, objects: Objects, sight: Sight, robot: Ints, hand: Floats) -> Options:
@@ -175,12 +178,10 @@ class Chooser:
         self, objects: Objects, sight: Sight, robot: Ints, hand: Floats, robots: tuple[Bools, Floats]
     ) -> Options:
         """Options as `options`, of robots of which each takes items (R, items) and stands at a place (R,) [m]."""
-        from pnt_gym.cells.line.turn_kernel import list_candidates  # noqa: PLC0415 - numba takes a while
-
         most = sight.x.size * self._sites.most
         index, x = np.empty((4, most), dtype=np.int64), np.empty(most)
         tables = *robots, self._sites.ranges, self._sites.accepts
-        count = list_candidates(self.numbers, sight.x, sight.kind, robot, *tables, index, x)
+        count = turn_kernel.list_candidates(self.numbers, sight.x, sight.kind, robot, *tables, index, x)
         return self._option_planner.plan(ThrowCandidates(index[:, :count], x[:count]), sight, hand, objects)
 
     def chance(self, sight: Sight, options: Options) -> Floats:

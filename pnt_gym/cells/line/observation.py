@@ -7,7 +7,7 @@ times the planner's, chances those of the table of throws.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,12 @@ from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import MOST_ROBOTS
 from pnt_gym.cells.line.state import CHOICES, Choices, LineState
 from pnt_gym.cells.line.stream import Stream
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line import observation_kernel
+else:
+    observation_kernel = Deferred("pnt_gym.cells.line.observation_kernel")
 
 MIN_RATE: Final = 1e-6
 """Value per second below which choices count as equal."""
@@ -158,9 +164,7 @@ class Observer:
         self, observations: NDArray[np.float32], state: LineState, stream: Stream, robot: Ints, lines: Ints
     ) -> None:
         """Write the rows of `observe` for some lines (K,)."""
-        from pnt_gym.cells.line.observation_kernel import write_observations  # noqa: PLC0415 - numba takes a while
-
-        write_observations(
+        observation_kernel.write_observations(
             *self._numbers, lines, state.clock, robot, state.robot == robot, state.hand, state.expected,
             state.choices.real, state.choices.numbers, stream.x, state.books.read().since,
             stream.objects.measured.kind, LINE_TABLE.scaling, CHOICE_TABLE.scaling, observations,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,12 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.state import LineState
 from pnt_gym.cells.line.stream import Stream
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line import outcome_kernel
+else:
+    outcome_kernel = Deferred("pnt_gym.cells.line.outcome_kernel")
 
 
 def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: Ints) -> dict[str, NDArray[Any]]:
@@ -19,12 +25,10 @@ def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: In
     An object counts as arrived when it was lifted, or has passed the last window before the end of the shift. Objects
     that are still on their way or in a hand count neither as success nor as failure.
     """
-    from pnt_gym.cells.line.outcome_kernel import count_fates  # noqa: PLC0415 - numba takes a while
-
     books, end, worth = state.books.read(), np.minimum(state.clock[rows], config.duration), stream.worth
     fates = np.zeros((5, len(rows), len(config.cell.items)), dtype=np.int64)
     picks, worths = np.zeros((len(rows), len(config.robots)), dtype=np.int64), np.zeros((3, len(rows), worth.shape[1]))
-    count_fates(
+    outcome_kernel.count_fates(
         rows, config.cell.belt.speed * end, config.reach[1], stream.x, worth, stream.objects.kind, books.fate,
         books.taker, books.attempts, fates, picks, worths,
     )  # fmt: skip

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -16,9 +16,16 @@ from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.options import OptionPlanner, Options, Sight, Sites, ThrowCandidates
+from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED, Fading, arrival_time
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line import meeting_kernel, throwing_kernel
+else:
+    meeting_kernel = Deferred("pnt_gym.cells.line.meeting_kernel")
+    throwing_kernel = Deferred("pnt_gym.cells.line.throwing_kernel")
 
 
 @final
@@ -45,20 +52,17 @@ class StraightPlanner(OptionPlanner):
 
     def plan(self, candidates: ThrowCandidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
         """Options of all kinds of robots."""
-        from pnt_gym.cells.line import throwing_kernel as kernel  # noqa: PLC0415 - numba takes a while
-        from pnt_gym.cells.line.meeting_kernel import meet_candidates  # noqa: PLC0415
-
-        met, times, picks, acceleration, waits = meet_candidates(
+        met, times, picks, acceleration, waits = meeting_kernel.meet_candidates(
             *self._columns[:2], *candidates, sight.line, sight.object_index, hand,
             objects.size, objects.known_depth, objects.draws.lane_y,
         )  # fmt: skip
         if self._is_careful:
             acceleration, kept = self._hold(candidates, sight, objects, met, picks)
             met, times, picks, waits = met[kept], times[kept], picks[kept], waits[kept]
-        chosen, numbers, short, columns = kernel.plan_throws(
+        chosen, numbers, short, columns = throwing_kernel.plan_throws(
             *self._columns, candidates.indices, met, times, picks, acceleration, waits
         )
-        kernel.finish_short_throws(self._columns[0], short, columns, np.cbrt(columns[:2]), numbers)
+        throwing_kernel.finish_short_throws(self._columns[0], short, columns, np.cbrt(columns[:2]), numbers)
         row, place, site, _ = candidates.indices[:, chosen]
         return Options(bin=self._sites.bin[site], numbers=numbers, row=row, place=place)
 
@@ -92,8 +96,6 @@ def _cell_numbers(planner: PickPlanner, horizon: float) -> Floats:
 
 def _setting_columns(config: ConveyorConfig) -> Floats:
     """Numbers of the speed settings of one kind of robots as `meeting_kernel` names them (S, 12)."""
-    from pnt_gym.cells.line.meeting_kernel import write_descents  # noqa: PLC0415 - numba takes a while
-
     belt, motion = config.belt, config.motion
     percent = np.array(config.limits.percent, dtype=np.float64)
     limits, none = LimitRows.t3kr(percent), np.zeros(len(percent))
@@ -108,5 +110,5 @@ def _setting_columns(config: ConveyorConfig) -> Floats:
     window = low - behind, high - behind
     columns = [percent, *limits, way.acceleration, way.jerk, none, least_time, early, behind, *window]
     settings = np.ascontiguousarray(np.column_stack(columns))
-    write_descents(motion.clearance, settings)
+    meeting_kernel.write_descents(motion.clearance, settings)
     return settings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
@@ -12,7 +12,13 @@ from pnt_gym.cells.base.cell import Generators, Purpose, move_aside
 from pnt_gym.cells.conveyor.objects.records import Objects, half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line import lie
+else:
+    lie = Deferred("pnt_gym.cells.line.lie")
 
 STRETCH: Final = 1000.0 + (np.sqrt(5.0) - 1.0) / 2.0
 """A uniform draw times this number, modulo 1, is practically independent of the draw."""
@@ -72,9 +78,7 @@ class StreamSampler:
     """
 
     def __init__(self, config: LineConfig, planner: PickPlanner) -> None:
-        from pnt_gym.cells.line.lie import Jam, separate  # noqa: PLC0415 - numba takes a while
-
-        self._config, self._planner, self._separate, self._jam = config, planner, separate, Jam
+        self._config, self._planner = config, planner
         self.length = int(config.objects)
         self._coming: dict[int, ComingStream] = {}
         """Streams that were drawn ahead, by their lines."""
@@ -161,8 +165,8 @@ class StreamSampler:
         along, across = half_extent(objects, _ALONG_AND_ACROSS)
         belts = zip(arrival_x, objects.draws.lane_y, along, across, strict=True)
         try:
-            return np.stack([self._separate(*belt, arrivals.gap) for belt in belts])
-        except self._jam as jam:
+            return np.stack([lie.separate(*belt, arrivals.gap) for belt in belts])
+        except lie.Jam as jam:
             raise ConfigError(
                 f"level {self._config.name!r}: arrivals.rate is {arrivals.rate:g} objects a second; with arrivals.gap "
                 f"{arrivals.gap:g} m the belt has room for about {jam.room * speed:.3g} a second"

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import Any, Self, TypeAlias, cast, final
+from typing import TYPE_CHECKING, Any, Self, TypeAlias, cast, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,12 @@ from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import distinct_cells
 from pnt_gym.cells.line.state import Choices, LineState
 from pnt_gym.cells.line.stream import STRETCH, Stream, redraw
+from pnt_gym.deferred import Deferred
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line import act_kernel
+else:
+    act_kernel = Deferred("pnt_gym.cells.line.act_kernel")
 
 Release: TypeAlias = Callable[[NDArray[np.float32], Ints], NDArray[np.floating]]
 """Corrects throws: maps observations (N, D) of `PnTRelease-v0` and classified items (N,) to actions (N, A)."""
@@ -176,11 +182,9 @@ class TableThrows(ThrowExecutor):
 
     def execute(self, state: LineState, stream: Stream, attempt: Attempt) -> ThrowResults:
         """Results by the objects' own draws: the same object with the same chance gives the same result."""
-        from pnt_gym.cells.line.act_kernel import throw_by_table  # noqa: PLC0415 - numba takes a while
-
         choices, objects, chances = state.choices, stream.objects, self._chances
         results, ended_in = np.empty((3, len(attempt.choice)), dtype=np.bool_), np.empty_like(attempt.choice)
-        throw_by_table(
+        act_kernel.throw_by_table(
             state.robot, attempt.choice, choices.real, choices.index, choices.bin, choices.numbers,
             objects.kind, objects.pick_draw, stream.luck, state.books.read().attempts, STRETCH,
             self._accepts, chances.percent, chances.edges, chances.picked, chances.landed, results, ended_in,

@@ -11,7 +11,14 @@ from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.state import LineState
 from pnt_gym.cells.line.stream import Stream
+from pnt_gym.deferred import Deferred
 from pnt_gym.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pnt_gym.cells.line import decision_kernel, turn_kernel
+else:
+    decision_kernel = Deferred("pnt_gym.cells.line.decision_kernel")
+    turn_kernel = Deferred("pnt_gym.cells.line.turn_kernel")
 
 if TYPE_CHECKING:
     from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
@@ -60,11 +67,6 @@ class Turns:
         self, line: LineArrays, order: OrderArrays, stream: Stream, state: LineState, lines: Ints
     ) -> None:
         """Advance some lines, in place, as `advance`; Python only computes the cube roots of short throws."""
-        from pnt_gym.cells.line.decision_kernel import (  # noqa: PLC0415 - numba takes a while
-            choose_after_roots,
-            next_decisions,
-        )
-
         objects, choices, since = stream.objects, state.choices, state.books.read().since
         arrays = (
             (state.clock, state.robot, state.free, state.expected, state.hand),
@@ -72,7 +74,7 @@ class Turns:
         )
         seen = objects.measured.kind, objects.size, objects.known_depth, objects.draws.lane_y
         while lines.size > 0:
-            has_ended, options = next_decisions(
+            has_ended, options = decision_kernel.next_decisions(
                 line, order, *arrays, stream.x, since, stream.worth, *seen, lines, MOST_LOOKS
             )
             if not has_ended:
@@ -80,15 +82,13 @@ class Turns:
             lines = options[0]
             if lines.size > 0:
                 roots = np.cbrt(options[-1][:2])
-                lines = choose_after_roots(line, order, *arrays, stream.worth, options, roots)
+                lines = decision_kernel.choose_after_roots(line, order, *arrays, stream.worth, options, roots)
 
     def _find_turns(self, stream: Stream, state: LineState, lines: Ints) -> tuple[Ints, Ints]:
         """Advance lines to the next robot with something near it: the lines, and their ranges of objects in sight."""
-        from pnt_gym.cells.line.turn_kernel import next_turns  # noqa: PLC0415 - numba takes a while
-
         chooser, has_candidates = self._chooser, np.empty(len(lines), dtype=np.bool_)
         ends, since = np.empty((len(lines), 2), dtype=np.int64), state.books.read().since
-        if not next_turns(
+        if not turn_kernel.next_turns(
             chooser.numbers, lines, state.clock, state.robot, state.free, stream.x, since,
             stream.objects.measured.kind, chooser.can_take, chooser.bases, *self._standstills, has_candidates, ends,
         ):  # fmt: skip

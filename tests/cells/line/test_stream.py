@@ -66,7 +66,7 @@ def test_no_two_objects_overlap_on_any_belt(level):
 
 def test_objects_that_do_not_give_way_do_overlap(monkeypatch):
     """So that the test above can fail."""
-    monkeypatch.setattr("pnt_gym.cells.line.lie.separate", lambda x, *_: x)
+    monkeypatch.setattr("pnt_gym.cells.line.stream.lie.separate", lambda x, *_: x)
     polygons, _ = lying({"base": "single", "arrivals": {"rate": 5.0}}, 2)
     assert overlap(polygons[0, :-1], polygons[0, 1:]).any()
 
