@@ -7,13 +7,8 @@ import numpy as np
 from pnt_gym.arrays import Floats, join_columns
 
 
-def to_body_axes(vector: Floats, yaw: Floats) -> Floats:
-    """World vectors (..., 3) in the axes of bodies turned by yaw (...,) about z."""
-    return turn_back(vector, np.cos(yaw), np.sin(yaw))
-
-
 def turn_back(vector: Floats, cos: Floats, sin: Floats) -> Floats:
-    """World vectors as `to_body_axes`, for cosines and sines of the yaws."""
+    """World vectors (..., 3) in the axes of bodies turned about z, by cosines and sines (...,) of their yaws."""
     x, y = vector[..., 0], vector[..., 1]
     return join_columns(cos * x + sin * y, cos * y - sin * x, vector[..., 2])
 
