@@ -129,7 +129,7 @@ def test_steps_stand_beside_each_other_with_everything_else_at_the_end() -> None
     ]
     grid = shares_table({"steps": steps})
     assert grid.header == ["part of a step", "`A`, waste, single", "`B`, single, 64 cells"]
-    assert grid.rows == [["engine", "50.0 %", ""], ["choice", "", "25.0 %"], ["everything else", "50.0 %", "75.0 %"]]
+    assert grid.rows == [["engine", "50.0 %", "-"], ["choice", "-", "25.0 %"], ["everything else", "50.0 %", "75.0 %"]]
 
 
 def test_goals_say_by_how_much_a_speed_falls_short() -> None:
@@ -140,10 +140,10 @@ def test_goals_say_by_how_much_a_speed_falls_short() -> None:
     envs = {"PnTConveyor-v0": {"vector": [*conveyor, flights]}, "PnTLine-v0": {"vector": line}}
     assert [row[1:] for row in goals_table({"envs": envs}).rows] == [
         ["0.60", "0.50", "17 %"],
-        ["0.92", "0.92", ""],
+        ["0.92", "0.92", "-"],
         ["0.88", "0.66", "25 %"],
         ["60,000", "50,000", "17 %"],
-        ["1.70", "2.00", ""],
+        ["1.70", "2.00", "-"],
     ]
 
 
