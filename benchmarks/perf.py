@@ -22,7 +22,7 @@ import pnt_gym
 from agents.ground.cli import UsageError, at_least, option, run
 from agents.ground.outputs import check_writable, deliver_json
 from agents.ground.versions import versions
-from benchmarks.perf_cases import cells, grasp, planning, shares
+from benchmarks.perf_cases import cells, codes, grasp, planning, shares
 from benchmarks.timing import Options, Place, Row, figures, nest
 
 CASES: Final[dict[str, Callable[[Options], Iterator[Row]]]] = {
@@ -30,6 +30,8 @@ CASES: Final[dict[str, Callable[[Options], Iterator[Row]]]] = {
     "grasp": grasp.grasp,
     "shares": shares.steps,
     "training": shares.training,
+    "before/training": codes.training,
+    "before/lines": codes.lines,
     **{f"envs/{env_id}": partial(cells.environment, env_id) for env_id in pnt_gym.ENV_IDS},
 }
 """What sets a case up and gives its rows, by the case's name."""
@@ -54,7 +56,7 @@ def main(arguments: Arguments) -> None:
     at_least(
         {**vars(arguments), "threads": min(arguments.threads, default=0)}, repeats=1, cells=1, singles=1, threads=1
     )
-    names = select_cases(arguments.cases)
+    names = select_cases(arguments.cases, has_older_code=arguments.before is not None)
     if arguments.list:
         print("\n".join(f"{name:28s}{summary(CASES[name])}" for name in names))
         return
@@ -72,8 +74,8 @@ def main(arguments: Arguments) -> None:
         deliver_json(arguments.json, data if len(data) > 1 else next(iter(data.values())))
 
 
-def select_cases(names: Iterable[str]) -> list[str]:
-    """The cases of these names or beginnings; all without one.
+def select_cases(names: Iterable[str], *, has_older_code: bool = True) -> list[str]:
+    """The cases of these names or beginnings; without one, all that can be measured.
 
     Raises:
         UsageError: a name that no case has.
@@ -81,7 +83,9 @@ def select_cases(names: Iterable[str]) -> list[str]:
     if unknown := [name for name in names if not any(f"{case}/".startswith(f"{name}/") for case in CASES)]:
         raise UsageError(f"unknown case {unknown[0]!r}; known are {', '.join(CASES)}")
     beginnings = tuple(f"{name}/" for name in names)
-    return [case for case in CASES if not beginnings or f"{case}/".startswith(beginnings)]
+    if not beginnings:
+        return [case for case in CASES if has_older_code or not case.startswith("before/")]
+    return [case for case in CASES if f"{case}/".startswith(beginnings)]
 
 
 def summary(case: Any) -> str:

@@ -34,7 +34,7 @@ class Options:
     level: Annotated[str | None, option("waste at the conveyor, single at a line, nominal elsewhere", "NAME")] = None
     """Level of the vector environments."""
     before: Annotated[Path | None, option("no comparison", "DIR")] = None
-    """Checkout of older code, whose training is timed in turn with that of this code."""
+    """Checkout of older code, which the cases `before/...` time in turn with this code."""
 
     def size(self, usual: int) -> int:
         """Rows of a batch, or turns."""

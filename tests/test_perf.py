@@ -13,9 +13,9 @@ import pytest
 
 import pnt_gym
 from agents.ground.cli import UsageError
-from agents.report.speeds import before_table, goals_table, shares_table, training_table
+from agents.report.speeds import before_table, goals_table, lines_table, shares_table, training_table
 from benchmarks import perf, timing
-from benchmarks.perf_cases import planning, shares
+from benchmarks.perf_cases import codes, planning, shares
 from benchmarks.timing import Count, Options, Timing
 
 RESULTS = Path(__file__).resolve().parents[1] / "results"
@@ -142,7 +142,6 @@ def test_goals_say_by_how_much_a_speed_falls_short() -> None:
         ["0.60", "0.50", "17 %"],
         ["0.92", "0.92", "-"],
         ["0.88", "0.66", "25 %"],
-        ["60,000", "50,000", "17 %"],
         ["1.70", "2.00", "-"],
     ]
 
@@ -152,7 +151,26 @@ def test_a_training_stands_beside_that_of_older_code() -> None:
         "before": {"seconds": 40.0, "landing_error_m": 0.04},
         "now": {"seconds": 20.0, "landing_error_m": 0.05},
     }
-    grid = before_table({"throws": 2000, "seeds": [turns]})
+    grid = before_table({"training": {"throws": 2000, "seeds": [turns]}})
     assert grid.rows == [["0", "40.0 s", "20.0 s", "40.00 mm", "50.00 mm"]]
     grid = training_table({"throws": 2000, "parts": {"throws": 0.5, "everything else": 0.5}})
     assert grid.rows == [["throws", "50.0 %"], ["everything else", "50.0 %"]]
+
+
+def test_lines_stand_beside_those_of_older_code() -> None:
+    row = {"level": "single", "threads": 1, "before": 10_600.0, "now": 60_000.0, "ratio": 5.66}
+    grid = lines_table({"lines": {"cells": 64, "turns": 10, "rows": [row]}})
+    assert grid.rows == [["single", "1", "10,600", "60,000", "5.66"]]
+
+
+def test_cases_with_older_code_are_measured_where_it_is_given() -> None:
+    without = perf.select_cases([], has_older_code=False)
+    assert [name for name in perf.select_cases([]) if name not in without] == ["before/training", "before/lines"]
+    with pytest.raises(UsageError, match="needs the older code's checkout: give --before DIR"):
+        list(codes.lines(Options()))
+
+
+def test_both_codes_decide_in_turn() -> None:
+    rates = codes.decide({"before": codes.ROOT, "now": codes.ROOT}, ("single", 4, 1), 1)
+    assert rates["before"] > 0.0
+    assert rates["now"] / rates["before"] == pytest.approx(rates["ratio"])

@@ -20,7 +20,15 @@ from .pays import crossover_grid
 from .peers import peers_table
 from .questions import QUESTIONS, Question
 from .reproduction import table as reproduced_table
-from .speeds import before_table, environment_table, goals_table, planner_table, shares_table, training_table
+from .speeds import (
+    before_table,
+    environment_table,
+    goals_table,
+    lines_table,
+    planner_table,
+    shares_table,
+    training_table,
+)
 from .study import study_grid
 from .study_plan import STUDIES, read_study
 from .submissions import BLOCK as SUBMISSIONS
@@ -37,6 +45,7 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "shares": ("perf_shares.json", shares_table),
     "training-shares": ("perf_training.json", training_table),
     "training-before": ("perf_before.json", before_table),
+    "lines-before": ("perf_before.json", lines_table),
     "line": ("benchmark_line.json", line_table),
     "line-gains": ("benchmark_line.json", gains_table),
     "line-learned": ("benchmark_line.json", seeds_table),

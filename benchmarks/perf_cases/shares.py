@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import signal
-import subprocess
-import sys
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -70,8 +67,8 @@ STEPS: Final = (
     ("PnTLine-v0", "single", 64, 1000, DECISION),
 )
 """Environment, level, cells, steps that are sampled, and parts; one cell is a single environment."""
-THROWS, SEEDS = 1000, 3
-"""Throws of a training, and seeds of trainings that are compared."""
+THROWS = 1000
+"""Throws of a training."""
 
 
 @contextmanager
@@ -112,27 +109,11 @@ def steps(options: Options) -> Iterator[Row]:
 
 
 def training(options: Options) -> Iterator[Row]:
-    """A training of SAC by its parts; with --before its seconds and landing error beside those of older code."""
-    throws = options.size(THROWS)
-    yield Count((), {"cpus": os.cpu_count(), "throws": throws})
-    if options.before is not None:
-        for seed in range(options.repeats or SEEDS):
-            turns = {"before": train(options.before, throws, seed), "now": train(ROOT, throws, seed)}
-            yield Count(("seeds", seed), turns)
-        return
+    """A training of SAC by its parts."""
     from agents.train import Arguments, main  # noqa: PLC0415 - imports torch on its way
 
+    throws = options.size(THROWS)
+    yield Count((), {"cpus": os.cpu_count(), "throws": throws})
     with TemporaryDirectory() as folder, sample_shares(TRAINING) as shares:
         main(Arguments(env="PnTConveyor-v0", steps=throws, out=Path(folder) / "run", eval_picks=0))
     yield Count(("parts",), shares)
-
-
-def train(checkout: Path, throws: int, seed: int) -> Mapping[str, float]:
-    """Seconds of a training by the code of a checkout, and the last landing error [m]."""
-    with TemporaryDirectory() as folder:
-        out = Path(folder) / "run"
-        words = f"-m agents.train --env PnTConveyor-v0 --steps {throws} --seed {seed} --eval-picks 0 --out {out}"
-        environment = {**os.environ, "PYTHONPATH": str(checkout.resolve())}
-        subprocess.run([sys.executable, *words.split()], cwd=checkout, env=environment, check=True, capture_output=True)
-        last = list(csv.DictReader((out / "progress.csv").read_text(encoding="utf-8").splitlines()))[-1]
-    return {"seconds": float(last["seconds"]), "landing_error_m": float(last["landing_error_mean_m"])}
