@@ -31,7 +31,7 @@ CASES: Final[dict[str, Callable[[Options], Iterator[Row]]]] = {
     "shares": shares.steps,
     "training": shares.training,
     "before/training": codes.training,
-    "before/lines": codes.lines,
+    "before/steps": codes.steps,
     **{f"envs/{env_id}": partial(cells.environment, env_id) for env_id in pnt_gym.ENV_IDS},
 }
 """What sets a case up and gives its rows, by the case's name."""

@@ -13,9 +13,10 @@ import pytest
 
 import pnt_gym
 from agents.ground.cli import UsageError
-from agents.report.speeds import before_table, goals_table, lines_table, shares_table, training_table
+from agents.report.speeds import before_table, goals_table, paired_steps_table, shares_table, training_table
 from benchmarks import perf, timing
 from benchmarks.perf_cases import codes, planning, shares
+from benchmarks.perf_cases.cells import FLIGHT
 from benchmarks.timing import Count, Options, Timing
 
 RESULTS = Path(__file__).resolve().parents[1] / "results"
@@ -157,20 +158,25 @@ def test_a_training_stands_beside_that_of_older_code() -> None:
     assert grid.rows == [["throws", "50.0 %"], ["everything else", "50.0 %"]]
 
 
-def test_lines_stand_beside_those_of_older_code() -> None:
-    row = {"level": "single", "threads": 1, "before": 10_600.0, "now": 60_000.0, "ratio": 5.66}
-    grid = lines_table({"lines": {"cells": 64, "turns": 10, "rows": [row]}})
-    assert grid.rows == [["single", "1", "10,600", "60,000", "5.66"]]
+def test_steps_stand_beside_those_of_older_code() -> None:
+    row = {"env": "A", "level": "single", "cells": 64, "threads": 1, "before": 10_600.0, "now": 60_000.0, "ratio": 5.66}
+    rows = [{**row, "asked": 4.0}, {**row, "asked": None}]
+    grid = paired_steps_table({"steps": {"turns": 10, "rows": rows}})
+    assert grid.rows[0] == ["`A`", "single", "64", "1", "10,600", "60,000", "5.66", "4.00"]
+    assert grid.rows[1][-1] == "-"
 
 
 def test_cases_with_older_code_are_measured_where_it_is_given() -> None:
     without = perf.select_cases([], has_older_code=False)
-    assert [name for name in perf.select_cases([]) if name not in without] == ["before/training", "before/lines"]
+    assert [name for name in perf.select_cases([]) if name not in without] == ["before/training", "before/steps"]
     with pytest.raises(UsageError, match="needs the older code's checkout: give --before DIR"):
-        list(codes.lines(Options()))
+        list(codes.steps(Options()))
 
 
-def test_both_codes_decide_in_turn() -> None:
-    rates = codes.decide({"before": codes.ROOT, "now": codes.ROOT}, ("single", 4, 1), 1)
+@pytest.mark.parametrize(("env_id", "level"), [("PnTLine-v0", "single"), ("PnTConveyor-v0", FLIGHT)])
+@pytest.mark.parametrize("cells", [1, 2])
+def test_both_codes_step_in_turn(env_id: str, level: Any, cells: int) -> None:
+    stepped = codes.Stepped(env_id, level, cells, 1, 3, None)
+    rates = codes.pair_steps({"before": codes.ROOT, "now": codes.ROOT}, stepped, 1)
     assert rates["before"] > 0.0
     assert rates["now"] / rates["before"] == pytest.approx(rates["ratio"])

@@ -8,8 +8,6 @@ from typing import Any, Final
 from ..ground.tables import Grid
 
 Data = Mapping[str, Any]
-ASKED_OF_LINES: Final = 60_000 / 10_600
-"""Times the decisions/s of the first code of lines that were asked for: 60,000, where the first code made 10,600."""
 
 
 def planner_table(data: Data) -> Grid:
@@ -121,19 +119,26 @@ def before_table(data: Data) -> Grid:
     return Grid("A training beside that of older code", header, rows, note)
 
 
-def lines_table(data: Data) -> Grid:
-    """Decisions/s of lines by table, beside those of older code."""
-    lines = data["lines"]
+def paired_steps_table(data: Data) -> Grid:
+    """Throws/s, or decisions/s of lines by table, beside those of older code."""
     rows = [
-        [row["level"], str(row["threads"]), *(f"{row[code]:,.0f}" for code in ("before", "now")), f"{row['ratio']:.2f}"]
-        for row in lines["rows"]
+        [
+            f"`{row['env']}`",
+            row["level"],
+            str(row["cells"]),
+            str(row["threads"]),
+            *(f"{row[code]:,.0f}" for code in ("before", "now")),
+            f"{row['ratio']:.2f}",
+            "-" if row["asked"] is None else f"{row['asked']:.2f}",
+        ]
+        for row in data["steps"]["rows"]
     ]
-    header = ["level", "threads", "older code, decisions/s", "this code, decisions/s", "this code over older code"]
+    header = ["environment", "level", "cells", "threads", "older code, per s", "this code, per s", "ratio", "asked"]
     note = (
-        f"{lines['cells']} lines of `PnTLine-v0` with random choices, {lines['turns']} turns of both codes; medians. "
-        f"Asked were {ASKED_OF_LINES:.2f} times the older code's decisions/s: 60,000 where the older code made 10,600."
+        f"Throws of the conveyor and decisions of lines by table per second, with random actions; medians of "
+        f"{data['steps']['turns']} turns of both codes. *Ratio*: this code over the older code."
     )
-    return Grid("Lines by table beside those of older code", header, rows, note)
+    return Grid("Steps beside those of older code", header, rows, note)
 
 
 def _errors(turns: Data) -> list[str]:
@@ -145,7 +150,7 @@ TABLES: Final = (
     ({"envs", "cpus"}, environment_table),
     ({"steps", "cpus"}, shares_table),
     ({"parts", "throws"}, training_table),
-    ({"training", "lines"}, before_table),
-    ({"training", "lines"}, lines_table),
+    ({"training", "steps"}, before_table),
+    ({"training", "steps"}, paired_steps_table),
 )
 """By what the files that `make perf` writes are known, and their tables."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 import subprocess
 import sys
@@ -13,16 +14,17 @@ from pathlib import Path
 from statistics import median
 from subprocess import PIPE
 from tempfile import TemporaryDirectory
-from typing import Final
+from typing import Final, NamedTuple
 
 from agents.ground.cli import UsageError
+from benchmarks.perf_cases.cells import FLIGHT
 from benchmarks.timing import Count, Options, Row
 
 ROOT: Final = Path(__file__).parents[2]
-LEVELS: Final = ("single", "skills3")
-"""Levels of the lines."""
-STEPS, TURNS = 100, 10
-"""Steps of a turn, and number of turns, of lines."""
+LINES: Final = 60_000 / 10_600
+"""Asked of lines on one thread: 60,000 decisions/s where the older code made 10,600."""
+TURNS = 10
+"""Number of turns."""
 THROWS, SEEDS = 5000, 3
 """Throws of a training, and number of trainings."""
 
@@ -35,13 +37,39 @@ def training(options: Options) -> Iterator[Row]:
         yield Count(("training", "seeds", seed), {name: train(code, throws, seed) for name, code in codes.items()})
 
 
-def lines(options: Options) -> Iterator[Row]:
-    """Decisions/s of lines by table beside those of older code."""
+class Stepped(NamedTuple):
+    """Cells that are stepped at random."""
+
+    env: str
+    level: str | Mapping[str, str]
+    cells: int
+    threads: int
+    steps: int
+    """Steps of a turn."""
+    asked: float | None
+    """How many times as fast as the older code the steps should be."""
+
+
+STEPS: Final = (
+    Stepped("PnTConveyor-v0", "waste", 1, 1, 40, None),
+    Stepped("PnTConveyor-v0", FLIGHT, 1, 1, 100, 4.0),
+    Stepped("PnTConveyor-v0", FLIGHT, 64, 1, 10, 3.0),
+    Stepped("PnTConveyor-v0", FLIGHT, 64, 2, 10, 3.0),
+    Stepped("PnTLine-v0", "single", 64, 1, 100, LINES),
+    Stepped("PnTLine-v0", "single", 64, 2, 100, None),
+    Stepped("PnTLine-v0", "skills3", 64, 1, 100, LINES),
+    Stepped("PnTLine-v0", "skills3", 64, 2, 100, None),
+)
+
+
+def steps(options: Options) -> Iterator[Row]:
+    """Steps beside those of older code."""
     turns, codes = options.repeats or options.size(TURNS), _codes(options)
-    yield Count(("lines",), {"cells": options.cells, "turns": turns, "cpus": os.cpu_count()})
-    for n, (level, threads) in enumerate(product(LEVELS, options.threads)):
-        rates = decide(codes, (level, options.cells, threads), turns)
-        yield Count(("lines", "rows", n), {"level": level, "threads": threads, **rates})
+    yield Count(("steps",), {"turns": turns, "cpus": os.cpu_count()})
+    for n, stepped in enumerate(STEPS):
+        level = stepped.level if isinstance(stepped.level, str) else stepped.level["name"]
+        rates = pair_steps(codes, stepped, turns)
+        yield Count(("steps", "rows", n), {**stepped._asdict(), "level": level, **rates})
 
 
 def _codes(options: Options) -> dict[str, Path]:
@@ -67,16 +95,17 @@ def train(checkout: Path, throws: int, seed: int) -> dict[str, float]:
     return {"seconds": float(last["seconds"]), "landing_error_m": float(last["landing_error_mean_m"])}
 
 
-def decide(codes: Mapping[str, Path], settings: tuple[str, int, int], turns: int) -> dict[str, float]:
-    """Medians of the decisions/s of each code, and of the ratios of the codes' turns.
+def pair_steps(codes: Mapping[str, Path], stepped: Stepped, turns: int) -> dict[str, float]:
+    """Medians of the throws/s, or decisions/s, of each code, and of the ratios of the codes' turns.
 
     Args:
         codes: checkouts by name, `before` and `now`.
-        settings: level, cells and threads.
+        stepped: what is stepped.
         turns: number of turns, after one that warms up.
     """
-    script = str(Path(__file__).with_name("decide.py"))
-    command = [sys.executable, script, *map(str, settings)]
+    script = str(Path(__file__).with_name("stepping.py"))
+    words = [stepped.env, json.dumps(stepped.level), str(stepped.cells), str(stepped.threads)]
+    command = [sys.executable, script, *words]
     seconds: dict[str, list[float]] = {name: [] for name in codes}
     with ExitStack() as stack:
         processes = {
@@ -86,20 +115,21 @@ def decide(codes: Mapping[str, Path], settings: tuple[str, int, int], turns: int
             for name, code in codes.items()
         }
         for _, (name, process) in product(range(1 + turns), processes.items()):
-            seconds[name].append(_turn(process))
+            seconds[name].append(_turn(process, stepped.steps))
     before, now = (seconds[name][1:] for name in ("before", "now"))
     ratio = median(old / new for old, new in zip(before, now, strict=True))
-    return {**{name: settings[1] * STEPS / median(times[1:]) for name, times in seconds.items()}, "ratio": ratio}
+    count = stepped.cells * stepped.steps
+    return {"before": count / median(before), "now": count / median(now), "ratio": ratio}
 
 
 def _environment(checkout: Path) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(checkout.resolve())}
 
 
-def _turn(process: subprocess.Popen[str]) -> float:
+def _turn(process: subprocess.Popen[str], steps: int) -> float:
     """Seconds that a process takes for the steps of a turn."""
     assert process.stdin is not None
     assert process.stdout is not None
-    process.stdin.write(f"{STEPS}\n")
+    process.stdin.write(f"{steps}\n")
     process.stdin.flush()
     return float(process.stdout.readline())
