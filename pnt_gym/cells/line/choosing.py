@@ -32,12 +32,10 @@ from pnt_gym.errors import ConfigError
 
 if TYPE_CHECKING:
     from pnt_gym.cells.line import choice_kernel, turn_kernel
+    from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
 else:
     choice_kernel = Deferred("pnt_gym.cells.line.choice_kernel")
     turn_kernel = Deferred("pnt_gym.cells.line.turn_kernel")
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
 
 NEAR: Final = 0.25
 """Objects within this distance along the belt from where a hand stops count as near it [m]."""

@@ -16,12 +16,10 @@ from pnt_gym.errors import ConfigError
 
 if TYPE_CHECKING:
     from pnt_gym.cells.line import decision_kernel, turn_kernel
+    from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
 else:
     decision_kernel = Deferred("pnt_gym.cells.line.decision_kernel")
     turn_kernel = Deferred("pnt_gym.cells.line.turn_kernel")
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
 
 MOST_LOOKS: Final = 100_000
 """Looks without a result in a row before a line is declared impossible."""
