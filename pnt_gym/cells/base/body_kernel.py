@@ -27,26 +27,34 @@ def _semi_axes(shape: int, full: Floats) -> tuple[float, float, float]:
     return 0.5 * full[0], 0.5 * full[1], 0.5 * full[2]
 
 
+@kernel_part
+def extents_of_lying(is_cylinder: bool, size: Floats) -> tuple[float, float, float]:
+    """Extents of a body as `fluid.lying_extents`."""
+    mean = 0.5 * (size[1] + size[2])
+    return (size[0], mean, mean) if is_cylinder else (size[0], size[1], size[2])
+
+
+@kernel_part
+def inertia_of_extents(share: float, length: float, width: float, height: float) -> tuple[float, float, float]:
+    """Inertia of a body as `fluid.solid_shell_inertia`; `share` is its gyration times its mass."""
+    x, y, z = 0.5 * length, 0.5 * width, 0.5 * height
+    return share * (y * y + z * z), share * (x * x + z * z), share * (x * x + y * y)
+
+
 @compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1])")
 def fill_extents(shape: Ints, size: Floats, extents: Floats) -> None:
     """Fill the extents of bodies (N, 3) as `fluid.lying_extents`."""
     for row in range(len(extents)):
-        mean = 0.5 * (size[row, 1] + size[row, 2])
-        lies = shape[row] == CYLINDER
-        extents[row, 0] = size[row, 0]
-        extents[row, 1] = mean if lies else size[row, 1]
-        extents[row, 2] = mean if lies else size[row, 2]
+        extents[row, 0], extents[row, 1], extents[row, 2] = extents_of_lying(shape[row] == CYLINDER, size[row])
 
 
 @compile_for(f"void({SHAPES}, {NUMBERS}, {ROWS}, {NUMBERS}, f8[:, ::1])")
 def fill_inertia(shape: Ints, mass: Floats, size: Floats, gyration: Floats, inertia: Floats) -> None:
     """Fill the inertias of bodies (N, 3) as `fluid.solid_shell_inertia`; `gyration` is that of each shape."""
     for row in range(len(inertia)):
-        x, y, z = 0.5 * size[row, 0], 0.5 * size[row, 1], 0.5 * size[row, 2]
         share = gyration[shape[row]] * mass[row]
-        inertia[row, 0] = share * (y * y + z * z)
-        inertia[row, 1] = share * (x * x + z * z)
-        inertia[row, 2] = share * (x * x + y * y)
+        x, y, z = inertia_of_extents(share, size[row, 0], size[row, 1], size[row, 2])
+        inertia[row, 0], inertia[row, 1], inertia[row, 2] = x, y, z
 
 
 @compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1])")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from pnt_gym.arrays import Bools, Floats
+from pnt_gym.cells.base.body_kernel import extents_of_lying, inertia_of_extents
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import CYLINDER
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, columns_of_objects
@@ -232,14 +233,11 @@ def spin_from_impulse(
         sin: sine of the object's yaw.
         gyration: inertia of each shape, see `fluid.GYRATION`.
     """
-    # The formulas of `fluid.solid_shell_inertia`.
-    width = 0.5 * (size[1] + size[2]) if shape == CYLINDER else size[1]
-    height = width if shape == CYLINDER else size[2]
-    along, across, up = 0.5 * size[0], 0.5 * width, 0.5 * height
-    share = gyration[int(shape)] * mass
+    length, width, height = extents_of_lying(shape == CYLINDER, size)
+    inertia_x, inertia_y, _ = inertia_of_extents(gyration[int(shape)] * mass, length, width, height)
     # The inertia is diagonal only in the object's axes: there the impulse becomes a spin, which is turned back.
-    about_x = (cos * x + sin * y) / (share * (across * across + up * up))
-    about_y = (cos * y - sin * x) / (share * (along * along + up * up))
+    about_x = (cos * x + sin * y) / inertia_x
+    about_y = (cos * y - sin * x) / inertia_y
     return cos * about_x - sin * about_y, cos * about_y + sin * about_x, 0.0
 
 
