@@ -22,7 +22,7 @@ from ..learning.runs import POLICY, RunFolder
 from .digests import bytes_digest, level_digest, policy_digest
 from .entries import TRAINED, labels_of, settings_of
 from .plan import Piece, entry_controller
-from .stored import POLICIES, STORED_FROM, Stored, state_bytes, text_of
+from .stored import POLICIES, STORED_FROM, Stored, state_bytes, store
 
 ControllerFactory: TypeAlias = Callable[[str, Trial], Controller]
 """Returns the trained controller of a name for the trial that evaluates it."""
@@ -75,7 +75,7 @@ def run_piece(piece: Piece, folder: Path, stored: Stored | None = None) -> dict[
             details = {"level": level, "train_level": piece.train_level, "learn_seconds": lesson.seconds}
             results.append({**head, **details, "digests": digests, "columns": record.columns()})
             if lesson.content is not None and (name in TRAINED or lesson.seconds >= STORED_FROM):
-                policies[policy] = text_of(lesson.content())
+                store(policies, policy, lesson.content())
     return {"results": results, POLICIES: policies}
 
 

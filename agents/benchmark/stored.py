@@ -15,6 +15,8 @@ POLICIES: Final = "policies"
 """Key of a file of results with the stored policies, as text, by the digests that rows name."""
 STORED_FROM: Final = 20.0
 """Time of learning from which the policy of a controller that is not trained is stored [s]."""
+LARGEST: Final = 400_000
+"""Largest policy that is stored [bytes]: thirty larger ones would make a file of results as large as a repository."""
 
 
 class Stored(NamedTuple):
@@ -37,9 +39,19 @@ def state_bytes(controller: Learner) -> bytes:
         return file.read_bytes()
 
 
-def text_of(content: bytes) -> str:
-    """Text in which a JSON file stores a policy."""
-    return base64.b64encode(content).decode()
+def store(policies: dict[str, str], digest: str, content: bytes) -> None:
+    """Add a policy, as text, to the policies of a file of results, unless the policy is too large.
+
+    Several controllers may take over what one has learned: the second and later ones name the digest of the first.
+
+    Args:
+        policies: the stored policies by their digests; changed in place.
+        digest: digest of the policy.
+        content: content of the policy's file.
+    """
+    text = base64.b64encode(content).decode()
+    if digest not in policies and len(content) <= LARGEST:
+        policies[digest] = next((first for first, stored in policies.items() if stored == text), text)
 
 
 def stored_policies(parts: Iterable[Mapping[str, Any]]) -> dict[str, str]:
@@ -58,4 +70,5 @@ def stored_policy(policies: Mapping[str, str], row: Mapping[str, Any]) -> Stored
         ValueError: the text is none of a policy.
     """
     text = policies.get(row.get("digests", {}).get("policy", ""))
+    text = None if text is None else policies.get(text, text)
     return None if text is None else Stored(row["throws"], base64.b64decode(text, validate=True))
