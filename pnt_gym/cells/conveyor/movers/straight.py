@@ -106,7 +106,10 @@ class Meeting(Reach):
 
 
 class Mover(ABC):
-    """Abstract: plans the hand's motion for N picks at once; a row's result does not depend on the other rows."""
+    """Abstract: plans the hand's motion for N picks at once; a row's result does not depend on the other rows.
+
+    A mover is made from the config of a cell and from the workspace, the positions that the hand can reach.
+    """
 
     @abstractmethod
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
@@ -181,10 +184,6 @@ class StraightMover(Mover):
     The throw is that of Hassan et al. 2022, the motion after it is not. The paper brakes at the release, and its moves
     overlap at corners (section III-C), which exceeds the jerk limit. Here the hand keeps its velocity for the window,
     so that the cup leaves the object alone, and stops at every corner. `FlyingMover` returns without these stops.
-
-    Args:
-        config: the cell.
-        workspace: the positions that the hand can reach.
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
