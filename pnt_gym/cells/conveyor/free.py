@@ -18,13 +18,7 @@ from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.hand import ThrowClock
-from pnt_gym.cells.conveyor.scene import (
-    BOTTOM_PANEL,
-    Surroundings,
-    bin_panels,
-    build_free_scene,
-    floor_height,
-)
+from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels, build_free_scene, floor_height
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point

@@ -26,14 +26,7 @@ from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
 from pnt_gym.cells.line.observation import Observer, empty_observations
 from pnt_gym.cells.line.state import Fate, LineState
 from pnt_gym.cells.line.stream import Stream, StreamSampler, redraw
-from pnt_gym.cells.line.throws import (
-    Attempt,
-    SimulatedThrows,
-    TableThrows,
-    ThrowExecutor,
-    ThrowResults,
-    redraw_picks,
-)
+from pnt_gym.cells.line.throws import Attempt, SimulatedThrows, TableThrows, ThrowExecutor, ThrowResults, redraw_picks
 from pnt_gym.cells.line.turns import Turns
 from pnt_gym.errors import ConfigError, OrderError
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION, T3KR_JERK, T3KR_VELOCITY
