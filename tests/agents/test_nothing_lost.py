@@ -28,11 +28,10 @@ RESUME = ("agents.train", "--resume", "run", "--eval-picks", "4")
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def here(desk: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("MINARI_DATASETS_PATH", "sets")
-    (tmp_path / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
-    return tmp_path
+    (desk / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
+    return desk
 
 
 @pytest.mark.nightly

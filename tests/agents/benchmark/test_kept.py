@@ -40,8 +40,7 @@ def columns(data: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.fixture
-def first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    monkeypatch.chdir(tmp_path)
+def first(desk: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     monkeypatch.setattr("agents.jobs.cluster.pool", lambda *_: in_this_process)
     return benchmark(PLAN)
 

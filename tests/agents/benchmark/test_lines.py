@@ -57,10 +57,9 @@ def write_levels(folder: Path) -> None:
 
 
 @pytest.fixture
-def levels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    write_levels(tmp_path)
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+def levels(desk: Path) -> Path:
+    write_levels(desk)
+    return desk
 
 
 @pytest.fixture(scope="module")

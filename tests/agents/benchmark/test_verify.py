@@ -33,14 +33,12 @@ def stored_text(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.fixture
-def stored(stored_text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    monkeypatch.chdir(tmp_path)
+def stored(stored_text: str, desk: Path) -> dict[str, Any]:
     return json.loads(stored_text)
 
 
 @pytest.fixture
-def data(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    monkeypatch.chdir(tmp_path)
+def data(text: str, desk: Path) -> dict[str, Any]:
     return json.loads(text)
 
 

@@ -99,8 +99,8 @@ def test_figures_of_shifts_by_hand():
     assert found["purity_by_bin"] == {"first/paper": 1.0, "first/trays": 0.0, "second/trays": 1.0}
 
 
-def test_every_object_has_one_fate(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # a table that somebody counted in the working folder would split the misses
+@pytest.mark.usefixtures("desk")  # a table that somebody counted in the working folder would split the misses
+def test_every_object_has_one_fate():
     found = summary_by_hand()
     counts = {"sorted": 4, "misplaced": 1, "missed": 1, "lost": 0, "unsealed": 2, "passed": 6}
     assert found["fates"] == {name: pytest.approx(count / 14) for name, count in counts.items()}
@@ -151,8 +151,8 @@ def test_simulated_throws_tell_causes_and_energy():
     assert found["energy_per_pick_j"] == pytest.approx(np.nanmean(throws["energy"]))
 
 
-def test_the_table_has_every_figure(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.usefixtures("desk")
+def test_the_table_has_every_figure():
     found = summary_by_hand()
     shown = Console(width=120, record=True, file=StringIO())
     shown.print(ShiftRecord.table("x", found))
