@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from types import ModuleType
 from typing import Any
@@ -17,3 +18,9 @@ class Deferred(ModuleType):
         value = getattr(import_module(self.__name__), name)
         setattr(self, name, value)
         return value
+
+
+def defer(package: str, *modules: str) -> None:
+    """Let `from package import module` give a stand-in for each of these modules until the module is imported."""
+    for module in modules:
+        setattr(sys.modules[package], module, Deferred(f"{package}.{module}"))

@@ -29,11 +29,7 @@ from pnt_gym.cells.one_joint.observation import FEATURES as GOAL_FEATURES
 from pnt_gym.envs.conveyor import PnTAdaptEnv, PnTConveyorEnv, PnTReleaseEnv
 from pnt_gym.envs.gripper import GripperTossEnv
 from pnt_gym.envs.line import PnTLineEnv
-from pnt_gym.envs.one_joint import (
-    OneJointAssemblyEnv,
-    OneJointSortEnv,
-    OneJointThrowEnv,
-)
+from pnt_gym.envs.one_joint import OneJointAssemblyEnv, OneJointSortEnv, OneJointThrowEnv
 from pnt_gym.envs.vector import ThrowVectorEnv
 
 

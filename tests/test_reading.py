@@ -14,16 +14,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pnt_gym.reading import (
-    AccessError,
-    ReadError,
-    arrays_of,
-    json_of,
-    parsed_yaml,
-    text_of,
-    yaml_of,
-    yaml_text,
-)
+from pnt_gym.reading import AccessError, ReadError, arrays_of, json_of, parsed_yaml, text_of, yaml_of, yaml_text
 from pnt_gym.reading.archives import MOST_PARTS
 from pnt_gym.reading.plain_yaml import MOST_NODES
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, final
 
-import numpy as np
 import torch
 from stable_baselines3 import SAC
 from stable_baselines3.common.policies import ContinuousCritic
@@ -21,7 +20,7 @@ from torch.nn import functional
 from pnt_gym.cells.grasp.config import PIXEL, PIXELS
 from pnt_gym.cells.grasp.observation import TABLE
 
-from .bandit_sac import LOSSES, descend
+from .bandit_sac import descend, take_steps
 from .pictures import WIDTHS, PictureExtractor
 
 
@@ -119,14 +118,7 @@ class PictureSAC(SAC):
 
     def train(self, gradient_steps: int, batch_size: int = 64) -> None:
         """Take gradient steps on batches of the replay buffer."""
-        self.policy.set_training_mode(True)
-        temperature: Any = self.ent_coef_optimizer
-        self._update_learning_rate([self.actor.optimizer, self.critic.optimizer, temperature])
-        losses = [self._descend(batch_size) for _ in range(gradient_steps)]
-        self._n_updates += gradient_steps
-        self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
-        for name, values in zip(LOSSES, zip(*losses, strict=True), strict=True):
-            self.logger.record(f"train/{name}", np.mean([value.item() for value in values]))
+        take_steps(self, gradient_steps, batch_size)
 
     def _descend(self, batch_size: int) -> tuple[Any, ...]:
         """Take one gradient step; returns the values of `LOSSES`."""

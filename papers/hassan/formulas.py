@@ -12,12 +12,7 @@ import numpy as np
 
 from agents.reproduce.finding import Row
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning import (
-    brake_distance,
-    landing_point,
-    plan_release,
-    plan_release_batch,
-)
+from pnt_gym.planning import brake_distance, landing_point, plan_release, plan_release_batch
 
 from .cases import CEILING, CELLS, FOLD, PICKS, PROTOCOLS, TARGETS, WORKSPACE, cell_cycle, limits_at, scene
 from .nlp import method_1

@@ -14,12 +14,7 @@ from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
 from pnt_gym.planning.one_joint import landing_state, release_states
-from pnt_gym.planning.one_joint.grasp import (
-    acceleration_window,
-    braking_acceleration,
-    joint_torque,
-    torque_limit,
-)
+from pnt_gym.planning.one_joint.grasp import acceleration_window, braking_acceleration, joint_torque, torque_limit
 from pnt_gym.planning.one_joint.weights import WEIGHTS
 
 from .cases import ARM, BLOCK, GOAL

@@ -29,12 +29,7 @@ from pnt_gym.planning.motion.scurve import (
 from pnt_gym.planning.motion.trajectory import HandPath, JerkTrajectory, PeakRatios, Samples, Segments
 from pnt_gym.planning.reasons import InterceptReason
 from pnt_gym.planning.straight.plan import InfeasibleThrow, Reason, Release, ReleaseBatch
-from pnt_gym.planning.straight.release import (
-    plan_release,
-    plan_release_batch,
-    release_at_elevation,
-    release_at_point,
-)
+from pnt_gym.planning.straight.release import plan_release, plan_release_batch, release_at_elevation, release_at_point
 
 __all__ = [
     "GRAVITY",

@@ -40,6 +40,13 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         gym.registry.pop(name)
 
 
+@pytest.fixture
+def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder as the working folder of this process."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
 @pytest.fixture(scope="session")
 def toy_training(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run folder of a training on the cell on paper, let to its end: two legs of eight throws, and its table."""

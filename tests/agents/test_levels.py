@@ -13,33 +13,27 @@ from tests.tools.commands import output_of, refused
 from tests.tools.plant import plant_text
 
 
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 @pytest.mark.parametrize(("family", "name"), [(family, name) for family, _, name in shipped_levels()])
-def test_a_new_level_is_the_old_one_until_it_is_changed(here: Path, family: str, name: str) -> None:
-    output_of(f"levels --new mine.yaml --like {family}/{name}", here)
-    text = (here / "mine.yaml").read_text()
+def test_a_new_level_is_the_old_one_until_it_is_changed(desk: Path, family: str, name: str) -> None:
+    output_of(f"levels --new mine.yaml --like {family}/{name}", desk)
+    text = (desk / "mine.yaml").read_text()
     assert max(map(len, text.splitlines())) <= 120
     assert text.count("\n# ") + text.count("\n  # ") >= 1
     assert FAMILIES[family].load("mine.yaml") == FAMILIES[family].load(name, name="mine")
 
 
-def test_a_level_is_printed_in_full_by_name_or_file(here: Path) -> None:
-    assert output_of("levels --show waste", here) == output_of("levels --show PnT/waste", here)
-    (here / "plant.yaml").write_text(plant_text())
-    text = output_of("levels --show plant.yaml", here)
+def test_a_level_is_printed_in_full_by_name_or_file(desk: Path) -> None:
+    assert output_of("levels --show waste", desk) == output_of("levels --show PnT/waste", desk)
+    (desk / "plant.yaml").write_text(plant_text())
+    text = output_of("levels --show plant.yaml", desk)
     assert "# brick: assumed, as the level does not say: drag 1.05, com_depth 0.5, seal_force 12" in text
-    (here / "full.yaml").write_text(text)
+    (desk / "full.yaml").write_text(text)
     assert LineConfig.load("full.yaml") == LineConfig.load("plant.yaml")
     assert yaml_of("full.yaml")["cell"]["extra_items"][0]["assumed"][0] == "drag"
 
 
-def test_what_is_assumed_is_short_on_the_terminal_and_whole_in_a_file(here: Path) -> None:
-    (here / "plant.yaml").write_text(plant_text())
+def test_what_is_assumed_is_short_on_the_terminal_and_whole_in_a_file(desk: Path) -> None:
+    (desk / "plant.yaml").write_text(plant_text())
     config = LineConfig.load("plant.yaml")
     assert "zones (3 of them)" in assumed_text(config)
     written = parsed_json(json_text(assumed_values(config)))["assumed"]["alu"]
@@ -60,7 +54,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("options", WRONG)
-def test_what_cannot_be_shown_or_written_is_one_sentence(here: Path, options: str) -> None:
-    (here / "old.yaml").write_text("base: waste\n")
+def test_what_cannot_be_shown_or_written_is_one_sentence(desk: Path, options: str) -> None:
+    (desk / "old.yaml").write_text("base: waste\n")
     assert WRONG[options] in refused("agents.levels", *options.split())
-    assert [path.name for path in here.iterdir()] == ["old.yaml"]
+    assert [path.name for path in desk.iterdir()] == ["old.yaml"]

@@ -22,12 +22,6 @@ START = ("--env", "ToyThrow-v0", "--steps", "8", "--num-envs", "4", "--eval-pick
 ANALYTIC = ("agents.evaluate", "--controller", "analytic")
 
 
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 YAML = {
     "date": ("bins: 2020-13-45", ""),
     "binary": (bytes(range(256)), "not UTF-8"),
@@ -39,11 +33,11 @@ YAML = {
 
 
 @pytest.mark.parametrize("name", YAML)
-def test_yaml_that_is_none(here: Path, name: str) -> None:
+def test_yaml_that_is_none(desk: Path, name: str) -> None:
     text, said = YAML[name]
-    (here / "x.yaml").write_bytes(text if isinstance(text, bytes) else text.encode())
-    shutil.copytree(POLICY, here / "kept")
-    shutil.copy(here / "x.yaml", here / "kept" / "args.yml")
+    (desk / "x.yaml").write_bytes(text if isinstance(text, bytes) else text.encode())
+    shutil.copytree(POLICY, desk / "kept")
+    shutil.copy(desk / "x.yaml", desk / "kept" / "args.yml")
     for command in (
         (*ANALYTIC, "--level", "x.yaml", "--picks", "1"),
         ("agents.train", *START, "--config", "x.yaml"),
@@ -56,13 +50,11 @@ def test_yaml_that_is_none(here: Path, name: str) -> None:
 HYPERPARAMETERS = [
     ({"batch_size": -1}, "hyperparameter batch_size is -1; it must be a whole number from 1"),
     ({"batch_size": True}, "hyperparameter batch_size is True"),
-    ({"batch_size": None}, "hyperparameter batch_size is None"),
     ({"gamma": float("nan")}, "hyperparameter gamma is nan; it must be a number from 0 to 1"),
     ({"gamma": 1.5}, "hyperparameter gamma is 1.5"),
     ({"tau": "inf"}, "hyperparameter tau is 'inf'; it must be a number from 0 to 1"),
     ({"buffer_size": 0}, "hyperparameter buffer_size is 0; it must be a whole number from 1"),
     ({"buffer_size": 1e11}, "hyperparameter buffer_size is 100000000000.0"),
-    ({"buffer_size": 10**11}, "hyperparameter buffer_size is 100000000000"),
     ({"buffer_size": "1e11"}, "whole number from 1 to 1000000000; write 1e11 without quotes"),
     ({"gamma": "0.9"}, "hyperparameter gamma is '0.9'; it must be a number from 0 to 1; write 0.9 without quotes"),
     ({"policy_kwargs": {"net_arch": [10**5, 10**5]}}, "net_arch asks for 10,000,000,000 weights"),
@@ -73,10 +65,8 @@ HYPERPARAMETERS = [
     ({"policy_kwargs": "dict(activation_fn=nn.functional)"}, "policy_kwargs is"),
     ({"policy_kwargs": {"log_std_init": float("nan")}}, "hyperparameter log_std_init is nan"),
     ({"policy_kwargs": 5}, "policy_kwargs is 5; it must be a mapping"),
-    ({"policy_kwargs": None}, "policy_kwargs is None"),
     ({"gradient_steps": 0.5}, "hyperparameter gradient_steps is 0.5; it must be a whole number from -1"),
     ({"action_noise": "abc"}, "hyperparameter action_noise is 'abc'; it must be left out"),
-    ({"train_freq": 0}, "hyperparameter train_freq is 0"),
     ({"learning_rate": "fast"}, "hyperparameter learning_rate is 'fast'"),
     ({"learning_rate": "lin_fast"}, "learning_rate is 'lin_fast'; it must be a number from 0 to 1, or lin_ and such"),
     ({"learning_rate": "lin_2"}, "hyperparameter learning_rate is 'lin_2'"),
@@ -85,27 +75,25 @@ HYPERPARAMETERS = [
     ({"ent_coef": "some"}, "do not fit sac"),
     ({"use_sde": "yes please"}, "hyperparameter use_sde is 'yes please'; it must be true or false"),
     ({"policy": "NobodysPolicy"}, "do not fit sac"),
-    ({"policy": 5}, "do not fit sac"),
-    ({"n_epochs": 3}, "do not fit sac"),
     ({"colour": "red"}, "do not fit sac"),
     ({5: 6}, "do not fit sac"),
 ]
 
 
 @pytest.mark.parametrize(("wrong", "said"), HYPERPARAMETERS, ids=str)
-def test_wrong_hyperparameters_leave_no_folder(here: Path, wrong: dict[Any, Any], said: str) -> None:
-    (here / "sac.yml").write_text(yaml_text({"default": {**LEARNER, **wrong}}))
+def test_wrong_hyperparameters_leave_no_folder(desk: Path, wrong: dict[Any, Any], said: str) -> None:
+    (desk / "sac.yml").write_text(yaml_text({"default": {**LEARNER, **wrong}}))
     assert said in refused("agents.train", *START, "--config", "sac.yml")
-    assert [path.name for path in here.iterdir()] == ["sac.yml"]
+    assert [path.name for path in desk.iterdir()] == ["sac.yml"]
 
 
-def test_a_failed_start_does_not_block_the_next(here: Path) -> None:
-    (here / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
+def test_a_failed_start_does_not_block_the_next(desk: Path) -> None:
+    (desk / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
     command = ("agents.train", *START, "--config", "sac.yml")
     for failure in (PhysicsError("MuJoCo warned"), MemoryError(), OSError(28, "No space left on device")):
         with patch.object(ToyVectorEnv, "step", side_effect=failure):
             assert describe_error(failure) in refused(*command)
-        assert not (here / "run").exists()
+        assert not (desk / "run").exists()
     assert answered(*command)[0] == 0
     # What was learned already is not thrown away.
     with patch.object(ToyVectorEnv, "step", side_effect=MemoryError):
@@ -114,28 +102,28 @@ def test_a_failed_start_does_not_block_the_next(here: Path) -> None:
 
 
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.5, 0.9, 0.9999])
-def test_a_torn_model(here: Path, share: float) -> None:
-    shutil.copytree(POLICY, here / "kept")
+def test_a_torn_model(desk: Path, share: float) -> None:
+    shutil.copytree(POLICY, desk / "kept")
     for name in ("model.zip", "policy.npz"):  # the second is torn while the first is torn already
-        file = here / "kept" / name
+        file = desk / "kept" / name
         file.write_bytes(file.read_bytes()[: int(share * file.stat().st_size)])
         assert f"{name} is truncated" in refused("agents.publish", "kept", "--to", ".")
     assert "policy.npz is truncated" in refused("agents.evaluate", "--controller", "kept", "--picks", "4")
-    assert sorted(path.name for path in here.iterdir()) == ["kept"]
+    assert sorted(path.name for path in desk.iterdir()) == ["kept"]
 
 
-def test_a_policy_that_is_not_its_models(here: Path) -> None:
-    shutil.copytree(POLICY, here / "kept")
-    file = here / "kept" / "policy.npz"
+def test_a_policy_that_is_not_its_models(desk: Path) -> None:
+    shutil.copytree(POLICY, desk / "kept")
+    file = desk / "kept" / "policy.npz"
     with np.load(file) as parts:
         found = {name: parts[name] for name in parts.files}
     np.savez(file, **{**found, "bias_1": np.nextafter(found["bias_1"], np.float32(1.0))})
     assert "policy.npz and model.zip are from different moments" in refused("agents.publish", "kept", "--to", ".")
 
 
-def test_a_run_of_before_there_were_policies(here: Path) -> None:
-    shutil.copytree(POLICY, here / "kept")
-    (here / "kept" / "policy.npz").unlink()
+def test_a_run_of_before_there_were_policies(desk: Path) -> None:
+    shutil.copytree(POLICY, desk / "kept")
+    (desk / "kept" / "policy.npz").unlink()
     said = "policy.npz is missing; before 0.2.0 none was written: its model.zip can be used with --trust"
     for command in (
         ("agents.evaluate", "--controller", "kept"),
@@ -145,7 +133,7 @@ def test_a_run_of_before_there_were_policies(here: Path) -> None:
         assert said in refused(*command)
     old = ("--controller", "kept/model.zip", "--trust", "--env", "PnTRelease-v0", "--level", "waste", "--picks", "16")
     assert answered("agents.evaluate", *old)[0] == 0
-    (here / "kept" / "model.zip").unlink()
+    (desk / "kept" / "model.zip").unlink()
     assert "policy.npz is missing\n" in refused("agents.evaluate", "--controller", "kept")
 
 
@@ -153,21 +141,21 @@ def test_a_run_of_before_there_were_policies(here: Path) -> None:
     ("name", "value"),
     [("algo", "ppo"), ("algo", [1]), ("algo", "dqn"), ("seed", "x"), ("env", 5), ("num_envs", None), ("level", [])],
 )
-def test_arguments_of_another_run(here: Path, name: str, value: object) -> None:
-    shutil.copytree(POLICY, here / "kept")
-    file = here / "kept" / "args.yml"
+def test_arguments_of_another_run(desk: Path, name: str, value: object) -> None:
+    shutil.copytree(POLICY, desk / "kept")
+    file = desk / "kept" / "args.yml"
     file.write_text(yaml.safe_dump({**yaml.safe_load(file.read_text()), name: value}))
     refused("agents.publish", "kept", "--to", ".", "--picks", "4")
     if value != "ppo":  # only the model tells
         refused("agents.evaluate", "--controller", "kept", "--picks", "4")
 
 
-def test_a_level_whose_name_is_a_path_is_not_published(here: Path) -> None:
-    shutil.copytree(POLICY, here / "kept")
+def test_a_level_whose_name_is_a_path_is_not_published(desk: Path) -> None:
+    shutil.copytree(POLICY, desk / "kept")
     for text in ("name: ../../up\n", "name: 5\n", "[]\n"):
-        (here / "kept" / "env.yaml").write_text(text)
+        (desk / "kept" / "env.yaml").write_text(text)
         assert "env.yaml has name" in refused("agents.publish", "kept", "--to", "to")
-    assert not (here / "to").exists()
+    assert not (desk / "to").exists()
 
 
 STATES: list[tuple[str, dict[str, Any]]] = [
@@ -186,8 +174,8 @@ STATES: list[tuple[str, dict[str, Any]]] = [
 @pytest.mark.parametrize(
     ("name", "state"), STATES, ids=lambda value: value if isinstance(value, str) else "-".join(value)
 )
-def test_a_saved_controller_of_another_shape(here: Path, name: str, state: dict[str, Any]) -> None:
-    np.savez(here / "x.npz", controller=np.array(name), **state)
+def test_a_saved_controller_of_another_shape(desk: Path, name: str, state: dict[str, Any]) -> None:
+    np.savez(desk / "x.npz", controller=np.array(name), **state)
     call = ("--env", "ToyThrow-v0", "--controller", name, "--load", "x.npz", "--picks", "4", "--num-envs", "4")
     refused("agents.evaluate", *call)
 
@@ -210,13 +198,13 @@ RESULTS += [
 
 
 @pytest.mark.parametrize(("data", "said"), RESULTS, ids=str)
-def test_results_of_another_form(here: Path, data: object, said: str) -> None:
-    (here / "reproduction.json").write_text(json.dumps(data))
+def test_results_of_another_form(desk: Path, data: object, said: str) -> None:
+    (desk / "reproduction.json").write_text(json.dumps(data))
     assert said in refused("agents.report", "--results", ".", "--readme", "none.md")
-    assert [path.name for path in here.iterdir()] == ["reproduction.json"]
+    assert [path.name for path in desk.iterdir()] == ["reproduction.json"]
 
 
 @pytest.mark.parametrize("text", ["", "{", "nothing", "[" * 20_000, "1" * 5000, '{"a": NaN'], ids=lambda t: t[:8])
-def test_results_that_are_no_json(here: Path, text: str) -> None:
-    (here / "x.json").write_text(text)
+def test_results_that_are_no_json(desk: Path, text: str) -> None:
+    (desk / "x.json").write_text(text)
     assert "not valid JSON" in refused("agents.report", "--results", ".")

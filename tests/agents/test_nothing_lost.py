@@ -18,6 +18,7 @@ from agents.ground.places import SHIPPED
 from agents.learning.runs import RunFolder
 from benchmarks.kill_trials.commands import LEARNER, small_reproduction
 from benchmarks.kill_trials.trials import state
+from tests.tools.benchmark import toy_plan
 from tests.tools.commands import answered, call_here, environment, refused, run_python
 from tests.tools.datasets import SMALL as SMALL_DATASET
 
@@ -27,11 +28,10 @@ RESUME = ("agents.train", "--resume", "run", "--eval-picks", "4")
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def here(desk: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("MINARI_DATASETS_PATH", "sets")
-    (tmp_path / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
-    return tmp_path
+    (desk / "sac.yml").write_text(yaml.safe_dump({"default": LEARNER}))
+    return desk
 
 
 @pytest.mark.nightly
@@ -48,8 +48,7 @@ def test_a_sample_of_kills() -> None:
 def test_a_second_command_in_a_folder_is_refused(run: Path, here: Path) -> None:
     (here / "results").mkdir()
     small_reproduction(here / "results")
-    plan = {"name": "p", "env": "ToyThrow-v0", "train_level": "waste", "levels": ["waste"], "picks": 4}
-    (here / "plan.yaml").write_text(yaml.safe_dump({**plan, "entries": [{"label": "a", "controller": "analytic"}]}))
+    (here / "plan.yaml").write_text(yaml.safe_dump(toy_plan()))
     (here / "work").mkdir()
     commands: dict[str, tuple[str, ...]] = {
         "run": (*RESUME, "--steps", "24"),
@@ -205,9 +204,7 @@ def test_what_is_missing_at_the_end_is_named_before_the_work(
 ) -> None:
     (here / "results").mkdir()
     small_reproduction(here / "results")
-    plan = {"name": "p", "env": "ToyThrow-v0", "train_level": "waste", "levels": ["waste"], "picks": 4}
-    entries = [{"label": "a", "controller": "analytic"}, {"label": "m", "controller": "mlp", "throws": [8]}]
-    (here / "plan.yaml").write_text(yaml.safe_dump({**plan, "entries": entries}))
+    (here / "plan.yaml").write_text(yaml.safe_dump(toy_plan({"label": "m", "controller": "mlp", "throws": [8]})))
     before = sorted(here.rglob("*"))
     monkeypatch.setitem(sys.modules, library, None)
     done = call_here(*command, folder=here)

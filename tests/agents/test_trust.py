@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import yaml
 
+from tests.tools.benchmark import toy_plan
 from tests.tools.commands import answered, refused
 
 
@@ -186,8 +187,7 @@ def test_statistics_of_an_rl_zoo_folder_need_trust(run: Path, canary: Path, tmp_
 @pytest.mark.parametrize("reference", ["subprocess:call", "subprocess:Popen", "os:system", "subprocess:run"])
 def test_a_plan_calls_nothing_but_controllers(reference: str, tmp_path: Path, canary: Path) -> None:
     entry = {"label": "a", "controller": reference, "options": {"args": f"touch {canary}", "shell": True}}
-    plan = {"name": "p", "env": "ToyThrow-v0", "train_level": "waste", "levels": ["waste"], "picks": 4}
-    (tmp_path / "plan.yaml").write_text(yaml.safe_dump({**plan, "entries": [entry]}))
+    (tmp_path / "plan.yaml").write_text(yaml.safe_dump(toy_plan(entry)))
     command = ("--config", tmp_path / "plan.yaml", "--work", tmp_path / "work", "--out", tmp_path / "out.json")
     refused("agents.benchmark", *command, "--jobs", "1")
     assert not canary.exists()

@@ -30,12 +30,8 @@ evaluate --controller analytic --level typo.yaml | level file 'typo.yaml': unkno
 evaluate --controller analytic --level . | unknown level '.'; shipped levels are
 evaluate --controller analytic --level day | level 'day' drifts, and the observations of this environment do not show
 evaluate --controller kalman | controller 'kalman' needs observations of the previous landing; u
-evaluate --controller analytic --env PnTRelease | unknown environment 'PnTRelease'; known are PnTConveyor-v0,
 evaluate --controller analytic --env LONG | unknown environment 'LONG'; known are PnTConveyor-v0
-evaluate --controller analytic --env CartPole-v1 | environment 'CartPole-v1' has no core
 evaluate --controller analytic --env CartPole-v1 --level waste | environment 'CartPole-v1' takes no level
-evaluate --controller analytic --env nobody:Cell-v0 | module 'nobody' cannot be imported: ModuleNotFoundError: No
-evaluate --controller analytic --env os:Cell-v0 | unknown environment 'Cell-v0': module 'os' does not register
 evaluate --controller analytic --env OneJointThrow-v0 --level waste | unknown level 'waste'; shipped levels are contac
 evaluate --controller analytic --json folder | cannot write 'folder': it is a folder
 evaluate --controller analytic --json LONG/x.json | cannot write 'x ... File name too long
@@ -44,13 +40,10 @@ evaluate --controller analytic --video a.mp4 | --video goes with work shifts; Pn
 evaluate --controller analytic --load x.npz | --load: controller 'analytic' learns nothing that could be s
 evaluate --controller analytic --save x.npz | --save: controller 'analytic' learns nothing that could be s
 evaluate --controller ridge --load none.npz | 'none.npz' does not exist
-evaluate --controller ridge --load file | 'file' holds no saved controller
 evaluate --controller ridge --load folder | 'folder' holds no saved controller: Is a directory
 evaluate --controller ridge --load LONG | 'LONG' holds no saved controller: File name too long
 evaluate --controller ridge --load x.npz | 'x.npz' holds no saved controller
 evaluate --controller ridge --save file/x.npz | cannot write 'file/x.npz': File exists
-evaluate --controller os:nothing | module 'os' has no class 'nothing'
-evaluate --controller Analytic | 'Analytic' is neither a controller
 evaluate --controller none.zip --trust | model 'none.zip' does not exist
 evaluate --controller file | 'file' is neither a controller nor a run folder
 evaluate --controller file.zip | 'file.zip' is not a run folder of `train`: loading it runs ... give --trust
@@ -64,7 +57,6 @@ evaluate --controller policy --env OneJointThrow-v0 | level file 'policy/env.yam
 evaluate --controller policy --action-mode release_xyz | the policy of 'policy' takes observations (26,) and gives ac
 evaluate --controller foreign | 'foreign/policy.npz' is damaged: policy.npz is truncated or holds no policy
 evaluate --controller policy --level nominal.yaml | level file 'nominal.yaml': mismatch is 9: input should be le
-evaluate --env PnTLine-v0 --controller mlp | 'mlp' is no controller of a line; controllers are random, fifo
 evaluate --env PnTLine-v0 --controller nobody | 'nobody' is no controller of a line; ... index, shipped:line/value
 evaluate --controller nobody | 'nobody' is neither a controller nor a run ... shipped:day-recurrent_ppo, MODULE:CLASS
 evaluate --env PnTLine-v0 --controller atc --picks 9 | --picks goes with throws; PnTLine-v0 is judged by work shifts
@@ -108,7 +100,6 @@ train --resume policy --algo ppo | --algo cannot be changed with --resume, becau
 train --resume policy --out x | --out cannot be changed with --resume, because the run folder holds
 benchmark --config none.yaml | cannot read benchmark 'none.yaml': No such file or directory
 benchmark --config text.yaml | benchmark 'text.yaml': it is 'text': input should be a section, with keys name,
-benchmark --config typo.yaml | benchmark 'typo.yaml': unknown key 'binz'; keys 'name',
 benchmark --config plan.yaml --jobs 0 | --jobs is 0; it must be at least 1
 benchmark --config plan.yaml --out folder | cannot write 'folder': it is a folder
 benchmark --config plan.yaml --work file --out o.json | cannot write 'file/piece.json': File exists
@@ -126,31 +117,23 @@ report --results broken | cannot read 'broken/x.json': it is not valid JSON: Exp
 report --results file | 'file' holds no results yet; `python -m agents.benchmark` makes some
 report --results folder | 'folder' holds no results yet; `python -m agents.benchmark` makes some
 play | give one of --video FILE.mp4, --picture FILE.png and --viewe
-play --picture x.png --at nan | --at is nan s; it must be finite and not negative
 play --picture x.png --at inf | --at is inf s; it must be finite and not negative
 play --picture x.png --at -1 | --at is -1.0 s; it must be finite and not negative
 play --picture x.png --slow 0 | --slow is 0; it must be at least 1
-play --picture x.png --controller folder | 'folder' is not a run folder: it has no args.yml
 play --picture a.mp4 --picks 10000 | --picture is 'a.mp4'; it must end in .png
 play --video a.mp4 --picture x.png | give one of --video FILE.mp4, --picture FILE.png and --viewe
 play --video a.mpeg --picks 10000 | --video is 'a.mpeg'; it must end in .mp4 or .gif
-play --video a --picks 10000 | --video is 'a'; it must end in .mp4 or .gif
 play --picture x.png --picks 2 | --picks goes with --video, and has no effect here
 play --picture x.png --slow 2 | --slow goes with --video, and has no effect here
 play --video a.mp4 --at 0.2 | --at goes with --picture, and has no effect here
-evaluate --controller analytic --practice 5 | --practice has no effect: controller 'analytic' has no method `learn`
-evaluate --controller analytic --online | --online has no effect: controller 'analytic' has no method `learn`
 dataset --expert oracle --practice 5 | --practice has no effect: oracle and random learn nothing that could be sent to
 dataset --controller expert --expert oracle --practice 5 | --practice has no effect: oracle learns nothing that could be
 line tune --shifts 2 --out rules.yaml | --shifts is 2; settings are saved to --out from 32 shifts on
 play --video a.mp4 --throws full | --throws goes with work shifts
-play --video a.webm --env PnTLine-v0 --controller fifo | --video is 'a.webm'; it must end in .mp4 or .gif
 play --video a.mp4 --env PnTLine-v0 --controller analytic | 'analytic' is no controller of a line
-play --video x.mp4 --slow 0 | --slow is 0; it must be at least 1
 play --picture x.png --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
 publish none | run folder 'none' does not exist
 publish folder | 'folder' is not a run folder: it has no args.yml
-publish LONG | cannot read or write 'x ... File name too long
 publish policy --shifts 3 | --shifts goes with work shifts; PnTRelease-v0 is judged by throws
 publish policy --to file | cannot write 'file/PnTRelease-v0-waste-sac-seed0/README.md': Not a directory
 dataset --throws 0 | --throws is 0; it must be at least 1
@@ -161,7 +144,6 @@ dataset --root file | cannot read or write
 dataset --controller policy --action-mode release_xyz | the policy of
 dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' has no single form
 dataset --env PnTLine-v0 --expert atc --controller oracle | 'oracle' is no controller of a line; controllers are
-dataset --env PnTLine-v0 --expert atc --controller LONG | 'x ... is no controller of a line; controllers are random
 dataset --env PnTLine-v0 --expert atc --controller none.npz | scorer 'none.npz' does not exist
 evaluate --env OneJointThrow-v0 --controller analytic --log x.csv | --log goes with PnTConveyor-v0, PnTRelease-v0 and
 evaluate --controller analytic --log folder | cannot write 'folder': it is a folder
@@ -174,7 +156,6 @@ fit file --out x.txt | --out is 'x.txt'; it must end in .yaml or .yml
 fit file --level nowhere | unknown level 'nowhere'; shipped levels are
 fit --design 0 | --design is 0; it must be at least 1
 fit --design 3 --landings 30 | --landings goes with --twins, and has no effect here
-fit --twins 1 --plan x.csv | --plan goes with --design, and has no effect here
 fit file --plan x.csv | --plan goes with --design, and has no effect here
 fit --design 5 --out x.yaml | --out goes with LOG, and has no effect here
 fit --design 5 --page x.html | --page goes with LOG, and has no effect here
@@ -192,7 +173,6 @@ line calibrate --level nowhere | unknown level 'nowhere'; shipped levels are lin
 line calibrate --level near.yaml | level file 'near.yaml': robots 'a' at x 0 m and 'b' at 0.5 m have windows
 line calibrate --level far.yaml --num-envs 2 | level 'far': no robot can throw an object into its bins
 line calibrate --out folder | cannot write 'folder': it is a folder
-line calibrate --out nowhere/deep/table.json --level text | unknown level 'text'
 line imitate --shifts 0 | --shifts is 0; it must be at least 1
 line imitate --hidden 0 | --hidden is 0; it must be at least 1
 line imitate --level nowhere | unknown level 'nowhere'; shipped levels are line3

@@ -15,18 +15,7 @@ from agents.dispatchers.registry import NAMES as LINE_NAMES
 from agents.ground.console import COMMANDS
 from agents.ground.levels import FAMILIES
 from agents.reproduce.papers import PAPERS, package
-from docs.pages import (
-    breaks,
-    cite,
-    commands,
-    controllers,
-    docstrings,
-    environments,
-    items,
-    levels,
-    made,
-    papers,
-)
+from docs.pages import breaks, cite, commands, controllers, docstrings, environments, items, levels, made, papers
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.catalogue import CATALOGUE
 from pnt_gym.cells.conveyor.config import ConveyorConfig

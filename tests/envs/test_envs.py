@@ -176,15 +176,6 @@ def test_the_zero_action_is_the_same_throw_in_every_mode_that_corrects_the_plan(
     np.testing.assert_allclose(errors, errors[0], atol=1e-6)
 
 
-def test_actions_outside_the_box_are_those_on_its_border():
-    infos = []
-    for action in ([1.0, -1.0], [7.5, -2.0]):
-        env = gym.make("PnTRelease-v0", level="waste").unwrapped
-        env.reset(seed=2)
-        infos.append(env.step(np.array(action))[4])
-    assert infos[0] == infos[1]
-
-
 def test_closing_twice_is_safe():
     env = gym.make("PnTConveyor-v0", render_mode="rgb_array")
     env.reset(seed=0)

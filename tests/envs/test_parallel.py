@@ -14,7 +14,7 @@ from pnt_gym.cells.base import parallel
 from pnt_gym.cells.base.parallel import LEAST_ROWS, call_in_threads, split_rows
 from pnt_gym.errors import ActionError, OrderError, PhysicsError
 from tests.tools.throws import CONVEYOR, same_bits, zeros
-from tests.tools.vectors import LEVELS, actions
+from tests.tools.vectors import LEVELS, actions, assert_alike
 
 COUNT = 7
 BANDIT = "PnTRelease-v0"
@@ -30,20 +30,6 @@ def small_parts(monkeypatch):
 
 def opened(env_id, threads, count=COUNT, **settings):
     return gym.make_vec(env_id, num_envs=count, threads=threads, **{"level": LEVELS[env_id], **settings})
-
-
-def assert_same(first, second):
-    """Two infos have the same keys and the same bits, whatever their masks say."""
-    assert first.keys() == second.keys()
-    for name, value in first.items():
-        if isinstance(value, dict):
-            assert_same(value, second[name])
-        elif value.dtype == object:
-            assert [one is None for one in value] == [one is None for one in second[name]]
-            pairs = zip(value, second[name], strict=True)
-            assert all(same_bits(one, other) for one, other in pairs if one is not None)
-        else:
-            assert same_bits(value, second[name]), name
 
 
 def break_part(env, number, error):
@@ -66,13 +52,9 @@ def parts_of(env):
 def test_parts_give_the_bits_of_one_thread(env_id, threads):
     alone, split = opened(env_id, 1), opened(env_id, threads)
     assert (len(parts_of(alone)), len(parts_of(split))) == (0, threads)
-    (first, info), (second, info2) = (env.reset(seed=3) for env in (alone, split))
-    assert same_bits(first, second)
-    assert_same(info, info2)
+    assert_alike(*(env.reset(seed=3) for env in (alone, split)))
     for action in actions(env_id, 3):
-        (*results, info), (*results2, info2) = (env.step(action[:COUNT]) for env in (alone, split))
-        assert all(same_bits(one, two) for one, two in zip(results, results2, strict=True))
-        assert_same(info, info2)
+        assert_alike(*(env.step(action[:COUNT]) for env in (alone, split)))
 
 
 @pytest.mark.parametrize(
@@ -82,13 +64,10 @@ def test_parts_reset_as_one_thread_does(env_id, mode):
     alone, split = (opened(env_id, threads, autoreset_mode=mode, max_episode_steps=2) for threads in (1, 3))
     assert same_bits(*(env.reset(seed=8)[0] for env in (alone, split)))
     for number, action in enumerate(actions(env_id, 3)):
-        (*results, info), (*results2, info2) = (env.step(action[:COUNT]) for env in (alone, split))
-        assert all(same_bits(one, two) for one, two in zip(results, results2, strict=True))
-        assert_same(info, info2)
-        mask = (results[2] | results[3]) & (mode == "Disabled") | (np.arange(COUNT) == number)
-        (first, info), (second, info2) = (env.reset(options={"reset_mask": mask}) for env in (alone, split))
-        assert same_bits(first, second)
-        assert_same(info, info2)
+        step, other = (env.step(action[:COUNT]) for env in (alone, split))
+        assert_alike(step, other)
+        mask = (step[2] | step[3]) & (mode == "Disabled") | (np.arange(COUNT) == number)
+        assert_alike(*(env.reset(options={"reset_mask": mask}) for env in (alone, split)))
 
 
 @pytest.mark.parametrize("jitter", [False, True])

@@ -1,4 +1,4 @@
-"""Cells of the gripper robot for its tests."""
+"""Poses and cells of the gripper robot for its tests."""
 
 import numpy as np
 
@@ -6,6 +6,14 @@ from pnt_gym.cells.base.action import corrected
 from pnt_gym.cells.gripper.action import MODES
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
+
+
+def pose(x, y, z, degrees):
+    """A pose from mm and degrees."""
+    return np.array([x / 1e3, y / 1e3, z / 1e3, np.deg2rad(degrees)])
+
+
+DOWN, UP = pose(0, 0, -250, -45), pose(0, 0, -200, -45)
 
 
 def made(level="nominal", count=16, threads=1, seed=0, **changes):

@@ -37,11 +37,6 @@ def release(goal, half_height, guess):
     return u
 
 
-def arriving(part, goal, guess):
-    """The whole state (6,) in which a part arrives at a goal."""
-    return arrival(release(np.array(goal), part.half_height, guess)[None], part.half_height)[0]
-
-
 def is_dynamic_grasp(u, part, arm):
     """Whether some acceleration at the release keeps the part on the arm and is within the motor's torque.
 

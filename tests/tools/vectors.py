@@ -1,6 +1,6 @@
 """Vector environments, ours beside Gymnasium's loop over single ones: short episodes, and the comparison of infos."""
 
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -46,6 +46,26 @@ def both(env_id: str, mode: str, **given: Any) -> tuple[Any, Any]:
     how = {"autoreset_mode": mode}
     theirs = gym.make_vec(env_id, num_envs=N, vectorization_mode="sync", vector_kwargs=how, **given)
     return ours, theirs
+
+
+def assert_alike(given: Sequence[Any], other: Sequence[Any]) -> None:
+    """Two steps or two resets gave the same bits, whatever the masks of their infos say."""
+    (*values, info), (*others, info2) = given, other
+    assert all(same_bits(one, two) for one, two in zip(values, others, strict=True))
+    _assert_same_bits(info, info2)
+
+
+def _assert_same_bits(info: Mapping[str, Any], other: Mapping[str, Any]) -> None:
+    assert info.keys() == other.keys()
+    for name, value in info.items():
+        if isinstance(value, dict):
+            _assert_same_bits(value, other[name])
+        elif value.dtype == object:
+            assert [one is None for one in value] == [one is None for one in other[name]]
+            pairs = zip(value, other[name], strict=True)
+            assert all(same_bits(one, two) for one, two in pairs if one is not None)
+        else:
+            assert same_bits(value, other[name]), name
 
 
 def assert_same_info(mine: Mapping[str, Any], other: Mapping[str, Any], more: Container[str] = ()) -> None:

@@ -1,1 +1,5 @@
 """What the cells of all robots share, once: config, core, actions, items, air, physics in stages, and pictures."""
+
+from pnt_gym.deferred import defer
+
+defer(__name__, "body_kernel", "flight_kernel", "freefall", "load_kernel", "settle_kernel")

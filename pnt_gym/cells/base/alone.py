@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base import body_kernel, freefall
 from pnt_gym.cells.base.fluid import GeomPlacement
 from pnt_gym.cells.base.plant import check_warnings, simulation_ids
 from pnt_gym.constants import GRAVITY
-from pnt_gym.deferred import Deferred
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.base import body_kernel, freefall
-else:
-    body_kernel = Deferred("pnt_gym.cells.base.body_kernel")
-    freefall = Deferred("pnt_gym.cells.base.freefall")
 
 CHECK_INTERVAL: Final = 0.032
 """Interval between two checks whether an object can still leave its bin [s]."""

@@ -6,17 +6,10 @@ Heat in the windings, friction in the gears and holding torque at rest are left 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.deferred import Deferred
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.base import load_kernel
-else:
-    load_kernel = Deferred("pnt_gym.cells.base.load_kernel")
+from pnt_gym.cells.base import load_kernel
 
 
 def loads_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float) -> tuple[Floats, Floats]:

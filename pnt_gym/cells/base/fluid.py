@@ -11,20 +11,15 @@ Every operation is elementwise: a row's result does not depend, to the last bit,
 # pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base import body_kernel
 from pnt_gym.cells.base.items import SHAPES
-from pnt_gym.deferred import Deferred
 from pnt_gym.errors import ConfigError
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.base import body_kernel
-else:
-    body_kernel = Deferred("pnt_gym.cells.base.body_kernel")
 
 # Share of the drag coefficient, by shape. MuJoCo's drag has no 1/2, and a box or cylinder is seen as the
 # ellipsoid inside it, whose frontal area is pi/4 of a face: 0.5 / (pi/4) = 0.64.

@@ -10,18 +10,13 @@ case II); the moment is added here. The safety factors that the handbook advises
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias, final
+from typing import Final, Literal, NamedTuple, TypeAlias, final
 
 import numpy as np
 
 from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.base import load_kernel
 from pnt_gym.constants import GRAVITY
-from pnt_gym.deferred import Deferred
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.base import load_kernel
-else:
-    load_kernel = Deferred("pnt_gym.cells.base.load_kernel")
 
 CUP_RADIUS: Final = 0.018
 """Bellows suction cup for light waste, 36 mm wide [m]."""

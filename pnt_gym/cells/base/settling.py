@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, final
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base import settle_kernel
 from pnt_gym.cells.base.plant import check_warnings, simulation_ids
-from pnt_gym.deferred import Deferred
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.base import settle_kernel
-else:
-    settle_kernel = Deferred("pnt_gym.cells.base.settle_kernel")
 
 DECISION_INTERVAL: Final = 0.008
 """Time that the engine simulates between two checks [s]: longer than the spring of a contact is bent."""

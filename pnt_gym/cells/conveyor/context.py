@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, NamedTuple, Self, final
+from typing import NamedTuple, Self, final
 
 import numpy as np
 
@@ -12,17 +12,12 @@ from pnt_gym.arrays import Bools, Floats, Ints, join_columns
 from pnt_gym.cells.base.rotations import turn_back
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.objects import kernel
 from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
 from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.records import Record, computed
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.conveyor.objects import kernel
-else:
-    kernel = Deferred("pnt_gym.cells.conveyor.objects.kernel")
 
 
 @final

@@ -2,39 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, length, take
+from pnt_gym.cells.base import freefall, settle_kernel
 from pnt_gym.cells.base.alone import Fall, fall, write_object
 from pnt_gym.cells.base.plant import Touchdown, simulation_ids
 from pnt_gym.cells.base.settling import Airborne, FallEnd, Vicinity, settle
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA
+from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.hand import ThrowClock
-from pnt_gym.cells.conveyor.scene import (
-    BOTTOM_PANEL,
-    Surroundings,
-    bin_panels,
-    build_free_scene,
-    floor_height,
-)
+from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels, build_free_scene, floor_height
 from pnt_gym.constants import GRAVITY
-from pnt_gym.deferred import Deferred
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.base import freefall, settle_kernel
-    from pnt_gym.cells.conveyor import scene_kernel
-else:
-    scene_kernel = Deferred("pnt_gym.cells.conveyor.scene_kernel")
-    settle_kernel = Deferred("pnt_gym.cells.base.settle_kernel")
-    freefall = Deferred("pnt_gym.cells.base.freefall")
 
 NEAR_DISTANCE: Final = 0.02
 """Distance from an opening beyond which an object's landing cannot end in that bin [m]."""

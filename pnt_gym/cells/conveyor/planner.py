@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final, NamedTuple, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, recompute_rows, take
 from pnt_gym.cells.base.cell import Purpose, move_aside
 from pnt_gym.cells.base.items import item_arrays
+from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.bin_walls import hits_bin
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
 from pnt_gym.cells.conveyor.context import Context, apply_bias, belt_shift
@@ -24,15 +25,9 @@ from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, ObjectMake
 from pnt_gym.cells.conveyor.objects.fill import draw_fill, fixed_areas, mean_volumes
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.throwable import is_throwable
-from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.robots.t3kr.geometry import T3KR
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.conveyor import scene_kernel
-else:
-    scene_kernel = Deferred("pnt_gym.cells.conveyor.scene_kernel")
 
 TRIAL_THROWS: Final = 50
 """Number of trial throws at a bin before a warning that the bin is out of reach."""

@@ -13,16 +13,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, compute_by_mask, concatenate_records, length, recompute_rows, take
+from pnt_gym.cells.base import flight_kernel
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import loads_between, loads_of_steps
 from pnt_gym.cells.base.parallel import call_in_threads, split_rows
 from pnt_gym.cells.base.plant import TOUCH_DISTANCE, ObjectFlight, Plant, Touchdown, roll_out, simulation_ids, touching
 from pnt_gym.cells.base.rotations import turn_back, yaw_attitude
+from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.swing import Spring, springs
@@ -30,18 +32,10 @@ from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
 from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
-from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
 from pnt_gym.robots.t3kr.references import JointMotion, joint_knots, joint_loads, knot_count, upsample
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.base import flight_kernel
-    from pnt_gym.cells.conveyor import scene_kernel
-else:
-    scene_kernel = Deferred("pnt_gym.cells.conveyor.scene_kernel")
-    flight_kernel = Deferred("pnt_gym.cells.base.flight_kernel")
 
 
 @final

@@ -7,7 +7,7 @@ model that the plant overwrites per simulation; the models are compiled once.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -29,17 +29,12 @@ from pnt_gym.cells.base.stage import (
     add_torque_sensors,
     light_stage,
 )
+from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY
-from pnt_gym.deferred import Deferred
 from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, set_options
 from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.conveyor import scene_kernel
-else:
-    scene_kernel = Deferred("pnt_gym.cells.conveyor.scene_kernel")
 
 CUP_LENGTH: Final = 0.050
 FLOOR_DROP: Final = 0.02

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.grasp import image_kernel
 from pnt_gym.cells.grasp.config import CHANNELS, PIXEL, PIXELS
 from pnt_gym.cells.grasp.surfaces import Keys, SurfaceTable, draw_surfaces, kernel_columns
-from pnt_gym.deferred import Deferred
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.grasp import image_kernel
-else:
-    image_kernel = Deferred("pnt_gym.cells.grasp.image_kernel")
 
 Bytes = NDArray[np.uint8]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NamedTuple, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,17 +17,10 @@ from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.items import Item
 from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES, Look, Zone
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.grasp import random_kernel, seal_kernel, surface_kernel
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
 from pnt_gym.constants import GRAVITY
-from pnt_gym.deferred import Deferred
 from pnt_gym.records import Record
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.grasp import random_kernel, seal_kernel, surface_kernel
-else:
-    random_kernel = Deferred("pnt_gym.cells.grasp.random_kernel")
-    seal_kernel = Deferred("pnt_gym.cells.grasp.seal_kernel")
-    surface_kernel = Deferred("pnt_gym.cells.grasp.surface_kernel")
 
 Keys = NDArray[np.uint64]
 SURFACE, IMAGE, TRY = 1, 2, 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Final, final
+from typing import Final, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.base.parallel import work_in_parts
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.line import act_kernel
 from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle, record_cycle
 from pnt_gym.cells.line.books import Accounts
 from pnt_gym.cells.line.chances import Chances, required_table
@@ -25,24 +26,11 @@ from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
 from pnt_gym.cells.line.observation import Observer, empty_observations
 from pnt_gym.cells.line.state import Fate, LineState
 from pnt_gym.cells.line.stream import Stream, StreamSampler, redraw
-from pnt_gym.cells.line.throws import (
-    Attempt,
-    SimulatedThrows,
-    TableThrows,
-    ThrowExecutor,
-    ThrowResults,
-    redraw_picks,
-)
+from pnt_gym.cells.line.throws import Attempt, SimulatedThrows, TableThrows, ThrowExecutor, ThrowResults, redraw_picks
 from pnt_gym.cells.line.turns import Turns
-from pnt_gym.deferred import Deferred
 from pnt_gym.errors import ConfigError, OrderError
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION, T3KR_JERK, T3KR_VELOCITY
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.line import act_kernel
-else:
-    act_kernel = Deferred("pnt_gym.cells.line.act_kernel")
 
 USUAL_CYCLE: Final = 0.9
 """Typical time of a decision: 0.75 s with good planners, 1.4 s with random choices on the shipped levels [s]."""

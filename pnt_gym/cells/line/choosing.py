@@ -13,6 +13,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.line import choice_kernel, turn_kernel
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig, distinct_cells
 from pnt_gym.cells.line.options import (
@@ -27,15 +28,10 @@ from pnt_gym.cells.line.options import (
 from pnt_gym.cells.line.state import CHOICES, COLUMNS, Choices, LineState
 from pnt_gym.cells.line.straight import StraightPlanner
 from pnt_gym.cells.line.stream import Stream
-from pnt_gym.deferred import Deferred
 from pnt_gym.errors import ConfigError
 
 if TYPE_CHECKING:
-    from pnt_gym.cells.line import choice_kernel, turn_kernel
     from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
-else:
-    choice_kernel = Deferred("pnt_gym.cells.line.choice_kernel")
-    turn_kernel = Deferred("pnt_gym.cells.line.turn_kernel")
 
 NEAR: Final = 0.25
 """Objects within this distance along the belt from where a hand stops count as near it [m]."""

@@ -7,23 +7,18 @@ times the planner's, chances those of the table of throws.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, final
+from typing import Final, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.features import CLIP, Feature, FeatureTable
+from pnt_gym.cells.line import observation_kernel
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import MOST_ROBOTS
 from pnt_gym.cells.line.state import CHOICES, Choices, LineState
 from pnt_gym.cells.line.stream import Stream
-from pnt_gym.deferred import Deferred
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.line import observation_kernel
-else:
-    observation_kernel = Deferred("pnt_gym.cells.line.observation_kernel")
 
 MIN_RATE: Final = 1e-6
 """Value per second below which choices count as equal."""

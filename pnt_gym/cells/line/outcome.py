@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
+from pnt_gym.cells.line import outcome_kernel
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.state import LineState
 from pnt_gym.cells.line.stream import Stream
-from pnt_gym.deferred import Deferred
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.line import outcome_kernel
-else:
-    outcome_kernel = Deferred("pnt_gym.cells.line.outcome_kernel")
 
 
 def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: Ints) -> dict[str, NDArray[Any]]:

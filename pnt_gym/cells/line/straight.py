@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 
@@ -15,17 +15,11 @@ from pnt_gym.arrays import Floats, Ints, length, take
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.line import meeting_kernel, throwing_kernel
 from pnt_gym.cells.line.options import OptionPlanner, Options, Sight, Sites, ThrowCandidates
-from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED, Fading, arrival_time
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.line import meeting_kernel, throwing_kernel
-else:
-    meeting_kernel = Deferred("pnt_gym.cells.line.meeting_kernel")
-    throwing_kernel = Deferred("pnt_gym.cells.line.throwing_kernel")
 
 
 @final

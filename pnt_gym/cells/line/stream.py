@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -11,14 +11,9 @@ from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.cell import Generators, Purpose, move_aside
 from pnt_gym.cells.conveyor.objects.records import Objects, half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.line import lie
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.deferred import Deferred
 from pnt_gym.errors import ConfigError
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.line import lie
-else:
-    lie = Deferred("pnt_gym.cells.line.lie")
 
 STRETCH: Final = 1000.0 + (np.sqrt(5.0) - 1.0) / 2.0
 """A uniform draw times this number, modulo 1, is practically independent of the draw."""

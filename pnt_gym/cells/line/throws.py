@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, Self, TypeAlias, cast, final
+from typing import Any, Self, TypeAlias, cast, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,17 +18,12 @@ from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.line import act_kernel
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import distinct_cells
 from pnt_gym.cells.line.state import Choices, LineState
 from pnt_gym.cells.line.stream import STRETCH, Stream, redraw
-from pnt_gym.deferred import Deferred
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.line import act_kernel
-else:
-    act_kernel = Deferred("pnt_gym.cells.line.act_kernel")
 
 Release: TypeAlias = Callable[[NDArray[np.float32], Ints], NDArray[np.floating]]
 """Corrects throws: maps observations (N, D) of `PnTRelease-v0` and classified items (N,) to actions (N, A)."""

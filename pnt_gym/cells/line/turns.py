@@ -7,19 +7,15 @@ from typing import TYPE_CHECKING, Final, final
 import numpy as np
 
 from pnt_gym.arrays import Ints
+from pnt_gym.cells.line import decision_kernel, turn_kernel
 from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.state import LineState
 from pnt_gym.cells.line.stream import Stream
-from pnt_gym.deferred import Deferred
 from pnt_gym.errors import ConfigError
 
 if TYPE_CHECKING:
-    from pnt_gym.cells.line import decision_kernel, turn_kernel
     from pnt_gym.cells.line.decision_kernel import LineArrays, OrderArrays
-else:
-    decision_kernel = Deferred("pnt_gym.cells.line.decision_kernel")
-    turn_kernel = Deferred("pnt_gym.cells.line.turn_kernel")
 
 MOST_LOOKS: Final = 100_000
 """Looks without a result in a row before a line is declared impossible."""

@@ -20,22 +20,17 @@ motion has at every time at least the fading's acceleration, so its speed is bel
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Self, final
+from typing import Final, Self, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
-from pnt_gym.deferred import Deferred
+from pnt_gym.planning.motion import kernel
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.scurve import peaks, stroke_time
 from pnt_gym.planning.motion.trajectory import Segments
 from pnt_gym.records import computed
-
-if TYPE_CHECKING:
-    from pnt_gym.planning.motion import kernel
-else:
-    kernel = Deferred("pnt_gym.planning.motion.kernel")
 
 DOWNSTREAM: Final = np.array([1.0, 0.0, 0.0])
 """Direction in which belts move."""

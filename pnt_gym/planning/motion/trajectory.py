@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, Protocol, final
+from typing import NamedTuple, Protocol, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats, length
-from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PlanningError
+from pnt_gym.planning.motion import kernel
 from pnt_gym.planning.motion.limits import Limits
-
-if TYPE_CHECKING:
-    from pnt_gym.planning.motion import kernel
-else:
-    kernel = Deferred("pnt_gym.planning.motion.kernel")
 
 
 @final

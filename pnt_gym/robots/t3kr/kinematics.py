@@ -5,19 +5,12 @@ counter-clockwise from (+x, +y). The platform never rotates. A pose's result doe
 poses.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
-from pnt_gym.deferred import Deferred
+from pnt_gym.robots.t3kr import kernel
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
-
-if TYPE_CHECKING:
-    from pnt_gym.robots.t3kr import kernel
-else:
-    kernel = Deferred("pnt_gym.robots.t3kr.kernel")
 
 
 def as_rows(points: ArrayLike) -> tuple[tuple[int, ...], Floats]:

@@ -6,20 +6,15 @@ and the torque is linear. A row does not depend on the other rows.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
-from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PntGymError
+from pnt_gym.robots.t3kr import kernel
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
-
-if TYPE_CHECKING:
-    from pnt_gym.robots.t3kr import kernel
-else:
-    kernel = Deferred("pnt_gym.robots.t3kr.kernel")
 
 N_CONTROLS = 12
 """Position, velocity and feed-forward torque of four motors, in this order per motor."""

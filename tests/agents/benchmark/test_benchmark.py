@@ -23,26 +23,21 @@ from agents.report.__main__ import main as report
 from agents.report.blocks import fill_blocks
 from agents.report.tables import benchmark_grids, benchmark_table, failure_table, sorting_table
 from benchmarks.kill_trials.commands import LEARNER
+from tests.tools.benchmark import carried_out, toy_plan
 from tests.tools.nightly import with_nightly
 
-PLAN: dict[str, Any] = {
-    "name": "small",
-    "env": "ToyThrow-v0",
-    "train_level": "waste",
-    "levels": ["waste", "unseen"],
-    "picks": 120,
-    "seeds": [0, 1],
-    "num_envs": 8,
-    "entries": [
-        {"label": "analytic", "controller": "analytic"},
-        {"label": "goal", "controller": "virtual_goal", "throws": [64], "options": {"gain": 0.8}},
-        {"label": "ridge", "controller": "ridge", "throws": [64, 200]},
-        {"label": "oracle", "controller": "oracle"},
-    ],
-    "learned": [{"label": "ridge", "throws": 200}],
-    "references": [{"label": "analytic"}, {"label": "goal", "throws": 64}],
-    "floors": {"waste": "ridge"},
-}
+PLAN = toy_plan(
+    {"label": "analytic", "controller": "analytic"},
+    {"label": "goal", "controller": "virtual_goal", "throws": [64], "options": {"gain": 0.8}},
+    {"label": "ridge", "controller": "ridge", "throws": [64, 200]},
+    {"label": "oracle", "controller": "oracle"},
+    levels=["waste", "unseen"],
+    picks=120,
+    seeds=[0, 1],
+    learned=[{"label": "ridge", "throws": 200}],
+    references=[{"label": "analytic"}, {"label": "goal", "throws": 64}],
+    floors={"waste": "ridge"},
+)
 
 BARE: dict[str, Any] = {"learned": [], "references": [], "floors": {}}
 """Of a plan that compares nothing."""
@@ -50,11 +45,7 @@ BARE: dict[str, Any] = {"learned": [], "references": [], "floors": {}}
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    plan = Plan.model_validate(PLAN)
-    work = tmp_path_factory.mktemp("work")
-    results = [result for piece in pieces(plan) for result in run_piece(piece, work)["results"]]
-    found = {**assemble(plan, results), "plan": plan.model_dump(mode="json"), "results": results}
-    return {**found, "versions": {"python": "3"}, "seconds": 1.0}
+    return carried_out(PLAN, tmp_path_factory.mktemp("work"))
 
 
 def test_every_line_of_the_plan_is_there(done: dict[str, Any]) -> None:

@@ -10,22 +10,14 @@ import pytest
 import yaml
 
 from agents.jobs.work import Completion, Job, run_job
+from tests.tools.benchmark import toy_plan
 from tests.tools.commands import answered, refused
 
 PLANNER = {"label": "analytic", "controller": "analytic"}
 GOAL = {"label": "goal", "controller": "virtual_goal", "throws": [16], "options": {"gain": 0.8}}
 SLOW = {**GOAL, "options": {"gain": 0.1}}
 RIDGE = {"label": "ridge", "controller": "ridge", "throws": [16]}
-PLAN: dict[str, Any] = {
-    "name": "small",
-    "env": "ToyThrow-v0",
-    "train_level": "waste",
-    "levels": ["waste"],
-    "picks": 24,
-    "seeds": [0],
-    "num_envs": 8,
-    "entries": [PLANNER, GOAL],
-}
+PLAN = toy_plan(PLANNER, GOAL, seeds=[0])
 COMMAND = ("agents.benchmark", "--config", "plan.yaml", "--jobs", "1", "--out", "out.json", "--work", "work")
 
 
@@ -48,8 +40,7 @@ def columns(data: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.fixture
-def first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    monkeypatch.chdir(tmp_path)
+def first(desk: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     monkeypatch.setattr("agents.jobs.cluster.pool", lambda *_: in_this_process)
     return benchmark(PLAN)
 

@@ -11,21 +11,18 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.benchmark.compare import assemble
 from agents.benchmark.plan import Plan, needs, pieces
-from agents.benchmark.run import run_piece
-from agents.benchmark.stored import stored_policies
 from agents.dispatchers.registry import line_controller, line_core
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector, stream_seed
 from agents.ground.files import write_json
 from agents.ground.places import SHIPPED
-from agents.ground.versions import versions
 from agents.judging.evaluation import evaluate
 from agents.judging.work_shifts.data import LISTS, MEANS, run_shifts
 from agents.judging.work_shifts.results import summarise
 from agents.learning.runs import RunFolder
 from agents.report.__main__ import benchmark_chapter
+from tests.tools.benchmark import carried_out
 from tests.tools.commands import answered, output_of
 
 SMALL = {"n_envs": 2, "n_steps": 4, "batch_size": 8, "policy_kwargs": {"net_arch": [8]}}
@@ -60,10 +57,9 @@ def write_levels(folder: Path) -> None:
 
 
 @pytest.fixture
-def levels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    write_levels(tmp_path)
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+def levels(desk: Path) -> Path:
+    write_levels(desk)
+    return desk
 
 
 @pytest.fixture(scope="module")
@@ -77,10 +73,7 @@ def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def done(work: Path) -> dict[str, Any]:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(work)
-        plan = Plan.model_validate(PLAN)
-        results = [result for piece in pieces(plan) for result in run_piece(piece, work)["results"]]
-    found = {**assemble(plan, results), "plan": plan.model_dump(mode="json"), "results": results}
-    return json.loads(json.dumps({**found, "versions": {"python": "3"}, "seconds": 1.0}, allow_nan=False))
+        return json.loads(json.dumps(carried_out(PLAN, work), allow_nan=False))
 
 
 def rows_by(done: dict[str, Any]) -> dict[Any, Any]:
@@ -109,14 +102,11 @@ def test_figures_are_those_of_an_evaluation(done: dict[str, Any], work: Path, la
 
 def test_shifts_are_worked_again_by_a_stored_policy(work: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(work)
-    plan = Plan.model_validate({**PLAN, "learned": [], "entries": [PLAN["entries"][0], PLAN["entries"][5]]})
-    parts = [run_piece(piece, work) for piece in pieces(plan)]
-    results = [row for part in parts for row in part["results"]]
-    head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "policies": stored_policies(parts)}
-    write_json(Path("file.json"), {**head, "results": results})
+    file = carried_out({**PLAN, "learned": [], "entries": [PLAN["entries"][0], PLAN["entries"][5]]}, work)
+    write_json(Path("file.json"), file)
     assert answered("agents.benchmark.verify", "file.json", "--rows", "99", "--json", "out.json")[0] == 0
     verdicts = json.loads(Path("out.json").read_text())["verdicts"]
-    assert [row["verdict"] for row in verdicts] == ["equal"] * len(results)
+    assert [row["verdict"] for row in verdicts] == ["equal"] * len(file["results"])
     assert [row["label"] for row in verdicts if row["stored"]] == ["ppo"] * 4
 
 

@@ -7,64 +7,38 @@ from typing import Any
 import pytest
 
 from agents.benchmark import run
-from agents.benchmark.compare import assemble
-from agents.benchmark.plan import Plan, pieces
-from agents.benchmark.run import run_piece
-from agents.benchmark.stored import stored_policies
 from agents.benchmark.verify import first_difference
 from agents.ground.files import json_text
-from agents.ground.versions import versions
+from tests.tools.benchmark import carried_out, toy_plan
 from tests.tools.commands import answered, refused
 
-PLAN: dict[str, Any] = {
-    "name": "small",
-    "env": "ToyThrow-v0",
-    "train_level": "waste",
-    "levels": ["waste", "unseen"],
-    "picks": 24,
-    "seeds": [0, 1],
-    "num_envs": 8,
-    "entries": [
-        {"label": "analytic", "controller": "analytic"},
-        {"label": "ridge", "controller": "ridge", "throws": [16, 32]},
-    ],
-}
+RIDGE = {"label": "ridge", "controller": "ridge", "throws": [16, 32]}
+PLAN = toy_plan({"label": "analytic", "controller": "analytic"}, RIDGE, levels=["waste", "unseen"], seeds=[0, 1])
 ROWS = 10
 """Two levels of one planner, and of ridge with two seeds and two numbers of throws."""
 
 
 @pytest.fixture(scope="module")
 def text(tmp_path_factory: pytest.TempPathFactory) -> str:
-    plan = Plan.model_validate(PLAN)
-    work = tmp_path_factory.mktemp("work")
-    results = [result for piece in pieces(plan) for result in run_piece(piece, work)["results"]]
-    head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "seconds": 1.0}
-    return json_text({**head, **assemble(plan, results), "results": results})
+    return json_text(carried_out(PLAN, tmp_path_factory.mktemp("work")))
 
 
 @pytest.fixture(scope="module")
 def stored_text(tmp_path_factory: pytest.TempPathFactory) -> str:
     """File with the policies of a training and of fits."""
     sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0], "options": {"learning_starts": 16}}
-    plan = Plan.model_validate({**PLAN, "levels": ["waste"], "entries": [PLAN["entries"][1], sac]})
-    work = tmp_path_factory.mktemp("work")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "STORED_FROM", 0.0)
-        parts = [run_piece(piece, work) for piece in pieces(plan)]
-    results = [result for part in parts for result in part["results"]]
-    head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "policies": stored_policies(parts)}
-    return json_text({**head, "seconds": 1.0, **assemble(plan, results), "results": results})
+        return json_text(carried_out(toy_plan(RIDGE, sac, seeds=[0, 1]), tmp_path_factory.mktemp("work")))
 
 
 @pytest.fixture
-def stored(stored_text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    monkeypatch.chdir(tmp_path)
+def stored(stored_text: str, desk: Path) -> dict[str, Any]:
     return json.loads(stored_text)
 
 
 @pytest.fixture
-def data(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    monkeypatch.chdir(tmp_path)
+def data(text: str, desk: Path) -> dict[str, Any]:
     return json.loads(text)
 
 

@@ -8,14 +8,7 @@ import pytest
 from agents.controllers.filters import BIN_CAMERA, NOISE, SURPRISE, landing_noise
 from agents.controllers.in_context import InContext
 from agents.controllers.recurrent import LAYERS
-from agents.controllers.trackers import (
-    RIDGE_FEATURES,
-    Kalman,
-    RecursiveRidge,
-    RunningMean,
-    Tracker,
-    drift_effects,
-)
+from agents.controllers.trackers import RIDGE_FEATURES, Kalman, RecursiveRidge, RunningMean, Tracker, drift_effects
 from pnt_gym.cells.conveyor.drift import Feedback
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
 

@@ -22,16 +22,14 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def sets(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def sets(place: Path, desk: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Minari's folder with that dataset in it."""
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(place))
     return place
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(desk: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder, below which Minari's is."""
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MINARI_DATASETS_PATH", "sets")
-    return tmp_path
+    return desk

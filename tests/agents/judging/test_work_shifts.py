@@ -76,9 +76,14 @@ def by_hand():
     return Shifts(told, {name: np.array(values) for name, values in decisions.items()}, 2, 10, 0.05)
 
 
-def test_figures_of_shifts_by_hand():
+def summary_by_hand():
+    """Their figures."""
     _, core = vector_lines({"base": "skills3", "duration": 10.0}, 1)
-    found = ShiftRecord(by_hand(), core, {}).summary()
+    return ShiftRecord(by_hand(), core, {}).summary()
+
+
+def test_figures_of_shifts_by_hand():
+    found = summary_by_hand()
     assert (found["shifts"], found["picks"], found["picks_per_min"]) == (2, 7, 21.0)
     assert (found["value_per_min"], found["sorted_per_min"], found["recovery"]) == (9.0, 12.0, 0.375)
     assert (found["purity"], found["passed_value_per_min"], found["passed_tried"]) == (0.75, 20.0, 0.2)
@@ -94,10 +99,9 @@ def test_figures_of_shifts_by_hand():
     assert found["purity_by_bin"] == {"first/paper": 1.0, "first/trays": 0.0, "second/trays": 1.0}
 
 
-def test_every_object_has_one_fate(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # a table that somebody counted in the working folder would split the misses
-    _, core = vector_lines({"base": "skills3", "duration": 10.0}, 1)
-    found = ShiftRecord(by_hand(), core, {}).summary()
+@pytest.mark.usefixtures("desk")  # a table that somebody counted in the working folder would split the misses
+def test_every_object_has_one_fate():
+    found = summary_by_hand()
     counts = {"sorted": 4, "misplaced": 1, "missed": 1, "lost": 0, "unsealed": 2, "passed": 6}
     assert found["fates"] == {name: pytest.approx(count / 14) for name, count in counts.items()}
     assert (found["simulated"], found["fates_split"], found["energy_per_pick_j"]) == (False, False, None)
@@ -147,10 +151,9 @@ def test_simulated_throws_tell_causes_and_energy():
     assert found["energy_per_pick_j"] == pytest.approx(np.nanmean(throws["energy"]))
 
 
-def test_the_table_has_every_figure(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    _, core = vector_lines({"base": "skills3", "duration": 10.0}, 1)
-    found = ShiftRecord(by_hand(), core, {}).summary()
+@pytest.mark.usefixtures("desk")
+def test_the_table_has_every_figure():
+    found = summary_by_hand()
     shown = Console(width=120, record=True, file=StringIO())
     shown.print(ShiftRecord.table("x", found))
     lines_of = [" ".join(line.replace("│", " ").split()) for line in shown.export_text().splitlines()]

@@ -5,14 +5,7 @@ import pytest
 import torch
 from torch import nn
 
-from agents.policies.networks import (
-    Dense,
-    activate,
-    arrays_by_name,
-    layers_from_torch,
-    layers_of,
-    run_layers,
-)
+from agents.policies.networks import Dense, activate, arrays_by_name, layers_from_torch, layers_of, run_layers
 
 
 def normal(*shape: int) -> np.ndarray:

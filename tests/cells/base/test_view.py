@@ -214,9 +214,12 @@ def test_a_video_has_as_many_frames_as_its_throws_take(tmp_path, slow):
     assert count_frames(path) == pytest.approx(expected, abs=2)
 
 
-def test_a_video_of_nothing_is_refused_and_leaves_no_file(tmp_path):
+def test_a_video_of_nothing_is_refused_leaves_no_file_and_closes_its_view(tmp_path, monkeypatch):
+    view, closed = belt_core().view(), []
+    monkeypatch.setattr(view, "close", lambda: closed.append(view))
     with pytest.raises(ConfigError, match="at least one throw"):
-        record_video(belt_core().view(), [], tmp_path / "none.mp4")
+        record_video(view, [], tmp_path / "none.mp4")
+    assert closed == [view]
     assert not list(tmp_path.iterdir())
 
 

@@ -13,14 +13,8 @@ from pnt_gym.robots.gripper import (
     inverse_kinematics,
     travel_time,
 )
+from tests.tools.gripper import DOWN, UP, pose
 
-
-def pose(x, y, z, degrees):
-    """A pose from mm and degrees."""
-    return np.array([x / 1e3, y / 1e3, z / 1e3, np.deg2rad(degrees)])
-
-
-DOWN, UP = pose(0, 0, -250, -45), pose(0, 0, -200, -45)
 MOVES = [
     lambda **options: line(DOWN, UP, **options),
     lambda **options: line(pose(20, -30, -190, -30), pose(-30, 40, -230, -60), **options),

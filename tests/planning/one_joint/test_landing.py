@@ -5,14 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pnt_gym.planning.one_joint import (
-    Arm,
-    Block,
-    ThrowReason,
-    landing_state,
-    release_states,
-    release_states_batch,
-)
+from pnt_gym.planning.one_joint import Arm, Block, ThrowReason, landing_state, release_states, release_states_batch
 from pnt_gym.planning.one_joint.flight import landing_jacobian
 
 G = 9.81

@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.robots.gripper import JointLimits, travel_time
-
-
-def pose(x, y, z, degrees):
-    """A pose from mm and degrees."""
-    return np.array([x / 1e3, y / 1e3, z / 1e3, np.deg2rad(degrees)])
-
-
-DOWN, UP = pose(0, 0, -250, -45), pose(0, 0, -200, -45)
+from tests.tools.gripper import DOWN, UP, pose
 
 
 def test_pick_and_toss_takes_78_and_85_milliseconds():

@@ -5,13 +5,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.planning.one_joint.parameters import Arm
-from pnt_gym.robots.one_joint.model import (
-    STOPPER_HEIGHT,
-    Drive,
-    add_grip,
-    add_one_joint,
-    add_plane_joints,
-)
+from pnt_gym.robots.one_joint.model import STOPPER_HEIGHT, Drive, add_grip, add_one_joint, add_plane_joints
 from pnt_gym.robots.specification import set_options
 
 ARM, RIGID = Arm(), Drive(kp=2000.0, kv=20.0)

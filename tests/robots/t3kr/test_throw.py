@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from mujoco.batch import Batch
 
+from pnt_gym.planning import JerkTrajectory, MotionLimits, accelerate, brake, coast
 from pnt_gym.robots.specification import set_options
 from pnt_gym.robots.t3kr.geometry import T3KR
 from pnt_gym.robots.t3kr.kinematics import closed_pose
@@ -21,43 +22,20 @@ LANDING_HEIGHT, GRAVITY = -0.85, 9.81
 HORIZON = 0.6
 
 
-def direction():
-    flat = TARGET - PICK[:2]
-    flat = flat / np.hypot(*flat) * np.cos(ELEVATION)
-    return np.append(flat, np.sin(ELEVATION))
+def throw_path():
+    """The hand accelerates, coasts past the release, and brakes, on one line."""
+    flat, limits = TARGET - PICK[:2], MotionLimits(V, A, J)
+    way = np.array([[*(flat / np.hypot(*flat) * np.cos(ELEVATION)), np.sin(ELEVATION)]])
+    parts = [
+        accelerate(way, np.array([RELEASE_PATH]), limits),
+        coast(np.array([WINDOW])),
+        brake(way, np.array([V]), limits),
+    ]
+    return JerkTrajectory.concatenate(PICK[None], parts), float(parts[0].durations.sum())
 
 
-def ramp_segments():
-    """(jerk, duration) of the way from rest to V with full acceleration."""
-    return [(J, A / J), (0.0, V / A - A / J), (-J, A / J)]
-
-
-def release_time():
-    ramp = V / A + A / J
-    return ramp + (RELEASE_PATH - V * ramp / 2.0) / V
-
-
-def hand_path(times):
-    """Position, velocity and acceleration (M, 3): accelerate, coast past the release, brake, rest."""
-    ramp = V / A + A / J
-    segments = [*ramp_segments(), (0.0, release_time() - ramp + WINDOW)]
-    segments += [(-jerk, duration) for jerk, duration in ramp_segments()]
-    state, start = np.zeros(3), 0.0
-    s, v, a = (np.zeros_like(times) for _ in range(3))
-    for jerk, duration in [*segments, (0.0, np.inf)]:
-        inside = (times >= start) & (times < start + duration)
-        t = times[inside] - start
-        s[inside], v[inside], a[inside] = advance(state, jerk, t)
-        if np.isfinite(duration):
-            state, start = np.array(advance(state, jerk, duration)), start + duration
-        if not np.isfinite(duration):
-            v[inside], a[inside] = 0.0, 0.0
-    return PICK + s[:, None] * direction(), v[:, None] * direction(), a[:, None] * direction()
-
-
-def advance(state, jerk, t):
-    s, v, a = state
-    return s + v * t + a * t**2 / 2 + jerk * t**3 / 6, v + a * t + jerk * t**2 / 2, a + jerk * t
+PATH, RELEASE = throw_path()
+"""The path, and the time of the release [s]."""
 
 
 def build(rods, timestep):
@@ -87,13 +65,12 @@ def simulate(rods, timestep, carried=BOX_MASS):
     model, handles = build(rods, timestep)
     steps, stride = round(HORIZON / timestep), round(0.004 / timestep)
     times = np.arange(knot_count(steps, stride)) * 0.004
-    position, velocity, acceleration = hand_path(times)
-    payload = np.where(times < release_time(), carried, 0.0)
-    knots = joint_knots(position[None], velocity[None], acceleration[None], payload[None])
+    payload = np.where(times < RELEASE, carried, 0.0)
+    knots = joint_knots(*PATH.sample(times), payload[None])
     control = np.ones((1, steps, model.nu + model.neq))
     assert list(control_columns(model, handles)) == list(range(12))
     upsample(knots, 0.004, stride, control)
-    release = round(release_time() / timestep)
+    release = round(RELEASE / timestep)
     control[:, release:, model.nu + model.equality("grip").id] = 0.0
 
     batch = Batch(model, 1, nthread=1)
@@ -130,9 +107,8 @@ def landing(run):
 
 
 def ballistic_landing():
-    start = PICK + RELEASE_PATH * direction() - [0, 0, BOX_HALF[2]]
-    v = V * direction()
-    flight = (v[2] + np.sqrt(v[2] ** 2 + 2 * GRAVITY * (start[2] - LANDING_HEIGHT))) / GRAVITY
+    start, v = (values[0, 0] for values in PATH.sample([RELEASE])[:2])
+    flight = (v[2] + np.sqrt(v[2] ** 2 + 2 * GRAVITY * (start[2] - BOX_HALF[2] - LANDING_HEIGHT))) / GRAVITY
     return start[:2] + v[:2] * flight
 
 
@@ -145,7 +121,7 @@ def test_loops_stay_closed_and_the_hand_follows(rods, timestep):
     assert run["warnings"] == 0
     np.testing.assert_allclose(run["time"], timestep * np.arange(1, len(run["time"]) + 1), atol=1e-9)
     assert run["gap"] < 0.05e-3
-    wanted = hand_path(run["time"])[0]
+    wanted = PATH.sample(run["time"]).position[0]
     assert np.linalg.norm(run["hand"] - wanted, axis=1).max() < 0.6e-3
     assert np.linalg.norm(run["hand"][-1] - wanted[-1]) < 1e-5
 

@@ -7,21 +7,16 @@ object's underside while the footprints overlap.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, TypeAlias, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, take
 from pnt_gym.cells.base.cell import Generators
+from pnt_gym.cells.conveyor.belt import sweep
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.deferred import Deferred
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.conveyor.belt import sweep
-else:
-    sweep = Deferred("pnt_gym.cells.conveyor.belt.sweep")
 
 PASSED_PLACES: Final = 8
 """Number of stored objects per belt that are not picked any more; carried objects may still sweep through them."""

@@ -8,7 +8,7 @@ then simulates.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, final
+from typing import Final, final
 
 import numpy as np
 
@@ -16,14 +16,9 @@ from pnt_gym.arrays import Bools, Floats, length
 from pnt_gym.cells.base.items import BOX, CYLINDER
 from pnt_gym.cells.base.rotations import level_axes, vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP
+from pnt_gym.cells.conveyor.cup import kernel
 from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.deferred import Deferred
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.conveyor.cup import kernel
-else:
-    kernel = Deferred("pnt_gym.cells.conveyor.cup.kernel")
 
 MARGIN: Final = 0.001
 """Gap for the hand's tracking error: three times the largest one in the shipped levels [m]."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Self, final
+from typing import Final, Self, final
 
 import numpy as np
 
@@ -13,14 +13,9 @@ from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.base.rotations import turn_back
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.objects import kernel
 from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.trajectory import HandPath
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.conveyor.objects import kernel
-else:
-    kernel = Deferred("pnt_gym.cells.conveyor.objects.kernel")
 
 LEAST_ACCELERATION: Final = 2.0
 """Smallest acceleration of a throw; an object whose grip allows less is not thrown [m/s2]."""

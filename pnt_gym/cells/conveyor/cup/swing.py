@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final, NamedTuple, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.base import freefall
 from pnt_gym.cells.base.items import CYLINDER
 from pnt_gym.cells.conveyor.config import LIP_GAP, LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.cup import kernel as cup_kernel
 from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.deferred import Deferred
 from pnt_gym.planning.motion.trajectory import Samples
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.base import freefall
-    from pnt_gym.cells.conveyor.cup import kernel as cup_kernel
-else:
-    freefall = Deferred("pnt_gym.cells.base.freefall")
-    cup_kernel = Deferred("pnt_gym.cells.conveyor.cup.kernel")
 
 LARGEST_PHASE: Final = 0.5
 """Largest phase of a swing in a step [rad]; the stiffness of a lip is limited to that of this phase.

@@ -25,10 +25,6 @@ class AutoMover(Mover):
     """Throws objects straight, or puts them down over an ellipse; a release at rest means putting down.
 
     `plan` plans throws. A caller that decides to put an object down plans with an `EllipseMover`.
-
-    Args:
-        config: the cell.
-        workspace: the positions that the hand can reach.
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:

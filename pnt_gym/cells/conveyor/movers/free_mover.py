@@ -37,12 +37,7 @@ BELOW_LIMIT: Final = 0.98
 
 
 class FreeMover(Mover):
-    """Throws with a free release direction.
-
-    Args:
-        config: the cell.
-        workspace: the positions that the hand can reach.
-    """
+    """Throws with a free release direction."""
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
         follow = config.motion.follow_through
@@ -240,10 +235,6 @@ class FlyingMover(FreeMover):
     The return keeps all limits, and takes the place of the corner blending of Hassan et al. 2022 (section III-C), which
     adds overlapping moves and exceeds the jerk limit. The hand need not stay above the object: behind an object that
     rises along the line no hand does, one that stops no more than one that flies on.
-
-    Args:
-        config: the cell.
-        workspace: the positions that the hand can reach.
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:

@@ -38,10 +38,6 @@ class HorizontalMover(StraightMover):
     """Lifts straight up to the ceiling, throws horizontally, and returns at that height (Hassan et al. 2022, IV-B2).
 
     The hand brakes on the line of the throw, and descends to the next pick from the height of the lift.
-
-    Args:
-        config: the cell.
-        workspace: the positions that the hand can reach.
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:
@@ -96,10 +92,6 @@ class PlacingMover(Mover):
     """Abstract: brings objects over their bins, releases them at rest, and returns on the same kind of path.
 
     Subclasses define the path from rest to rest over obstacles.
-
-    Args:
-        config: the cell.
-        workspace: the positions that the hand can reach.
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:

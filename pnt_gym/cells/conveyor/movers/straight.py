@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from pnt_gym.arrays import Bools, Floats, length, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.constants import GRAVITY
-from pnt_gym.deferred import Deferred
+from pnt_gym.planning.motion import kernel
 from pnt_gym.planning.motion.intercept import meet_on_belt
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
@@ -32,11 +32,6 @@ from pnt_gym.planning.straight.release import (
     stops_inside,
 )
 from pnt_gym.records import Record, computed
-
-if TYPE_CHECKING:
-    from pnt_gym.planning.motion import kernel
-else:
-    kernel = Deferred("pnt_gym.planning.motion.kernel")
 
 _LOWER_STEPS = 24
 """Number of elevations that are tried when a corrected release would rise above the ceiling and its slack."""
@@ -111,7 +106,10 @@ class Meeting(Reach):
 
 
 class Mover(ABC):
-    """Abstract: plans the hand's motion for N picks at once; a row's result does not depend on the other rows."""
+    """Abstract: plans the hand's motion for N picks at once; a row's result does not depend on the other rows.
+
+    A mover is made from the config of a cell and from the workspace, the positions that the hand can reach.
+    """
 
     @abstractmethod
     def plan(self, pick: Floats, target: Floats, limits: Limits, ceiling: Floats) -> ReleaseBatch:
@@ -186,10 +184,6 @@ class StraightMover(Mover):
     The throw is that of Hassan et al. 2022, the motion after it is not. The paper brakes at the release, and its moves
     overlap at corners (section III-C), which exceeds the jerk limit. Here the hand keeps its velocity for the window,
     so that the cup leaves the object alone, and stops at every corner. `FlyingMover` returns without these stops.
-
-    Args:
-        config: the cell.
-        workspace: the positions that the hand can reach.
     """
 
     def __init__(self, config: ConveyorConfig, workspace: EllipticWorkspace) -> None:

@@ -7,7 +7,7 @@ pure functions of these rows, so a cell draws the same objects alone and in a ba
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, final
+from typing import Final, final
 
 import numpy as np
 
@@ -15,14 +15,9 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.fluid import GYRATION
 from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
+from pnt_gym.cells.conveyor.objects import kernel
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects, objects_in_block
 from pnt_gym.constants import GRAVITY
-from pnt_gym.deferred import Deferred
-
-if TYPE_CHECKING:
-    from pnt_gym.cells.conveyor.objects import kernel
-else:
-    kernel = Deferred("pnt_gym.cells.conveyor.objects.kernel")
 
 NORMALS, UNIFORMS = 24, 12 + 3 * TARGET_DRAWS
 """Numbers of an object's standard normal and uniform draws, whose columns stand in `kernel`."""

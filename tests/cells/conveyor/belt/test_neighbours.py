@@ -8,12 +8,7 @@ import pytest
 
 from pnt_gym.arrays import concatenate_records, take
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
-from pnt_gym.cells.conveyor.belt.stream import (
-    CHECK_AFTER_RELEASE,
-    CHECK_INTERVAL,
-    course,
-    sweeps_through,
-)
+from pnt_gym.cells.conveyor.belt.stream import CHECK_AFTER_RELEASE, CHECK_INTERVAL, course, sweeps_through
 from pnt_gym.cells.conveyor.belt.sweep import BESIDE_DEPTH
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.conveyor.objects.records import half_extent

@@ -1,0 +1,26 @@
+"""Plans of small benchmarks on the cell on paper, and what the benchmark's file holds of a plan."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from agents.benchmark.compare import assemble
+from agents.benchmark.plan import Plan, pieces
+from agents.benchmark.run import run_piece
+from agents.benchmark.stored import stored_policies
+from agents.ground.versions import versions
+
+
+def toy_plan(*entries: Mapping[str, Any], **more: Any) -> dict[str, Any]:
+    """A plan of some entries, by default of the planner alone, on a level."""
+    usual = {"name": "small", "env": "ToyThrow-v0", "train_level": "waste", "levels": ["waste"], "picks": 24}
+    return {**usual, "num_envs": 8, "entries": [*entries] or [{"label": "a", "controller": "analytic"}], **more}
+
+
+def carried_out(content: Mapping[str, Any], work: Path) -> dict[str, Any]:
+    """The file of a plan whose pieces are done in this process."""
+    plan = Plan.model_validate(content)
+    parts = [run_piece(piece, work) for piece in pieces(plan)]
+    results = [row for part in parts for row in part["results"]]
+    head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "policies": stored_policies(parts)}
+    return {**head, "seconds": 1.0, **assemble(plan, results), "results": results}
