@@ -168,7 +168,7 @@ def roll_out(
         The recorded fields by name, (N, M, columns) each.
 
     Raises:
-        PhysicsError: the engine warned, or stopped a simulation.
+        PhysicsError: no such field is recorded; or the engine warned, or stopped a simulation.
     """
     simulations = np.arange(len(steps)) if ids is None else ids
     record = {name: np.zeros((*control.shape[:2], _width(batch.model, name))) for name in names}
@@ -201,8 +201,14 @@ def roll_out(
 
 
 def _width(model: MjModel, name: str) -> int:
-    """Columns of a recorded field."""
+    """Columns of a recorded field.
+
+    Raises:
+        PhysicsError: no such field is recorded.
+    """
     sizes = {"sensordata": model.nsensordata, "qpos": model.nq, "qvel": model.nv, "actuator_force": model.nactuator}
+    if name not in sizes:
+        raise PhysicsError(f"recorded field is {name!r}; it must be one of {', '.join(sizes)}")
     return int(sizes[name])
 
 
