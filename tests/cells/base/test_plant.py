@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.plant import ObjectFlight, roll_out, touching
+from pnt_gym.cells.base.flight import ObjectFlight
+from pnt_gym.cells.base.plant import roll_out, touching
 from pnt_gym.engine import Batch, mujoco
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import landing_point
