@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import tyro
 
 from .ground.amounts import NUM_ENVS
+from .ground.bars import throws_bar
 from .ground.cli import at_least, option, run
 from .ground.outputs import check_drawing, check_ending, check_writable, deliver_json, deliver_text
-from .ground.tables import Grid, console, throws_bar
+from .ground.tables import Grid, console
 
 if TYPE_CHECKING:
     from .judging.comparison import Comparison

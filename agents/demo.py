@@ -8,9 +8,10 @@ from functools import partial
 from typing import Final
 
 from .ground.amounts import NUM_ENVS, PRACTICE
+from .ground.bars import throws_bar
 from .ground.cli import at_least, run
 from .ground.places import POLICY
-from .ground.tables import console, throws_bar
+from .ground.tables import console
 from .judging.evaluation import evaluate_all
 from .judging.trials import open_trial
 from .learning.runs import RunFolder

@@ -12,11 +12,12 @@ from typing import Annotated, Any, Final
 import numpy as np
 import tyro
 
+from ..ground.bars import throws_bar
 from ..ground.cli import UsageError, at_least, option, run
 from ..ground.files import check_form, jsonable, read_json
 from ..ground.outputs import check_writable, deliver_json
 from ..ground.shipped import module_of
-from ..ground.tables import Grid, console, throws_bar
+from ..ground.tables import Grid, console
 from ..ground.versions import versions
 from ..jobs.parcel import arithmetic
 from .bounds import is_near

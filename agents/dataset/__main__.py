@@ -12,10 +12,11 @@ from typing import Annotated
 import tyro
 
 from ..ground.amounts import NUM_ENVS
+from ..ground.bars import throws_bar
 from ..ground.cli import at_least, option, run
 from ..ground.environments import make_single
 from ..ground.places import MADE
-from ..ground.tables import console, throws_bar
+from ..ground.tables import console
 from ..jobs.cluster import pool
 from ..judging.trials import open_trial
 from .crew import Crew, EpisodeStore, collection_task

@@ -15,10 +15,10 @@ import numpy as np
 from gymnasium.spaces import Box, Space
 
 from ..controllers.protocol import Controller, Learner
+from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
 from ..ground.environments import Role
 from ..ground.shipped import policy_place
-from ..ground.tables import throws_bar
 from ..jobs.cluster import Needs
 from ..jobs.work import Pool, keep_missing
 from ..judging.trial import Trial

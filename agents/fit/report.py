@@ -12,7 +12,8 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..ground.tables import Grid, throws_bar
+from ..ground.bars import throws_bar
+from ..ground.tables import Grid
 from ..judging.throws.log import ThrowLog
 from .fitted import Fitted, fit_log
 from .parameters import PARAMETERS, Parameter, priors

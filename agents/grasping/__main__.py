@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
+from ..ground.bars import throws_bar
 from ..ground.cli import at_least, check_libraries, option, run
 from ..ground.outputs import check_ending, check_writable, deliver
 from ..ground.tables import Grid, console
@@ -60,13 +62,16 @@ def main(arguments: Arguments) -> None:
     from .practice import practise  # noqa: PLC0415 - as above
 
     level = with_drawn_kinds(arguments.level, arguments.drawn, arguments.seed)
-    practice = practise(level, arguments.tries, arguments.seed, SIGHTS.get(arguments.sees, SIGHTS["local"]))
+    sight = SIGHTS.get(arguments.sees, SIGHTS["local"])
+    with throws_bar() as bar:
+        advance = partial(bar.advance, bar.add_task("tries", total=arguments.tries))
+        practice = practise(level, arguments.tries, arguments.seed, sight, advance)
+        network = practice.network
+        if arguments.sees == "pixels":
+            network = learn_maps(practice, level, with_features=False, seed=arguments.seed, epochs=EPOCHS)
     count = max(arguments.tries // 5, 1)
     first, last = practice.held[:count].mean(), practice.held[-count:].mean()
     print(f"held: {first:.1%} of the first {count} tries, {last:.1%} of the last")
-    network = practice.network
-    if arguments.sees == "pixels":
-        network = learn_maps(practice, level, with_features=False, seed=arguments.seed, epochs=EPOCHS)
     if arguments.out is not None:
         deliver(arguments.out, network.save)
     if arguments.judge > 0:

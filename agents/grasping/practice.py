@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final, final
 
@@ -43,7 +44,13 @@ class Practice:
     """Number of tries and seed of the objects of each round."""
 
 
-def practise(level: str | GraspConfig, tries: int, seed: int, columns: tuple[int, ...] | None = None) -> Practice:
+def practise(
+    level: str | GraspConfig,
+    tries: int,
+    seed: int,
+    columns: tuple[int, ...] | None = None,
+    progress: Callable[[int], object] | None = None,
+) -> Practice:
     """Try places on fresh objects of a level, one try an object, and learn from the results alone.
 
     Args:
@@ -51,6 +58,7 @@ def practise(level: str | GraspConfig, tries: int, seed: int, columns: tuple[int
         tries: number of tries.
         seed: seed of objects, places and networks.
         columns: features that the network sees; None for all.
+        progress: called with the number of tries just done.
     """
     network, rng = PlaceNetwork(columns), np.random.default_rng([seed, 2])
     rounds = tuple((size, 1000 * (seed + 1) + k) for k, size in enumerate(_rounds(tries)))
@@ -71,6 +79,8 @@ def practise(level: str | GraspConfig, tries: int, seed: int, columns: tuple[int
         )
         steps = STEPS if k == len(rounds) else QUICK_STEPS
         network.fit(practice.values, practice.worth, seed, steps)
+        if progress is not None:
+            progress(size)
     return practice
 
 

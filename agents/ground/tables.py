@@ -9,7 +9,6 @@ from typing import Any, Final, NamedTuple
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
 from . import metrics
@@ -88,24 +87,10 @@ def html_text(text: str) -> str:
     return EMPHASIS.sub(r"<em>\1</em>", re.sub("`([^`]+)`", r"<code>\1</code>", escape_html(text)))
 
 
-def console() -> Console:
-    """The terminal; wide enough for a table when the output is a file."""
-    terminal = Console()
-    return terminal if terminal.is_terminal else Console(width=140)
-
-
-def throws_bar(*columns: str) -> Progress:
-    """A progress bar over throws; `columns` names further task fields to show."""
-    extra = [TextColumn("{task.fields[" + name + "]}") for name in columns]
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        *extra,
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        console=console(),
-    )
+def console(*, stderr: bool = False) -> Console:
+    """The terminal; wide enough for a table when the output, or stderr, is a file."""
+    terminal = Console(stderr=stderr)
+    return terminal if terminal.is_terminal else Console(stderr=stderr, width=140)
 
 
 def settings_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, Any]]) -> Table:

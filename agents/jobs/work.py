@@ -17,11 +17,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeAlias, final
 
+from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
 from ..ground.files import lock_folder, read_json, write_bytes
 from ..ground.outputs import check_writable
 from ..ground.signals import block_signals
-from ..ground.tables import throws_bar
 from ..ground.versions import versions
 
 JobValues: TypeAlias = dict[str, Any]

@@ -13,10 +13,10 @@ import gymnasium as gym
 from ..controllers.protocol import Controller, Learner, learns
 from ..controllers.state import check_learns, practice_steps, save_state
 from ..ground.amounts import NUM_ENVS
+from ..ground.bars import throws_bar
 from ..ground.cli import UsageError, at_least
 from ..ground.environments import Env, as_vector, make_vector
 from ..ground.outputs import deliver_text
-from ..ground.tables import throws_bar
 from .loop import Progress
 from .record import Record, Row
 from .throws.recorder import Recorder

@@ -17,11 +17,12 @@ from ..dispatchers.registry import ENV, line_controller, line_core
 from ..dispatchers.scored import ScoreController
 from ..dispatchers.settings import settings
 from ..ground.amounts import NUM_ENVS
+from ..ground.bars import throws_bar
 from ..ground.cli import at_least, option
 from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import check_writable, deliver
 from ..ground.places import module_name
-from ..ground.tables import console, throws_bar
+from ..ground.tables import console
 from ..judging.evaluation import evaluate_all
 from ..judging.trials import open_trial
 from ..judging.work_shifts.trial import ShiftTrial

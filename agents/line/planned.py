@@ -16,9 +16,9 @@ from pnt_gym.cells.line.table_name import MADE
 
 from ..dispatchers.registry import ENV, line_controller, line_core
 from ..dispatchers.release import make_release
+from ..ground.bars import throws_bar
 from ..ground.environments import make_vector, stream_seed
 from ..ground.metrics import mean_interval
-from ..ground.tables import throws_bar
 from ..judging.work_shifts.counted import Counted
 from ..judging.work_shifts.data import Shifts, run_shifts
 from ..judging.work_shifts.fates import FATES, Fates

@@ -22,11 +22,11 @@ from ..controllers import NAMES
 from ..dispatchers.decisions import work_shifts
 from ..dispatchers.registry import ENV, line_controller, line_core
 from ..dispatchers.release import make_release
+from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
 from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import deliver_text
 from ..ground.shipped import policy_place
-from ..ground.tables import throws_bar
 from ..ground.versions import versions
 from ..judging.work_shifts.counted import ENTRY, Counted, read_counted
 from ..learning.runs import POLICY

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..controllers.between import wrap_env
+from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of, make_vector, stream_seed
-from ..ground.tables import throws_bar
 from ..learning.runs import RunFolder
 from ..learning.windows import Window
 
@@ -65,8 +65,7 @@ def learn(
     model.set_logger(logger)
     total, every = run_args["steps"], run_args["checkpoint_every"]
     change, full_env = total - run_args.get("full_last", 0) if quick is not None else 0, env.env
-    with throws_bar("rate", "success", "error") as bar:
-        bar.live.auto_refresh = not quiet
+    with throws_bar("rate", "success", "error", quiet=quiet) as bar:
         task = bar.add_task(
             f"{run_args['algo']} on {run_args['env']}",
             total=total,
@@ -74,7 +73,6 @@ def learn(
             rate="",
             success="",
             error="",
-            visible=not quiet,
         )
 
         def show(count: int, rate: float, success: float, figure: float) -> None:

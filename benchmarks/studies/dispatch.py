@@ -9,7 +9,7 @@ import numpy as np
 from agents.ground.metrics import mean_interval
 from benchmarks.studies.cells import Amount, Figures, Floats, Settings, generators
 from benchmarks.studies.throws import throw
-from pnt_gym.cells.conveyor.belt.sources import BeltPicks
+from pnt_gym.cells.conveyor.belt.belt_picks import BeltPicks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 

@@ -80,7 +80,7 @@ STAGES: Final = (
     ),
     Stage(
         "next object",
-        (f"{CONVEYOR}.belt.sources:BeltPicks.following",),
+        (f"{CONVEYOR}.belt.belt_picks:BeltPicks.following",),
         "The next object is chosen on the belt, and planned, with the way back of the hand. `PnTRelease-v0` has no "
         "belt and draws a pick instead.",
     ),
@@ -97,7 +97,7 @@ STAGES: Final = (
     ),
     Stage(
         "flight",
-        (f"{CONVEYOR}.free:FreeObjects.fall", f"{BASE}.plant:Touchdown.landing_fields"),
+        (f"{CONVEYOR}.free:FreeObjects.fall", f"{BASE}.flight:Touchdown.landing_fields"),
         "Once object and cup are clear of each other, the object flies on without the robot, through the air and into "
         "the bin. The landing is where it crosses the plane of the rim.",
     ),

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, length
+from pnt_gym.cells.base.flight import ObjectFlight
 from pnt_gym.cells.base.items import item_arrays
-from pnt_gym.cells.base.plant import ObjectFlight
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hand import HandCycle

@@ -21,6 +21,7 @@ from typing import Final, Literal, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
+from pnt_gym.errors import PlanningError
 
 Rule = Literal["first", "soonest", "value_rate", "atc"]
 
@@ -57,7 +58,12 @@ def index(rule: Rule, candidates: Candidates, patience: float) -> Floats:
         rule: a name of `RULES`.
         candidates: the candidates.
         patience: k of `atc` [s]: a candidate that can wait for k counts e times less.
+
+    Raises:
+        PlanningError: there is no such rule.
     """
+    if rule not in RULES:
+        raise PlanningError(f"rule is {rule!r}; it must be one of {', '.join(RULES)}")
     # Impossible candidates may hold any number, NaN included.
     with np.errstate(all="ignore"):
         return np.where(candidates.possible, RULES[rule](candidates, patience), -np.inf)

@@ -139,6 +139,12 @@ def test_what_no_action_mode_can_be(env_id, mode, make):
         make(env_id, action_mode=mode)
 
 
+@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "OneJointThrow-v0", "GripperToss-v0"])
+def test_no_action_mode_but_a_known_one_corrects_errors(env_id):
+    with refusal("action_mode is 'telepathy'", *MODES[env_id]):
+        gym.make(env_id).unwrapped.core.cell.correction("telepathy")
+
+
 def test_unknown_render_modes():
     with refusal("render_mode is 'hologram'", "rgb_array", "rgb_array_list", "human"):
         PnTConveyorEnv(render_mode="hologram")

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning.dispatch import RULES, Candidates, index
 
 TIMES = st.lists(st.tuples(st.floats(0.2, 3.0), st.floats(0.0, 2.0), st.floats(0.1, 5.0)), min_size=1, max_size=8)
@@ -72,3 +73,8 @@ def test_numbers_of_the_impossible_may_be_none():
     among = candidates([(np.nan, np.nan, 1.0), (0.8, 0.1, 1.0)], [False, True])
     for rule in RULES:
         assert taken(rule, among) == 1
+
+
+def test_an_unknown_rule_is_one_sentence():
+    with pytest.raises(PlanningError, match="rule is 'dearest'; it must be one of first, soonest, value_rate, atc"):
+        index("dearest", candidates([(1.0, 1.0, 1.0)]), 1.0)

@@ -18,8 +18,9 @@ from agents.dispatchers.rules import IndexRule
 from agents.ground.environments import make_vector
 from pnt_gym.cells.line.cell import Decisions, LineCell
 from pnt_gym.cells.line.chances import Chances, digest, format_table
-from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.core import LineCore
+from pnt_gym.cells.line.observation import MIN_RATE
 from pnt_gym.cells.line.state import Fate
 
 PICKED = (0.8, 0.9, 0.6, 0.85)
@@ -83,6 +84,44 @@ def decided(cell: LineCell, random: np.random.Generator, invalid: float = 0.0) -
     score = random.random(real.shape) + np.where(real, 1.0, 0.0)
     score = np.where((random.random(len(real)) < invalid)[:, None], -score, score)
     return score.argmax(axis=1)
+
+
+def seen_values(core: LineCore) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What the robots that decide next know, by name: of their lines (N,), and of each choice (N, CHOICES)."""
+    state, choices, rows = core.cell.state, core.cell.state.choices, np.arange(core.cell.count)
+    hand, until = state.hand[rows, state.robot], np.zeros((core.cell.count, MOST_ROBOTS))
+    until[:, : state.expected.shape[1]] = np.maximum(state.expected - state.clock[:, None], 0.0)
+    line = {
+        "gone": np.minimum(state.clock / core.config.duration, 1.0),
+        **{f"turn_{robot}": state.robot == robot for robot in range(MOST_ROBOTS)},
+        **{f"busy_{robot}": until[:, robot] for robot in range(MOST_ROBOTS)},
+        "hand_x": hand[:, 0],
+        "hand_y": hand[:, 1],
+        "coming": _coming(core.cell),
+        "possible": choices.real.sum(axis=1),
+    }
+    plain = "real lift wait value chance percent crowd heirs reaches queue"
+    return line, {
+        **{name: getattr(choices, name) for name in plain.split()},
+        "pick_x": choices.pick[..., 0],
+        "pick_y": choices.pick[..., 1],
+        "cycle": choices.lift + choices.throwing,
+        "slack": choices.leave - choices.lift,
+        "ln_rate": np.log(np.maximum(choices.value * choices.chance / (choices.lift + choices.throwing), MIN_RATE)),
+        "distance": np.hypot(choices.away[..., 0], choices.away[..., 1]),
+        "stop_x": choices.stop[..., 0],
+        "stop_y": choices.stop[..., 1],
+    }
+
+
+def _coming(cell: LineCell) -> Any:
+    """Objects that each deciding robot takes, from the camera to the end of its window (N,)."""
+    state, stream, config = cell.state, cell.stream, cell.config
+    x = stream.x + config.cell.belt.speed * state.clock[:, None]
+    end = config.robot_x()[state.robot] + config.cell.belt.pick_x[1]
+    in_sight = (x >= config.reach[0]) & (x <= np.minimum(config.reach[1], end)[:, None])
+    takes = config.can_take()[state.robot[:, None], stream.objects.measured.kind]
+    return (in_sight & takes & (state.books.whole().since <= state.clock[:, None])).sum(axis=1)
 
 
 @dataclass

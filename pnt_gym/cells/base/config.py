@@ -218,8 +218,12 @@ class LevelConfig(Section):
 
     @classmethod
     def file_of(cls, name: str) -> Path:
-        """The file of a shipped level."""
-        return cls.shipped_files()[name]
+        """The file of a shipped level.
+
+        Raises:
+            ConfigError: there is no such level.
+        """
+        return _level_file(cls.shipped_files(), name)
 
     @classmethod
     def shipped_files(cls) -> dict[str, Path]:

@@ -19,16 +19,22 @@ CLIP: Final = 5.0
 """Bound of every entry of an observation."""
 
 
-@final
 @dataclass(frozen=True)
-class Feature:
-    """One entry of the observation: (value - centre) / scale, clipped to [-CLIP, CLIP]."""
+class Entry:
+    """One entry of an observation: (value - centre) / scale, clipped to [-CLIP, CLIP]."""
 
     name: str
     unit: str
     centre: float
     scale: float
     meaning: str
+
+
+@final
+@dataclass(frozen=True)
+class Feature(Entry):
+    """An entry with its physical value."""
+
     value: Callable[[Any], Floats]
     """Function from the coming throws to the physical values (N,)."""
 
@@ -54,45 +60,57 @@ def merge_numbered(quantities: Sequence[Quantity]) -> list[Quantity]:
     return [*listed.values()]
 
 
-@final
-class FeatureTable:
+class EntryTable:
     """The entries of one kind of observation.
+
+    Args:
+        entries: the entries in the order of the observation.
+    """
+
+    def __init__(self, entries: Sequence[Entry]) -> None:
+        self._entries = tuple(entries)
+        self._centre = np.array([entry.centre for entry in entries])
+        self._scale = np.array([entry.scale for entry in entries])
+        self.scaling: Floats = np.stack([self._centre, self._scale])
+        """Centre and scale of each entry (2, D)."""
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the entries."""
+        return tuple(entry.name for entry in self._entries)
+
+    def decode(self, observation: NDArray[np.floating]) -> dict[str, Floats]:
+        """Physical values by feature name from observations (..., D); clipped entries stay clipped."""
+        values = np.asarray(observation, dtype=np.float64) * self._scale + self._centre
+        return {entry.name: values[..., i] for i, entry in enumerate(self._entries)}
+
+    def markdown(self) -> str:
+        """The table in an environment's manual, one row per entry."""
+        head = "| Num | Observation | Unit | Meaning | Centre | Scale | Min | Max |"
+        rows = [head, "|---:" + "|---" * 3 + "|---:" * 4 + "|"]
+        for i, entry in enumerate(self._entries):
+            numbers = f"{entry.centre:g} | {entry.scale:g} | {-CLIP:g} | {CLIP:g}"
+            rows.append(f"| {i} | {entry.name} | {entry.unit} | {entry.meaning} | {numbers} |")
+        return "\n".join(rows)
+
+
+@final
+class FeatureTable(EntryTable):
+    """The entries of one kind of observation, which it computes from coming throws.
 
     Args:
         features: the entries in the order of the observation.
     """
 
     def __init__(self, features: Sequence[Feature]) -> None:
+        super().__init__(features)
         self._features = tuple(features)
-        self._centre = np.array([f.centre for f in features])
-        self._scale = np.array([f.scale for f in features])
-        self.scaling: Floats = np.stack([self._centre, self._scale])
-        """Centre and scale of each entry (2, D)."""
-
-    def __len__(self) -> int:
-        return len(self._features)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the entries."""
-        return tuple(feature.name for feature in self._features)
 
     def encode(self, throws: Any) -> NDArray[np.float32]:
         """Observations (N, D) of coming throws, float32 within [-CLIP, CLIP]."""
         values = np.array([feature.value(throws) for feature in self._features], dtype=np.float64)
         scaled = (values.transpose(*range(1, values.ndim), 0) - self._centre) / self._scale
         return np.minimum(np.maximum(scaled, -CLIP), CLIP).astype(np.float32)
-
-    def decode(self, observation: NDArray[np.floating]) -> dict[str, Floats]:
-        """Physical values by feature name from observations (..., D); clipped entries stay clipped."""
-        values = np.asarray(observation, dtype=np.float64) * self._scale + self._centre
-        return {feature.name: values[..., i] for i, feature in enumerate(self._features)}
-
-    def markdown(self) -> str:
-        """The table in an environment's manual, one row per entry."""
-        head = "| Num | Observation | Unit | Meaning | Centre | Scale | Min | Max |"
-        rows = [head, "|---:" + "|---" * 3 + "|---:" * 4 + "|"]
-        for i, f in enumerate(self._features):
-            numbers = f"{f.centre:g} | {f.scale:g} | {-CLIP:g} | {CLIP:g}"
-            rows.append(f"| {i} | {f.name} | {f.unit} | {f.meaning} | {numbers} |")
-        return "\n".join(rows)

@@ -1,33 +1,21 @@
-"""The physics of N throws on one batch: rollout, flight and landing of the free object, recording of a throw."""
+"""The physics of N throws on one batch: rollout, and recording of a throw; `flight` reads what was recorded."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, final
+from typing import Any, Final, Generic, TypeVar, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.sorting import SortingReward
-from pnt_gym.deferred import Deferred
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
 from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import flight_state
-from pnt_gym.records import computed
 
-if TYPE_CHECKING:
-    from pnt_gym.cells.base import flight_kernel
-else:
-    flight_kernel = Deferred("pnt_gym.cells.base.flight_kernel")
-
-REWARD_TERMS: Final = ("landing", "success", "time")
-"""Names of the reward terms of a throw into an opening."""
 LONGEST_THROW: Final = 60.0
 """Longest duration of a simulated throw [s]."""
-CONTACT_DEPTH: Final = 0.003
-"""Largest depth at which flat objects rest below a surface, because contacts are soft [m]."""
 TOUCH_DISTANCE: Final = 1e-5
 """Distance of two surfaces below which a contact counts [m]; predicted contacts of fast objects are farther apart."""
 ThrowsT = TypeVar("ThrowsT")
@@ -168,7 +156,7 @@ def roll_out(
         The recorded fields by name, (N, M, columns) each.
 
     Raises:
-        PhysicsError: the engine warned, or stopped a simulation.
+        PhysicsError: no such field is recorded; or the engine warned, or stopped a simulation.
     """
     simulations = np.arange(len(steps)) if ids is None else ids
     record = {name: np.zeros((*control.shape[:2], _width(batch.model, name))) for name in names}
@@ -201,8 +189,14 @@ def roll_out(
 
 
 def _width(model: MjModel, name: str) -> int:
-    """Columns of a recorded field."""
+    """Columns of a recorded field.
+
+    Raises:
+        PhysicsError: no such field is recorded.
+    """
     sizes = {"sensordata": model.nsensordata, "qpos": model.nq, "qvel": model.nv, "actuator_force": model.nactuator}
+    if name not in sizes:
+        raise PhysicsError(f"recorded field is {name!r}; it must be one of {', '.join(sizes)}")
     return int(sizes[name])
 
 
@@ -227,139 +221,3 @@ def check_warnings(batch: Any) -> None:
 def touching(contact: Floats) -> Bools:
     """Which sensed contacts (..., 2), number and smallest distance [m], are real and not only predicted (...,)."""
     return np.asarray((contact[..., 0] > 0.0) & (contact[..., 1] < TOUCH_DISTANCE))
-
-
-@dataclass(frozen=True)
-class Landed:
-    """Abstract: outcome of N throws into openings; every field has shape (N,) unless noted."""
-
-    landing: Floats
-    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.touchdown`."""
-    landing_along: Floats
-    """Landing relative to the target, along the throw [m]."""
-    landing_across: Floats
-    """Landing relative to the target, to the left of the throw [m]."""
-    landing_error: Floats
-    """Distance of the landing from the target [m]."""
-    in_opening: Bools
-    """The landing lies inside the opening."""
-    in_bin: Bools
-    """At the end the object lies in its bin: inside the walls, below the rim, too slow to leave."""
-    is_success: Bools
-    """The landing lies in the opening and the object in the bin."""
-    rim: Bools
-    """The landing lies in the opening but the object not in the bin: it hangs on the rim or bounced out."""
-    recontact: Bools
-    """The hand touched the object after the release."""
-    final: Floats
-    """Position of the object at the end (N, 3) [m]."""
-    cycle_time: Floats
-    """Time from one throw to the next, as the robot's subclass defines it [s]."""
-    peak_torque: Floats
-    """Largest motor torque [N m]."""
-
-    def rewards(self, weights: SortingReward) -> dict[str, Floats]:
-        """The terms `REWARD_TERMS` by name, times their weights; before weighting every term lies in [0, 1]."""
-        # A throw without a landing, of which the error is NaN, gets 0.
-        landing = np.fmax(1.0 - self.landing_error / weights.landing_scale, 0.0)
-        time = np.maximum(1.0 - self.cycle_time / weights.time_scale, 0.0)
-        worth = weights.landing * landing, weights.success * self.is_success.astype(np.float64), weights.time * time
-        return dict(zip(REWARD_TERMS, worth, strict=True))
-
-
-@final
-@dataclass(frozen=True)
-class ObjectFlight:
-    """Motion and contacts of N thrown objects, M steps each."""
-
-    position: Floats
-    """Position of the object at the start of each step (N, M, 3) [m]."""
-    velocity: Floats
-    """Velocity of the object at the start of each step (N, M, 3) [m/s]."""
-    hand_touch: Bools
-    """Whether the hand touches the object (N, M)."""
-    any_touch: Bools
-    """Whether any body touches the object (N, M)."""
-    release_step: Ints
-    """First step without grip (N,)."""
-    last_step: Ints
-    """Last step that counts (N,)."""
-
-    @computed
-    def free(self) -> Bools:
-        """Steps after the release that count, (N, M)."""
-        steps = np.arange(self.position.shape[1], dtype=np.int64)
-        return (steps > self.release_step[:, None]) & (steps <= self.last_step[:, None])
-
-    def final(self) -> tuple[Floats, Floats]:
-        """Position and velocity at the last step that counts, (N, 3) each."""
-        rows = np.arange(len(self.position))
-        return self.position[rows, self.last_step], self.velocity[rows, self.last_step]
-
-    def touchdown(self, plane_z: Floats) -> Touchdown:
-        """Landing where the free flights cross the height plane_z (N,) [m], going down, and last state of the objects.
-
-        The flight of an object that first touches a rim, a wall or the belt is continued ballistically from that
-        moment, so the landing measures the throw and not the bin.
-        """
-        count = len(self.position)
-        landing, recontact = np.empty((count, 2)), np.empty(count, dtype=np.bool_)
-        flight_kernel.find_landings(
-            self.position, self.velocity, self.hand_touch, self.any_touch, self.release_step, self.last_step, plane_z,
-            landing, recontact,
-        )  # fmt: skip
-        return Touchdown(landing, *self.final(), recontact)
-
-
-@final
-@dataclass(frozen=True)
-class Touchdown:
-    """Landing and last state of N thrown objects."""
-
-    landing: Floats
-    """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.touchdown`."""
-    position: Floats
-    """Last position (N, 3) [m]."""
-    velocity: Floats
-    """Last velocity (N, 3) [m/s]."""
-    recontact: Bools
-    """The hand touched the object after the release (N,)."""
-
-    def lies_in(self, centre: Floats, opening: Floats, rim: Floats, bottom: Floats) -> Bools:
-        """Whether the objects lie in their bins for good at the end (N,).
-
-        An object inside the walls and below the rim stays if its upward speed does not lift the object to the rim.
-
-        Args:
-            centre: centre of the opening (N, 2) [m], or (1, 2) for all.
-            opening: inner size (N, 2), or (1, 2) for all [m].
-            rim: height of the rim (N,) [m].
-            bottom: height of the inner bottom (N,) [m]; an object on the bottom may lie up to `SUNK` below this height.
-        """
-        lies = np.empty(len(self.position), dtype=np.bool_)
-        flight_kernel.find_lying(self.position, self.velocity, centre, opening, rim, bottom, CONTACT_DEPTH, lies)
-        return lies
-
-    def landing_fields(self, target: Floats, opening: Floats, depth: float | Floats, along: Floats) -> dict[str, Any]:
-        """Fields of `Landed` that follow from the flights, by name: all except error, cycle time and torque.
-
-        Args:
-            target: centre of each opening (N, 3) [m].
-            opening: inner size along x and y (N, 2), or (1, 2) for all [m].
-            depth: depth of the bins below the opening, one number or (N,) [m].
-            along: horizontal unit vectors of the throws (N, 2+).
-        """
-        errors, in_opening = np.empty((2, len(target))), np.empty(len(target), dtype=np.bool_)
-        flight_kernel.measure_landings(self.landing, target, opening, along, errors, in_opening)
-        in_bin = self.lies_in(target[:, :2], opening, target[:, 2], target[:, 2] - depth)
-        return {
-            "landing": self.landing,
-            "landing_along": errors[0],
-            "landing_across": errors[1],
-            "in_opening": in_opening,
-            "in_bin": in_bin,
-            "is_success": in_opening & in_bin,
-            "rim": in_opening & ~in_bin,
-            "recontact": self.recontact,
-            "final": self.position,
-        }

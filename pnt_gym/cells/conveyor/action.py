@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints, join_columns, recompute_rows
-from pnt_gym.cells.base.action import ActionMode, Correction, Modes, by_name, quarter_names
+from pnt_gym.cells.base.action import ActionMode, Correction, Modes, by_name, mode_of, quarter_names
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.observation import decode
@@ -173,7 +173,7 @@ def correction(config: ConveyorConfig, mode: str, info_errors: tuple[str, ...] =
         mode: name of the action mode.
         info_errors: info keys of measured landing errors; empty: the true errors.
     """
-    if not modes_of(config)[mode].errors:
+    if not mode_of(modes_of(config), mode).errors:
         return None
     return Correction(
         errors=ERRORS,

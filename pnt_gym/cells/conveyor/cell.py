@@ -15,10 +15,11 @@ from pnt_gym.arrays import Bools, Floats, Ints, recompute_rows, stand_ins, take_
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.canvas import Marker
 from pnt_gym.cells.base.cell import Cell, Generators
-from pnt_gym.cells.base.plant import REWARD_TERMS
+from pnt_gym.cells.base.flight import REWARD_TERMS
 from pnt_gym.cells.base.view import ThrowView
 from pnt_gym.cells.conveyor.action import MODES, correction, modes_of
-from pnt_gym.cells.conveyor.belt.sources import BeltPicks, IndependentPicks, PickSource
+from pnt_gym.cells.conveyor.belt.belt_picks import BeltPicks
+from pnt_gym.cells.conveyor.belt.sources import IndependentPicks, PickSource
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips, grips, picked, slip

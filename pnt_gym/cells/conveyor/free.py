@@ -9,7 +9,8 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints, length, take
 from pnt_gym.cells.base import freefall, settle_kernel
 from pnt_gym.cells.base.alone import Fall, fall, write_object
-from pnt_gym.cells.base.plant import Touchdown, simulation_ids
+from pnt_gym.cells.base.flight import Touchdown
+from pnt_gym.cells.base.plant import simulation_ids
 from pnt_gym.cells.base.settling import Airborne, FallEnd, Vicinity, settle
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA

@@ -8,7 +8,7 @@ from typing import Self, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.plant import Landed, Touchdown
+from pnt_gym.cells.base.flight import Landed, Touchdown
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips

@@ -21,8 +21,9 @@ from pnt_gym.arrays import Bools, Floats, Ints, compute_by_mask, concatenate_rec
 from pnt_gym.cells.base import flight_kernel
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import loads_between, loads_of_steps
+from pnt_gym.cells.base.flight import ObjectFlight, Touchdown
 from pnt_gym.cells.base.parallel import call_in_threads, split_rows
-from pnt_gym.cells.base.plant import TOUCH_DISTANCE, ObjectFlight, Plant, Touchdown, roll_out, simulation_ids, touching
+from pnt_gym.cells.base.plant import TOUCH_DISTANCE, Plant, roll_out, simulation_ids, touching
 from pnt_gym.cells.base.rotations import turn_back, yaw_attitude
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.config import ConveyorConfig

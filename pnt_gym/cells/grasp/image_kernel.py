@@ -145,19 +145,3 @@ def paint_rows(
         for row in range(PIXELS):
             for column in range(PIXELS):
                 _paint_pixel(images[n], row, column, height, look[row, column], is_noisy, keys[n])
-
-
-@compile_for(f"void({_SCENES}, f8[:, :, ::1], f8[:, :, ::1])")
-def height_rows(
-    shape: Ints,
-    size: Floats,
-    yaw: Floats,
-    body: Floats,
-    zones: Floats,
-    middles: Floats,
-    look: Floats,
-    heights: Floats,
-) -> None:
-    """Write the heights above the belt in N pictures (N, PIXELS, PIXELS) [m]; the rest as in `paint_rows`."""
-    for n in range(len(heights)):
-        _write_scene(shape[n], size[n], yaw[n], body[n], zones[n], middles[n], heights[n], look)

@@ -40,15 +40,6 @@ def clean_images(table: SurfaceTable, objects: Objects, middles: Floats) -> Byte
     return _paint(table, objects, middles, np.zeros(len(middles), dtype=np.uint64), is_noisy=False)
 
 
-def height_maps(table: SurfaceTable, objects: Objects, middles: Floats) -> Floats:
-    """Heights above the belt in pictures as of `draw_images`, without noise and not rounded (N, 48, 48) [m]."""
-    heights = np.empty((len(middles), PIXELS, PIXELS))
-    image_kernel.height_rows(
-        *_scenes(table, objects), np.ascontiguousarray(middles), np.empty((PIXELS, PIXELS, 4)), heights
-    )
-    return heights
-
-
 def pixel_places() -> Floats:
     """Middles of the pixels from the middle of a picture, along the world's axes (48, 48, 2) [m]."""
     line = PIXEL * (np.arange(PIXELS) - (PIXELS - 1) / 2.0)

@@ -35,6 +35,8 @@ Z_SPREAD = Z_LOOK + 4
 ITEM_ZONE_COLUMNS = Z_SPREAD + 1
 GRAY_SPREAD = 0.08
 """Largest deviation of an object's brightness from that of its item; assumed."""
+LOWEST = 0.001
+"""Lowest height of a surface above the belt, below any relief [m]."""
 # Numbers of draws in an object's stream: ends, sides, brightness; three a wave; three a zone.
 U_END, U_SIDE, U_GRAY, U_WAVES = 0, 1, 2, 3
 U_ZONES = U_WAVES + 3 * WAVES
@@ -172,21 +174,3 @@ def surface_point(
     if ribs > 0.0:
         height += ribs * math.sin(rib_number * x + body[PHASE])
     return max(height, LOWEST), leak, look
-
-
-LOWEST = 0.001
-"""Lowest height of a surface above the belt, below any relief [m]."""
-
-
-@compile_for("void(i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, ::1])")
-def find_points(
-    shape: Ints, size: Floats, yaw: Floats, body: Floats, zones: Floats, places: Floats, height: Floats, leak: Floats
-) -> None:
-    """Write height [m] and leak (N, P) of objects at places (N, P, 2) from the outlines' middles, world axes [m]."""
-    for row in range(len(shape)):
-        cos, sin = math.cos(yaw[row]), math.sin(yaw[row])
-        for k in range(places.shape[1]):
-            x, y = places[row, k, 0], places[row, k, 1]
-            height[row, k], leak[row, k], _ = surface_point(
-                shape[row], size[row], body[row], zones[row], cos * x + sin * y, cos * y - sin * x
-            )

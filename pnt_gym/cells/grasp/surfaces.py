@@ -181,10 +181,3 @@ def seal_holds(force: Floats, objects: Objects, draw: Floats, surface: Surface) 
     """
     least = least_force(objects, surface)
     return force * np.exp(surface.spread * draw) >= (least if force.ndim == 1 else least[:, None])
-
-
-def surface_at(surfaces: Surfaces, objects: Objects, places: Floats) -> tuple[Floats, Floats]:
-    """Height above the belt [m], -1 beside the object, and leak (N, P) at places as in `seal_at`."""
-    height, leak = np.empty(places.shape[:2]), np.empty(places.shape[:2])
-    surface_kernel.find_points(*kernel_columns(surfaces, objects), np.ascontiguousarray(places), height, leak)
-    return height, leak

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.action import ActionMode, Correction, by_name, pad_residual
+from pnt_gym.cells.base.action import ActionMode, Correction, by_name, mode_of, pad_residual
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.cells.gripper.motion import TossPlans
@@ -47,7 +47,8 @@ MODES: Final = by_name(
 
 def correction(config: GripperConfig, mode: str) -> Correction:
     """Meaning of an action as an offset of the landing and, with three numbers, of the moment of the release."""
-    errors, scale = MODES[mode].errors, MODES[mode].scale(config)
+    own = mode_of(MODES, mode)
+    errors, scale = own.errors, own.scale(config)
     return Correction(
         errors=errors,
         scale=scale,

@@ -19,9 +19,6 @@ from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.errors import ConfigError
 
-MOST_KINDS: Final = 3
-"""Kinds of object that observations can distinguish."""
-
 
 def _elevation(context: Context) -> Floats:
     velocity = context.plans.velocity

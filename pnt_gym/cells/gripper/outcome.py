@@ -9,7 +9,8 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.energy import loads_of_steps
-from pnt_gym.cells.base.plant import Landed, ObjectFlight, touching
+from pnt_gym.cells.base.flight import Landed, ObjectFlight
+from pnt_gym.cells.base.plant import touching
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.motion import TossPlans
 from pnt_gym.cells.gripper.scene import SENSORS

@@ -95,12 +95,6 @@ class Chooser:
         """Choices of N lines without any real choice."""
         return take(self._blank_choice, np.zeros((count, CHOICES), dtype=np.int64))
 
-    def find_choices(self, state: LineState, stream: Stream, sight: Sight) -> Choices:
-        """Choices of the deciding robots in all lines, of which those in a sight (K lines) are found anew."""
-        choices = take(state.choices, np.arange(len(state.clock)))
-        self.write_choices(choices, state, stream, sight)
-        return choices
-
     def write_choices(self, choices: Choices, state: LineState, stream: Stream, sight: Sight) -> Bools:
         """Write the choices of the deciding robots in the lines of a sight; returns which lines have one (K,)."""
         robot, has_choice = state.robot[sight.line], np.empty(len(sight.line), dtype=np.bool_)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.cells.base.action import ActionMode, Correction, by_name, pad_residual, quarter_names
+from pnt_gym.cells.base.action import ActionMode, Correction, by_name, mode_of, pad_residual, quarter_names
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
 from pnt_gym.cells.one_joint.observation import decode
@@ -59,9 +59,10 @@ MODES: Final = by_name(
 
 def correction(config: OneJointConfig, job: Job, mode: str) -> Correction | None:
     """Meaning of an action as an offset of the errors in x, y, phi and dy; None where it has no such meaning."""
-    if not MODES[mode].errors:
+    own = mode_of(MODES, mode)
+    if not own.errors:
         return None
-    near, scale = config.tolerance, MODES[mode].scale(config)
+    near, scale = config.tolerance, own.scale(config)
     return Correction(
         errors=ERRORS,
         scale=scale,

@@ -15,9 +15,6 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.features import Feature, FeatureTable, Quantity
 from pnt_gym.cells.one_joint.context import Context
 
-MOST_KINDS: Final = 3
-"""Kinds of throw that observations can distinguish."""
-
 
 def _is_kind(kind: int, context: Context) -> Floats:
     return (context.kind == kind).astype(np.float64)

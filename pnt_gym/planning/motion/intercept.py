@@ -8,21 +8,16 @@ picked at t when F(t) = T(t) - t <= 0; the first t inside the window with F(t) <
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, final
+from typing import Final, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows
-from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PlanningError
+from pnt_gym.planning.motion import chase
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.reasons import InterceptReason
-
-if TYPE_CHECKING:
-    from pnt_gym.planning.motion import chase
-else:
-    chase = Deferred("pnt_gym.planning.motion.chase")
 
 HORIZON: Final = 30.0
 """Default of the latest meeting that is searched for [s]."""

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from pnt_gym.deferred import defer
 from pnt_gym.errors import refuse_moved_names
 from pnt_gym.planning.paths.ellipse import (
     Derivatives,
@@ -20,6 +21,8 @@ __all__ = [
     "approximate_half_circumference",
     "half_circumference",
 ]
+
+defer(__name__, "arc_kernel")
 
 if not TYPE_CHECKING:
     _CURVES = ("CurvePoints", "LameCorner", "Line", "MeasuredCurve", "PlaneCurve")

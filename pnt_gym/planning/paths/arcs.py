@@ -6,20 +6,13 @@ each arc gets a speed law of a few phases, as pieces of constant jerk, which tak
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import Limits
 from pnt_gym.planning.motion.trajectory import Segments
-
-if TYPE_CHECKING:
-    from pnt_gym.planning.paths import arc_kernel
-else:
-    arc_kernel = Deferred("pnt_gym.planning.paths.arc_kernel")
+from pnt_gym.planning.paths import arc_kernel
 
 PIECES = 78
 """Pieces of constant jerk in an arc, as in `arc_kernel`."""

@@ -12,17 +12,17 @@ same bits.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, Ints, Point, finite_points, finite_rows, length
-from pnt_gym.deferred import Deferred
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.ballistics import flight_time
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds, MotionLimits
 from pnt_gym.planning.motion.scurve import scurves
+from pnt_gym.planning.straight import kernel
 from pnt_gym.planning.straight.plan import (
     MIN_REACH,
     InfeasibleThrow,
@@ -32,11 +32,6 @@ from pnt_gym.planning.straight.plan import (
     Rules,
     TargetChoice,
 )
-
-if TYPE_CHECKING:
-    from pnt_gym.planning.straight import kernel
-else:
-    kernel = Deferred("pnt_gym.planning.straight.kernel")
 
 __all__ = [
     "plan_release",

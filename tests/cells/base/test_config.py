@@ -75,8 +75,10 @@ def test_every_cell_has_its_own_levels():
     assert Fridge.level_names() == ()
     assert Oven.load("hot").heat == 300.0
     assert Oven.load("nominal", heat=90.0).heat == 90.0
-    with pytest.raises(ConfigError, match=r"unknown level 'cold'; shipped levels are chicken, egg, .*, or give a YAML"):
-        Oven.load("cold")
+    assert Oven.file_of("hot").stem == "hot"
+    for find in (Oven.load, Oven.file_of):
+        with pytest.raises(ConfigError, match=r"unknown level 'cold'; shipped levels are chicken, egg, .*, or give a"):
+            find("cold")
 
 
 def test_a_level_is_its_differences_from_the_nominal_one():

@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.plant import ObjectFlight, roll_out, touching
+from pnt_gym.cells.base.flight import ObjectFlight
+from pnt_gym.cells.base.plant import roll_out, touching
 from pnt_gym.engine import Batch, mujoco
+from pnt_gym.errors import PhysicsError
 from pnt_gym.planning.motion.ballistics import landing_point
 from tests.tools.commands import run_python
 
@@ -133,6 +135,12 @@ def test_a_record_depends_on_no_other_row_and_has_zeros_after_its_own_steps():
         assert (one < 0.0).all()
         np.testing.assert_array_equal(many[row, :own], one[0])
         assert not many[row, own:].any()
+
+
+def test_an_unknown_field_of_a_record_is_one_sentence():
+    batch = Batch(mujoco.MjModel.from_xml_string("<mujoco/>"), nsim=1)
+    with pytest.raises(PhysicsError, match="recorded field is 'xpos'; it must be one of sensordata, qpos, qvel, act"):
+        roll_out(batch, np.zeros((1, 3, 0)), np.array([3]), ("qpos", "xpos"))
 
 
 STEPPED = """

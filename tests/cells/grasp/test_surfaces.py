@@ -7,7 +7,7 @@ import pytest
 
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.catalogue import CATALOGUE
-from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID, Item
+from pnt_gym.cells.base.items import Item
 from pnt_gym.cells.conveyor.context import belt_shift
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
@@ -22,10 +22,9 @@ from pnt_gym.cells.grasp.surfaces import (
     outline_errors,
     seal_at,
     seal_holds,
-    surface_at,
     surface_table,
 )
-from tests.tools.surfaces import SEEN, UNSEEN, draw_objects, to_world
+from tests.tools.surfaces import SEEN, UNSEEN, draw_objects, height_and_leak, to_world
 from tests.tools.throws import same_bits
 
 ANGLES = 2.0 * np.pi / 16 * np.arange(16)
@@ -93,57 +92,17 @@ def test_an_object_has_one_surface_alone_and_in_a_batch(waste, places):
         assert same_bits(values.reshape(400, *values.shape[2:]), columns_of(surfaces)[name]), name
 
 
-def test_heights_and_leaks_are_those_of_a_formula(waste, places):
-    """Body, less the depth of the zones, with the bumps and the leak of the last zone; in NumPy."""
+def test_a_seal_is_conductance_and_gap_under_the_lip(waste, places):
+    """At every place of every object, by heights and leaks of a formula in NumPy."""
     objects, _, surfaces = waste
-    turned = to_world(objects, places[..., 0], places[..., 1])
-    height, leak = surface_at(surfaces, objects, turned)
-    for row in range(len(height)):
-        x, y = places[row].T
-        expected, share = formula(objects, surfaces, row, x, y)
-        inside = expected > 0.0
-        np.testing.assert_allclose(height[row], expected, atol=1e-12)
-        np.testing.assert_allclose(leak[row][inside], share[inside])
-    assert 0.2 < (height < 0.0).mean() < 0.5
-    assert 0.1 < (leak != 1.0).mean() < 0.5
-
-
-def formula(objects, surfaces, row, x, y):
-    """Height, -1 beside the object, and leak of an object at places (P,) in its own axes."""
-    p, q, tall = 2.0 * x / objects.size[row, 0], 2.0 * y / objects.size[row, 1], objects.size[row, 2]
-    shape, body = objects.shape[row], surfaces.body[row]
-    if shape == ELLIPSOID:
-        inside, height = p**2 + q**2 <= 1.0, tall / 2.0 * (1.0 + np.sqrt(np.maximum(1.0 - p**2 - q**2, 0.0)))
-    else:
-        inside = (np.abs(p) <= 1.0) & (np.abs(q) <= 1.0)
-        round_height = tall / 2.0 * (1.0 + np.sqrt(np.maximum(1.0 - q**2, 0.0)))
-        height = round_height if shape == CYLINDER else np.full(len(x), tall)
-    leak, relief, ribs = np.ones(len(x)), np.full(len(x), body[1]), np.zeros(len(x))
-    for zone in surfaces.zones[row, : max(surfaces.count[row], 0)]:
-        kind, middle_x, middle_y, a, b, depth, zone_leak, bumps, rib, number = zone[:10]
-        u, v = (x - middle_x) / a, (y - middle_y) / b
-        within = (np.abs(u) <= 1.0) & (np.abs(v) <= 1.0) if kind == 0 else u**2 + v**2 <= 1.0
-        height = height - np.where(within, depth * (1.0 - u**2 - v**2 if kind == 2 else 1.0), 0.0)
-        leak = np.where(within & (zone_leak >= 0.0), zone_leak, leak)
-        relief = np.where(within & (bumps >= 0.0), bumps, relief)
-        ribs = np.where(within & (rib >= 0.0), rib * np.sin(number * x + body[16]), ribs)
-    waves = np.sin(np.outer(x, body[6:11]) + np.outer(y, body[11:16]) + body[16:21]).sum(axis=1)
-    height = np.maximum(height + relief * waves / np.sqrt(5.0) + ribs, 0.001) if surfaces.count[row] >= 0 else height
-    return np.where(inside, height, -1.0), leak
-
-
-def test_a_leak_is_conductance_and_gap_under_the_lip(waste, places):
-    objects, _, surfaces = waste
-    seals, radius = seal_at(surfaces, objects, places), objects.cup_radius
-    for row in range(0, 400, 9):
+    seals, radius, shares = (
+        seal_at(surfaces, objects, to_world(objects, *places.transpose(2, 0, 1))),
+        objects.cup_radius,
+        [],
+    )
+    for row in range(len(places)):
         lip = radius[row] * np.concatenate([RING, 0.6 * RING, np.zeros((1, 2))])
-        points = turned(objects.yaw[row], lip)[None] + places[row][:, None]
-        height, leak = (
-            values.reshape(len(places[row]), 33)
-            for values in surface_at(
-                take(surfaces, np.array([row])), take(objects, np.array([row])), points.reshape(1, -1, 2)
-            )
-        )
+        height, leak = height_and_leak(objects, surfaces, row, *(places[row][:, None] + lip).transpose(2, 0, 1))
         conductance = (leak[:, :32].sum(axis=1) + 3.0 * leak[:, 32]) / 35.0
         rim = height[:, :16] if surfaces.count[row] >= 0 else np.minimum(height[:, :16], 0.0)
         gaps = np.array([mean_gap(one, radius[row]) for one in rim])
@@ -151,11 +110,11 @@ def test_a_leak_is_conductance_and_gap_under_the_lip(waste, places):
         np.testing.assert_allclose(seals.leak[row], expected, rtol=1e-9)
         force = np.minimum(objects.seal[row] / expected, 0.6e5 * np.pi * radius[row] ** 2)
         np.testing.assert_allclose(seals.force[row], force, rtol=1e-9)
-
-
-def turned(yaw, points):
-    """Points (P, 2) of an object's axes along the world's."""
-    return points @ np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
+        shares.append([(height[:, 32] < 0.0).mean(), (leak != 1.0).mean(), (gaps > 0.0).mean()])
+    beside, leaks, gapes = np.mean(shares, axis=0)
+    assert 0.2 < beside < 0.5
+    assert leaks > 0.1
+    assert 0.2 < gapes < 0.9
 
 
 def mean_gap(height, radius):

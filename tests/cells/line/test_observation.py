@@ -10,10 +10,10 @@ import pytest
 
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.features import CLIP
-from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE, MIN_RATE, decoded
+from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE, decoded
 from pnt_gym.cells.line.state import CHOICES
 from tests.cells.conveyor.test_observation import HIDDEN, changed
-from tests.tools.line import decided, with_table
+from tests.tools.line import decided, seen_values, with_table
 from tests.tools.throws import parts_of, same_bits, with_part
 
 LEVEL: dict[str, Any] = {"base": "skills3_burst", "duration": 20.0}
@@ -34,10 +34,9 @@ def line(tmp_path):
 
 def looked_again(core):
     """What is seen of the same state when choices are looked for anew."""
-    cell = core.cell
-    found = cell.chooser.find_choices(
-        cell.state, cell.stream, cell.chooser.sight(cell.state, cell.stream, np.arange(cell.count))
-    )
+    cell, lines = core.cell, np.arange(core.cell.count)
+    found = take(cell.state.choices, lines)
+    cell.chooser.write_choices(found, cell.state, cell.stream, cell.chooser.sight(cell.state, cell.stream, lines))
     cell.state = replace(cell.state, choices=found)
     return core.observe()
 
@@ -48,44 +47,18 @@ def test_looking_again_shows_the_same(line):
 
 
 def test_an_observation_is_read_back(line):
-    state, config = line.cell.state, line.config
-    observation = line.observe()
+    observation, (of_line, of_choices) = line.observe(), seen_values(line)
     assert observation.shape == (4, ENTRIES) == (4, len(LINE_TABLE) + CHOICES * len(CHOICE_TABLE))
-    seen, rows = decoded(observation), np.arange(4)
-    np.testing.assert_allclose(seen.line["gone"], state.clock / config.duration, atol=1e-6)
-    for robot in range(4):
-        assert (seen.line[f"turn_{robot}"] == (state.robot == robot)).all()
-        own = state.expected[:, robot] - state.clock if robot < 3 else np.zeros(4)
-        np.testing.assert_allclose(seen.line[f"busy_{robot}"], np.clip(own, 0.0, 3.0), atol=1e-6)
-    np.testing.assert_allclose(seen.line["hand_x"], state.hand[rows, state.robot, 0], atol=1e-6)
-    np.testing.assert_allclose(seen.line["hand_y"], state.hand[rows, state.robot, 1], atol=1e-6)
-    np.testing.assert_allclose(seen.line["possible"], state.choices.real.sum(axis=1), atol=1e-5)
-    real, choices = state.choices.real, state.choices
-    rate = np.log(np.maximum(choices.value * choices.chance / choices.cycle, MIN_RATE))
-    wanted = {
-        "pick_x": choices.pick[..., 0],
-        "pick_y": choices.pick[..., 1],
-        "lift": choices.lift,
-        "cycle": choices.lift + choices.throwing,
-        "wait": choices.wait,
-        "slack": choices.leave - choices.lift,
-        "value": choices.value,
-        "ln_rate": rate,
-        "chance": choices.chance,
-        "percent": choices.percent,
-        "distance": np.linalg.norm(choices.away, axis=-1),
-        "stop_x": choices.stop[..., 0],
-        "stop_y": choices.stop[..., 1],
-        "crowd": choices.crowd,
-        "heirs": choices.heirs,
-        "reaches": choices.reaches,
-        "queue": choices.queue,
-    }
-    assert set(wanted) | {"real"} == set(seen.choices)
-    for name, values in wanted.items():
-        low, high = (decoded(np.full(ENTRIES, border)).choices[name][0] for border in (-CLIP, CLIP))
-        np.testing.assert_allclose(seen.choices[name][real], np.clip(values, low, high)[real], atol=1e-4, err_msg=name)
-    assert (seen.choices["real"] == real).all()
+    seen, real = decoded(observation), of_choices["real"]
+    low, high = (decoded(np.full(ENTRIES, border)) for border in (-CLIP, CLIP))
+    assert set(of_line) == set(seen.line)
+    for name, values in of_line.items():
+        wanted = np.clip(values, low.line[name], high.line[name])
+        np.testing.assert_allclose(seen.line[name], wanted, atol=1e-5, err_msg=name)
+    assert set(of_choices) == set(seen.choices)
+    for name, values in of_choices.items():
+        wanted = np.clip(values, low.choices[name], high.choices[name])
+        np.testing.assert_allclose(seen.choices[name][real], wanted[real], atol=1e-4, err_msg=name)
     each = observation[:, len(LINE_TABLE) :].reshape(4, CHOICES, -1)
     assert (each[~real] == 0.0).all()
     assert real.any() and not real.all()

@@ -12,17 +12,18 @@ import pytest
 
 from pnt_gym.arrays import take
 from pnt_gym.cells.base import parallel
+from pnt_gym.cells.base.features import CLIP, EntryTable
 from pnt_gym.cells.line import choosing
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
-from pnt_gym.cells.line.observation import LineSummary, encode_observation
+from pnt_gym.cells.line.observation import CHOICE_TABLE, LINE_TABLE
 from pnt_gym.cells.line.options import MoverPlanner
 from pnt_gym.cells.line.stream import redraw
 from pnt_gym.cells.line.throws import redraw_picks
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.chase import earliest
-from tests.tools.line import THREE_BINS, begun, decided, with_table
+from tests.tools.line import THREE_BINS, begun, decided, seen_values, with_table
 from tests.tools.throws import same_bits
 
 ROBOTS = [
@@ -65,32 +66,22 @@ def test_compiled_options_are_those_of_the_movers(name, tables, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["skills", "mixed", "settings"])
-def test_compiled_observations_are_those_of_the_feature_tables(name, tables):
+def test_compiled_observations_are_what_robots_know(name, tables):
     core, random = LineCore(begun(with_table(LEVELS[name], tables)).config, 5), np.random.default_rng(0)
     core.reset(np.arange(5), [np.random.default_rng(row) for row in range(5)], seeded=True)
     for _ in range(30):
-        state, busy = core.cell.state, np.zeros((5, 4))
-        busy[:, : state.free.shape[1]] = np.maximum(state.expected - state.clock[:, None], 0.0)
-        glance = LineSummary(
-            gone=np.minimum(state.clock / core.config.duration, 1.0),
-            robot=state.robot,
-            hand=state.hand[np.arange(5), state.robot],
-            coming=_coming(core.cell),
-            busy=busy,
-            possible=state.choices.real.sum(axis=1).astype(np.float64),
-        )
-        assert same_bits(core.observe(), encode_observation(glance, state.choices))
+        line, choices = seen_values(core)
+        choice_entries = np.where(choices["real"][..., None], encoded(CHOICE_TABLE, choices), np.float32(0.0))
+        wanted = np.concatenate([encoded(LINE_TABLE, line), choice_entries.reshape(5, -1)], axis=1)
+        assert same_bits(core.observe(), wanted)
         core.step(decided(core.cell, random))
 
 
-def _coming(cell: LineCell) -> Any:
-    """Objects that each deciding robot takes, from the camera to the end of its window (N,)."""
-    state, stream, config = cell.state, cell.stream, cell.config
-    x = stream.x + config.cell.belt.speed * state.clock[:, None]
-    end = config.robot_x()[state.robot] + config.cell.belt.pick_x[1]
-    in_sight = (x >= config.reach[0]) & (x <= np.minimum(config.reach[1], end)[:, None])
-    takes = config.can_take()[state.robot[:, None], stream.objects.measured.kind]
-    return (in_sight & takes & (state.books.whole().since <= state.clock[:, None])).sum(axis=1).astype(np.float64)
+def encoded(table: EntryTable, values: dict[str, Any]) -> Any:
+    """Entries S + (D,) of physical values S."""
+    centre, scale = table.scaling
+    scaled = (np.stack([values[name] for name in table.names], axis=-1) - centre) / scale
+    return np.clip(scaled, -CLIP, CLIP).astype(np.float32)
 
 
 def test_compiled_results_are_those_of_the_table(tables):

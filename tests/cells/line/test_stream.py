@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.line.cell import LineCell
-from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.lie import separate
+from pnt_gym.cells.line.lie import Jam, separate
 from pnt_gym.cells.line.stream import redraw
+from pnt_gym.errors import ConfigError
 from tests.cells.base.test_records import arrays
 from tests.tools.line import BOXES, begun, decided, with_table
 from tests.tools.outlines import outlines, overlap
@@ -166,11 +165,14 @@ def test_the_same_seed_gives_the_same_stream_however_throws_are_made_and_whateve
     assert not same_bits(first[".x"], arrays(begun(forms[1], 2, 7).stream)[".x"])
 
 
-def ended(tmp_path, threads):
-    """Lines whose shifts are over."""
-    level = with_table({"base": "single", "duration": 5.0}, tmp_path)
-    cell, random = LineCell(LineConfig.load(level), 20, threads), np.random.default_rng(1)
-    cell.reset(np.arange(20), [np.random.default_rng(row) for row in range(20)])
+def short(tmp_path, threads):
+    """Lines whose shifts begin, and are soon over."""
+    return begun(with_table({"base": "single", "duration": 5.0}, tmp_path), 20, 0, threads)
+
+
+def ended(cell):
+    """The same lines when their shifts are over."""
+    random = np.random.default_rng(1)
     while not cell.over.all():
         cell.take(decided(cell, random))
     return cell
@@ -178,7 +180,7 @@ def ended(tmp_path, threads):
 
 def test_a_shift_that_was_drawn_ahead_is_the_shift_that_begins(tmp_path):
     """By threads, at the end of the shift before, and without them, when the shift begins."""
-    alone, beside = (ended(tmp_path, threads) for threads in (1, 3))
+    alone, beside = (ended(short(tmp_path, threads)) for threads in (1, 3))
     drawn_ahead = list(beside.arriving._coming)
     assert len(drawn_ahead) > 10
     assert not alone.arriving._coming
@@ -191,13 +193,31 @@ def test_a_shift_that_was_drawn_ahead_is_the_shift_that_begins(tmp_path):
 
 
 def test_a_shift_that_was_drawn_ahead_does_not_begin_for_another_generator(tmp_path):
-    cells = [ended(tmp_path, threads) for threads in (1, 2)]
+    cells = [ended(short(tmp_path, threads)) for threads in (1, 2)]
     row = next(iter(cells[1].arriving._coming))
     for cell in cells:
         cell.reset(np.array([row]), [np.random.default_rng(77)])
     first, other = (arrays(cell.stream)[".x"][row] for cell in cells)
     assert same_bits(first, other)
     assert row not in cells[1].arriving._coming
+
+
+def test_a_shift_that_finds_no_room_is_told_when_it_begins_and_not_while_it_is_drawn_ahead(tmp_path, monkeypatch):
+    alone, beside = (short(tmp_path, threads) for threads in (1, 3))
+    jammed = []
+
+    def separate(x, *_):
+        jammed.append(len(x))
+        raise Jam(4.0)
+
+    ended(alone)
+    monkeypatch.setattr("pnt_gym.cells.line.stream.lie.separate", separate)
+    ended(beside)
+    assert len(jammed) > 10
+    assert not beside.arriving._coming
+    assert [g.bit_generator.state for g in alone.generators] == [g.bit_generator.state for g in beside.generators]
+    with pytest.raises(ConfigError, match=r"arrivals.rate is .* the belt has room for about 1 a second"):
+        beside.reset(np.arange(20), beside.generators)
 
 
 def test_a_new_shift_is_another_and_the_other_lines_go_on():

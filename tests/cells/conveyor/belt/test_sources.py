@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import take
-from pnt_gym.cells.conveyor.belt.sources import SHORTEST_QUEUE, BeltPicks
+from pnt_gym.cells.conveyor.belt.belt_picks import SHORTEST_QUEUE, BeltPicks
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core, vary
