@@ -1,6 +1,7 @@
 """Signs of life: a bar on a terminal, elsewhere a line on stderr now and then, of what is not done yet."""
 
 import io
+import re
 import time
 from collections.abc import Callable
 
@@ -38,8 +39,8 @@ def test_a_line_tells_of_work_that_nobody_sees(told: Told) -> None:
     with throws_bar("interval") as bar:
         task = bar.add_task("rows thrown again", total=3, interval="")
         bar.update(task, advance=1, interval="2.5 mm")
-        line = told("rows thrown again").splitlines()[-1]
-        assert " 1/3 2.5 mm 0:00:00 " in line
+        line = told("1/3 2.5 mm").splitlines()[-1]
+        assert re.search(r"rows thrown again .* 1/3 2\.5 mm 0:\d\d:\d\d ", line)
         bar.update(task, advance=1, interval="2.5 mm")
         assert " 2/3 2.5 mm" in told("2/3")
 
