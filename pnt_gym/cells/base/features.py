@@ -20,7 +20,7 @@ CLIP: Final = 5.0
 
 
 @dataclass(frozen=True)
-class Entry:
+class ObservationEntry:
     """One entry of an observation: (value - centre) / scale, clipped to [-CLIP, CLIP]."""
 
     name: str
@@ -32,7 +32,7 @@ class Entry:
 
 @final
 @dataclass(frozen=True)
-class Feature(Entry):
+class Feature(ObservationEntry):
     """An entry with its physical value."""
 
     value: Callable[[Any], Floats]
@@ -67,7 +67,7 @@ class EntryTable:
         entries: the entries in the order of the observation.
     """
 
-    def __init__(self, entries: Sequence[Entry]) -> None:
+    def __init__(self, entries: Sequence[ObservationEntry]) -> None:
         self._entries = tuple(entries)
         self._centre = np.array([entry.centre for entry in entries])
         self._scale = np.array([entry.scale for entry in entries])

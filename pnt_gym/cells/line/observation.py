@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.base.features import CLIP, Entry, EntryTable
+from pnt_gym.cells.base.features import CLIP, EntryTable, ObservationEntry
 from pnt_gym.cells.line import observation_kernel
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import MOST_ROBOTS
@@ -26,36 +26,39 @@ _ROBOTS: Final = range(MOST_ROBOTS)
 
 LINE_TABLE: Final = EntryTable(
     (
-        Entry("gone", "-", 0.5, 0.5, "share of the shift that is over"),
-        *(Entry(f"turn_{k}", "-", 0.5, 0.5, f"whether it is the turn of robot {k}, upstream first") for k in _ROBOTS),
-        *(Entry(f"busy_{k}", "s", 0.5, 0.5, f"until robot {k} is expected to be free") for k in _ROBOTS),
-        Entry("hand_x", "m", 0.0, 0.30, "where the hand stands, from the robot's base"),
-        Entry("hand_y", "m", 0.0, 0.30, "where the hand stands, from the robot's base"),
-        Entry("coming", "-", 8.0, 8.0, "objects in the camera's sight that the robot takes"),
-        Entry("possible", "-", 8.0, 8.0, "choices that exist"),
+        ObservationEntry("gone", "-", 0.5, 0.5, "share of the shift that is over"),
+        *(
+            ObservationEntry(f"turn_{k}", "-", 0.5, 0.5, f"whether it is the turn of robot {k}, upstream first")
+            for k in _ROBOTS
+        ),
+        *(ObservationEntry(f"busy_{k}", "s", 0.5, 0.5, f"until robot {k} is expected to be free") for k in _ROBOTS),
+        ObservationEntry("hand_x", "m", 0.0, 0.30, "where the hand stands, from the robot's base"),
+        ObservationEntry("hand_y", "m", 0.0, 0.30, "where the hand stands, from the robot's base"),
+        ObservationEntry("coming", "-", 8.0, 8.0, "objects in the camera's sight that the robot takes"),
+        ObservationEntry("possible", "-", 8.0, 8.0, "choices that exist"),
     )
 )
 """Features of the line; entries from 0 on."""
 CHOICE_TABLE: Final = EntryTable(
     (
-        Entry("real", "-", 0.0, 1.0, "1; all entries of a choice that does not exist are 0"),
-        Entry("pick_x", "m", 0.0, 0.30, "where the object is lifted"),
-        Entry("pick_y", "m", -0.33, 0.15, "where the object is lifted"),
-        Entry("lift", "s", 1.0, 0.6, "until the object is lifted"),
-        Entry("cycle", "s", 1.3, 0.6, "until the robot is free again"),
-        Entry("wait", "s", 0.0, 0.5, "standstill above the belt until the object comes"),
-        Entry("slack", "s", 1.0, 1.0, "how much later the object could be lifted"),
-        Entry("value", "-", 1.0, 1.0, "of the object in its bin"),
-        Entry("ln_rate", "ln 1/s", 0.0, 3.0, "value x chance / cycle, its logarithm"),
-        Entry("chance", "-", 0.5, 0.5, "that the object ends in its bin, by the table of throws"),
-        Entry("percent", "%", 40.0, 10.0, "speed setting"),
-        Entry("distance", "m", 0.8, 0.2, "horizontal distance from pick to bin"),
-        Entry("stop_x", "m", 0.0, 0.3, "where the hand stops after the throw"),
-        Entry("stop_y", "m", 0.1, 0.2, "where the hand stops after the throw"),
-        Entry("crowd", "-", 2.0, 2.0, "objects within 0.25 m of this stop that the robot can take then"),
-        Entry("heirs", "-", 0.0, 1.0, "robots downstream that take this item"),
-        Entry("reaches", "s", 0.0, 3.0, "until the first of these robots can reach it; 0 for none"),
-        Entry("queue", "-", 0.0, 6.0, "objects ahead of it that this downstream robot takes"),
+        ObservationEntry("real", "-", 0.0, 1.0, "1; all entries of a choice that does not exist are 0"),
+        ObservationEntry("pick_x", "m", 0.0, 0.30, "where the object is lifted"),
+        ObservationEntry("pick_y", "m", -0.33, 0.15, "where the object is lifted"),
+        ObservationEntry("lift", "s", 1.0, 0.6, "until the object is lifted"),
+        ObservationEntry("cycle", "s", 1.3, 0.6, "until the robot is free again"),
+        ObservationEntry("wait", "s", 0.0, 0.5, "standstill above the belt until the object comes"),
+        ObservationEntry("slack", "s", 1.0, 1.0, "how much later the object could be lifted"),
+        ObservationEntry("value", "-", 1.0, 1.0, "of the object in its bin"),
+        ObservationEntry("ln_rate", "ln 1/s", 0.0, 3.0, "value x chance / cycle, its logarithm"),
+        ObservationEntry("chance", "-", 0.5, 0.5, "that the object ends in its bin, by the table of throws"),
+        ObservationEntry("percent", "%", 40.0, 10.0, "speed setting"),
+        ObservationEntry("distance", "m", 0.8, 0.2, "horizontal distance from pick to bin"),
+        ObservationEntry("stop_x", "m", 0.0, 0.3, "where the hand stops after the throw"),
+        ObservationEntry("stop_y", "m", 0.1, 0.2, "where the hand stops after the throw"),
+        ObservationEntry("crowd", "-", 2.0, 2.0, "objects within 0.25 m of this stop that the robot can take then"),
+        ObservationEntry("heirs", "-", 0.0, 1.0, "robots downstream that take this item"),
+        ObservationEntry("reaches", "s", 0.0, 3.0, "until the first of these robots can reach it; 0 for none"),
+        ObservationEntry("queue", "-", 0.0, 6.0, "objects ahead of it that this downstream robot takes"),
     )
 )
 """Features of one choice; the entries of all choices follow the entries of the line."""
