@@ -25,7 +25,7 @@ from agents.jobs.cluster import Needs, pool
 from agents.jobs.work import Job, do_missing
 from pnt_gym.errors import PntGymError
 from tests.cluster.conftest import Machines, all_gone, lose_power, workers
-from tests.tools.commands import environment
+from tests.tools.commands import complaints, environment
 from tests.tools.lob import write_package
 
 STUDY: dict[str, Any] = {
@@ -129,7 +129,8 @@ def places(machine: Any) -> list[str]:
 
 
 def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
-    said, complained = process.communicate(timeout=180)
+    said, stderr = process.communicate(timeout=180)
+    complained = complaints(stderr)
     assert not complained.strip() or process.returncode != 0, complained
     return process.returncode, said + complained
 

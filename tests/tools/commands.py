@@ -4,6 +4,7 @@ import contextlib
 import io
 import json
 import os
+import re
 import runpy
 import shlex
 import subprocess
@@ -34,8 +35,15 @@ INTERRUPTIBLE = (
 """`agents.play` as code that Ctrl-C reaches."""
 
 
+def complaints(stderr: str) -> str:
+    """What a command says on stderr without the lines that tell now and then how far it is: here, a slow machine."""
+    return re.sub(r"^.* \d+/\d+ .*\d:\d\d:\d\d +(\d:\d\d:\d\d|-:--:--) *\n", "", stderr, flags=re.MULTILINE)
+
+
 def call(module: str, *arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
-    return run_python("-m", *module.split(), *map(str, arguments), cwd=folder, timeout=120)
+    done = run_python("-m", *module.split(), *map(str, arguments), cwd=folder, timeout=120)
+    done.stderr = complaints(done.stderr)
+    return done
 
 
 def call_here(module: str, *arguments: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -55,7 +63,7 @@ def call_here(module: str, *arguments: str | Path, folder: Path) -> subprocess.C
             runpy.run_module(command[0], run_name="__main__", alter_sys=True)
         except SystemExit as end:
             code = end.code if isinstance(end.code, int) else int(end.code is not None)
-    return subprocess.CompletedProcess(command, code, said.getvalue(), complained.getvalue())
+    return subprocess.CompletedProcess(command, code, said.getvalue(), complaints(complained.getvalue()))
 
 
 def answer(done: subprocess.CompletedProcess[str], path: Path) -> dict[str, Any]:
