@@ -1,15 +1,18 @@
 """Rows of a benchmark are carried out again: equal, different and where, or of another version."""
 
 import json
-import re
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.progress import Progress
 
 from agents.benchmark import run
 from agents.benchmark.verify import first_difference
 from agents.ground import bars
+from agents.ground.bars import throws_bar
 from agents.ground.files import json_text
 from tests.tools.benchmark import carried_out, toy_plan
 from tests.tools.commands import answered, refused
@@ -58,12 +61,18 @@ def test_every_row_of_an_honest_file_is_equal(data: dict[str, Any]) -> None:
     assert {row["verdict"] for row in verdicts} == {"equal"}
 
 
-def test_rows_are_counted_where_no_terminal_shows_a_bar(data: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bars, "FIRST", 0.001)
-    Path("file.json").write_text(json.dumps(data))
-    code, told = answered("agents.benchmark.verify", "file.json", "--rows", "1")
-    assert code == 0
-    assert re.search("rows thrown again .* 0/1 ", told)
+def test_rows_are_counted_on_a_bar(data: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Progress] = []
+
+    @contextmanager
+    def watched() -> Generator[Progress, None, None]:
+        with throws_bar() as bar:
+            seen.append(bar)
+            yield bar
+
+    monkeypatch.setattr(bars, "throws_bar", watched)
+    assert verify(data, "--rows", "3")[0] == 0
+    assert [(task.description, task.completed, task.total) for task in seen[0].tasks] == [("rows thrown again", 3, 3)]
 
 
 def test_a_sample_is_drawn_by_its_seed(data: dict[str, Any]) -> None:
