@@ -98,7 +98,6 @@ reproduce: dev ## the papers' figures computed anew, beside the published ones, 
 
 pictures: setup ## pictures and videos of throws, into results/figures and docs/pictures
 	$(BIN)/python docs/pictures.py
-	$(BIN)/python -m agents.play --picture results/figures/cell.png
 	$(BIN)/python -m agents.play --env OneJointSort-v0 --controller virtual_goal --picture results/figures/miyashita_throw.png
 	$(BIN)/python -m agents.play --env OneJointSort-v0 --controller virtual_goal --picks 3 --video results/figures/miyashita_sorting.mp4
 	$(BIN)/python -m agents.play --env GripperToss-v0 --controller virtual_goal --seed 3 --at 0.6 --picture results/figures/gripper_toss.png

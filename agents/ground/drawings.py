@@ -75,11 +75,11 @@ def dress(
         axes.legend(fontsize=8, loc=legend)
 
 
-def frames_figure(frames: Sequence[tuple[str, NDArray[np.uint8]]], columns: int = 2, width: float = 10.0) -> Figure:
-    """A figure of equal pictures (height, width, 3) in rows, each with its title; `width` of the figure in inches."""
+def frames_figure(frames: Sequence[tuple[str, NDArray[np.uint8]]]) -> Figure:
+    """A figure of equal pictures (height, width, 3) in rows of two, each with its title."""
     high, wide = frames[0][1].shape[:2]
-    panel_width = width / columns
-    figure, axes = tile_panels(len(frames), columns, (panel_width, panel_width * high / wide + 0.3))
+    panel_width = WIDTH / 2
+    figure, axes = tile_panels(len(frames), 2, (panel_width, panel_width * high / wide + 0.3))
     for panel, (title, frame) in zip(axes, frames, strict=True):
         panel.imshow(frame, interpolation="none")
         panel.set_title(title, fontsize=10)

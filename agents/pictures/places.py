@@ -14,7 +14,7 @@ from ..grasping.network import PlaceNetwork
 from ..grasping.practice import network_places, worth_maps
 from ..grasping.rules import mean_scores, oracle_maps, oracle_places, rule_places
 from ..grasping.scenes import Scenes
-from ..ground.drawings import Axes, Figure, subplots
+from ..ground.drawings import WIDTH, Axes, Figure, subplots
 from ..ground.places import GRASPING
 
 LEVEL, OBJECTS, SEED = "grasp", 400, 77_000_000
@@ -84,7 +84,7 @@ def places_figure() -> Figure:
     """The figure: a row for each object with picture, true worths, the rule's scores and the network's worths."""
     seen = examples()
     rows = chosen_objects(seen)
-    figure, axes = subplots(len(rows), 4, (8.4, 2.35 * len(rows)))
+    figure, axes = subplots(len(rows), 4, (WIDTH, 2.0 * len(rows)))
     for k, (text, row) in enumerate(rows):
         name = seen.scenes.config.items[seen.scenes.objects.kind[row]]
         colours = np.moveaxis(seen.scenes.images[row, 2:], 0, -1)

@@ -9,7 +9,7 @@ from typing import Final, cast
 import numpy as np
 from scipy.optimize import brentq
 
-from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row, printed
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
@@ -233,25 +233,25 @@ def _infeasible_rows() -> Iterator[Row]:
 
 def ellipse_figure() -> Figure:
     """Drawing of the example with verticals, tangent points, axes and top, and of ellipses with other tops."""
-    figure, (left, right) = subplots(1, 2, (11.0, 3.6))
+    figure, (upper, lower) = subplots(2, 1, (WIDTH, 8.4))
     e = example()
-    _draw_path(left, e, COLOURS[0], "the paper's ellipse, 10°")
+    _draw_path(upper, e, COLOURS[0], "the paper's ellipse, 10°")
     reach = np.array([[-1.0], [1.0]])
     for length, turn, style in ((e.semi_major, 0.0, "-."), (e.semi_minor, 0.5 * math.pi, ":")):
         axis = 1000.0 * length * reach * [math.cos(e.angle + turn), math.sin(e.angle + turn)]
-        left.plot(
+        upper.plot(
             axis[:, 0], axis[:, 1], style, color="gray", linewidth=1, label="major axis" if not turn else "minor axis"
         )
     marks = {"$T_1$": e.point(e.theta_t1), "$T_2$": e.point(e.theta_t2), "top": np.array(e.top)}
     offsets = {"$T_1$": (6, -12), "$T_2$": (-20, 4), "top": (-8, 6)}
     for name, point in marks.items():
-        left.plot(*(1000.0 * point), "o", color=COLOURS[3], markersize=5)
-        left.annotate(name, 1000.0 * point, offsets[name], textcoords="offset points")
+        upper.plot(*(1000.0 * point), "o", color=COLOURS[3], markersize=5)
+        upper.annotate(name, 1000.0 * point, offsets[name], textcoords="offset points")
     for k, top in enumerate((0.0265, 0.030, example().top_height, 0.060, 0.090)):
         ellipse = EllipsePath.with_top(HALF_WIDTH, HALF_RISE, top)
         label = f"top {1000 * top:.1f} mm, {math.degrees(ellipse.angle):.1f}°, {1000 * ellipse.length:.1f} mm long"
-        _draw_path(right, ellipse, COLOURS[k], label)
-    for axes, title in ((left, "Choe et al. 2023, the example"), (right, "chosen by the height of the top")):
+        _draw_path(lower, ellipse, COLOURS[k], label)
+    for axes, title in ((upper, "Choe et al. 2023, the example"), (lower, "chosen by the height of the top")):
         limits = {"aspect": "equal", "ylim": (-115.0, 100.0)}
         dress(axes, "x from the centre [mm]", "y [mm]", title, legend="lower right", **limits)
     return figure
@@ -266,22 +266,22 @@ def _draw_path(axes: Axes, e: EllipsePath, colour: str, label: str) -> None:
 
 def length_figure() -> Figure:
     """Drawing of the length over the angle (the paper's Fig. 2) and of the clearance by the rule of whole degrees."""
-    figure, (left, right) = subplots(1, 2, (11.0, 3.8))
+    figure, (upper, lower) = subplots(2, 1, (WIDTH, 7.4))
     angles = CRITICAL + np.geomspace(1e-3, 60.0 - CRITICAL, 500)
     shapes = [example_at(float(angle)) for angle in angles]
-    left.plot(angles, [1000.0 * e.length for e in shapes], color=COLOURS[0], label="exact")
-    left.plot(angles, [1000.0 * e.approximate_length for e in shapes], "--", color=COLOURS[1], label="Eq. 27")
-    left.axhline(1000.0 * CHORD, color="gray", linewidth=1, linestyle=":", label="chord")
-    left.plot(10.0, 1000.0 * example().length, "o", color=COLOURS[3], label="the paper's choice, 10°")
+    upper.plot(angles, [1000.0 * e.length for e in shapes], color=COLOURS[0], label="exact")
+    upper.plot(angles, [1000.0 * e.approximate_length for e in shapes], "--", color=COLOURS[1], label="Eq. 27")
+    upper.axhline(1000.0 * CHORD, color="gray", linewidth=1, linestyle=":", label="chord")
+    upper.plot(10.0, 1000.0 * example().length, "o", color=COLOURS[3], label="the paper's choice, 10°")
     limits = {"xlim": (8.0, 30.0), "ylim": (280.0, 400.0)}
-    dress(left, "angle of the major axis [°]", "length [mm]", "length over the angle", legend="best", **limits)
+    dress(upper, "angle of the major axis [°]", "length [mm]", "length over the angle", legend="best", **limits)
     rises = np.arange(0.25, 60.0, 0.05)
-    right.plot(rises, _clearances(rises), color=COLOURS[0])
-    right.plot(
+    lower.plot(rises, _clearances(rises), color=COLOURS[0])
+    lower.plot(
         1000.0 * HALF_RISE, 1000.0 * (example().top_height - HALF_RISE), "o", color=COLOURS[3], label="the example"
     )
     title = "clearance by the rule of whole degrees, l = 150 mm"
-    dress(right, "half rise h [mm]", "top above T2 [mm]", title, legend="best")
+    dress(lower, "half rise h [mm]", "top above T2 [mm]", title, legend="best")
     return figure
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from agents.ground.drawings import COLOURS, Figure, dress, subplots, svg
+from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import by_quantity, plain
@@ -14,7 +14,7 @@ from pnt_gym.planning.paths import EllipsePath
 from .cases import HALF_RISE, HALF_WIDTH, example
 from .planning.plane import PlanePath, lame_path, line_ellipse_line
 
-WIDTH: Final = 2.0 * HALF_WIDTH
+SPAN: Final = 2.0 * HALF_WIDTH
 RISE: Final = 2.0 * HALF_RISE
 CREST: Final = 0.025
 """Corner height e of the paper's Lamé curves [m]."""
@@ -80,21 +80,21 @@ def comparison_paths(
     level = EllipsePath.with_top(HALF_WIDTH, 0.0, ellipse_crest or crest)
     paths = {"symmetric-ellipse": line_ellipse_line(level, lift, drop)}
     for width in WIDTHS:
-        paths[f"lame-d{round(1000 * width)}mm"] = lame_path(WIDTH, lift, drop, (width, crest), EXPONENT)
+        paths[f"lame-d{round(1000 * width)}mm"] = lame_path(SPAN, lift, drop, (width, crest), EXPONENT)
     return paths
 
 
 def _exponent_rows() -> Iterator[Row]:
     """Rows with the length of the Lamé curves for other exponents, as the paper gives none."""
     for exponent in (2.0, 4.0):
-        lengths = [lame_path(WIDTH, RISE, 0.0, (width, CREST), exponent).length for width in WIDTHS]
+        lengths = [lame_path(SPAN, RISE, 0.0, (width, CREST), exponent).length for width in WIDTHS]
         note = f"Lame curves of d = 0.05 and 0.15 m as in same-ends with m = {exponent:g}: the shorter"
         yield Row.ours(f"choe/fig-8/exponent-{exponent:g}", min(lengths), "m", note=note, lengths_m=lengths)
 
 
 def lengths_figure() -> Figure:
     """Drawing of the curves of Fig. 8 under two readings."""
-    figure, panels = subplots(1, 2, (11.0, 3.9))
+    figure, panels = subplots(2, 1, (WIDTH, 7.6))
     chosen = {"same-ends": "same ends T1 and T2", "curves-only": "curves only, ends of equal height"}
     proposed = line_ellipse_line(example(), 0.0, 0.0)
     for axes, (reading, title) in zip(panels, chosen.items(), strict=True):

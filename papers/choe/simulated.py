@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from agents.ground.drawings import Axes, Figure, dress, subplots, svg
+from agents.ground.drawings import WIDTH, Axes, Figure, dress, subplots, svg
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row
 from pnt_gym.arrays import Bools, Floats, concatenate_records
@@ -192,7 +192,7 @@ def wall_clearance(place: Floats, lowest: Floats) -> float:
 
 def scene_figure(carried: CarriedObjects, row: int = 0) -> Figure:
     """Drawing of the way of one object, seen from the side."""
-    figure, (axes,) = subplots(1, 1, (7.0, 5.0))
+    figure, (axes,) = subplots(1, 1, (WIDTH, 5.0))
     start, way = np.array(FROM), np.subtract(TO, FROM)
     length = float(np.hypot(*way))
     hand_path = carried.path.sample(np.linspace(0.0, 1.0, 400) * carried.release_time[row, None]).position[row]

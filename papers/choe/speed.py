@@ -198,13 +198,13 @@ def joint_findings() -> Findings:
 
 def joints_figure(angles: Floats, times: Floats, quick_angles: Floats) -> Figure:
     """Drawing of the paper's Fig. 7 on our robot, and of the arm angles in the quickest motion with vertical parts."""
-    figure, (left, right) = subplots(1, 2, (11.0, 3.8))
+    figure, (upper, lower) = subplots(2, 1, (WIDTH, 7.4))
     for k, name in enumerate(ARMS):
-        left.plot(np.arange(1, len(angles) + 1), angles[:, k], color=COLOURS[k], label=f"arm {k + 1}, {name}")
-        right.plot(times, quick_angles[:, k], color=COLOURS[k])
-    dress(left, "node", "arm angle [°]", "ellipse at the paper's nodes (its Fig. 7)")
-    dress(right, "time [s]", "arm angle [°]", "quickest motion with 25 mm verticals, relaxed")
-    figure.legend(*left.get_legend_handles_labels(), fontsize=8, loc="outside right center")
+        upper.plot(np.arange(1, len(angles) + 1), angles[:, k], color=COLOURS[k], label=f"arm {k + 1}, {name}")
+        lower.plot(times, quick_angles[:, k], color=COLOURS[k])
+    dress(upper, "node", "arm angle [°]", "ellipse at the paper's nodes (its Fig. 7)")
+    dress(lower, "time [s]", "arm angle [°]", "quickest motion with 25 mm verticals, relaxed")
+    figure.legend(*upper.get_legend_handles_labels(), fontsize=8, ncols=2, loc="outside lower center")
     return figure
 
 

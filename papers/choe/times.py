@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from agents.ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import NONE, by_quantity, plain, value
@@ -139,7 +139,7 @@ def _joint_rows() -> Iterator[Row]:
 
 def times_figure() -> Figure:
     """Drawing of each path over the long way and of the time along the path."""
-    figure, (bars, paths) = subplots(1, 2, (12.5, 4.4), width_ratios=(1.0, 1.25))
+    figure, (bars, paths) = subplots(2, 1, (WIDTH, 8.6))
     shown = [case for name, case in long_cases().items() if "50mm" in name or name == "rectangle"]
     labels = [case.label for case in shown] + ["free path, 0.10 m high", "free path"]
     values = [float(motion(case).duration[0]) for case in shown]
@@ -179,7 +179,7 @@ def _colour(name: str) -> str:
 
 def motions_figure() -> Figure:
     """Drawing of speed, acceleration and jerk over time for paths where the hand stops, steps or runs through."""
-    figure, panels = subplots(3, 1, (8.5, 6.6), sharex=True)
+    figure, panels = subplots(3, 1, (WIDTH, 7.0), sharex=True)
     labels = ("ellipse, strict: stops at T1, T2", "ellipse, relaxed: acceleration steps", "Lamé m = 3.5: runs through")
     for colour, name, label in zip(COLOURS, SHOWN, labels, strict=False):
         timed_path = motion(long_cases()[name])
@@ -192,5 +192,5 @@ def motions_figure() -> Figure:
         axes.axhline(limit, color="gray", linestyle=":", linewidth=1)
         dress(axes, "time [s]" if axes is panels[-1] else "", unit, ylim=(0.0, 1.12 * limit))
     panels[0].set_title("0.82 m with vertical parts of 50 mm, lengths of the vectors and their limits", fontsize=10)
-    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
+    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
     return figure

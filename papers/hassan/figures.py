@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row, printed, share
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats, concatenate_records, length, take
@@ -26,7 +26,7 @@ PEAKS: Final = (1.8, 36.0)
 """Greatest speed [m/s] and acceleration [m/s2] that section IV-C1 reads off Fig. 12."""
 AXIS_END: Final = 3.0
 """End of the time axis of Fig. 12 [s]."""
-TITLE_WIDTH: Final = 30
+TITLE_WIDTH: Final = 17
 """Characters of a line of a panel's title."""
 READINGS: Final = ("paper-clock", "constant-jerk-overlap", "constant-jerk-stops", "constant-jerk")
 """Protocols by which Fig. 12 is drawn and compared."""
@@ -87,7 +87,7 @@ def _judge(row: Row, protocol: str, name: str) -> Row:
 
 def scurve_figure() -> Figure:
     """Drawing of time and peak speed over the stroke (Fig. 2), and of the release as a crossing (Figs. 4 and 5)."""
-    figure, (times, speeds, *crossings) = subplots(2, 2, (10.0, 7.4))
+    figure, (times, speeds, *crossings) = subplots(4, 1, (WIDTH, 12.0))
     strokes = np.linspace(1e-4, 0.8, 400)
     for k, (jerk, label) in enumerate(((450.0, "case 1: √(J V) < A"), (3000.0, "case 2: √(J V) ≥ A"))):
         curve = min_time_scurve(strokes, MotionLimits(1.8, 36.0, jerk))
@@ -120,7 +120,7 @@ def _draw_crossing(axes: Axes, limits: MotionLimits, case: str) -> None:
 
 def paths_figure() -> Figure:
     """Drawing of the first cycle inside at 30 %, from the side: hand and thrown object."""
-    figure, panels = subplots(3, 1, (8.5, 7.6), sharex=True)
+    figure, panels = subplots(3, 1, (WIDTH, 7.0), sharex=True)
     for axes, method in zip(panels, METHODS, strict=True):
         for protocol, style in (("paper-clock", "-"), ("constant-jerk-overlap", "--")):
             cycle, label = cell_cycle(protocol, method, "inside", EXAMPLE), f"hand, {PROTOCOLS[protocol].label}"
@@ -129,7 +129,7 @@ def paths_figure() -> Figure:
         draw_flight(axes, cell_cycle("paper-clock", method, "inside", EXAMPLE), "inside", COLOURS[1])
         dress(axes, "", "height z [m]", TITLES[method], aspect="equal", ylim=(-0.88, -0.63))
     panels[-1].set_xlabel("distance from the pick towards the target [m]")
-    figure.legend(*panels[-1].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=5)
+    figure.legend(*panels[-1].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
     return figure
 
 
@@ -151,7 +151,7 @@ def draw_flight(axes: Axes, cycle: Cycle, zone: str, colour: str) -> None:
 
 def positions_figure(zone: str, methods: tuple[str, str]) -> Figure:
     """Drawing of desired positions over time for two methods at all percentages of a zone (Figs. 11, 13, 14)."""
-    figure, panels = subplots(3, 2, (9.5, 6.4), sharex=True, sharey="row")
+    figure, panels = subplots(3, 2, (WIDTH, 6.4), sharex=True, sharey="row")
     for column, method in enumerate(methods):
         for k, percent in enumerate(PERCENTAGES[zone]):
             run = loop_motion(cell_cycle("paper-clock", method, zone, percent))
@@ -168,7 +168,7 @@ def positions_figure(zone: str, methods: tuple[str, str]) -> Figure:
 
 def motion_figure() -> Figure:
     """Drawing of position, speed, acceleration and jerk of the proposed loop at 30 % (Fig. 12), by three readings."""
-    figure, panels = subplots(4, len(READINGS), (13.0, 8.4), sharex=True, sharey="row")
+    figure, panels = subplots(4, len(READINGS), (WIDTH, 8.4), sharex=True, sharey="row")
     names = ("position [m]", "speed [m/s]", "acceleration [m/s²]", "jerk [m/s³]")
     for column, protocol in enumerate(READINGS):
         reading, axes = PROTOCOLS[protocol], panels[column :: len(READINGS)]

@@ -15,7 +15,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Axes, dress, subplots, svg
+from agents.ground.drawings import COLOURS, WIDTH, Axes, dress, subplots, svg
 from agents.reproduce.finding import Findings, Row
 from pnt_gym.arrays import concatenate_records, length
 from pnt_gym.planning import InfeasibleThrow
@@ -193,15 +193,15 @@ def free_figure(free: Callable[[str, float], Cycle]) -> str:
         "straight throw": cases.cell_cycle("limits-respected", "min-time-throw", *EXAMPLE),
         "free direction": free(*EXAMPLE),
     }
-    figure, axes = subplots(2, 2, (12.5, 5.6), width_ratios=(1.3, 1.0))
+    figure, axes = subplots(4, 1, (WIDTH, 12.0))
     for k, (name, cycle) in enumerate(cycles.items()):
-        _draw_side_view(axes[2 * k], cycle, f"{name}: pick to pick in {cycle.duration[0]:.3f} s")
+        _draw_side_view(axes[k], cycle, f"{name}: pick to pick in {cycle.duration[0]:.3f} s")
     handles = axes[0].get_legend_handles_labels()
-    axes[2].legend(*handles, fontsize=8, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.28))
+    axes[1].legend(*handles, fontsize=8, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.28))
     limits = cases.limits_at(EXAMPLE[1]).numbers()
     for k, name in enumerate(("speed [m/s]", "acceleration [m/s²]")):
-        _draw_over_time(axes[2 * k + 1], cycles, k, name, limits[k])
-    axes[1].legend(fontsize=8)
+        _draw_over_time(axes[2 + k], cycles, k, name, limits[k])
+    axes[2].legend(fontsize=8)
     figure.suptitle(f"first pick, target {EXAMPLE[0]}, {EXAMPLE[1]} % of the robot's limits, J scaled", fontsize=11)
     return svg(figure)
 

@@ -7,7 +7,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Figure, dress, subplots, svg
+from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Overview
 from agents.reproduce.grids import NONE, JsonRow, Rows, number, value
@@ -232,7 +232,7 @@ def picks_figure(rows: Rows) -> Figure:
     bars = {"published": ("table1/paper-clock/min-time-throw", "published"), **shown}
     colours = dict(zip(bars, _BARS, strict=True))
     bars = {name: bar for name, bar in bars.items() if any(_cells(rows, bar[0]))}
-    figure, panels = subplots(1, 2, (12.5, 4.4), sharey=True)
+    figure, panels = subplots(2, 1, (WIDTH, 8.0), sharey=True)
     width = 0.86 / len(bars)
     for axes, (zone, percents) in zip(panels, PERCENTAGES.items(), strict=True):
         places = np.arange(len(percents))
@@ -243,8 +243,7 @@ def picks_figure(rows: Rows) -> Figure:
             axes.bar_label(
                 drawn, ["" if np.isnan(height) else f"{height:.0f}" for height in heights], fontsize=7, padding=1
             )
-        dress(axes, "share of the robot's limits", "", f"target {zone} the workspace", axisbelow=True)
+        dress(axes, "share of the robot's limits", "picks per minute", f"target {zone} the workspace", axisbelow=True)
         axes.set_xticks(places, [f"{percent} %" for percent in percents])
-    panels[0].set_ylabel("picks per minute")
     figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
     return figure

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
@@ -151,7 +151,7 @@ def _turn_rows(turns: Mapping[float, PoseMotion], commanded: Floats, record: Sim
 
 def circle_figure(pixel: float) -> Figure:
     """Drawing of the circle in sections at some heights, and of its share of area and radius over the height."""
-    figure, (plane, parts) = subplots(1, 2, (11.0, 4.6))
+    figure, (plane, parts) = subplots(2, 1, (WIDTH, 9.6), height_ratios=(1.3, 1.0))
     axis = pixel * np.arange(-round(SIDE / pixel), round(SIDE / pixel) + 1, dtype=np.float64)
     x, y = np.meshgrid(axis, axis)
     for colour, height in zip(COLOURS, HEIGHTS, strict=False):
@@ -179,7 +179,7 @@ def circle_figure(pixel: float) -> Figure:
 
 def turn_figure(turns: Mapping[float, PoseMotion], record: SimulatedMotions) -> Figure:
     """Drawing of motor angles and speeds over a turn of the circle, opened and closed."""
-    figure, axes = subplots(2, len(turns), (4.0 * len(turns), 5.4), sharex=True, sharey="row")
+    figure, axes = subplots(2, len(turns), (WIDTH, 5.4), sharex=True, sharey="row")
     for k, (theta, motion) in enumerate(turns.items()):
         angle, speed = axes[k], axes[len(turns) + k]
         during = record.time <= motion.duration
@@ -193,6 +193,6 @@ def turn_figure(turns: Mapping[float, PoseMotion], record: SimulatedMotions) -> 
         dress(angle, "", "motor angle [°]" if k == 0 else "", f"θ = {np.rad2deg(theta):.0f}°")
         dress(speed, "time [s]", "motor speed [rpm]" if k == 0 else "")
     axes[0].plot([], [], "o", color="gray", markersize=2.5, label="in MuJoCo")
-    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=5, loc="outside lower center")
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
     figure.suptitle("circle of 80 mm at z = -220 mm; dashed: 70 rpm", fontsize=11)
     return figure

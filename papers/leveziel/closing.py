@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats, take
@@ -126,7 +126,7 @@ def _servo_rows(times: list[float], spread: list[float]) -> Iterator[Row]:
 
 def closing_figure(curves: Mapping[str, Floats]) -> Figure:
     """Drawing of the halves' angle over time for different closing commands."""
-    figure, (axes,) = subplots(1, 1, (7.6, 4.4))
+    figure, (axes,) = subplots(1, 1, (WIDTH, 4.4))
     for colour, (name, theta) in zip(("gray", *COLOURS), curves.items(), strict=False):
         axes.plot(1e3 * STEP * np.arange(1, theta.size + 1), np.rad2deg(theta), color=colour, label=name)
     axes.axvline(1e3 * PUBLISHED, color="black", linestyle="--", linewidth=0.9, label="published, 60 ms")

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Figure, dress, frames_figure, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, frames_figure, subplots
 from agents.ground.metrics import wilson
 from agents.reproduce.finding import Findings, Row, share
 from agents.reproduce.grids import table_findings
@@ -63,7 +63,7 @@ def cycle_findings(cycles: int = CYCLES) -> Findings:
     )
     drawn = {
         "leveziel_cycle.svg": cycle_figure(realistic),
-        "leveziel_cycle_pictures.svg": frames_figure(pictures(realistic), columns=4, width=11.0),
+        "leveziel_cycle_pictures.svg": frames_figure(pictures(realistic)),
     }
     data = {"leveziel_cycle": {"phase_ends_s": dict(realistic.course.ends)}}
     return table_findings("The cork cycle in the simulator", rows, drawn, data, drop="leveziel/cycle/")
@@ -217,7 +217,7 @@ def _cycle_time_row(cycles: Cycles, where: str) -> Row:
 
 def cycle_figure(cycles: Cycles) -> Figure:
     """Drawing of the first cycle, commanded and simulated: motor angles, positions, the halves' angle, grip."""
-    figure, axes = subplots(4, 1, (9.5, 10.5), sharex=True)
+    figure, axes = subplots(4, 1, (WIDTH, 11.0), sharex=True)
     time, course = cycles.time, cycles.course
     commanded = cycles.recording.control[:, 0:12:3]
     for k in range(4):
@@ -245,7 +245,8 @@ def cycle_figure(cycles: Cycles) -> Figure:
     )
     for panel, name in zip(axes, names, strict=True):
         dress(panel, "time [s]" if panel is axes[-1] else "", name)
-        panel.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
+        below = -0.25 if panel is axes[-1] else -0.02
+        panel.legend(fontsize=8, ncols=5, loc="upper center", bbox_to_anchor=(0.5, below))
         for end in course.ends.values():
             panel.axvline(end, color="gray", linewidth=0.7)
     text_style = {"ha": "center", "va": "bottom", "fontsize": 8, "transform": axes[0].get_xaxis_transform()}

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from agents.ground.metrics import wilson
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
@@ -136,13 +136,13 @@ def _settling_row(grasps: Grasps) -> Row:
 
 def grasps_figure(records: list[Grasps]) -> Figure:
     """Drawing of the objects' way along the pads over their direction against the pads."""
-    figure, axes = subplots(1, len(records), (4.0 * len(records), 3.6), sharey=True)
+    figure, axes = subplots(len(records), 1, (WIDTH, 2.8 * len(records)), sharex=True)
     for panel, record in zip(axes, records, strict=True):
         ways = {"from the closed grip": record.settling, "from leaving the table": record.slip}
         for colour, (name, way) in zip((COLOURS[1], COLOURS[0]), ways.items(), strict=True):
             panel.scatter(record.yaw, 1e3 * way, s=10, alpha=0.7, color=colour, linewidths=0, label=name)
         panel.axhline(1e3 * SLIP, color="black", linestyle="--", linewidth=1, label="counts as slip")
-        up = "way along the pads [mm]" if panel is axes[0] else ""
-        dress(panel, "direction against the pads [°]", up, f"{record.name}, {record.yaw.size} grasps")
+        across = "direction against the pads [°]" if panel is axes[-1] else ""
+        dress(panel, across, "way along the pads [mm]", f"{record.name}, {record.yaw.size} grasps")
     axes[0].legend(fontsize=8, loc="upper center")
     return figure

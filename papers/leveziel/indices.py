@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
@@ -155,7 +155,7 @@ def _folding_row(step: float) -> Row:
 
 def tau_figure(hull: TauHull, centre: Floats, gripping: TauHull) -> Figure:
     """Drawing of the platform index over theta with its hull (Fig. 6), and of 1/tau where the prototype grips."""
-    figure, (index, ratio) = subplots(1, 2, (11.5, 4.4))
+    figure, (index, ratio) = subplots(2, 1, (WIDTH, 8.0))
     degrees = np.rad2deg(hull.theta)
     index.axvspan(np.rad2deg(CLOSED), np.rad2deg(OPEN), color=COLOURS[8], alpha=0.3, label="the prototype's range")
     index.fill_between(degrees, hull.low, hull.high, color="#9fe3ec", label="hull over the reduced workspace")

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Figure, dress, subplots, svg
+from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import by_quantity, plain
@@ -227,7 +227,7 @@ def line_distance(points: Floats, first: Floats, last: Floats) -> Floats:
 
 def moves_figure(moves: Moves, record: SimulatedMotions) -> Figure:
     """Drawing of the halves' angle and of the distance from the line over time, with the gripper closed."""
-    figure, (angle, path) = subplots(1, 2, (11.0, 4.2), sharex=True)
+    figure, (angle, path) = subplots(2, 1, (WIDTH, 7.6), sharex=True)
     dots: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 2.5}
     for k, name in enumerate(MOVES):
         pair = moves[name, CLOSED]
@@ -246,8 +246,8 @@ def moves_figure(moves: Moves, record: SimulatedMotions) -> Figure:
                 angle.plot(1e3 * time, np.rad2deg(pose[:, 3]), color=COLOURS[k], **look)
                 path.plot(1e3 * time, 1e3 * line_distance(pose[:, :3], first, last), color=COLOURS[k], **look)
     angle.plot([], [], color="gray", label="in MuJoCo", **dots)
-    dress(angle, "time [ms]", "angle of the platform's halves θ [°]")
+    dress(angle, "", "angle of the platform's halves θ [°]")
     dress(path, "time [ms]", "distance from the straight line [mm]")
-    figure.legend(*angle.get_legend_handles_labels(), fontsize=8, ncols=4, loc="outside lower center")
+    figure.legend(*angle.get_legend_handles_labels(), fontsize=8, ncols=2, loc="outside lower center")
     figure.suptitle("50 mm in z, 70 mm in y and in x with θ = -60°, motors at up to 70 rpm", fontsize=11)
     return figure

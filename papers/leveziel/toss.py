@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple, cast
 import numpy as np
 
 from agents.controllers import make_controller
-from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots, svg
+from agents.ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg
 from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.metrics import wilson
 from agents.ground.tables import Grid
@@ -203,7 +203,7 @@ def _toss_grid(tosses: Sequence[JsonRow]) -> Grid:
 
 def release_figure(panels: Mapping[str, Throws], config: GripperConfig) -> Figure:
     """Drawing of the landing along the throw over the release time; ``panels`` holds throws by panel title."""
-    figure, axes = subplots(1, len(panels), (5.4 * len(panels), 4.2), sharex=True, sharey=True)
+    figure, axes = subplots(len(panels), 1, (WIDTH, 3.8 * len(panels)), sharex=True, sharey=True)
     times, landings = free_landings(config)
     for panel, (name, throws) in zip(axes, panels.items(), strict=True):
         for k, item in enumerate(config.items):
@@ -214,12 +214,12 @@ def release_figure(panels: Mapping[str, Throws], config: GripperConfig) -> Figur
         brake = MILLI * config.motion.after
         panel.axvline(brake, color="gray", linestyle=":", linewidth=1)
         panel.text(brake + 0.5, 0.02, "robot brakes", fontsize=8, color="gray", transform=panel.get_xaxis_transform())
-        up = "landing from the target along the throw [mm]" if panel is axes[0] else ""
         title = f"{name}: {100.0 * float(throws.is_success.mean()):.0f} % succeed"
-        dress(panel, "object comes free after the planned moment [ms]", up, title)
+        across = "object comes free after the planned moment [ms]" if panel is axes[-1] else ""
+        dress(panel, across, "landing from the target along the throw [mm]", title)
     axes[0].plot([], [], color="gray", linewidth=1, label="let go on the planned path, no air")
     axes[0].plot([], [], color="black", linestyle="--", linewidth=1, label="edges of the compartment")
-    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=4, loc="outside lower center")
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=2, loc="outside lower center")
     return figure
 
 
@@ -251,26 +251,27 @@ def free_landings(config: GripperConfig) -> tuple[Floats, Floats]:
 
 
 def learning_figure(levels: dict[str, list[JsonRow]]) -> Figure:
-    """Drawing of success and landing error over practice throws, one column per level, mean and range over seeds."""
-    figure, axes = subplots(2, len(levels), (4.2 * len(levels), 6.4), sharex=True, sharey="row")
+    """Drawing of success and landing error over practice throws, one row per level, mean and range over seeds."""
+    figure, axes = subplots(len(levels), 2, (WIDTH, 2.8 * len(levels)), sharex=True, sharey="col")
     learners = sorted({row["controller"] for rows in levels.values() for row in rows if row["practice"] > 0})
     colours = dict(zip((*LINES, *learners), ("black", "gray", *COLOURS), strict=False))
-    for column, (level, rows) in enumerate(levels.items()):
-        upper, lower = axes[column], axes[column + len(levels)]
+    for row, (level, results) in enumerate(levels.items()):
+        shares, errors = axes[2 * row], axes[2 * row + 1]
         for name, colour in colours.items():
-            curve = sorted((row for row in rows if row["controller"] == name), key=lambda row: row["practice"])
+            own = [result for result in results if result["controller"] == name]
+            curve = sorted(own, key=lambda result: result["practice"])
             if curve:
-                _draw_curve(upper, curve, "success_by_seed", 1.0, colour)
-                _draw_curve(lower, curve, "landing_error_by_seed_m", 1e3, colour)
-        dress(upper, "", "" if column else "held-out throws that succeed [%]", f"level {level}")
-        up = "" if column else "landing error, mean [mm]"
-        dress(lower, "throws of practice", up, xscale="log", yscale="log")
+                _draw_curve(shares, curve, "success_by_seed", 1.0, colour)
+                _draw_curve(errors, curve, "landing_error_by_seed_m", 1e3, colour)
+        across = "throws of practice" if row == len(levels) - 1 else ""
+        dress(shares, across, "throws that succeed [%]", f"level {level}")
+        dress(errors, across, "landing error, mean [mm]", f"level {level}", xscale="log", yscale="log")
     ticks = sorted({row["practice"] for rows in levels.values() for row in rows if row["practice"] > 0})
     for panel in axes:
         panel.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
         panel.minorticks_off()
-    axes[len(levels)].set_yticks([2, 5, 10, 20, 50], ["2", "5", "10", "20", "50"])
-    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=5, loc="outside lower center")
+    axes[1].set_yticks([2, 5, 10, 20, 50], ["2", "5", "10", "20", "50"])
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
     return figure
 
 

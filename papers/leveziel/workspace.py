@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, tile_panels
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Bools, Floats
@@ -239,7 +239,7 @@ def first_singular() -> tuple[Floats, float]:
 
 def sections_figure(sections: Mapping[str, Section]) -> Figure:
     """Drawing of three sections at -45 deg (Fig. 5)."""
-    figure, axes = subplots(1, 3, (13.0, 4.6))
+    figure, axes = tile_panels(3, 2, (WIDTH / 2, 3.1))
     image = None
     for panel, (name, cut) in zip(axes, sections.items(), strict=True):
         image = _draw_kappa_map(panel, cut)
@@ -290,4 +290,4 @@ def _draw_legends(figure: Figure, image: Any, axes: list[Axes]) -> None:
     figure.colorbar(image, ax=axes, fraction=0.02, pad=0.01).set_label("inverse condition number κ")
     lines = [Line2D([], [], color=FULL), Line2D([], [], color=REDUCED), Line2D([], [], color="gray", linestyle="--")]
     names = ["full workspace (Eq. 7)", "reduced workspace, strokes -85° to 45°", "κ = 0.5 (white)"]
-    figure.legend(lines, names, fontsize=9, ncols=3, loc="outside lower center")
+    figure.legend(lines, names, fontsize=8, ncols=2, loc="outside lower center")

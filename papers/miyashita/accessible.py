@@ -9,7 +9,7 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats, Ints, concatenate_records, take
@@ -234,7 +234,7 @@ def slices_figure(arm_cells: Ints, samples: Counts) -> Figure:
     """Drawing of Fig. 8 as slices: cells of some angles in the plane, by the bound that admits them."""
     from matplotlib.patches import Circle  # noqa: PLC0415 - heavy, needed for drawings only
 
-    figure, axes = subplots(2, 3, (12.0, 6.6), sharex=True, sharey=True)
+    figure, axes = subplots(3, 2, (WIDTH, 8.0), sharex=True, sharey=True)
     strong, weak = _space(TORQUES[0], samples), _space(TORQUES[1], samples)
     layers = (
         (arm_cells, "#dedede", f"reach alone (to {4 * FASTER[-1]}π rad/s)"),
@@ -254,7 +254,7 @@ def slices_figure(arm_cells: Ints, samples: Counts) -> Figure:
         panel.set_aspect("equal")
         panel.label_outer()
     handles, labels = axes[SLICES.index(150.0)].get_legend_handles_labels()
-    figure.legend(handles, labels, fontsize=8, ncols=5, loc="outside lower center", markerscale=1.6)
+    figure.legend(handles, labels, fontsize=8, ncols=2, loc="outside lower center", markerscale=1.6)
     figure.suptitle("where a block can be with no vertical speed; the circle is the arm's reach", fontsize=11)
     return figure
 

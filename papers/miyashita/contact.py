@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Axes, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Bools, Floats
@@ -159,16 +159,16 @@ def _paper_goal_row(reached: BestReleases) -> Row:
 
 def reach_figure(sizes: dict[str, Floats], cell_goals: Floats, release_goals: Floats, reached: BestReleases) -> Figure:
     """Drawing of the share of goals over the miss of the best release, and of the places of the goals."""
-    figure, (left, right) = subplots(1, 2, (11.0, 3.8))
+    figure, (upper, lower) = subplots(2, 1, (WIDTH, 8.0))
     styles = (("-", 3), ("-", 0), ("--", 3), ("--", 0))
     for (name, values), (style, colour) in zip(sizes.items(), styles, strict=True):
         share = 100.0 * np.arange(1, len(values) + 1) / len(values)
-        left.step(np.sort(values), share, style, color=COLOURS[colour], label=name, where="post")
-    left.axvline(1.0, color="black", linestyle=":", linewidth=1)
-    left.set_xscale("log")
-    dress(left, "best release's miss / (5 mm, 2°), the larger", "goals [%]")
-    figure.legend(*left.get_legend_handles_labels(), fontsize=8, ncols=2, loc="outside lower left")
-    _draw_places(right, cell_goals, release_goals, reached.miss < 1.0)
+        upper.step(np.sort(values), share, style, color=COLOURS[colour], label=name, where="post")
+    upper.axvline(1.0, color="black", linestyle=":", linewidth=1)
+    upper.set_xscale("log")
+    dress(upper, "best release's miss / (5 mm, 2°), the larger", "goals [%]")
+    upper.legend(fontsize=8)
+    _draw_places(lower, cell_goals, release_goals, reached.miss < 1.0)
     return figure
 
 

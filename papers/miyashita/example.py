@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats
@@ -177,7 +177,7 @@ def motion_figure(plan: ThrowPlan) -> Figure:
 
 def trajectories_figure(plans: Mapping[str, ThrowPlan]) -> Figure:
     """Drawing of angle, speed, acceleration and torque up to the release (Fig. 6), for several weights W."""
-    figure, axes = subplots(2, 2, (10.5, 5.8), sharex=True)
+    figure, axes = subplots(2, 2, (WIDTH, 5.8), sharex=True)
     for colour, (name, plan) in zip(COLOURS, plans.items(), strict=False):
         times = np.linspace(0.0, float(plan.motion.duration[0]), 400)
         state = plan.motion.sample(times)

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Figure, subplots, svg
+from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row
 from pnt_gym.arrays import Floats, take
@@ -167,31 +167,29 @@ def _grid(rows: list[Row]) -> Grid:
 
 
 def curves_figure(curves: dict[float, cases.Misses]) -> Figure:
-    """Drawing of the errors' norms over throws (the paper's Fig. 10), one row of panels per delay."""
-    figure, axes = subplots(len(curves), 3, (12.0, 2.7 * len(curves)), sharex=True)
+    """Drawing of the errors' norms over throws (the paper's Fig. 10), one column of panels per delay."""
+    figure, axes = subplots(3, len(curves), (WIDTH, 7.2), sharex=True, sharey="row")
     names = ("position [mm]", "angle [°]", "vertical speed [m/s]")
     bounds, units = (1e3 * cases.POSITION, cases.ANGLE, cases.SPEED), (1e3, 1.0, 1.0)
     throws = np.arange(1, cases.TRIALS + 1)
-    for row, (delay, norms) in enumerate(curves.items()):
-        panels = axes[3 * row : 3 * row + 3]
+    for column, (delay, norms) in enumerate(curves.items()):
+        panels = axes[column :: len(curves)]
         for panel, values, unit, bound, name in zip(panels, norms, units, bounds, names, strict=True):
             for k, gain in enumerate(GAINS):
                 curve = unit * values[:, k]
                 panel.plot(throws, curve.mean(axis=1), ".-", color=COLOURS[k], label=f"K = {gain:g}")
                 panel.fill_between(throws, curve.min(axis=1), curve.max(axis=1), color=COLOURS[k], alpha=0.12, lw=0)
             panel.axhline(bound, color="black", linestyle="--", linewidth=1, label="published, 10th throw")
-            panel.set(yscale="log", ylabel=name)
-            panel.grid(alpha=0.3)
-        panels[1].set_title(f"block comes free {1000.0 * delay:.0f} ms late", fontsize=10)
-    for panel in axes[-3:]:
-        panel.set_xlabel("throw")
-    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=6, loc="outside lower center")
+            dress(panel, "throw", name, yscale="log")
+            panel.label_outer()
+        panels[0].set_title(f"block free {1000.0 * delay:.0f} ms late", fontsize=10)
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
     return figure
 
 
 def trials_figure(virtual: Floats) -> Figure:
     """Drawing of the arm's planned motions at every trial (the paper's Fig. 11), from the virtual goals (J, 4)."""
-    figure, axes = subplots(1, 3, (12.0, 3.4))
+    figure, axes = subplots(3, 1, (WIDTH, 7.5), sharex=True)
     plans = plan_throws(virtual)
     longest = float(plans.motion.stop_time.max())
     styles = {0: (COLOURS[0], 1.5, "throw 1"), cases.TRIALS - 1: (COLOURS[3], 1.5, f"throw {cases.TRIALS}")}

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from agents.ground.drawings import COLOURS, Figure, dress, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Floats, take
@@ -255,7 +255,7 @@ def _late_row(pair: ThrowPair) -> Row:
 
 def margins_figure(plan: ThrowPlan, motions: Sequence[ArmMotion]) -> Figure:
     """Drawing of M_A up to the release, with and without a maximised margin (Fig. 7)."""
-    figure, axes = subplots(1, 2, (10.0, 3.6), sharey=True)
+    figure, axes = subplots(2, 1, (WIDTH, 6.4), sharex=True)
     best, share = moment_a(plan.motion, plan.radius), np.linspace(0.0, 1.0, 400)
     axes[0].plot(share, best, color=COLOURS[0], linewidth=1.2)
     axes[0].fill_between(share, best.max(), 0.0, color=COLOURS[2], alpha=0.25)
@@ -265,5 +265,4 @@ def margins_figure(plan: ThrowPlan, motions: Sequence[ArmMotion]) -> Figure:
     for panel, title in zip(axes, titles, strict=True):
         panel.axhline(0.0, color="black", linewidth=1)
         dress(panel, "share of the time to the release", "moment about the outer vertex M_A [mN m]", title)
-        panel.label_outer()
     return figure

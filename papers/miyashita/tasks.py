@@ -14,7 +14,7 @@ import numpy as np
 
 from agents.controllers import make_controller
 from agents.controllers.protocol import Controller, Learner
-from agents.ground.drawings import COLOURS, Figure, frames_figure, subplots
+from agents.ground.drawings import COLOURS, WIDTH, Figure, frames_figure, subplots, tile_panels
 from agents.ground.environments import core_of, make_vector, stream_seed
 from agents.ground.metrics import wilson
 from agents.judging.loop import practise, throw_batches, throw_held_out
@@ -204,7 +204,7 @@ def _film(controller: Controller, env: Any, view: ThrowView) -> list[tuple[str, 
 
 def sorting_figure(u: Floats) -> Figure:
     """Drawing of the flights from releases (3, 4) into the three pallets, each past the other pallets (Fig. 13)."""
-    figure, axes = subplots(1, 3, (13.0, 4.8), sharey=True)
+    figure, axes = tile_panels(3, 2, (WIDTH / 2, 3.4))
     for k, panel in enumerate(axes):
         draw_arm(panel, float(u[k, 0]))
         draw_pallets(panel, SORTING)
@@ -212,18 +212,17 @@ def sorting_figure(u: Floats) -> Figure:
         x, y, phi, dy = SORTING[k].goal
         title = f"({x:g} m, {y:g} m, {np.rad2deg(phi):.0f}°, {dy:g} m/s)"
         draw_plane(panel, (-0.52, 0.36), (-0.30, 0.56), title)
-        panel.label_outer()
     return figure
 
 
 def motions_figure(sorting: ThrowPlans, assembly: Sequence[ThrowPlans]) -> Figure:
     """Drawing of the arm's planned motions to the releases (Figs. 14 and 17)."""
-    figure, axes = subplots(1, 3, (12.5, 3.6))
+    figure, axes = subplots(3, 1, (WIDTH, 8.0), sharex=True)
     throws = [(f"sorting, throw {k + 1}", take(sorting, [k])) for k in range(len(sorting.u))]
     throws += [(f"assembly, throw {k + 1}", plans) for k, plans in enumerate(assembly)]
     for colour, (name, plans) in zip(COLOURS, throws, strict=False):
         end = float(plans.motion.duration[0])
         draw_motion(axes, plans.motion, end, color=colour, label=name, marker="o", markersize=4, markevery=[-1])
     axes[1].axhline(ARM.speed, color="black", linestyle="--", linewidth=1)
-    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=5, loc="outside lower center")
+    figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
     return figure

@@ -216,3 +216,24 @@ def test_pages_count_environments_and_questions_as_there_are():
     assert counts(r"environments are sequences") == {kinds.count("sequential")}
     assert counts("bandits") == {kinds.count("contextual bandit")}
     assert counts("questions") == {len(pages) - 1}  # one page lists the others
+
+
+PICTURES = sorted([*(DOCS / "pictures").iterdir(), *(DOCS.parent / "results" / "figures").iterdir()])
+WIDEST = 520.0
+"""Widest drawing whose text a phone still shows at a legible size [pt]."""
+
+
+def test_every_picture_is_shown_on_a_page():
+    pages = [DOCS.parent / "README.md", *DOCS.glob("*.md"), *DOCS.glob("[!_]*/*.md")]
+    pages += [*DOCS.parent.glob("results/*.md"), *DOCS.parent.glob("results/tables/*.md")]
+    text = "".join(page.read_text(encoding="utf-8") for page in pages)
+    assert [path.name for path in PICTURES if path.name not in text] == []
+
+
+def test_drawings_fit_the_width_of_a_phone():
+    widths = {
+        path.name: re.search(r'<svg[^>]*\swidth="([\d.]+)pt"', path.read_text("utf-8"))
+        for path in PICTURES
+        if path.suffix == ".svg"
+    }
+    assert {name: width[1] for name, width in widths.items() if width and float(width[1]) > WIDEST} == {}
