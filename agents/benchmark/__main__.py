@@ -14,7 +14,6 @@ from ..ground.places import MADE, SHIPPED
 from ..ground.tables import console
 from ..ground.versions import versions
 from ..jobs.cluster import Needs, pool
-from ..jobs.parcel import arithmetic
 from ..jobs.work import do_missing
 from .compare import assemble
 from .kept import KeptRows, choose_pieces, keep_rows
@@ -59,7 +58,7 @@ def main(arguments: Arguments) -> None:
     results = [*kept.rows, *(result for part in parts for result in part["results"])]
     policies = {**kept.policies, **stored_policies(parts)}
     comparison = assemble(plan, results)
-    head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "arithmetic": arithmetic()}
+    head = {"plan": plan.model_dump(mode="json"), "versions": versions()}
     seconds = kept.seconds + sum(part["seconds"] for part in parts)
     deliver_json(out, {**head, "seconds": seconds, **comparison, POLICIES: policies, "results": results}, indent=None)
     show(plan, comparison["table"])

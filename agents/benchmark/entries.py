@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self, final
@@ -22,6 +23,8 @@ from ..learning.hyperparameters import hyperparameters
 Count = Annotated[int, Field(ge=0)]
 Several = Annotated[int, Field(ge=2)]
 TRAINED = (*RESIDUAL, *MASKED)
+FITTED = (*TRAINED, "mlp", *PRETRAINED)
+"""Controllers whose networks torch fits where they learn."""
 LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp", *TRAINED)
 LEARNED_BY: Final[Mapping[str, tuple[str, ...]]] = {"mlp": ("torch",), SEARCHED: ("cma",)}
 """Optional libraries by which a controller learns that is no training."""
@@ -104,6 +107,14 @@ class Entry(Section):
             valid = "a controller that learns needs numbers above 0"
             valid = valid if self.controller in LEARNERS else "a controller that does not learn needs none"
             raise ValueError(f"entry {self.label!r} of {self.controller!r} has throws {self.throws}; {valid}")
+
+
+def computes_with_torch(entry: Entry) -> bool:
+    """Whether throws of an entry depend on the arithmetic of torch: a network is fitted, or torch evaluates one."""
+    if module_of(entry.controller) is not None:
+        return "torch" in sys.modules  # what the user's module has imported
+    is_fitted = entry.controller in FITTED and (max(entry.throws) > 0 or entry.online)
+    return is_fitted or entry.controller == "fcn"
 
 
 def is_learned(name: str) -> bool:

@@ -29,7 +29,19 @@ from ..jobs.work import key
 from ..judging.trial import Trial
 from ..judging.trials import check_options, controller_with, open_trial, trial_class
 from .digests import file_digest, results_code
-from .entries import EACH, LEARNED_BY, TRAINED, Choice, Count, Entry, Several, is_learned, labels_of, settings_of
+from .entries import (
+    EACH,
+    LEARNED_BY,
+    TRAINED,
+    Choice,
+    Count,
+    Entry,
+    Several,
+    computes_with_torch,
+    is_learned,
+    labels_of,
+    settings_of,
+)
 
 
 @final
@@ -326,7 +338,7 @@ def needs(plan: Plan) -> Needs:
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
     controllers = [entry.controller for entry in plan.entries]
     modules = sorted({module for module in map(module_of, (plan.env, *controllers)) if module is not None})
-    return Needs(tuple(modules), torch=any(name in (*TRAINED, "mlp") for name in controllers))
+    return Needs(tuple(modules), torch=any(map(computes_with_torch, plan.entries)))
 
 
 def _is_local_file(name: str, value: Any) -> bool:

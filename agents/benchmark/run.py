@@ -15,12 +15,13 @@ from ..controllers.apart import SeparateControllers
 from ..controllers.protocol import Controller
 from ..controllers.state import load_state
 from ..ground.cli import UsageError
+from ..jobs.parcel import arithmetic, torch_arithmetic
 from ..jobs.work import Job
 from ..judging.trial import Trial
 from ..judging.trials import open_trial
 from ..learning.runs import POLICY, RunFolder
 from .digests import bytes_digest, level_digest, policy_digest
-from .entries import TRAINED, labels_of, settings_of
+from .entries import TRAINED, computes_with_torch, labels_of, settings_of
 from .plan import Piece, entry_controller
 from .stored import POLICIES, STORED_FROM, Stored, state_bytes, store
 
@@ -70,13 +71,19 @@ def run_piece(piece: Piece, folder: Path, stored: Stored | None = None) -> dict[
                 controller = lesson.make_controller(name, trial)
                 policy = lesson.policy or policy_digest(name, controller)
                 record = trial.run(controller, count, plan.seed, online=entry.online)
-                digests = {"policy": policy, "level": level_digest(trial.core.config), "code": piece.code}
+                digests = {"policy": policy, "level": level_digest(trial.core.config), **origin(piece, stored)}
             head = {"label": label, "controller": name, "throws": lesson.throws, "seed": piece.seed}
             details = {"level": level, "train_level": piece.train_level, "learn_seconds": lesson.seconds}
             results.append({**head, **details, "digests": digests, "columns": record.columns()})
             if lesson.content is not None and (name in TRAINED or lesson.seconds >= STORED_FROM):
                 store(policies, policy, lesson.content())
     return {"results": results, POLICIES: policies}
+
+
+def origin(piece: Piece, stored: Stored | None) -> dict[str, str]:
+    """Digest of the code, and fingerprints of the arithmetic that throws depend on: a stored policy fits nothing."""
+    origins = {"code": piece.code, "arithmetic": arithmetic()}
+    return {**origins, "torch": torch_arithmetic()} if stored is None and computes_with_torch(piece.entry) else origins
 
 
 def _trial(piece: Piece, level: str, count: int | None = None) -> Trial:

@@ -15,7 +15,6 @@ from ..ground.places import MADE
 from ..ground.tables import console
 from ..ground.versions import versions
 from ..jobs.cluster import Needs, pool
-from ..jobs.parcel import arithmetic
 from ..jobs.work import do_missing
 from .__main__ import show
 from .compare import assemble
@@ -68,7 +67,7 @@ def main(arguments: Arguments) -> None:
     results = [result for part in parts for result in part["results"]]
     comparison = assemble(plan, results)
     head = {"by": arguments.by, "about": arguments.about, "command": _command(arguments)}
-    head |= {"plan": plan.model_dump(mode="json"), "versions": versions(), "arithmetic": arithmetic()}
+    head |= {"plan": plan.model_dump(mode="json"), "versions": versions()}
     seconds = sum(part["seconds"] for part in parts)
     policies = stored_policies(parts)
     deliver_json(file, {**head, "seconds": seconds, **comparison, POLICIES: policies, "results": results}, indent=None)

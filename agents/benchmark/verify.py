@@ -19,7 +19,6 @@ from ..ground.outputs import check_writable, deliver_json
 from ..ground.shipped import module_of
 from ..ground.tables import Grid, console
 from ..ground.versions import versions
-from ..jobs.parcel import arithmetic
 from .bounds import is_near
 from .entries import TRAINED, labels_of
 from .kept import plan_of_file
@@ -71,7 +70,7 @@ def main(arguments: Arguments) -> None:
         raise UsageError("--write goes without --throws: a row is equal if all of its throws are")
     data, plan = _read(arguments.file)
     with check_form(arguments.file):
-        made_by, results, made_on = dict(data["versions"]), list(data["results"]), data.get("arithmetic")
+        made_by, results = dict(data["versions"]), list(data["results"])
         policies = [stored_policy(dict(data.get(POLICIES, {})), row) for row in results]
         names = [dict(zip(ROW, (row[name] for name in ROW), strict=True)) for row in results]
     _check_trust(plan, trust=arguments.trust)
@@ -81,23 +80,17 @@ def main(arguments: Arguments) -> None:
     stored = [None if arguments.learn else policy for policy in policies]
     sample = choose(plan, planned, results, stored, arguments)
     others = {name: version for name, version in versions().items() if made_by.get(name) != version}
-    is_elsewhere = made_on is not None and made_on != arithmetic()
-    if arguments.write and (others or is_elsewhere):
-        raise UsageError(f"--write: {str(arguments.file)!r} is of other versions or of another processor")
+    if arguments.write and others:
+        raise UsageError(f"--write: {str(arguments.file)!r} is of other versions")
     verdicts: list[dict[str, Any]] = []
     with throws_bar() as bar:
         task = bar.add_task("rows thrown again", total=len(sample))
         for index in sample:
             anew = repeat(planned, results[index], arguments.throws, stored[index])
-            row_others = {**others, **other_code(results[index], anew)}
-            row = comparable(planned, results[index], arguments.throws)
-            difference = row_difference(row, anew, is_same_code=not row_others and not is_elsewhere)
-            near = is_elsewhere and is_near(row["columns"], anew["columns"])
-            text = NEAR if difference is not None and near else verdict(difference, row_others)
-            is_stored = stored[index] is not None
-            verdicts.append({**names[index], "verdict": text, "difference": difference, "stored": is_stored})
-            if arguments.write and difference is None:
-                results[index]["digests"] = anew["digests"]
+            told = judge(comparable(planned, results[index], arguments.throws), anew, others)
+            verdicts.append({**names[index], **told, "stored": stored[index] is not None})
+            if arguments.write and told["difference"] is None:
+                results[index]["digests"] = {**results[index].get("digests", {}), **anew["digests"]}
             bar.advance(task)
     show(verdicts, len(results), others, made_by)
     if arguments.json is not None:
@@ -105,8 +98,6 @@ def main(arguments: Arguments) -> None:
         deliver_json(arguments.json, {**head, "versions": versions(), "made_by": made_by, "verdicts": verdicts})
     if arguments.write:
         deliver_json(arguments.file, data, indent=None)
-    if is_elsewhere:
-        console().print("the file is of a processor that rounds otherwise; docs/reproducibility.md has the bounds")
     if any(row["difference"] and row["verdict"] != NEAR for row in verdicts):
         sys.exit(DIFFERENT)
 
@@ -197,6 +188,16 @@ def repeat(
     return comparable(planned, jsonable(result), count)
 
 
+def judge(row: Mapping[str, Any], anew: Mapping[str, Any], others: Mapping[str, str]) -> dict[str, Any]:
+    """Verdict on a row by the same row computed anew, and the first difference; `others` has other versions here."""
+    row_others = {**others, **other_code(row, anew)}
+    is_elsewhere = rounds_otherwise(row, anew)
+    difference = row_difference(row, anew, is_same_code=not row_others and not is_elsewhere)
+    is_within = difference is not None and is_elsewhere and is_near(row["columns"], anew["columns"])
+    text = NEAR if is_within else verdict(difference, row_others)
+    return {"verdict": text, "difference": difference, "elsewhere": is_elsewhere}
+
+
 def _shortened(piece: Piece, count: int) -> Piece:
     """The same piece with fewer held-out throws or work shifts."""
     option = trial_of_plan(piece.plan).option
@@ -232,6 +233,12 @@ def other_code(row: Mapping[str, Any], anew: Mapping[str, Any]) -> dict[str, str
     """The digest of the code here, if the row has another one."""
     code = anew["digests"]["code"]
     return {"code": code} if row.get("digests", {}).get("code", code) != code else {}
+
+
+def rounds_otherwise(row: Mapping[str, Any], anew: Mapping[str, Any]) -> bool:
+    """Whether a row is of a processor whose arithmetic, or whose torch where torch computed anew, is not that here."""
+    made_on, here = row.get("digests", {}), anew["digests"]
+    return any(name in here and made_on.get(name, here[name]) != here[name] for name in ("arithmetic", "torch"))
 
 
 def first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -274,6 +281,10 @@ def show(
     count_stored = sum(row["stored"] for row in verdicts)
     if count_stored:
         console().print(f"stored policies threw {count_stored} of them; with --learn their controllers learn again")
+    count_elsewhere = sum(row["elsewhere"] for row in verdicts)
+    if count_elsewhere:
+        bounds = "docs/reproducibility.md has the bounds"
+        console().print(f"{count_elsewhere} of them are of a processor that rounds otherwise; {bounds}")
     for name, version in others.items():
         console().print(f"the file was made with {name} {made_by.get(name, 'of no version')}; here is {version}")
 

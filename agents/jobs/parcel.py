@@ -111,12 +111,12 @@ def _identity(modules: Iterable[str], torch: bool) -> Iterator[tuple[str, str]]:
     yield from ((f"module {name}", user_code_digest(name)[:12]) for name in modules)
     yield "arithmetic", arithmetic()
     if torch:
-        yield "torch's arithmetic", _torch_arithmetic()
+        yield "torch's arithmetic", torch_arithmetic()
 
 
 @cache
 def arithmetic() -> str:
-    """Fingerprint of some throws and of the learners' arithmetic, in which processors round differently."""
+    """Fingerprint of some throws and of NumPy's arithmetic, in which processors round differently."""
     random = np.random.default_rng(0)
     numbers, square = random.standard_normal(999), random.standard_normal((24, 24))
     results = [np.exp(numbers), np.sin(numbers), np.tanh(numbers), square @ square, *np.linalg.svd(square)]
@@ -126,7 +126,8 @@ def arithmetic() -> str:
     return _digest([*results, observations, reward, info["landing_error"]])
 
 
-def _torch_arithmetic() -> str:
+@cache
+def torch_arithmetic() -> str:
     """Fingerprint of some training steps of a small network on one core, as in a job."""
     torch: Any = importlib.import_module("torch")
     with fit_from(0):

@@ -14,6 +14,7 @@ from agents.benchmark.verify import first_difference
 from agents.ground import bars
 from agents.ground.bars import throws_bar
 from agents.ground.files import json_text
+from agents.jobs.parcel import torch_arithmetic
 from tests.tools.benchmark import carried_out, toy_plan
 from tests.tools.commands import answered, refused
 
@@ -196,12 +197,12 @@ def test_digests_are_of_whole_rows_and_of_the_versions_of_the_file(data: dict[st
     assert "--write goes without --throws: a row is equal if all of its throws are" in said
     Path("file.json").write_text(json.dumps({**data, "versions": {**data["versions"], "numpy": "1.0"}}))
     said = refused("agents.benchmark.verify", "file.json", "--write")
-    assert "'file.json' is of other versions or of another processor" in said
+    assert "'file.json' is of other versions" in said
 
 
 def test_rows_of_another_processor_may_differ_within_bounds(data: dict[str, Any]) -> None:
-    data["arithmetic"] = "of another processor"
     for row in data["results"]:
+        row["digests"]["arithmetic"] = "of another processor"
         row["columns"]["error_m" if "error_m" in row["columns"] else "along_m"][0] += 5e-5
     code, verdicts = verify(data, "--rows", "99")
     assert code == 0
@@ -211,6 +212,29 @@ def test_rows_of_another_processor_may_differ_within_bounds(data: dict[str, Any]
     code, verdicts = verify(data, "--rows", "99")
     assert code == 1
     assert [row["verdict"] for row in verdicts].count("different") == 1
+
+
+def test_rounding_of_torch_counts_where_torch_fits_a_network_anew(stored: dict[str, Any]) -> None:
+    trained = [row for row in stored["results"] if row["controller"] == "sac"]
+    assert ["torch" in row["digests"] for row in stored["results"]] == [row in trained for row in stored["results"]]
+    for row in trained:
+        row["digests"]["torch"] = "of another processor"
+        row["digests"]["policy"] = "of another rounding"
+    stored["policies"] = {}
+    verdicts = verify(stored, "--rows", "99", "--longest", "1000")[1]
+    assert {row["verdict"] for row in verdicts} == {"equal"}  # no throw differs, and the policy need not be the same
+    assert [row["elsewhere"] for row in verdicts] == [row["label"] == "sac" for row in verdicts]
+    trained[0]["columns"]["cycle_s"][0] += 5e-4
+    trained[0]["digests"]["torch"] = torch_arithmetic()
+    verdicts = [row["verdict"] for row in verify(stored, "--rows", "99", "--longest", "1000")[1]]
+    assert verdicts.count("different") == 1
+
+
+def test_an_honest_stored_policy_is_thrown_whatever_torch_rounds(stored: dict[str, Any]) -> None:
+    for row in stored["results"]:
+        row["digests"]["torch"] = "of another processor"
+    verdicts = verify(stored, "--rows", "99")[1]
+    assert {(row["verdict"], row["elsewhere"]) for row in verdicts} == {("equal", False)}
 
 
 def test_stored_policies_throw_without_learning(stored: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
