@@ -201,7 +201,7 @@ def scene_figure(carried: CarriedObjects, row: int = 0) -> Figure:
         axes.plot((place[:, :2] - start) @ way / length, place[:, 2], style, label=label)
     _draw_boxes(axes, way / length, length)
     _draw_corners(axes, hand_path, (hand_path[:, :2] - start) @ way / length)
-    dress(axes, "along the way [m]", "height [m]", "Out of one box and into another", legend="lower center")
+    dress(axes, "along the way [m]", "height [m]", "Out of one box and into another", legend="upper left")
     axes.set_aspect("equal")
     return figure
 

@@ -193,7 +193,7 @@ def free_figure(free: Callable[[str, float], Cycle]) -> str:
         "straight throw": cases.cell_cycle("limits-respected", "min-time-throw", *EXAMPLE),
         "free direction": free(*EXAMPLE),
     }
-    figure, axes = subplots(4, 1, (WIDTH, 12.0))
+    figure, axes = subplots(4, 1, (WIDTH, 11.0), height_ratios=(0.6, 0.8, 1.0, 1.0))
     for k, (name, cycle) in enumerate(cycles.items()):
         _draw_side_view(axes[k], cycle, f"{name}: pick to pick in {cycle.duration[0]:.3f} s")
     handles = axes[0].get_legend_handles_labels()

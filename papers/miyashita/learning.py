@@ -180,7 +180,7 @@ def curves_figure(curves: dict[float, cases.Misses]) -> Figure:
                 panel.plot(throws, curve.mean(axis=1), ".-", color=COLOURS[k], label=f"K = {gain:g}")
                 panel.fill_between(throws, curve.min(axis=1), curve.max(axis=1), color=COLOURS[k], alpha=0.12, lw=0)
             panel.axhline(bound, color="black", linestyle="--", linewidth=1, label="published, 10th throw")
-            dress(panel, "throw", name, yscale="log")
+            dress(panel, "throw", name, yscale="log", xticks=range(2, cases.TRIALS + 1, 2))
             panel.label_outer()
         panels[0].set_title(f"block free {1000.0 * delay:.0f} ms late", fontsize=10)
     figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
@@ -198,5 +198,7 @@ def trials_figure(virtual: Floats) -> Figure:
         colour, width, label = styles.get(trial, between)
         draw_motion(axes, take(plans.motion, [trial]), longest, color=colour, linewidth=width, label=label)
     axes[0].legend(fontsize=8)
+    for panel in axes:
+        panel.label_outer()
     figure.suptitle("planned motions while learning with K = 0.5, block free 5 ms late", fontsize=10)
     return figure

@@ -255,7 +255,7 @@ def _late_row(pair: ThrowPair) -> Row:
 
 def margins_figure(plan: ThrowPlan, motions: Sequence[ArmMotion]) -> Figure:
     """Drawing of M_A up to the release, with and without a maximised margin (Fig. 7)."""
-    figure, axes = subplots(2, 1, (WIDTH, 6.4), sharex=True)
+    figure, axes = subplots(2, 1, (WIDTH, 6.4), sharex=True, sharey=True)
     best, share = moment_a(plan.motion, plan.radius), np.linspace(0.0, 1.0, 400)
     axes[0].plot(share, best, color=COLOURS[0], linewidth=1.2)
     axes[0].fill_between(share, best.max(), 0.0, color=COLOURS[2], alpha=0.25)
@@ -264,5 +264,6 @@ def margins_figure(plan: ThrowPlan, motions: Sequence[ArmMotion]) -> Figure:
     titles = ("(a) margin maximised", "(b) limits kept by Gauss-Newton steps, nothing maximised")
     for panel, title in zip(axes, titles, strict=True):
         panel.axhline(0.0, color="black", linewidth=1)
-        dress(panel, "share of the time to the release", "moment about the outer vertex M_A [mN m]", title)
+        dress(panel, "share of the time to the release", "moment M_A [mN m]", title)
+        panel.label_outer()
     return figure

@@ -223,6 +223,8 @@ def motions_figure(sorting: ThrowPlans, assembly: Sequence[ThrowPlans]) -> Figur
     for colour, (name, plans) in zip(COLOURS, throws, strict=False):
         end = float(plans.motion.duration[0])
         draw_motion(axes, plans.motion, end, color=colour, label=name, marker="o", markersize=4, markevery=[-1])
+    for panel in axes:
+        panel.label_outer()
     axes[1].axhline(ARM.speed, color="black", linestyle="--", linewidth=1)
     figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
     return figure
