@@ -15,7 +15,7 @@ _SHARES: Final[Floats] = (_NODES + 1.0) / 2.0
 """Gauss-Legendre nodes of the drag's time integral, as shares of the flight time."""
 
 
-def flight_time(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Floats:
+def flight_time(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) -> Floats:
     """Return the time [s] until the object comes down through the plane z = ``plane_z`` (Eq. 9).
 
     Args:
@@ -39,21 +39,21 @@ def flight_time(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Float
     return np.where(reached, time, np.nan)
 
 
-def flight_state(position: Floats, velocity: Floats, time: ArrayLike) -> tuple[Floats, Floats]:
+def flight_state(position: ArrayLike, velocity: ArrayLike, time: ArrayLike) -> tuple[Floats, Floats]:
     """Return position and velocity (..., 3) at ``time`` (...,) [s] after the release (Eq. 8)."""
     t, start = numbers(time, "time")[..., None], triples(velocity, "velocity")
     gravity = np.array([0.0, 0.0, -GRAVITY])
     return triples(position, "position") + t * (start + 0.5 * t * gravity), start + t * gravity
 
 
-def landing_point(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Floats:
+def landing_point(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) -> Floats:
     """Return the points (..., 3) [m] where objects come down through the plane; NaN for an object that never does."""
     landing, _ = flight_state(position, velocity, flight_time(position, velocity, plane_z))
     landing[..., 2] = np.where(np.isnan(landing[..., 2]), np.nan, plane_z)
     return landing
 
 
-def apex(position: Floats, velocity: Floats) -> tuple[Floats, Floats]:
+def apex(position: ArrayLike, velocity: ArrayLike) -> tuple[Floats, Floats]:
     """Return the time (...,) [s] and the point (..., 3) [m] where the flight is highest.
 
     A flight that is released downward is highest at its release: time 0.

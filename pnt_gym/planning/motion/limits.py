@@ -206,11 +206,11 @@ class EllipticWorkspace:
         if not number(self.z_min, "z_min") < number(self.z_max, "z_max"):
             raise PlanningError(f"z_min must lie below z_max [m], got {self.z_min} and {self.z_max}")
 
-    def contains(self, points: Floats) -> Bools:
+    def contains(self, points: ArrayLike) -> Bools:
         """Return whether points (..., 3) [m] lie inside or on the border, shape (...,)."""
         return self.margin(points) >= 0.0
 
-    def margin(self, points: Floats) -> Floats:
+    def margin(self, points: ArrayLike) -> Floats:
         """Return the distance [m] of points (..., 3) to the border, shape (...,); positive inside, negative outside.
 
         The horizontal part, (1 - |q|) min(semi-axes) with q the point in units of the semi-axes, is a lower

@@ -192,7 +192,7 @@ def line_segments(direction: Floats, durations: Floats, jerks: Floats) -> Segmen
     return Segments(durations, jerks[:, :, None] * direction[:, None, :])
 
 
-def rest_to_rest(displacement: Floats, limits: Limits) -> Segments:
+def rest_to_rest(displacement: ArrayLike, limits: Limits) -> Segments:
     """Return the minimum-time move along ``displacement`` (N, 3) [m], seven segments."""
     way = finite_points(displacement, "displacement")
     distance = length(way)
@@ -201,7 +201,7 @@ def rest_to_rest(displacement: Floats, limits: Limits) -> Segments:
     return line_segments(direction, curve.durations, curve.jerk[:, None] * _REST_TO_REST)
 
 
-def accelerate(direction: Floats, distance: Floats, limits: Limits) -> Segments:
+def accelerate(direction: ArrayLike, distance: ArrayLike, limits: Limits) -> Segments:
     """Return the first half of a stroke of 2 x ``distance`` (N,) [m]: four segments up to V_S(distance).
 
     This is the throw motion up to the release (section III-D): jerk up, plateau, jerk down, half the cruise.
@@ -213,13 +213,13 @@ def accelerate(direction: Floats, distance: Floats, limits: Limits) -> Segments:
     return line_segments(unit, durations, curve.jerk[:, None] * _REST_TO_REST[:4])
 
 
-def coast(duration: Floats) -> Segments:
+def coast(duration: ArrayLike) -> Segments:
     """Return one segment (N,) [s] without jerk: constant velocity after a block, a wait at rest."""
     times = column(duration, "duration")
     return Segments(times[:, None], np.zeros((len(times), 1, 3)))
 
 
-def brake(direction: Floats, speed: Floats, limits: Limits) -> Segments:
+def brake(direction: ArrayLike, speed: ArrayLike, limits: Limits) -> Segments:
     """Return the minimum-time stop from ``speed`` (N,) [m/s] along ``direction`` (N, 3): three segments."""
     start = column(speed, "speed")
     rows = limit_rows(limits, len(start))
@@ -229,7 +229,7 @@ def brake(direction: Floats, speed: Floats, limits: Limits) -> Segments:
     return line_segments(unit, durations, rows.jerk[:, None] * _REST_TO_REST[4:])
 
 
-def brake_distance(speed: Floats, limits: Limits) -> Floats:
+def brake_distance(speed: ArrayLike, limits: Limits) -> Floats:
     """Return the distance (N,) [m] of the minimum-time stop from ``speed`` (N,) [m/s]: half speed times duration."""
     start = column(speed, "speed")
     ramp, plateau = _stop_times(start, limit_rows(limits, len(start)))
