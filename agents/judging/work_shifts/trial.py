@@ -99,10 +99,7 @@ class ShiftTrial(Trial):
             return controller_of(policy, self.env)
         if module_of(policy) is not None:
             return import_controller(policy, self.env, **options)
-        try:
-            return line_controller(policy, self.core, **options)
-        except TypeError:
-            raise UsageError(f"controller {policy!r} has no settings {', '.join(options)}") from None
+        return line_controller(policy, self.core, **options)
 
     def correct_throws(self, release: str | None) -> None:
         """Let a controller of PnTRelease-v0 correct the throws, where throws are simulated."""
