@@ -120,9 +120,7 @@ def release_states_batch(z: ArrayLike, *, arm: Arm | None = None, block: Block |
     Raises:
         ValueError: the shape is not (N, 4) or a number is not finite.
     """
-    goal = four_columns(z, "z")
-    if goal.ndim != 2:
-        raise PlanningError(f"z must have shape (N, 4), got {goal.shape}")
+    goal = rows_of_four(z, "z")
     arm, block = arm_and_block(arm, block)
     releases = find_releases(goal, block.half_height, arm.angle, turns=(0,))
     reason, room = first_reason(releases.u, arm, block)
@@ -150,6 +148,18 @@ def four_columns(values: ArrayLike, name: str) -> Floats:
     if not np.isfinite(array).all():
         raise not_finite_error(array, name)
     return array
+
+
+def rows_of_four(values: ArrayLike, name: str) -> Floats:
+    """Return ``values`` as a float64 array of shape (N, 4).
+
+    Raises:
+        ValueError: the shape is not (N, 4), or a number is not finite.
+    """
+    rows = four_columns(values, name)
+    if rows.ndim != 2:
+        raise PlanningError(f"{name} must have shape (N, 4), got {rows.shape}")
+    return rows
 
 
 def _check_height(half_height: float) -> float:
