@@ -130,7 +130,7 @@ def plan_release(
         ValueError: if an input is NaN or infinite, or the tolerance is negative.
     """
     start, end = point_of(pick, "pick"), point_of(target, "target")
-    _check_bounds(ceiling, tolerance)
+    check_bounds(ceiling, tolerance)
     roof = math.inf if ceiling is None else ceiling
     bounds = OPEN if workspace is None else [b.item() for b in _line_bounds([start], [end], workspace)]
     throws = np.array([*start, *end, *of_kind(limits, MotionLimits, "limits").numbers(), tolerance, roof, *bounds])
@@ -323,7 +323,12 @@ def point_of(values: Point, name: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _check_bounds(ceiling: float | None, tolerance: float) -> None:
+def check_bounds(ceiling: float | None, tolerance: float) -> None:
+    """Make sure that a ceiling is finite or None, and a tolerance finite and not negative.
+
+    Raises:
+        ValueError: one of them is not.
+    """
     if ceiling is not None and not math.isfinite(number(ceiling, "ceiling")):
         raise PlanningError(f"ceiling must be finite, or None for no bound, got {ceiling}")
     if not 0.0 <= number(tolerance, "tolerance") < math.inf:
