@@ -160,6 +160,7 @@ def _parse(arguments: type[Arguments], program: str, command_line: Sequence[str]
             raise
     box = re.sub(r"\x1b\[[\d;]*m|[│╭╮╰╯─]|-{5,}", "", output.getvalue())
     problem = re.split(r"\n\s*\n", box.partition("\n")[2].strip())[0]
+    problem = re.sub(r"'None',\s+|,\s+'None'|\{None\}\|", "", problem)  # options that were not given
     hint = re.search(r"Perhaps you meant:\s+(.*)", box)
     suggestion = f"; perhaps you meant {hint[1].strip()}" if hint else ""
     raise UsageError(f"{one_sentence(problem.rstrip(' .:'), 200)}{suggestion}; see {program} --help")
