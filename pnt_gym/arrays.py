@@ -12,7 +12,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pnt_gym.errors import PlanningError
+from pnt_gym.errors import PlanningError, one_sentence
 from pnt_gym.records import Layout, Record, packed_record
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -21,18 +21,88 @@ Ints: TypeAlias = NDArray[np.int64]
 Point: TypeAlias = Sequence[float] | Floats
 
 RecordT = TypeVar("RecordT")
+KindT = TypeVar("KindT")
+
+
+def numbers(values: ArrayLike, name: str) -> Floats:
+    """Return ``values`` as a float64 array, of any shape.
+
+    Raises:
+        ValueError: if the values are no numbers, or rows of different lengths.
+    """
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise PlanningError(f"{name} must be numbers, got {one_sentence(repr(values), 80)}") from None
+
+
+def number(value: ArrayLike, name: str) -> float:
+    """Return ``value`` as a float.
+
+    Raises:
+        ValueError: if the value is not one number.
+    """
+    array = numbers(value, name)
+    if array.ndim:
+        raise PlanningError(f"{name} must be one number, got shape {array.shape}")
+    return array.item()
+
+
+def of_kind(value: object, kind: type[KindT], name: str) -> KindT:
+    """Return ``value``, which must be a ``kind``.
+
+    Raises:
+        ValueError: if the value is something else.
+    """
+    if not isinstance(value, kind):
+        raise PlanningError(f"{name} must be of the class {kind.__name__}, got {one_sentence(repr(value), 80)}")
+    return value
+
+
+def column(values: ArrayLike, name: str) -> Floats:
+    """Return ``values`` as a float64 array of shape (N,).
+
+    Raises:
+        ValueError: if the shape differs.
+    """
+    array = numbers(values, name)
+    if array.ndim != 1:
+        raise PlanningError(f"{name} must have shape (N,), got {array.shape}")
+    return array
+
+
+def triples(values: ArrayLike, name: str) -> Floats:
+    """Return ``values`` as a float64 array of shape (..., 3).
+
+    Raises:
+        ValueError: if the shape differs.
+    """
+    array = numbers(values, name)
+    if array.shape[-1:] != (3,):
+        raise PlanningError(f"{name} must have shape (..., 3), got {array.shape}")
+    return array
+
+
+def rows_of_three(values: ArrayLike, name: str, count: int | None = None) -> Floats:
+    """Return ``values`` as a contiguous float64 array of shape (N, 3) [m], with N = ``count`` unless ``count`` is None.
+
+    Raises:
+        ValueError: if the shape differs.
+    """
+    rows = np.ascontiguousarray(numbers(values, name))
+    if rows.ndim != 2 or rows.shape[1] != 3 or count not in (None, len(rows)):
+        shape = "(N, 3)" if count is None else f"({count}, 3), one row each"
+        raise PlanningError(f"{name} must have shape {shape}, got {rows.shape}")
+    return rows
 
 
 def finite_points(values: ArrayLike, name: str, count: int | None = None) -> Floats:
-    """Return ``values`` as a contiguous float64 array of shape (N, 3) [m], with N = ``count`` unless ``count`` is None.
+    """Return ``values`` as `rows_of_three`.
 
     Raises:
         ValueError: if the shape differs or a coordinate is NaN or infinite.
     """
-    points = np.ascontiguousarray(values, dtype=np.float64)
-    if points.ndim != 2 or points.shape[1] != 3 or count not in (None, len(points)):
-        shape = "(N, 3)" if count is None else f"({count}, 3), one row each"
-        raise PlanningError(f"{name} must have shape {shape}, got {points.shape}")
+    points = rows_of_three(values, name, count)
     if not np.isfinite(points).all():
         raise not_finite_error(points, name)
     return points
@@ -44,7 +114,7 @@ def finite_rows(values: ArrayLike, count: int, name: str) -> Floats:
     Raises:
         ValueError: if the shape is neither () nor (count,), or a value is NaN or infinite.
     """
-    rows = np.asarray(values, dtype=np.float64)
+    rows = numbers(values, name)
     if rows.shape not in ((), (count,)):
         raise PlanningError(f"{name} must be one number or have shape ({count},), got {rows.shape}")
     if not np.isfinite(rows).all():
@@ -58,7 +128,7 @@ def vector(value: Point, name: str) -> Floats:
     Raises:
         ValueError: if ``value`` is not three finite numbers.
     """
-    array = np.asarray(value, dtype=np.float64)
+    array = numbers(value, name)
     if array.shape != (3,) or not np.isfinite(array).all():
         raise PlanningError(f"{name} must be three finite numbers, got {value!r}")
     return array

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from ..ground.cli import at_least, option, run
+from ..ground.cli import UsageError, at_least, option, run
 from ..ground.outputs import check_writable, deliver_json
 from ..ground.places import MADE
 from ..ground.tables import console
@@ -55,6 +55,8 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Measure the controller, and write the submission and what it needs."""
     at_least(vars(arguments), throws=0, seeds=1, jobs=1)
+    if not arguments.by.strip():
+        raise UsageError("--by is empty; it must be the name of the person who hands the submission in")
     name = arguments.name or submission_name(arguments.controller)
     folder = arguments.out or MADE / "results" / "submissions"
     file = folder / f"{name}.json"

@@ -33,7 +33,7 @@ METHODS: Final = ("reset", "act", "learn")
 class Policy(Controller):
     """Controller from a function of observations to actions, without learning; `note` is a sentence for its table."""
 
-    def __init__(self, function: Function, name: str, kind: type[Any] = np.float32, note: str = "") -> None:
+    def __init__(self, function: Function, name: str, kind: Any = np.float32, note: str = "") -> None:
         self.function, self.name, self._kind, self.note = function, name, kind, note
 
     def act(self, observation: Observation) -> Actions:
@@ -60,7 +60,7 @@ def controller_of(policy: Any, env: Env) -> Controller:
     if hasattr(policy, "predict"):
         return model_policy(policy, type(policy).__name__.lower(), env)
     if callable(policy):
-        return Policy(policy, getattr(policy, "__name__", type(policy).__name__))
+        return Policy(policy, getattr(policy, "__name__", type(policy).__name__), kind=env.single_action_space.dtype)
     raise UsageError(f"a policy is a controller, a model or a function of observations, not {policy!r}")
 
 
@@ -181,7 +181,14 @@ def model_policy(model: Any, name: str, env: Env, label: str = "the model") -> C
         _check_fit(model.observation_space["vector"].shape, model.action_space.shape, env, label)
         return Policy(lambda v, i: model.predict({"image": i, "vector": v}, deterministic=True)[0], name)
     _check_fit(model.observation_space.shape, model.action_space.shape, env, label)
-    return Policy(lambda features: model.predict(features, deterministic=True)[0], name)
+    core: Any = core_of(env)
+    is_masked = "action_masks" in inspect.signature(model.predict).parameters
+
+    def predict(features: NDArray[np.float32]) -> Any:
+        masks = {"action_masks": core.masks()} if is_masked else {}
+        return model.predict(features, deterministic=True, **masks)[0]
+
+    return Policy(predict, name, kind=env.single_action_space.dtype)
 
 
 def _check_fit(inputs: Any, outputs: Any, env: Env, label: str, stack: int = 1) -> None:

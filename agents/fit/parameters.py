@@ -74,6 +74,10 @@ def priors(
     """
     spreads, names = spreads or {}, [parameter.name for parameter in PARAMETERS]
     chosen = names if free is None else list(free)
+    if not isinstance(spreads, Mapping):
+        raise UsageError(f"prior is {spreads!r}; it must be a mapping from names to standard deviations")
+    if isinstance(free, str):
+        raise UsageError(f"free is {free!r}; it must be a list of names, as in [{free!r}]")
     if unknown := sorted({*chosen, *spreads} - {*names}):
         raise UsageError(f"{', '.join(unknown)}: no parameter; parameters are {', '.join(names)}")
     for name, sd in spreads.items():

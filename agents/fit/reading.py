@@ -58,6 +58,8 @@ def read_log(path: Path, config: ConveyorConfig) -> ThrowLog:
         raise UsageError(
             f"columns of log {str(path)!r} are separated by {marks[0]!r}; they must be by commas, with decimal points"
         )
+    if twice := [name for name in COLUMNS if names.count(name) > 1]:
+        raise UsageError(f"log {str(path)!r} has more than one column {list_names(twice)}; leave one of each")
     missing = [name for name, column in COLUMNS.items() if column.required and name not in names]
     if missing:
         raise UsageError(f"log {str(path)!r} lacks the columns {list_names(missing)}; `docs/fit.md` lists all")

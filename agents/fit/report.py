@@ -13,6 +13,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.bars import throws_bar
+from ..ground.cli import UsageError
 from ..ground.tables import Grid
 from ..judging.throws.log import ThrowLog
 from .fitted import Fitted, fit_log
@@ -41,6 +42,8 @@ def fit(
         UsageError: the log is none of this cell's throws, or there is no such parameter.
         ConfigError: there is no such level.
     """
+    if not isinstance(log, str | Path):
+        raise UsageError(f"log is {log!r}; it must be a CSV file")
     config = ConveyorConfig.load(level).model_copy(update={"fidelity": "flight"})
     parameters = priors(config, free, prior)
     fitted = fit_log(read_log(Path(log), config), config, parameters)

@@ -12,6 +12,7 @@ import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
+from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -159,6 +160,7 @@ def _parse(arguments: type[Arguments], program: str, command_line: Sequence[str]
             raise
     box = re.sub(r"\x1b\[[\d;]*m|[│╭╮╰╯─]|-{5,}", "", output.getvalue())
     problem = re.split(r"\n\s*\n", box.partition("\n")[2].strip())[0]
+    problem = re.sub(r"'None',\s+|,\s+'None'|\{None\}\|", "", problem)  # options that were not given
     hint = re.search(r"Perhaps you meant:\s+(.*)", box)
     suggestion = f"; perhaps you meant {hint[1].strip()}" if hint else ""
     raise UsageError(f"{one_sentence(problem.rstrip(' .:'), 200)}{suggestion}; see {program} --help")
@@ -175,14 +177,35 @@ def describe_error(error: Exception) -> str:
 
 
 def at_least(options: Mapping[str, Any], **least: int) -> None:
-    """Make sure that no option lies below its least value; options that are None are skipped.
+    """Make sure that options are whole numbers, not below their least values; options that are None are skipped.
 
     Raises:
-        UsageError: an option lies below its least value.
+        UsageError: an option is no whole number, or lies below its least value.
     """
     for name, bound in least.items():
-        if options[name] is not None and options[name] < bound:
-            raise UsageError(f"--{name.replace('_', '-')} is {options[name]}; it must be at least {bound}")
+        value = options[name]
+        is_whole = isinstance(value, Integral) and not isinstance(value, bool)
+        if value is None or (is_whole and int(value) >= bound):
+            continue
+        kind = "" if is_whole else "a whole number, "
+        raise UsageError(f"--{name.replace('_', '-')} is {value!r}; it must be {kind}at least {bound}")
+
+
+def typed(kind: type[Arguments], options: Mapping[str, Any]) -> Arguments:
+    """Options by name, as a caller in Python gives them, as the dataclass `kind`.
+
+    Raises:
+        UsageError: an option has another type.
+    """
+    from pydantic import TypeAdapter, ValidationError  # noqa: PLC0415 - help comes at once
+
+    try:
+        return TypeAdapter(kind).validate_python(options)
+    except ValidationError as error:
+        problem = error.errors()[0]
+        name, message = str(problem["loc"][0]), problem["msg"].replace("tuple", "list")
+        value = one_sentence(repr(options[name]), 80)
+        raise UsageError(f"{name} is {value}: {message[0].lower()}{message[1:]}") from None
 
 
 def check_effects(arguments: DataclassInstance, outputs: Mapping[str, str], positional: str = "") -> None:

@@ -36,6 +36,8 @@ Role = Literal["train", "practice", "evaluate", "dataset", "compare"]
 Env: TypeAlias = VectorEnv[Any, Any, Any]
 PLUGINS: Final = "pnt_gym.envs"
 """Group of entry points that name modules which register environments."""
+OPTIONS: Final = ("level", "num_envs", "threads", "action_mode")
+"""Options of `make_vector`."""
 
 
 def import_user_module(name: str) -> ModuleType:
@@ -179,10 +181,13 @@ def as_vector(env: gym.Env[Any, Any] | Env) -> Env:
     """A single environment as a vector of one row; a vector environment as it is.
 
     Raises:
-        UsageError: the environment has no core, or is a vector environment with another autoreset mode than SAME_STEP.
+        UsageError: there is no environment, or the environment has no core, or is a vector environment with another
+            autoreset mode than SAME_STEP.
     """
     if isinstance(env, gym.Env):
         return as_vector(SyncVectorEnv([lambda: env], autoreset_mode=AutoresetMode.SAME_STEP))
+    if not isinstance(env, VectorEnv):
+        raise UsageError(f"env is {one_sentence(repr(env), 80)}; it must be an id or an environment")
     check_autoreset(env)
     _require_core(env, type(env.unwrapped).__name__ if env.spec is None else env.spec.id)
     return env

@@ -12,7 +12,7 @@ from typing import Any, Final, final
 import gymnasium as gym
 
 from ..controllers.protocol import Controller
-from ..ground.cli import UsageError, at_least
+from ..ground.cli import UsageError, at_least, typed
 from ..ground.environments import Env, stream_seed
 from ..ground.metrics import CONFIDENCE, Interval
 from ..ground.versions import versions
@@ -32,7 +32,7 @@ BUDGET: Final = 5
 class Rules:
     """What is compared, and when a comparison stops."""
 
-    figures: Sequence[str] | None = None
+    figures: tuple[str, ...] | None = None
     """Names of the figures; the first one decides. None: all figures of the record."""
     margin: float | None = None
     """Difference of the first figure that does not matter, in the figure's unit; None: every difference matters."""
@@ -291,9 +291,11 @@ def compare(
     Raises:
         UsageError: there is no such policy, environment or figure, or a number has no meaning.
     """
+    if isinstance(others, str):
+        raise UsageError(f"others is {others!r}; it must be a list of policies, as in [{others!r}]")
     with open_cells(env, options) as cells:
         trial = trial_of(cells)
-        rules = Rules(figures, margin, cap, budget)
+        rules = typed(Rules, {"figures": figures, "margin": margin, "cap": cap, "budget": budget})
         rules.measures(trial.record)  # a mistake is reported before the practice
         controllers, steps = prepare(trial, (a, b, *others), seed, practice, trust=trust)
         comparison = Comparison(trial, controllers, seed, rules)

@@ -15,7 +15,7 @@ from ..controllers.state import check_learns, practice_steps, save_state
 from ..ground.amounts import NUM_ENVS
 from ..ground.bars import throws_bar
 from ..ground.cli import UsageError, at_least
-from ..ground.environments import Env, as_vector, make_vector
+from ..ground.environments import OPTIONS, Env, as_vector, make_vector
 from ..ground.outputs import deliver_text
 from .loop import Progress
 from .record import Record, Row
@@ -94,10 +94,12 @@ def open_cells(env: str | gym.Env[Any, Any] | Env, options: Mapping[str, Any]) -
     """Vector environment of an id, closed at the end, or of an environment that is made already.
 
     Raises:
-        UsageError: there is no such environment, or options are given for an environment that is made already.
+        UsageError: there is no such environment or option, or an environment with options is made already.
     """
     if options and not isinstance(env, str):
         raise UsageError(f"{next(iter(options))} cannot change an environment that is made already; give it with an id")
+    if strangers := [name for name in options if name not in OPTIONS]:
+        raise UsageError(f"there is no option {strangers[0]!r}; an environment is made with {', '.join(OPTIONS)}")
     cells = make_vector(env, **{"num_envs": NUM_ENVS, **options}) if isinstance(env, str) else as_vector(env)
     try:
         yield cells

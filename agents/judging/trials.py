@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from pnt_gym.cells.base.config import LevelConfig
+from pnt_gym.errors import PntGymError, one_sentence
 
 from ..controllers.protocol import Controller
 from ..ground.amounts import NUM_ENVS
@@ -87,14 +88,17 @@ def controller_with(trial: Trial, policy: Any, settings: Mapping[str, Any], *, t
     """Controller of a trial, as `Trial.controller` makes it, with settings.
 
     Raises:
-        UsageError: there is no such controller, or it has no such settings.
+        UsageError: there is no such controller, or it has no such settings, or a setting has an impossible value.
     """
     try:
         return trial.controller(policy, trust=trust, **settings)
-    except TypeError:
-        if not settings:
+    except (TypeError, ValueError, AttributeError) as error:
+        if not settings or isinstance(error, PntGymError):
             raise
-        raise UsageError(f"controller {policy!r} has no settings {', '.join(settings)}") from None
+        if "unexpected keyword" in str(error):
+            raise UsageError(f"controller {policy!r} has no settings {', '.join(settings)}") from None
+        values = ", ".join(f"{name}={one_sentence(repr(value), 80)}" for name, value in settings.items())
+        raise UsageError(f"controller {policy!r} cannot have {values}: {one_sentence(error)}") from None
 
 
 def check_options(trial: Trial | type[Trial], options: Mapping[str, Any], env_id: str, dashes: str = "--") -> None:

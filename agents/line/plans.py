@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -17,10 +17,10 @@ from ..ground.cli import UsageError
 class Sweep:
     """Values that plans combine; None stands for the value of the level."""
 
-    robots: Sequence[int] = (1, 2, 3, 4)
-    speeds: Sequence[float] | None = None
-    percents: Sequence[float] | None = None
-    skills: Sequence[Literal["level", "all"]] = ("level",)
+    robots: tuple[int, ...] = (1, 2, 3, 4)
+    speeds: tuple[float, ...] | None = None
+    percents: tuple[float, ...] | None = None
+    skills: tuple[Literal["level", "all"], ...] = ("level",)
     minutes: float = 2.0
     burst: float | None = None
     down: str | None = None

@@ -11,7 +11,7 @@ from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 
 from ..dispatchers.registry import NAMES
 from ..dispatchers.release import make_release
-from ..ground.cli import UsageError, at_least
+from ..ground.cli import UsageError, at_least, typed
 from ..ground.versions import versions
 from .jets import stations_text
 from .planned import Conditions, Planned, check_plan, judge_plan, try_changes
@@ -145,8 +145,8 @@ def read_options(options: Mapping[str, Any], recovery: float) -> tuple[Sweep, Co
         UsageError: an option or the recovery is impossible.
     """
     at_least(options, **{name: bound for name, bound in LEAST.items() if name in options})
-    sweep = Sweep(**{name: options[name] for name in Sweep.__dataclass_fields__ if name in options})
-    conditions = Conditions(**{name: options[name] for name in Conditions.__dataclass_fields__ if name in options})
+    sweep = typed(Sweep, {name: options[name] for name in Sweep.__dataclass_fields__ if name in options})
+    conditions = typed(Conditions, {name: options[name] for name in Conditions.__dataclass_fields__ if name in options})
     check_plans(recovery, sweep, conditions)
     return sweep, conditions
 
@@ -155,7 +155,7 @@ def load_line(level: str | Path, release: str | None) -> LineConfig:
     """The level of a line, with throws by tables; makes sure that the release exists and fits the line."""
     config = LineConfig.load(level, throws="table")
     if release is not None:
-        make_release(release, config)
+        make_release(str(release), config)
     return config
 
 
@@ -183,8 +183,8 @@ def check_plans(recovery: float, sweep: Sweep, conditions: Conditions) -> None:
     Raises:
         UsageError: one of them is not.
     """
-    if not 0.0 < recovery < 1.0:
-        raise UsageError(f"--recovery is {recovery:g}; it must lie between 0 and 1")
+    if not isinstance(recovery, float | int) or not 0.0 < recovery < 1.0:
+        raise UsageError(f"--recovery is {recovery!r}; it must lie between 0 and 1")
     if not (sweep.robots and all(1 <= count <= MOST_ROBOTS for count in sweep.robots)):
         raise UsageError(f"--robots is {sweep.robots}; a line has 1 to {MOST_ROBOTS} robots")
     if conditions.controller not in NAMES:

@@ -10,6 +10,7 @@ from typing import Any, Final, TypeAlias, final
 import numpy as np
 
 from pnt_gym.arrays import Floats
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning import EllipticWorkspace, MotionLimits
 
 from .planning.cycle import Cycle, CycleRules, CycleTask, horizontal_throw, min_time_throw, pick_and_place
@@ -194,7 +195,7 @@ def cell_cycle(protocol: str, method: str, zone: str, percent: float) -> Cycle:
     arguments = (("protocol", protocol, PROTOCOLS), ("method", method, METHODS), ("zone", zone, TARGETS))
     for name, value, choices in arguments:
         if value not in choices:
-            raise ValueError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
+            raise PlanningError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
     return loop(method, zone, PROTOCOLS[protocol].limits(percent), PROTOCOLS[protocol].rules)
 
 

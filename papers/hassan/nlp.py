@@ -14,10 +14,11 @@ from typing import Final, Literal, TypeAlias, cast, final
 import numpy as np
 from scipy.optimize import brentq, minimize
 
-from pnt_gym.arrays import Floats, Point
+from pnt_gym.arrays import Floats, Point, of_kind
 from pnt_gym.constants import GRAVITY
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import MotionLimits
-from pnt_gym.planning.straight.release import point_of
+from pnt_gym.planning.straight.release import check_bounds, point_of
 
 Solver: TypeAlias = Literal["SLSQP", "trust-constr"]
 OPTIONS: Final[dict[Solver, dict[str, float]]] = {
@@ -65,10 +66,11 @@ class _Problem:
     ) -> None:
         self.pick = np.array(point_of(pick, "pick"))
         self.vector = np.array(point_of(target, "target")) - self.pick
-        self.velocity, self.acceleration, self.jerk = limits.numbers()
+        self.velocity, self.acceleration, self.jerk = of_kind(limits, MotionLimits, "limits").numbers()
+        check_bounds(ceiling, tolerance)
         self.reach = math.hypot(self.vector[0], self.vector[1])
         if self.reach == 0.0:
-            raise ValueError("the target lies straight above or below the pick: there is no direction to throw in")
+            raise PlanningError("the target lies straight above or below the pick: there is no direction to throw in")
         self.tolerance = tolerance
         self.roof = math.inf if ceiling is None else (ceiling - self.pick[2]) / self.reach
 

@@ -208,3 +208,9 @@ def test_results_of_another_form(desk: Path, data: object, said: str) -> None:
 def test_results_that_are_no_json(desk: Path, text: str) -> None:
     (desk / "x.json").write_text(text)
     assert "not valid JSON" in refused("agents.report", "--results", ".")
+
+
+def test_choices_are_those_that_one_can_type(desk: Path) -> None:
+    del desk
+    for command in (("agents.play", "--viewer", "webb"), (*ANALYTIC, "--picks", "few")):
+        assert "None" not in refused(*command)

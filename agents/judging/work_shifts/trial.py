@@ -16,7 +16,7 @@ from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 
 from ...controllers.between import PLANNER
-from ...controllers.own import Policy, import_controller
+from ...controllers.own import controller_of, import_controller
 from ...controllers.protocol import Controller
 from ...dispatchers.decisions import work_shifts
 from ...dispatchers.registry import FIRST, GUIDED, SEARCHED, line_controller
@@ -94,15 +94,12 @@ class ShiftTrial(Trial):
         return LineConfig.load(config, throws=throws)
 
     def controller(self, policy: Any, *, trust: bool = False, **options: Any) -> Controller:
-        """A controller of lines: a name, a scorer's file, a run folder, MODULE:CLASS, or a function of observations."""
+        """A controller of lines: a name, a scorer's file, a run folder, MODULE:CLASS, or what `controller_of` takes."""
         if not isinstance(policy, str):
-            return policy if hasattr(policy, "act") else Policy(policy, "function", np.int64)
+            return controller_of(policy, self.env)
         if module_of(policy) is not None:
             return import_controller(policy, self.env, **options)
-        try:
-            return line_controller(policy, self.core, **options)
-        except TypeError:
-            raise UsageError(f"controller {policy!r} has no settings {', '.join(options)}") from None
+        return line_controller(policy, self.core, **options)
 
     def correct_throws(self, release: str | None) -> None:
         """Let a controller of PnTRelease-v0 correct the throws, where throws are simulated."""

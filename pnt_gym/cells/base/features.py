@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, numbers
+from pnt_gym.errors import PlanningError
 
 CLIP: Final = 5.0
 """Bound of every entry of an observation."""
@@ -82,9 +83,16 @@ class EntryTable:
         """Names of the entries."""
         return tuple(entry.name for entry in self._entries)
 
-    def decode(self, observation: NDArray[np.floating]) -> dict[str, Floats]:
-        """Physical values by feature name from observations (..., D); clipped entries stay clipped."""
-        values = np.asarray(observation, dtype=np.float64) * self._scale + self._centre
+    def decode(self, observation: ArrayLike) -> dict[str, Floats]:
+        """Physical values by feature name from observations (..., D); clipped entries stay clipped.
+
+        Raises:
+            ValueError: the observations have another number of entries.
+        """
+        entries = numbers(observation, "observation")
+        if entries.shape[-1:] != (len(self),):
+            raise PlanningError(f"observation must have shape (..., {len(self)}), got {entries.shape}")
+        values = entries * self._scale + self._centre
         return {entry.name: values[..., i] for i, entry in enumerate(self._entries)}
 
     def markdown(self) -> str:

@@ -21,6 +21,8 @@ _FORM: Final = re.compile(r"(constrained-)?(float|int|str|bool)|[a-z-]+\[.*\]")
 _UNIT: Final = re.compile(r"\[([^\]]+)\]\.?$")
 _BOUNDS: Final = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 """Kinds of pydantic's complaints about numbers beyond a bound."""
+_LENGTHS: Final = {"too_short", "too_long"}
+"""Kinds of pydantic's complaints about the length of a list."""
 Place: TypeAlias = tuple[int | str, ...]
 Checks: TypeAlias = Iterator[Callable[[], Iterator[str]]]
 """Checks of a config; each yields a clause for every problem."""
@@ -42,7 +44,7 @@ def describe_problems(error: ValidationError, kind: type[BaseModel], further: Se
     clauses = [
         *([f"unknown {_keys(unknown)}"] if unknown else []),
         *([f"{_keys(missing)} {'is' if len(missing) == 1 else 'are'} missing"] if missing else []),
-        *_wrong_values([p for p in problems if p["type"] != "extra_forbidden" and not _is_missing_key(p)], kind),
+        *_wrong_values(problems, kind),
         *(further if all(p["loc"] for p in problems) else ()),
     ]
     return join_clauses(clauses)
@@ -82,11 +84,12 @@ def _is_missing_key(problem: ErrorDetails) -> bool:
 def _wrong_values(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> Iterator[str]:
     """A clause about each value that is not possible; a value of several forms gets one clause."""
     forms: dict[Place, list[ErrorDetails]] = {}
-    wrong_lists = {problem["loc"][:-1] for problem in problems}
     for problem in problems:
         place = problem["loc"]
-        if problem["type"] == "too_short" and place in wrong_lists:  # pydantic does not count wrong values
+        if problem["type"] == "extra_forbidden" or _is_missing_key(problem):
             continue
+        if problem["type"] == "too_short" and any(_is_within(place, other["loc"]) for other in problems):
+            continue  # pydantic does not count wrong values
         is_form = len(place) > 1 and _FORM.fullmatch(str(place[-1]))
         is_short = problem["type"] == "missing"  # a list of fixed length that ends too early
         forms.setdefault(place[:-1] if is_form or is_short else place, []).append(problem)
@@ -102,6 +105,10 @@ def _wrong_values(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> It
             yield f"{_text(place) or 'it'} is {value}: {message}"
 
 
+def _is_within(place: Place, part: Place) -> bool:
+    return part[: len(place)] == place and part != place
+
+
 def _message(problem: ErrorDetails, place: Place, kind: type[BaseModel]) -> str:
     if problem["type"] in ("model_type", "model_attributes_type", "dict_type"):
         section = _section_at(kind, place)
@@ -110,7 +117,8 @@ def _message(problem: ErrorDetails, place: Place, kind: type[BaseModel]) -> str:
         example = "" if problem["input"] is None else f", as in [{one_sentence(problem['input'], 40)}]"
         return f"input should be a list{example}"
     unit = f" {_unit_at(kind, place)}" if problem["type"] in _BOUNDS else ""
-    return f"{problem['msg'][0].lower()}{problem['msg'][1:]}{unit}".rstrip()
+    words = f"{problem['msg'][0].lower()}{problem['msg'][1:]}".removeprefix("tuple ").replace(" after validation", "")
+    return f"{'input ' if problem['type'] in _LENGTHS else ''}{words}{unit}".rstrip()
 
 
 def _unit_at(kind: type[BaseModel], place: Place) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Range, Section
+from pnt_gym.cells.base.config import Finite, NonNegative, Positive, Range, Section
 from pnt_gym.cells.base.merging import MergeRules
 from pnt_gym.cells.base.problems import Checks, list_names
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
@@ -121,8 +121,10 @@ class Suction(Section):
     seal vents through its leak as well.
     """
 
-    valve: Duration = Field(default=0.004, description="Delay of the valve, assumed [s].")
-    tau: Duration = Field(default=0.009, description="Time constant of the vacuum under a tight seal, assumed [s].")
+    valve: NonNegative = Field(default=0.004, le=1, description="Delay of the valve, assumed [s].")
+    tau: NonNegative = Field(
+        default=0.009, le=1, description="Time constant of the vacuum under a tight seal, assumed [s]."
+    )
     leak: NonNegative = Field(default=0.25, description="Strength of the leak's effect on tau, assumed.")
     leak_reference: Positive = Field(default=20.0, description="Seal force above which the seal does not leak [N].")
     jitter: NonNegative = Field(default=0.001, description="Standard deviation of the release time [s].")

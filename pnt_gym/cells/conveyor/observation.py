@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, numbers
 from pnt_gym.cells.base.features import Feature, FeatureTable, Quantity
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
 from pnt_gym.cells.conveyor.context import Context
@@ -143,9 +143,10 @@ DRIFT: Final = (
 """Further hidden values of a cell that drifts."""
 
 
-def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:
+def decode(observation: ArrayLike) -> dict[str, Floats]:
     """Physical values by feature name from observations (..., 26), or (..., 34) with measurements of the last throw.
 
     Clipped entries stay clipped.
     """
-    return (TABLE if observation.shape[-1] == len(TABLE) else SHIFT_TABLE).decode(observation)
+    entries = numbers(observation, "observation")
+    return (SHIFT_TABLE if entries.shape[-1:] == (len(SHIFT_TABLE),) else TABLE).decode(entries)

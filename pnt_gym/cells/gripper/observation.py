@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats, length
 from pnt_gym.cells.base.features import Feature, FeatureTable, Quantity
@@ -87,7 +87,7 @@ def feature_table(config: GripperConfig) -> FeatureTable:
     return FeatureTable([replace(f, centre=c, scale=s) for f, (c, s) in zip(FEATURES, spans, strict=True)])
 
 
-def decode(observation: NDArray[np.floating], table: FeatureTable = TABLE) -> dict[str, Floats]:
+def decode(observation: ArrayLike, table: FeatureTable = TABLE) -> dict[str, Floats]:
     """Physical values by feature name from observations (..., 15); clipped entries stay clipped.
 
     Args:

@@ -10,15 +10,16 @@ from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats, Ints, numbers
 from pnt_gym.cells.base.features import CLIP, EntryTable, ObservationEntry
 from pnt_gym.cells.line import observation_kernel
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import MOST_ROBOTS
 from pnt_gym.cells.line.state import CHOICES, LineState
 from pnt_gym.cells.line.stream import Stream
+from pnt_gym.errors import PlanningError
 
 MIN_RATE: Final = 1e-6
 """Value per second below which choices count as equal."""
@@ -128,8 +129,14 @@ class DecodedObservation:
     """Features by the names of `CHOICE_TABLE`, S + (CHOICES,) each."""
 
 
-def decoded(observation: NDArray[np.floating]) -> DecodedObservation:
-    """Physical values of observations S + (ENTRIES,); clipped entries stay clipped."""
-    head = len(LINE_TABLE)
-    choice_features = observation[..., head:].reshape(*observation.shape[:-1], CHOICES, len(CHOICE_TABLE))
-    return DecodedObservation(LINE_TABLE.decode(observation[..., :head]), CHOICE_TABLE.decode(choice_features))
+def decoded(observation: ArrayLike) -> DecodedObservation:
+    """Physical values of observations S + (ENTRIES,); clipped entries stay clipped.
+
+    Raises:
+        ValueError: the observations have another number of entries.
+    """
+    entries, head = numbers(observation, "observation"), len(LINE_TABLE)
+    if entries.shape[-1:] != (ENTRIES,):
+        raise PlanningError(f"observation must have shape (..., {ENTRIES}), got {entries.shape}")
+    choice_features = entries[..., head:].reshape(*entries.shape[:-1], CHOICES, len(CHOICE_TABLE))
+    return DecodedObservation(LINE_TABLE.decode(entries[..., :head]), CHOICE_TABLE.decode(choice_features))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.features import Feature, FeatureTable, Quantity
@@ -57,6 +57,6 @@ HIDDEN: Final = (
 the throw."""
 
 
-def decode(observation: NDArray[np.floating]) -> dict[str, Floats]:
+def decode(observation: ArrayLike) -> dict[str, Floats]:
     """Physical values by feature name from observations (..., 14); clipped entries stay clipped."""
     return TABLE.decode(observation)

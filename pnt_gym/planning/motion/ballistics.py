@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, numbers, triples
 from pnt_gym.constants import AIR_DENSITY, GRAVITY
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -15,7 +15,7 @@ _SHARES: Final[Floats] = (_NODES + 1.0) / 2.0
 """Gauss-Legendre nodes of the drag's time integral, as shares of the flight time."""
 
 
-def flight_time(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Floats:
+def flight_time(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) -> Floats:
     """Return the time [s] until the object comes down through the plane z = ``plane_z`` (Eq. 9).
 
     Args:
@@ -27,8 +27,8 @@ def flight_time(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Float
         Times (...,); NaN where the object never comes down through the plane after its release; 0 for a release
         on the plane with no upward speed.
     """
-    drop = position[..., 2] - np.asarray(plane_z, dtype=np.float64)
-    rise = velocity[..., 2]
+    drop = triples(position, "position")[..., 2] - numbers(plane_z, "plane_z")
+    rise = triples(velocity, "velocity")[..., 2]
     square = rise * rise + 2.0 * GRAVITY * drop
     root = np.sqrt(np.maximum(square, 0.0))
     # For a downward release the printed sum cancels; the conjugate form does not.
@@ -39,26 +39,26 @@ def flight_time(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Float
     return np.where(reached, time, np.nan)
 
 
-def flight_state(position: Floats, velocity: Floats, time: ArrayLike) -> tuple[Floats, Floats]:
+def flight_state(position: ArrayLike, velocity: ArrayLike, time: ArrayLike) -> tuple[Floats, Floats]:
     """Return position and velocity (..., 3) at ``time`` (...,) [s] after the release (Eq. 8)."""
-    t = np.asarray(time, dtype=np.float64)[..., None]
+    t, start = numbers(time, "time")[..., None], triples(velocity, "velocity")
     gravity = np.array([0.0, 0.0, -GRAVITY])
-    return position + t * (velocity + 0.5 * t * gravity), velocity + t * gravity
+    return triples(position, "position") + t * (start + 0.5 * t * gravity), start + t * gravity
 
 
-def landing_point(position: Floats, velocity: Floats, plane_z: ArrayLike) -> Floats:
+def landing_point(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) -> Floats:
     """Return the points (..., 3) [m] where objects come down through the plane; NaN for an object that never does."""
     landing, _ = flight_state(position, velocity, flight_time(position, velocity, plane_z))
     landing[..., 2] = np.where(np.isnan(landing[..., 2]), np.nan, plane_z)
     return landing
 
 
-def apex(position: Floats, velocity: Floats) -> tuple[Floats, Floats]:
+def apex(position: ArrayLike, velocity: ArrayLike) -> tuple[Floats, Floats]:
     """Return the time (...,) [s] and the point (..., 3) [m] where the flight is highest.
 
     A flight that is released downward is highest at its release: time 0.
     """
-    time = np.maximum(velocity[..., 2], 0.0) / GRAVITY
+    time = np.maximum(triples(velocity, "velocity")[..., 2], 0.0) / GRAVITY
     return time, flight_state(position, velocity, time)[0]
 
 

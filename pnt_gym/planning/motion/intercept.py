@@ -13,10 +13,10 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows
-from pnt_gym.errors import PlanningError
+from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, number, numbers
+from pnt_gym.errors import PlanningError, one_sentence
 from pnt_gym.planning.motion import chase
-from pnt_gym.planning.motion.limits import LimitRows, Limits
+from pnt_gym.planning.motion.limits import LimitRows, Limits, limit_rows
 from pnt_gym.planning.reasons import InterceptReason
 
 HORIZON: Final = 30.0
@@ -84,19 +84,33 @@ def plan_intercept(
     origin = finite_points(start, "start")
     count = len(origin)
     place = finite_points(positions, "positions", count)
-    belt = finite_points(np.broadcast_to(np.asarray(belt_velocity), (count, 3)), "belt_velocity")
+    belt = finite_points(_spread(belt_velocity, (count, 3), "belt_velocity"), "belt_velocity")
     lift = finite_rows(clearance, count, "clearance")
     if (lift < 0.0).any():
         raise PlanningError(f"clearance must not be negative [m], got {lift.min()}")
-    if not 0.0 < horizon < np.inf:
+    if axis not in (0, 1, 2):
+        raise PlanningError(f"axis must be 0, 1 or 2, got {axis!r}")
+    if not 0.0 < number(horizon, "horizon") < np.inf:
         raise PlanningError(f"horizon must be positive and finite [s], got {horizon}")
-    low, high = (np.broadcast_to(np.asarray(border, dtype=np.float64), (count,)) for border in window)
+    try:
+        low, high = window
+    except (TypeError, ValueError):
+        raise PlanningError(f"window must be two borders, got {one_sentence(repr(window), 80)}") from None
+    low, high = _spread(low, (count,), "window"), _spread(high, (count,), "window")
     if not (low <= high).all():
         row = int(np.argmin(low <= high))
         raise PlanningError(f"window must run from least to greatest, got {low[row]}, {high[row]}")
     begin = finite_rows(earliest, count, "earliest")
-    hunts = np.array([*origin.T, *place.T, *belt.T, lift, *limits.arrays(count), low, high, begin])
+    hunts = np.array([*origin.T, *place.T, *belt.T, lift, *limit_rows(limits, count), low, high, begin])
     return find_meetings(hunts, axis, horizon)
+
+
+def _spread(values: ArrayLike, shape: tuple[int, ...], name: str) -> Floats:
+    """Numbers of a shape to which the given numbers broadcast."""
+    array = numbers(values, name)
+    if array.shape not in (shape, shape[1:]):
+        raise PlanningError(f"{name} must have shape {shape[1:]} or {shape}, got {array.shape}")
+    return np.broadcast_to(array, shape)
 
 
 def meet_on_belt(

@@ -9,8 +9,8 @@ from typing import NamedTuple, TypeAlias, cast, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats
-from pnt_gym.errors import PlanningError
+from pnt_gym.arrays import Bools, Floats, number, numbers, triples
+from pnt_gym.errors import PlanningError, one_sentence
 
 # Full performance of the T3KR robot (Hassan et al. 2022, section IV); the paper's 12 G count 1 G as 10 m/s2.
 T3KR_VELOCITY = 6.0
@@ -82,7 +82,7 @@ class MotionLimits:
         Raises:
             ValueError: if a percentage lies outside (0, 100].
         """
-        share: Floats = np.asarray(percent, dtype=np.float64)
+        share = numbers(percent, "percent")
         inside = (share > 0.0) & (share <= 100.0)
         if not inside.all():
             raise PlanningError(f"percent must lie in (0, 100], got {share[~inside].flat[0]}")
@@ -120,7 +120,8 @@ class MotionLimits:
 
     def with_scale(self, factor: float) -> MotionLimits:
         """Return the limits with all three fields multiplied by ``factor`` > 0."""
-        return MotionLimits(self.velocity * factor, self.acceleration * factor, self.jerk * factor)
+        share = number(factor, "factor")
+        return MotionLimits(self.velocity * share, self.acceleration * share, self.jerk * share)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, MotionLimits):
@@ -134,8 +135,19 @@ class MotionLimits:
 Limits: TypeAlias = MotionLimits | LimitRows
 
 
+def limit_rows(limits: object, count: int) -> LimitRows:
+    """Return the limits of ``count`` motions as arrays.
+
+    Raises:
+        ValueError: if these are no `Limits`, or the limits of another number of motions.
+    """
+    if not isinstance(limits, MotionLimits | LimitRows):
+        raise PlanningError(f"limits must be MotionLimits, got {one_sentence(repr(limits), 80)}")
+    return limits.arrays(count)
+
+
 def _check_limit(name: str, value: ArrayLike) -> float | Floats:
-    array = np.array(value, dtype=np.float64)
+    array = numbers(value, name).copy()
     if array.ndim > 1:
         raise PlanningError(f"{name} must be one number or have shape (N,), got shape {array.shape}")
     good = np.isfinite(array) & (array > 0.0)
@@ -188,23 +200,24 @@ class EllipticWorkspace:
     def __post_init__(self) -> None:
         # The two semi-axes; heights may be infinite.
         for item in fields(self)[:2]:
-            value = getattr(self, item.name)
+            value = number(getattr(self, item.name), item.name)
             if not (math.isfinite(value) and value > 0.0):
                 raise PlanningError(f"{item.name} must be positive and finite [m], got {value}")
-        if not self.z_min < self.z_max:
+        if not number(self.z_min, "z_min") < number(self.z_max, "z_max"):
             raise PlanningError(f"z_min must lie below z_max [m], got {self.z_min} and {self.z_max}")
 
-    def contains(self, points: Floats) -> Bools:
+    def contains(self, points: ArrayLike) -> Bools:
         """Return whether points (..., 3) [m] lie inside or on the border, shape (...,)."""
         return self.margin(points) >= 0.0
 
-    def margin(self, points: Floats) -> Floats:
+    def margin(self, points: ArrayLike) -> Floats:
         """Return the distance [m] of points (..., 3) to the border, shape (...,); positive inside, negative outside.
 
         The horizontal part, (1 - |q|) min(semi-axes) with q the point in units of the semi-axes, is a lower
         bound of the distance to the ellipse for points inside the ellipse; the sign is exact everywhere.
         """
-        x, y, z = points[..., 0] / self.semi_x, points[..., 1] / self.semi_y, points[..., 2]
+        places = triples(points, "points")
+        x, y, z = places[..., 0] / self.semi_x, places[..., 1] / self.semi_y, places[..., 2]
         sideways = (1.0 - np.sqrt(x * x + y * y)) * min(self.semi_x, self.semi_y)
         return np.minimum(sideways, np.minimum(z - self.z_min, self.z_max - z))
 

@@ -12,9 +12,9 @@ from typing import Generic, TypeVar, final, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, length
+from pnt_gym.arrays import Floats, column, finite_points, length, numbers, of_kind, rows_of_three
 from pnt_gym.errors import PlanningError
-from pnt_gym.planning.motion.limits import LimitRows, Limits, MotionLimits
+from pnt_gym.planning.motion.limits import LimitRows, Limits, MotionLimits, limit_rows
 from pnt_gym.planning.motion.trajectory import Segments
 
 _REST_TO_REST = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
@@ -59,7 +59,7 @@ class SCurve(Generic[ValueT]):
 
     def _align(self, t: ArrayLike) -> tuple[Floats, SCurve[Floats]]:
         """Times, and the curve's numbers shaped to broadcast against the times."""
-        time = np.asarray(t, dtype=np.float64)
+        time = numbers(t, "t")
         columns = [self.distance, self.velocity, self.acceleration, self.jerk, self.duration]
         arrays = [np.asarray(c, dtype=np.float64) for c in columns]
         if np.ndim(self.distance) == 1 and time.ndim > 0:
@@ -107,7 +107,7 @@ def min_time_scurve(distance: float | Floats, limits: MotionLimits) -> SCurve[fl
     Raises:
         ValueError: if a distance is negative, NaN or infinite, or the batch sizes differ.
     """
-    stroke = np.asarray(distance, dtype=np.float64)
+    stroke, limits = numbers(distance, "distance"), of_kind(limits, MotionLimits, "limits")
     if stroke.ndim > 1:
         raise PlanningError(f"distance must be one number or have shape (N,), got shape {stroke.shape}")
     single = stroke.ndim == 0 and limits.count is None
@@ -115,8 +115,8 @@ def min_time_scurve(distance: float | Floats, limits: MotionLimits) -> SCurve[fl
     curves = scurves(np.ascontiguousarray(np.broadcast_to(stroke, (count,))), limits.arrays(count))
     if not single:
         return curves
-    numbers = (curves.distance, curves.velocity, curves.acceleration, curves.jerk, curves.duration)
-    return SCurve[float](*(float(v[0]) for v in numbers), durations=curves.durations[0])
+    values = (curves.distance, curves.velocity, curves.acceleration, curves.jerk, curves.duration)
+    return SCurve[float](*(float(v[0]) for v in values), durations=curves.durations[0])
 
 
 def scurves(distance: Floats, limits: LimitRows) -> SCurve[Floats]:
@@ -144,9 +144,7 @@ def speed_at(distance: float | Floats, limits: MotionLimits) -> float | Floats:
     Raises:
         ValueError: as ``min_time_scurve``.
     """
-    if isinstance(distance, np.ndarray):
-        return min_time_scurve(2.0 * distance, limits).velocity
-    return min_time_scurve(2.0 * distance, limits).velocity
+    return min_time_scurve(2.0 * numbers(distance, "distance"), limits).velocity
 
 
 def peaks(distance: Floats, velocity: Floats, acceleration: Floats, jerk: Floats) -> tuple[Floats, Floats]:
@@ -194,41 +192,48 @@ def line_segments(direction: Floats, durations: Floats, jerks: Floats) -> Segmen
     return Segments(durations, jerks[:, :, None] * direction[:, None, :])
 
 
-def rest_to_rest(displacement: Floats, limits: Limits) -> Segments:
+def rest_to_rest(displacement: ArrayLike, limits: Limits) -> Segments:
     """Return the minimum-time move along ``displacement`` (N, 3) [m], seven segments."""
-    distance = length(displacement)
-    curve = scurves(distance, limits.arrays(len(distance)))
-    direction = displacement / np.where(distance > 0.0, distance, 1.0)[:, None]
+    way = finite_points(displacement, "displacement")
+    distance = length(way)
+    curve = scurves(distance, limit_rows(limits, len(distance)))
+    direction = way / np.where(distance > 0.0, distance, 1.0)[:, None]
     return line_segments(direction, curve.durations, curve.jerk[:, None] * _REST_TO_REST)
 
 
-def accelerate(direction: Floats, distance: Floats, limits: Limits) -> Segments:
+def accelerate(direction: ArrayLike, distance: ArrayLike, limits: Limits) -> Segments:
     """Return the first half of a stroke of 2 x ``distance`` (N,) [m]: four segments up to V_S(distance).
 
     This is the throw motion up to the release (section III-D): jerk up, plateau, jerk down, half the cruise.
     """
-    curve = scurves(2.0 * distance, limits.arrays(len(distance)))
+    way = column(distance, "distance")
+    curve = scurves(2.0 * way, limit_rows(limits, len(way)))
     durations = curve.durations[:, :4] * np.array([1.0, 1.0, 1.0, 0.5])
-    return line_segments(direction, durations, curve.jerk[:, None] * _REST_TO_REST[:4])
+    unit = rows_of_three(direction, "direction", len(way))
+    return line_segments(unit, durations, curve.jerk[:, None] * _REST_TO_REST[:4])
 
 
-def coast(duration: Floats) -> Segments:
+def coast(duration: ArrayLike) -> Segments:
     """Return one segment (N,) [s] without jerk: constant velocity after a block, a wait at rest."""
-    return Segments(duration[:, None], np.zeros((duration.shape[0], 1, 3)))
+    times = column(duration, "duration")
+    return Segments(times[:, None], np.zeros((len(times), 1, 3)))
 
 
-def brake(direction: Floats, speed: Floats, limits: Limits) -> Segments:
+def brake(direction: ArrayLike, speed: ArrayLike, limits: Limits) -> Segments:
     """Return the minimum-time stop from ``speed`` (N,) [m/s] along ``direction`` (N, 3): three segments."""
-    rows = limits.arrays(len(speed))
-    ramp, plateau = _stop_times(speed, rows)
+    start = column(speed, "speed")
+    rows = limit_rows(limits, len(start))
+    ramp, plateau = _stop_times(start, rows)
     durations = np.stack([ramp, plateau, ramp], axis=1)
-    return line_segments(direction, durations, rows.jerk[:, None] * _REST_TO_REST[4:])
+    unit = rows_of_three(direction, "direction", len(start))
+    return line_segments(unit, durations, rows.jerk[:, None] * _REST_TO_REST[4:])
 
 
-def brake_distance(speed: Floats, limits: Limits) -> Floats:
+def brake_distance(speed: ArrayLike, limits: Limits) -> Floats:
     """Return the distance (N,) [m] of the minimum-time stop from ``speed`` (N,) [m/s]: half speed times duration."""
-    ramp, plateau = _stop_times(speed, limits.arrays(len(speed)))
-    return 0.5 * speed * (2.0 * ramp + plateau)
+    start = column(speed, "speed")
+    ramp, plateau = _stop_times(start, limit_rows(limits, len(start)))
+    return 0.5 * start * (2.0 * ramp + plateau)
 
 
 def _stop_times(speed: Floats, limits: LimitRows) -> tuple[Floats, Floats]:

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, length
+from pnt_gym.arrays import Floats, length, numbers
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion import kernel
 from pnt_gym.planning.motion.limits import Limits
@@ -203,7 +203,7 @@ class JerkTrajectory:
 
     def _times(self, times: ArrayLike) -> Floats:
         """Times of each path (N, M), or of all paths (1, M)."""
-        time = np.asarray(times, dtype=np.float64, order="C")
+        time = np.asarray(numbers(times, "times"), order="C")
         if time.ndim == 1:
             return time[None]
         if time.ndim != 2 or time.shape[0] != len(self.table):

@@ -10,7 +10,7 @@ the motion with the best margins, with a refined duration.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import final, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,9 +20,9 @@ from pnt_gym.errors import PlanningError
 from pnt_gym.planning.one_joint.family import Objective, Task, best_motions, keeps_limits
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, arm_radius, first_reason
 from pnt_gym.planning.one_joint.flight import land
-from pnt_gym.planning.one_joint.landing import four_columns, release_states_batch
+from pnt_gym.planning.one_joint.landing import release_states_batch, rows_of_four
 from pnt_gym.planning.one_joint.motion import ArmMotion
-from pnt_gym.planning.one_joint.parameters import Arm, Block
+from pnt_gym.planning.one_joint.parameters import Arm, Block, arm_and_block
 from pnt_gym.planning.one_joint.weights import WeightName, weights_of
 
 
@@ -66,8 +66,8 @@ def plan_throws(
     Raises:
         ValueError: the shape is not (N, 4) or a number is not finite.
     """
-    arm, block = arm or Arm(), block or Block()
-    releases = release_states_batch(goals, arm=arm, block=block)
+    arm, block = arm_and_block(arm, block)
+    releases = release_states_batch(rows_of_four(goals, "goals"), arm=arm, block=block)
     task = Task(releases.u, arm_radius(releases.u, block.half_height), arm, block)
     return _plan(releases.goal, releases.reason, task)
 
@@ -94,10 +94,10 @@ def plan_releases(
     Raises:
         ValueError: the shape is not (N, 4), a number is not finite, or the weights are not known.
     """
-    arm, block = arm or Arm(), block or Block()
-    releases = four_columns(u, "u")
-    if releases.ndim != 2:
-        raise PlanningError(f"u must have shape (N, 4), got {releases.shape}")
+    arm, block = arm_and_block(arm, block)
+    releases = rows_of_four(u, "u")
+    if objective not in get_args(Objective):
+        raise PlanningError(f"objective is {objective!r}; it must be one of {', '.join(get_args(Objective))}")
     reason, _ = first_reason(releases, arm, block)
     whole = releases[:, 2] > block.half_height
     goal = np.full_like(releases, np.nan)

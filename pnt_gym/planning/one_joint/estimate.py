@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, numbers
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import PlanningError
 
@@ -61,14 +61,14 @@ def fit_flight(
     Raises:
         ValueError: shapes disagree, a sample that counts is not finite, or a row has fewer than two distinct times.
     """
-    columns = [np.asarray(value, dtype=np.float64) for value in (x, y, phi)]
+    columns = [numbers(value, name) for value, name in ((x, "x"), (y, "y"), (phi, "phi"))]
     shape = columns[0].shape
     if len(shape) != 2 or any(column.shape != shape for column in columns):
         raise PlanningError(f"x, y and phi must have one shape (N, M), got {[column.shape for column in columns]}")
     counts = np.ones(shape, dtype=np.bool_) if mask is None else np.asarray(mask, dtype=np.bool_)
     if counts.shape != shape:
         raise PlanningError(f"mask must have shape {shape}, got {counts.shape}")
-    time = np.asarray(times, dtype=np.float64)
+    time = numbers(times, "times")
     if time.shape not in (shape, shape[1:]):
         raise PlanningError(f"times must have shape ({shape[1]},) or {shape}, got {time.shape}")
     time = np.broadcast_to(time, shape)
@@ -99,12 +99,12 @@ def arrival(
     Raises:
         ValueError: a scale is negative or not finite, the scale of y is 0, or the goals have the wrong shape.
     """
-    weights, target = _square_scales(scales), np.asarray(goal, dtype=np.float64)
+    weights, target = _square_scales(scales), numbers(goal, "goal")
     if target.shape != (flight.x.size, 4):
         raise PlanningError(f"goal must have shape ({flight.x.size}, 4), got {target.shape}")
     candidates = _nearest_times(flight, target, weights)
     if earliest is not None:
-        candidates = np.maximum(candidates, np.broadcast_to(np.asarray(earliest, dtype=np.float64), flight.x.shape))
+        candidates = np.maximum(candidates, np.broadcast_to(numbers(earliest, "earliest"), flight.x.shape))
     distance = np.stack([_distance(flight, time, target, weights) for time in candidates])
     time = candidates[distance.argmin(axis=0), np.arange(flight.x.size)]
     return Arrival(flight.state(time), time)
@@ -130,7 +130,7 @@ def _line_fits(time: Floats, columns: list[Floats], counts: Bools) -> list[tuple
 
 
 def _square_scales(scales: ArrayLike) -> Floats:
-    values = np.asarray(scales, dtype=np.float64)
+    values = numbers(scales, "scales")
     if values.shape != (4,) or not np.isfinite(values).all() or (values < 0.0).any():
         raise PlanningError(f"scales must be four finite numbers of at least 0, got {scales!r}")
     if values[1] == 0.0:

@@ -12,11 +12,11 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints, not_finite_error
+from pnt_gym.arrays import Bools, Floats, Ints, not_finite_error, number, numbers
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, first_reason, reasons_of
 from pnt_gym.planning.one_joint.flight import land
-from pnt_gym.planning.one_joint.parameters import Arm, Block
+from pnt_gym.planning.one_joint.parameters import Arm, Block, arm_and_block
 from pnt_gym.planning.one_joint.releases import find_releases
 
 TURNS: Final = (-2, -1, 0, 1, 2)
@@ -97,7 +97,8 @@ def release_states(
     goal = four_columns(z, "z")
     if goal.shape != (4,):
         raise PlanningError(f"z must have shape (4,), got {goal.shape}; release_states_batch takes many")
-    arm, block = arm or Arm(), replace(block or Block(), half_height=_check_height(half_height))
+    arm, block = arm_and_block(arm, block)
+    block = replace(block, half_height=_check_height(half_height))
     releases = find_releases(goal[None], block.half_height, (-np.pi, np.pi), TURNS)
     order = np.lexsort((releases.u[:, 3], releases.turns))
     u, turns = releases.u[order], releases.turns[order]
@@ -119,10 +120,8 @@ def release_states_batch(z: ArrayLike, *, arm: Arm | None = None, block: Block |
     Raises:
         ValueError: the shape is not (N, 4) or a number is not finite.
     """
-    goal = four_columns(z, "z")
-    if goal.ndim != 2:
-        raise PlanningError(f"z must have shape (N, 4), got {goal.shape}")
-    arm, block = arm or Arm(), block or Block()
+    goal = rows_of_four(z, "z")
+    arm, block = arm_and_block(arm, block)
     releases = find_releases(goal, block.half_height, arm.angle, turns=(0,))
     reason, room = first_reason(releases.u, arm, block)
     count = goal.shape[0]
@@ -143,10 +142,7 @@ def four_columns(values: ArrayLike, name: str) -> Floats:
     Raises:
         ValueError: the shape is not (..., 4), or a number is not finite.
     """
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise PlanningError(f"{name} must be numbers of shape (..., 4), got {values!r}") from None
+    array = numbers(values, name)
     if array.ndim < 1 or array.shape[-1] != 4:
         raise PlanningError(f"{name} must have shape (..., 4), got {array.shape}")
     if not np.isfinite(array).all():
@@ -154,7 +150,20 @@ def four_columns(values: ArrayLike, name: str) -> Floats:
     return array
 
 
+def rows_of_four(values: ArrayLike, name: str) -> Floats:
+    """Return ``values`` as a float64 array of shape (N, 4).
+
+    Raises:
+        ValueError: the shape is not (N, 4), or a number is not finite.
+    """
+    rows = four_columns(values, name)
+    if rows.ndim != 2:
+        raise PlanningError(f"{name} must have shape (N, 4), got {rows.shape}")
+    return rows
+
+
 def _check_height(half_height: float) -> float:
-    if not (np.isfinite(half_height) and half_height >= 0.0):
+    height = number(half_height, "half_height")
+    if not 0.0 <= height < np.inf:
         raise PlanningError(f"half_height is {half_height}; it must be finite and at least 0 m")
-    return float(half_height)
+    return height

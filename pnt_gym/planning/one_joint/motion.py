@@ -8,7 +8,7 @@ from typing import NamedTuple, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, numbers
 from pnt_gym.errors import PlanningError
 
 
@@ -122,7 +122,7 @@ class ArmMotion:
         return np.where(speed == 0.0, 0.0, -speed / np.where(speed == 0.0, 1.0, self.braking))
 
     def _times(self, times: ArrayLike) -> Floats:
-        time = np.asarray(times, dtype=np.float64)
+        time = numbers(times, "times")
         count = self.knots.shape[0]
         if time.ndim not in (1, 2) or (time.ndim == 2 and time.shape[0] != count):
             raise PlanningError(f"times must have shape (M,) or ({count}, M), got {time.shape}")

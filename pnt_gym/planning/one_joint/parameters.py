@@ -11,6 +11,7 @@ from typing import final
 
 import numpy as np
 
+from pnt_gym.arrays import number, numbers, of_kind
 from pnt_gym.errors import PlanningError
 
 
@@ -35,7 +36,7 @@ class Block:
     def __post_init__(self) -> None:
         for name in ("mass", "half_length", "depth"):
             _positive(f"block {name}", getattr(self, name))
-        if not (np.isfinite(self.half_height) and self.half_height >= 0.0):
+        if not 0.0 <= number(self.half_height, "block half_height") < np.inf:
             raise PlanningError(f"block half_height is {self.half_height}; it must be at least 0")
 
     @property
@@ -83,12 +84,13 @@ class Arm:
             _positive(f"arm {name}", getattr(self, name))
         for name in ("actuator_inertia", "friction"):
             value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0.0):
+            if not 0.0 <= number(value, f"arm {name}") < np.inf:
                 raise PlanningError(f"arm {name} is {value}; it must be at least 0")
-        if not 0.0 < self.knee < 1.0:
+        if not 0.0 < number(self.knee, "arm knee") < 1.0:
             raise PlanningError(f"arm knee is {self.knee}; it must lie between 0 and 1")
-        if not self.angle[0] < self.angle[1]:
-            raise PlanningError(f"arm angle runs from {self.angle[0]} to {self.angle[1]} rad; the range is empty")
+        angle = numbers(self.angle, "arm angle")
+        if angle.shape != (2,) or not angle[0] < angle[1]:
+            raise PlanningError(f"arm angle is {self.angle}; it must be two rising angles [rad]")
 
     @property
     def inertia(self) -> float:
@@ -101,6 +103,16 @@ class Arm:
         return 0.5 * self.length - block.half_length
 
 
+def arm_and_block(arm: Arm | None, block: Block | None) -> tuple[Arm, Block]:
+    """Return the given arm and block, and the paper's for None.
+
+    Raises:
+        ValueError: one of them is something else.
+    """
+    arm, block = Arm() if arm is None else arm, Block() if block is None else block
+    return of_kind(arm, Arm, "arm"), of_kind(block, Block, "block")
+
+
 def _positive(name: str, value: float) -> None:
-    if not (np.isfinite(value) and value > 0.0):
+    if not 0.0 < number(value, name) < np.inf:
         raise PlanningError(f"{name} is {value}; it must be positive and finite")

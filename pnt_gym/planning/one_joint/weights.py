@@ -7,7 +7,7 @@ from typing import Final, Literal, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, numbers
 from pnt_gym.errors import PlanningError
 
 WeightName = Literal["balanced", "torque", "bang", "grasp", "none"]
@@ -37,7 +37,7 @@ def weights_of(weights: str | ArrayLike) -> Floats:
         if weights not in WEIGHTS:
             raise PlanningError(f"weights are called {weights!r}; known are {', '.join(WEIGHTS)}, or give six numbers")
         return np.array(WEIGHTS[weights])
-    values = np.asarray(weights, dtype=np.float64)
+    values = numbers(weights, "weights")
     if values.shape != (6,) or not (np.isfinite(values).all() and (values >= 0.0).all()):
         raise PlanningError(f"weights must be six finite numbers of at least 0, got {cast('object', weights)!r}")
     return values

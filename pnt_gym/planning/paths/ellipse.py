@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, number, numbers
 from pnt_gym.errors import PlanningError
 
 Vector: TypeAlias = tuple[float, float]
@@ -123,7 +123,7 @@ class EllipsePath:
         Raises:
             ValueError: as the class.
         """
-        return cls(float(half_width), float(half_rise), float(top))
+        return cls(number(half_width, "half_width"), number(half_rise, "half_rise"), number(top, "top"))
 
     @classmethod
     def with_angle(cls, half_width: float, half_rise: float, angle: float) -> EllipsePath:
@@ -138,6 +138,7 @@ class EllipsePath:
         if half_rise == 0.0:
             raise PlanningError("half_rise must not be 0: the angle does not choose a level ellipse; use with_top")
         _check_within(abs(half_rise), SIZES, "|half_rise|")
+        _check_finite(angle, "angle")
         critical = math.atan(half_rise / half_width)
         if not abs(critical) < angle * math.copysign(1.0, half_rise) < 0.5 * math.pi:
             low, high = sorted((math.degrees(critical), math.copysign(90.0, half_rise)))
@@ -160,7 +161,7 @@ class EllipsePath:
                 a whole degree or above 89 degrees.
         """
         _check_within(half_width, SIZES, "half_width")
-        if not (math.isfinite(half_rise) and half_rise > 0.0):
+        if not 0.0 < number(half_rise, "half_rise") < math.inf:
             raise PlanningError(f"the paper's rule needs a half_rise above 0 [m], got {half_rise}; use with_top")
         critical = math.degrees(math.atan(half_rise / half_width))
         if abs(critical - round(critical)) < WHOLE_DEGREE or critical > 89.0:
@@ -232,14 +233,14 @@ class EllipsePath:
 
     def point(self, theta: ArrayLike) -> Floats:
         """Return the points (..., 2) [m] from the centre at polar angles ``theta`` (...) [rad] (Eq. 43)."""
-        turn = np.asarray(theta, dtype=np.float64)
+        turn = numbers(theta, "theta")
         along, across = self.semi_major * np.cos(turn), self.semi_minor * np.sin(turn)
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         return np.stack([along * cos - across * sin, along * sin + across * cos], axis=-1)
 
     def radius_of_curvature(self, theta: ArrayLike) -> Floats:
         """Return rho (...) [m] at polar angles ``theta`` (...) [rad] (Eq. 51)."""
-        turn = np.asarray(theta, dtype=np.float64)
+        turn = numbers(theta, "theta")
         major, minor = self.semi_major, self.semi_minor
         return ((major * np.sin(turn)) ** 2 + (minor * np.cos(turn)) ** 2) ** 1.5 / (major * minor)
 
@@ -294,12 +295,12 @@ def half_circumference(semi_major: float, semi_minor: float) -> float:
 
 def approximate_half_circumference(semi_major: ArrayLike, semi_minor: ArrayLike) -> Floats:
     """Return the paper's approximation of half the circumference (Eq. 27), shaped as the axes [m]."""
-    a, b = np.asarray(semi_major, dtype=np.float64), np.asarray(semi_minor, dtype=np.float64)
+    a, b = numbers(semi_major, "semi_major"), numbers(semi_minor, "semi_minor")
     return 0.25 * np.pi * (a + b) + 0.25 * np.pi * np.sqrt(2.0 * (a * a + b * b))
 
 
 def _check_positive(value: float, name: str) -> None:
-    if not (math.isfinite(value) and value > 0.0):
+    if not 0.0 < number(value, name) < math.inf:
         raise PlanningError(f"{name} must be positive and finite, got {value}")
 
 
@@ -310,5 +311,5 @@ def _check_within(value: float, bounds: tuple[float, float], name: str) -> None:
 
 
 def _check_finite(value: float, name: str) -> None:
-    if not math.isfinite(value):
-        raise PlanningError(f"{name} must be finite [m], got {value}")
+    if not math.isfinite(number(value, name)):
+        raise PlanningError(f"{name} must be finite, got {value}")

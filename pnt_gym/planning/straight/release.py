@@ -17,10 +17,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints, Point, finite_points, finite_rows, length
-from pnt_gym.errors import PlanningError
+from pnt_gym.arrays import Bools, Floats, Ints, Point, finite_points, finite_rows, length, number, of_kind
+from pnt_gym.errors import PlanningError, one_sentence
 from pnt_gym.planning.motion.ballistics import flight_time
-from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds, MotionLimits
+from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds, MotionLimits, limit_rows
 from pnt_gym.planning.motion.scurve import scurves
 from pnt_gym.planning.straight import kernel
 from pnt_gym.planning.straight.plan import (
@@ -130,10 +130,10 @@ def plan_release(
         ValueError: if an input is NaN or infinite, or the tolerance is negative.
     """
     start, end = point_of(pick, "pick"), point_of(target, "target")
-    _check_bounds(ceiling, tolerance)
+    check_bounds(ceiling, tolerance)
     roof = math.inf if ceiling is None else ceiling
     bounds = OPEN if workspace is None else [b.item() for b in _line_bounds([start], [end], workspace)]
-    throws = np.array([*start, *end, *limits.numbers(), tolerance, roof, *bounds])
+    throws = np.array([*start, *end, *of_kind(limits, MotionLimits, "limits").numbers(), tolerance, roof, *bounds])
     results = _plan_throws(throws[:, None], has_workspace=workspace is not None)
     reason = Reason(results.reason.item())
     if reason != Reason.FEASIBLE:
@@ -160,7 +160,7 @@ def plan_release_batch(
         ValueError: if an input is NaN or infinite, a tolerance is negative, or shapes disagree.
     """
     start, end, box = check_throws(picks, targets, tolerance)
-    rows, never = limits.arrays(len(start)), np.full(len(start), np.inf)
+    rows, never = limit_rows(limits, len(start)), np.full(len(start), np.inf)
     roof = never if ceiling is None else finite_rows(ceiling, len(start), "ceiling")
     bounds = LineBounds.below(never) if workspace is None else _line_bounds(start, end, workspace)
     throws = np.array([*start.T, *end.T, *rows, box, roof, *bounds])
@@ -186,7 +186,7 @@ def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, e
     angle = finite_rows(elevation, len(start), "elevation")
     if (np.abs(angle) >= 0.5 * np.pi).any():
         raise PlanningError(f"elevation must lie in (-pi/2, pi/2) rad, got {angle[np.argmax(np.abs(angle))]}")
-    return aim_lines(start, end, limits.arrays(len(zero)), angle)
+    return aim_lines(start, end, limit_rows(limits, len(zero)), angle)
 
 
 def aim_lines(picks: Floats, targets: Floats, limits: LimitRows, elevation: Floats) -> ReleaseBatch:
@@ -222,7 +222,7 @@ def release_at_point(
     distance = length(way)
     distinct = distance > MIN_REACH
     direction = way / np.where(distinct, distance, 1.0)[:, None]
-    rows = limits.arrays(count)
+    rows = limit_rows(limits, count)
     speed = scurves(2.0 * distance, rows).velocity
     reason = np.where(distinct, int(Reason.FEASIBLE), int(Reason.SAME_POINT))
     flight = np.full(count, np.nan)
@@ -314,24 +314,30 @@ def point_of(values: Point, name: str) -> tuple[float, float, float]:
     Raises:
         ValueError: if there are not three coordinates, or a coordinate is not finite.
     """
-    if len(values) != 3:
-        raise PlanningError(f"{name} must hold three coordinates, got {len(values)}")
-    x, y, z = float(values[0]), float(values[1]), float(values[2])
+    try:
+        x, y, z = map(float, values)
+    except (TypeError, ValueError, OverflowError):
+        raise PlanningError(f"{name} must hold three coordinates, got {one_sentence(repr(values), 80)}") from None
     if not math.isfinite(x + y + z):
         raise PlanningError(f"{name} must be finite, got {(x, y, z)}")
     return x, y, z
 
 
-def _check_bounds(ceiling: float | None, tolerance: float) -> None:
-    if ceiling is not None and not math.isfinite(ceiling):
+def check_bounds(ceiling: float | None, tolerance: float) -> None:
+    """Make sure that a ceiling is finite or None, and a tolerance finite and not negative.
+
+    Raises:
+        ValueError: one of them is not.
+    """
+    if ceiling is not None and not math.isfinite(number(ceiling, "ceiling")):
         raise PlanningError(f"ceiling must be finite, or None for no bound, got {ceiling}")
-    if not (math.isfinite(tolerance) and tolerance >= 0.0):
+    if not 0.0 <= number(tolerance, "tolerance") < math.inf:
         raise PlanningError(f"tolerance must be finite and not negative [m], got {tolerance}")
 
 
 def _line_bounds(picks: ArrayLike, targets: ArrayLike, workspace: EllipticWorkspace) -> LineBounds:
     frame = Frame.from_picks(picks, targets)
-    return workspace.line_bounds(frame.picks, frame.cosine, frame.sine)
+    return of_kind(workspace, EllipticWorkspace, "workspace").line_bounds(frame.picks, frame.cosine, frame.sine)
 
 
 def _plan_throws(throws: Floats, *, has_workspace: bool = False, slope: Floats | None = None) -> KernelResults:

@@ -13,7 +13,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, number
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.robots.gripper.closure import Arms, arms_at, solve_arms
 from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
@@ -86,7 +86,7 @@ def singularity(pose: ArrayLike, dimensions: Dimensions = PROTOTYPE, *, toleranc
     """
     size = dimensions.l**4 * dimensions.w
     value = arms_at(pose, dimensions, lambda arms: arms.closure.determinant() / size)
-    return Singularity(value, value <= tolerance)
+    return Singularity(value, value <= number(tolerance, "tolerance"))
 
 
 def singular_angle(position: ArrayLike = (0.0, 0.0, -0.2), dimensions: Dimensions = PROTOTYPE) -> Floats:

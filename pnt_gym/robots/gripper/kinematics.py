@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, numbers
 from pnt_gym.robots.gripper.closure import excess, forearms, joints, solve_joints
 from pnt_gym.robots.gripper.geometry import N_ARMS, PROTOTYPE, Dimensions
 from pnt_gym.robots.gripper.pose import PoseError, any_rows, columns, map_pieces, pose_rows
@@ -108,7 +108,7 @@ def branch_signs(branch: ArrayLike) -> Floats | float:
     Raises:
         PoseError: the branch is neither 1 nor -1, nor four of these numbers.
     """
-    signs = np.asarray(branch, dtype=np.float64)
+    signs = numbers(branch, "branch")
     if signs.shape not in ((), (N_ARMS,)) or not np.isin(signs, (-1.0, 1.0)).all():
         raise PoseError(f"branch must be 1 (elbows outward) or -1 (inward), or four of these, got {branch!r}")
     return float(signs) if signs.ndim == 0 else signs[:, None]

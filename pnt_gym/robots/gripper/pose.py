@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, numbers
 from pnt_gym.errors import PntGymError
 
 CHUNK = 2048
@@ -33,7 +33,7 @@ def pose_rows(pose: ArrayLike, name: str = "pose", width: int = 4) -> tuple[tupl
 
 def any_rows(values: ArrayLike, name: str, width: int) -> tuple[tuple[int, ...], Floats]:
     """Return the leading shape and the rows as ``pose_rows``; NaN and infinity pass."""
-    array = np.asarray(values, dtype=np.float64)
+    array = numbers(values, name)
     if array.ndim == 0 or array.shape[-1] != width:
         raise PoseError(f"{name} must have shape (..., {width}), got {array.shape}")
     return array.shape[:-1], array.reshape(-1, width)

@@ -7,6 +7,7 @@ from typing import Final, final
 
 import numpy as np
 
+from pnt_gym.arrays import number
 from pnt_gym.errors import ConfigError
 
 MOTOR_SPEED: Final = 70.0 * 2.0 * np.pi / 60.0
@@ -28,7 +29,7 @@ class JointLimits:
     """Largest acceleration of every motor [rad/s2]; not published, so unbounded by default."""
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.speed) and self.speed > 0.0):
+        if not 0.0 < number(self.speed, "joint speed") < np.inf:
             raise ConfigError(f"joint speed is {self.speed} rad/s; it must be positive and finite")
-        if not self.acceleration > 0.0:
+        if not number(self.acceleration, "joint acceleration") > 0.0:
             raise ConfigError(f"joint acceleration is {self.acceleration} rad/s2; it must be positive")

@@ -8,14 +8,21 @@ poses.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, numbers
+from pnt_gym.errors import PlanningError
 from pnt_gym.robots.t3kr import kernel
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 
 
-def as_rows(points: ArrayLike) -> tuple[tuple[int, ...], Floats]:
-    """Split (..., 3) or (..., 4) points into their leading shape and rows (M, 3) or (M, 4), a copy."""
-    array = np.array(points, dtype=np.float64, order="C")
+def as_rows(points: ArrayLike, name: str, width: int = 3) -> tuple[tuple[int, ...], Floats]:
+    """Split points (..., width) into their leading shape and rows (M, width), a copy.
+
+    Raises:
+        ValueError: the shape differs.
+    """
+    array = np.array(numbers(points, name), order="C")
+    if array.shape[-1:] != (width,):
+        raise PlanningError(f"{name} must have shape (..., {width}), got {array.shape}")
     return array.shape[:-1], array.reshape(-1, array.shape[-1])
 
 
@@ -42,7 +49,7 @@ def inverse_kinematics(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     Returns:
         (..., 4) arm angles in rad from the outward horizontal, up positive; all four NaN where out of reach.
     """
-    shape, points = as_rows(tcp)
+    shape, points = as_rows(tcp, "tcp")
     cos, sin = _arm_poses(points, geometry)[:2]
     return per_arm(np.arctan2(sin, cos), shape)
 
@@ -60,7 +67,7 @@ def forward_kinematics(q: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     Returns:
         (..., 3) TCP in the world, m; NaN where the rods cannot meet.
     """
-    shape, angles = as_rows(q)
+    shape, angles = as_rows(q, "q", N_ARMS)
     angles, frames = angles.T, geometry.arms
     out = geometry.arm_length * np.cos(angles)
     centre = np.stack(
@@ -105,7 +112,7 @@ def jacobian(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     Returns:
         (..., 4, 3) dq/dx in rad/m; NaN where out of reach.
     """
-    shape, points = as_rows(tcp)
+    shape, points = as_rows(tcp, "tcp")
     rows = np.empty((len(points), N_ARMS, 3))
     kernel.fill_jacobians(points, geometry.arms.columns, geometry.numbers, rows)
     rows[np.isnan(rows).any(axis=(1, 2))] = np.nan
@@ -124,7 +131,7 @@ def closed_pose(tcp: ArrayLike, rods_per_arm: int = 1, geometry: T3krGeometry = 
         (N, n) positions in the order of `model.qpos_columns`: n = 15 with one rod per arm, 27 with two (the last
         four a quaternion); NaN rows where the TCP is out of reach.
     """
-    _, points = as_rows(tcp)
+    _, points = as_rows(tcp, "tcp")
     cos, sin, rod_x, rod_y, rod_z = _arm_poses(points, geometry)
     q = np.arctan2(sin, cos)
     # A rod's frame is turned by q + swing about -y of the arm frame, then by tilt about x.
@@ -149,8 +156,8 @@ def closed_velocity(
         (N, n) velocities in the order of `model.qvel_columns`: n = 15 with one rod per arm, 26 with two (the last three
         the angular velocity of the platform, zero); NaN rows where the TCP is out of reach.
     """
-    _, points = as_rows(tcp)
-    _, speeds = as_rows(velocity)
+    _, points = as_rows(tcp, "tcp")
+    _, speeds = as_rows(velocity, "velocity")
     rates = np.empty((3, N_ARMS, len(points)))
     kernel.fill_closed_rates(points, speeds, geometry.arms.columns, geometry.numbers, rates)
     return _close_loops(rates, rods_per_arm, speeds, [0.0, 0.0, 0.0] if rods_per_arm == 2 else [])

@@ -95,6 +95,7 @@ def test_what_cannot_be_handed_in_is_refused(here: Path) -> None:
         (("analytic", "--throws", "-1"), "--throws"),
     ):
         assert reason in refused("agents.benchmark.submit", *words, "--by", "Me", "--out", "handed")
+    assert "--by is empty" in refused("agents.benchmark.submit", "analytic", "--by", " ", "--out", "handed")
 
 
 def _changed(name: str, value: Any) -> Any:

@@ -139,6 +139,7 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
     "degrees": (scaled("yaw", factor=57.3), "angles are in radians"),
     "picks swapped": (swapped("pick"), "pick_x and pick_y look swapped"),
     "landings swapped": (swapped("landing"), "landing_x and landing_y look swapped"),
+    "a column twice": (lambda rows: [{**row, " item": row["item"]} for row in rows], "more than one column 'item'"),
     "no pick": (without("pick_x", "item"), "lacks the columns 'item' and 'pick_x'"),
     "nan": (each(pick_x="nan"), "throw 1 of the log has no pick_x"),
     "infinite": (each(mass="inf"), "mass is inf; it must be finite"),

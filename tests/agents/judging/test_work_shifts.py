@@ -212,8 +212,23 @@ def test_from_python_by_name_and_by_function():
     told = evaluate("atc", "PnTLine-v0", 3, **how)
     assert (told["env"], told["controller"], told["shifts"]) == ("PnTLine-v0", "atc", 3)
     first = evaluate(lambda observations: np.zeros(len(observations)), "PnTLine-v0", 3, **how)
-    assert first["controller"] == "function"
+    assert first["controller"] == "<lambda>"
     assert first["invalid_actions"] == 0
+
+
+class Model:
+    """A model as of sb3-contrib, which takes the first choice that its masks leave."""
+
+    observation_space, action_space = gym.spaces.Box(-5.0, 5.0, (301,)), gym.spaces.Discrete(16)
+
+    def predict(self, features, deterministic=False, action_masks=None):
+        assert deterministic
+        return np.argmax(action_masks, axis=1), None
+
+
+def test_a_model_chooses_within_its_masks():
+    told = evaluate(Model(), "PnTLine-v0", 2, level={"base": "single", "duration": 5.0}, num_envs=2)
+    assert (told["controller"], told["invalid_actions"]) == ("model", 0)
 
 
 def test_shifts_that_are_cut_short_are_no_shifts():

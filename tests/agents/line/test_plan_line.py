@@ -245,13 +245,19 @@ def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(workin
 
 def test_from_python(working_folder, monkeypatch):
     monkeypatch.chdir(working_folder)
-    found = pnt_gym.plan_line("skills3", robots=(2,), shifts=2, minutes=0.1, throws=100, check=0, threads=1)
+    found = pnt_gym.plan_line(
+        "skills3", robots=(2,), shifts=2, minutes=0.1, throws=100, check=0, threads=1, tables="here"
+    )
+    assert list((working_folder / "here").iterdir())
     assert [plan["robots"] for plan in found["plans"]] == [2]
     assert (len(found["sentences"]), found["checked"]) == (3, None)
     for options, said in (
         ({"robot": 2}, "no option 'robot'"),
         ({"recovery": 2.0}, "recovery is 2"),
         ({"check": 1}, "check is 1"),
+        ({"tables": 5}, "tables is 5"),
+        ({"robots": 2}, "robots is 2: input should be a valid list"),
+        ({"release": 5}, "'5' is neither a controller"),
     ):
         with pytest.raises(UsageError, match=said):
             pnt_gym.plan_line("skills3", **options)

@@ -11,6 +11,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE, decode
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.errors import PntGymError
 from tests.tools.throws import make_core, planned, same_bits, with_part
 
 COUNT = 200
@@ -174,3 +175,9 @@ def test_measured_values_do_reach_the_observation():
         values = getattr(objects.measured, name) * 1.1
         after, _ = seen(config, with_part(objects, f"measured.{name}", values))
         assert not same_bits(before, after), name
+
+
+@pytest.mark.parametrize("wrong", ["x", 0.0, np.zeros(3), [[0.0], [0.0, 1.0]]], ids=str)
+def test_what_is_no_observation_is_not_decoded(wrong):
+    with pytest.raises(PntGymError, match="observation must"):
+        decode(wrong)

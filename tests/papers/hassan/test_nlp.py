@@ -5,6 +5,7 @@ import pytest
 
 from papers.hassan.nlp import method_1, method_2
 from pnt_gym.arrays import take
+from pnt_gym.errors import PlanningError
 from pnt_gym.planning import InfeasibleThrow, MotionLimits, landing_point, plan_release
 from tests.tools.planning import random_throws
 
@@ -95,5 +96,14 @@ def test_method_2_lands_on_the_target():
 
 def test_methods_refuse_a_target_straight_above():
     for method in (method_1, method_2):
-        with pytest.raises(ValueError, match="straight above"):
+        with pytest.raises(PlanningError, match="straight above"):
             method((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), MotionLimits.t3kr(50))
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"ceiling": np.nan}, {"ceiling": "low"}, {"tolerance": -0.1}, {"limits": 40.0}], ids=str
+)
+def test_method_1_refuses_what_is_no_bound(wrong):
+    right = {"pick": PICKS[0], "target": TARGETS[0], "limits": take(LIMITS, 0)}
+    with pytest.raises(PlanningError, match=next(iter(wrong))):
+        method_1(**{**right, **wrong})

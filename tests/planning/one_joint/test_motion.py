@@ -28,7 +28,7 @@ ARM, BLOCK, G = Arm(), Block(), 9.81
         (lambda: Arm(torque=0.0), "arm torque is 0.0; it must be positive and finite"),
         (lambda: Arm(friction=-0.1), "arm friction is -0.1; it must be at least 0"),
         (lambda: Arm(knee=1.0), "arm knee is 1.0; it must lie between 0 and 1"),
-        (lambda: Arm(angle=(1.0, 1.0)), "arm angle runs from 1.0 to 1.0 rad; the range is empty"),
+        (lambda: Arm(angle=(1.0, 1.0)), "arm angle is (1.0, 1.0); it must be two rising angles [rad]"),
         (lambda: Block(mass=np.nan), "block mass is nan; it must be positive and finite"),
         (lambda: Block(half_height=-0.01), "block half_height is -0.01; it must be at least 0"),
     ],

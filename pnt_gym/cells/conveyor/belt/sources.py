@@ -92,10 +92,11 @@ class PickSource(ABC):
 
     def _impossible(self) -> ConfigError:
         config = self._planner.config
+        percents = ", ".join(f"{p:g}" for p in config.limits.percent)
         return ConfigError(
-            f"cell {config.name!r}: no object has a feasible throw; check that the bins are in reach at "
-            f"{', '.join(f'{p:g}' for p in config.limits.percent)} % of the robot's limits and that the "
-            f"follow-through of {config.motion.follow_through.window} s leaves room inside the workspace"
+            f"cell {config.name!r}: no object has a feasible throw; check that the bins are in reach at {percents} % "
+            f"of the robot's limits, with belt.height {config.belt.height:g} m and bins.rim {config.bins.rim:g} m, and "
+            f"that the follow-through of {config.motion.follow_through.window} s leaves room inside the workspace"
         )
 
 
