@@ -17,7 +17,7 @@ from scipy.optimize import brentq, minimize
 from pnt_gym.arrays import Floats, Point
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.limits import MotionLimits
-from pnt_gym.planning.straight.release import point_of
+from pnt_gym.planning.straight.frame import point_of
 
 Solver: TypeAlias = Literal["SLSQP", "trust-constr"]
 OPTIONS: Final[dict[Solver, dict[str, float]]] = {
