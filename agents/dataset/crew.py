@@ -85,7 +85,9 @@ class Crew:
         expert = expert or trial.expert(env_id)
         chosen = expert if controller == EXPERT else controller
         self.chosen = (expert, chosen)
-        self.lowest, self.highest, self.thrower = (self._make_controller(name) for name in ("random", expert, chosen))
+        self.lowest, self.highest, self.thrower = (
+            trial.controller(name, trust=trust) for name in ("random", expert, chosen)
+        )
         if practice and not any(isinstance(controller, Learner) for controller in (self.thrower, self.highest)):
             names = sorted({self.thrower.name, self.highest.name})
             raise UsageError(
@@ -133,9 +135,6 @@ class Crew:
         is_trained = os.path.isdir(place) or place.suffix in (".zip", ".npz")
         files = files_of(place) if is_trained else {}
         return ControllerRecipe(place.resolve().name if is_trained else policy_name, files, self._trust, state)
-
-    def _make_controller(self, name: str) -> Controller:
-        return self.trial.controller(name, trust=self._trust)
 
 
 @final

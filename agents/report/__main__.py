@@ -103,14 +103,10 @@ def read_chapters(results: Path) -> list[Chapter]:
     chapters: list[Chapter] = []
     for path, data in files:
         with check_form(path):
-            chapters += _with_names(_chapters(path.stem, data, results), path.stem) if isinstance(data, dict) else []
+            own = _chapters(path.stem, data, results) if isinstance(data, dict) else []
+            chapters += [replace(chapter, name=chapter.name or path.stem, source=path.stem) for chapter in own]
     handed_in = submissions_grid(results)
     return [*chapters, *([Chapter(TITLE, (handed_in,), name=BLOCK, source=BLOCK)] if handed_in.rows else [])]
-
-
-def _with_names(chapters: Sequence[Chapter], file: str) -> list[Chapter]:
-    """Chapters with the name of their file, where they have no other one."""
-    return [replace(chapter, name=chapter.name or file, source=file) for chapter in chapters]
 
 
 def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter]:

@@ -90,20 +90,18 @@ class Pallet:
         return place_boxes(np.array(self.boxes), self.pose)
 
 
-def pocket(part: Part, lip: float = LIP, back: float = BACK) -> Boxes:
+def pocket(part: Part) -> Boxes:
     """Walls of a pocket for a part that arrives upside down and moving along its u axis: bottom, back, lip.
 
     Args:
         part: a part whose underside and top are flat.
-        lip: height of the board at the entry [m].
-        back: height of the board that stops the part [m].
     """
     top, length, half = max(v for _, v in part.outline), part.half_length, WALL / 2
     low, high = -length - LIP_PLAY - WALL, length + BACK_PLAY + WALL
     return (
         ((low + high) / 2, top + half, (high - low) / 2, half, 0.0),
-        (high - half, top - back / 2, half, back / 2, 0.0),
-        (low + half, top - lip / 2, half, lip / 2, 0.0),
+        (high - half, top - BACK / 2, half, BACK / 2, 0.0),
+        (low + half, top - LIP / 2, half, LIP / 2, 0.0),
     )
 
 
