@@ -146,7 +146,7 @@ class EpisodeStore:
         folder: folder of the collected throws.
         throws: number of throws of the dataset.
         score_throws: number of throws by which random actions and the expert are scored.
-        hands: returns the pool that collects, for the needs of the jobs.
+        make_pool: returns the pool that collects, for the needs of the jobs.
     """
 
     def __init__(
