@@ -23,7 +23,7 @@ from pnt_gym.cells.base.canvas import DRAWING_LOCK, FPS, RENDER_MODES, SIZE, Pic
 from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.cells.base.config import Level, LevelConfig, describes_a_cell, serialize_level
 from pnt_gym.cells.base.core import Core, Step
-from pnt_gym.cells.base.request import NO_REQUEST, REQUEST_OPTIONS, Request, parse_request
+from pnt_gym.cells.base.request import NO_REQUEST, REQUEST_OPTIONS, Request, requested_name
 from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display
 from pnt_gym.envs.manual import ARGUMENTS, Entries, completed
@@ -80,7 +80,7 @@ def request_of(options: Any, core: BatchedCore, *others: str) -> Request:
     for name in given:
         if name not in known:
             raise ConfigError(f"options has {one_sentence(repr(name), 80)}; it may have {', '.join(known)}")
-    return parse_request(core.cell, {name: given[name] for name in REQUEST_OPTIONS if name in given})
+    return {name: requested_name(core.cell, name, given[name]) for name in REQUEST_OPTIONS if name in given}
 
 
 class Facade:
