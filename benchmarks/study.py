@@ -80,7 +80,7 @@ def main(arguments: Arguments) -> None:
         write_json(arguments.json, result)
     basis = [versions(), code_digest(CODE)]
     for part, case in cases:
-        digest = case_digest(part, case, basis)
+        digest = hashlib.sha256(json_text([case, part.measure, basis]).encode()).hexdigest()[:LENGTH]
         if is_held(case, result["rows"], digest) or is_held(case, joined):
             continue
         amount = Amount(part.count(throws), seed, arguments.threads)
@@ -141,11 +141,6 @@ def in_order(plan: StudyPlan, first: list[Figures], second: list[Figures]) -> li
 def head(plan: StudyPlan, throws: int, seed: int) -> dict[str, Any]:
     """What the rows have in common, as the file of a study begins."""
     return {"study": plan.study, "version": pnt_gym.__version__, "seed": seed, "throws": throws}
-
-
-def case_digest(part: Part, case: Case, basis: list[Any]) -> str:
-    """Digest of a case, of its measurement, and of a basis: what the rows depend on beside the amounts."""
-    return hashlib.sha256(json_text([case, part.measure, basis]).encode()).hexdigest()[:LENGTH]
 
 
 def load_progress(path: Path | None, fresh: dict[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..ground import metrics
 from ..ground.cli import UsageError
-from ..judging.record import Record, Result, figures_as_json
+from ..judging.record import Record, Result
 from .entries import labels_of
 from .plan import Plan, trial_name, trial_of_plan
 
@@ -47,7 +47,7 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
         if learned and reference:
             head = {"level": level, "learned": candidate.model_dump(), "reference": baseline.model_dump()}
             comparisons.append({**head, **compare(record, learned, reference, plan.num_envs)})
-    figures = figures_as_json(record)
+    figures = {name: asdict(figure) for name, figure in record.figures.items()}
     head = {"trial": trial_name(plan), "unit": trial.unit, "step": trial.step, "figures": figures}
     return {**head, "table": table, "comparisons": comparisons}
 

@@ -43,7 +43,7 @@ class PolicyWrapper:
 
     Args:
         stack: number of observations that the policy sees at once, K.
-        under: base controller, whose action the policy corrects.
+        base: base controller, whose action the policy corrects.
     """
 
     def __init__(self, stack: int, base: Controller) -> None:
@@ -183,7 +183,7 @@ class MemoryPolicy(Controller):
     Args:
         actor: the policy.
         name: name in tables.
-        through: wrapper between the environment and the policy.
+        wrapper: wrapper between the environment and the policy.
     """
 
     def __init__(self, actor: Actor, name: str, wrapper: PolicyWrapper) -> None:

@@ -26,7 +26,7 @@ class UnseenKinds:
     """Landing errors of unseen kinds, for every kind in every row; zero for known kinds.
 
     Args:
-        known: whether the policy has learned each kind (K,).
+        is_known: whether the policy has learned each kind (K,).
     """
 
     def __init__(self, is_known: Bools) -> None:

@@ -86,9 +86,7 @@ class Recurrent:
         return cls(Gru.from_torch(unit, np.float64), *layers)
 
 
-def train(
-    batches: Iterable[TrainingShifts], total: int, features: int, seed: int, size: int, rate: float = 3e-3
-) -> Recurrent:
+def train(batches: Iterable[TrainingShifts], total: int, features: int, seed: int, size: int) -> Recurrent:
     """Network trained on batches of shifts.
 
     Args:
@@ -97,14 +95,13 @@ def train(
         features: number of entries of an observation D.
         seed: seed of the initial weights.
         size: numbers in the memory, and in the head's hidden layer.
-        rate: learning rate at the start of a cosine schedule.
     """
     import torch  # noqa: PLC0415 - a second to import, needed for training only
 
     with fit_from(seed):
         parts = _torch_layers(torch, features, size)
         parameters = [number for part in parts for number in part.parameters()]
-        optimiser = torch.optim.AdamW(parameters, lr=rate, weight_decay=0.1)
+        optimiser = torch.optim.AdamW(parameters, lr=3e-3, weight_decay=0.1)
         schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, total)
         for lessons in batches:
             optimiser.zero_grad()

@@ -85,7 +85,9 @@ class Crew:
         expert = expert or trial.expert(env_id)
         chosen = expert if controller == EXPERT else controller
         self.chosen = (expert, chosen)
-        self.lowest, self.highest, self.thrower = (self._make_controller(name) for name in ("random", expert, chosen))
+        self.lowest, self.highest, self.thrower = (
+            trial.controller(name, trust=trust) for name in ("random", expert, chosen)
+        )
         if practice and not any(isinstance(controller, Learner) for controller in (self.thrower, self.highest)):
             names = sorted({self.thrower.name, self.highest.name})
             raise UsageError(
@@ -134,9 +136,6 @@ class Crew:
         files = files_of(place) if is_trained else {}
         return ControllerRecipe(place.resolve().name if is_trained else policy_name, files, self._trust, state)
 
-    def _make_controller(self, name: str) -> Controller:
-        return self.trial.controller(name, trust=self._trust)
-
 
 @final
 class EpisodeStore:
@@ -147,7 +146,7 @@ class EpisodeStore:
         folder: folder of the collected throws.
         throws: number of throws of the dataset.
         score_throws: number of throws by which random actions and the expert are scored.
-        hands: returns the pool that collects, for the needs of the jobs.
+        make_pool: returns the pool that collects, for the needs of the jobs.
     """
 
     def __init__(

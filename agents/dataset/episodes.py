@@ -188,13 +188,8 @@ def _clip_actions(space: gym.Space[Any], actions: Any) -> NDArray[Any]:
 def _numbers(info: Mapping[str, Any], rows: Sequence[Any]) -> Rows:
     """Numeric arrays of a vector info that have a value for every row, (N, ...) each."""
     arrays = {name: np.asarray(values) for name, values in info.items() if not name.startswith("_")}
-    return {
-        name: values for name, values in arrays.items() if values.dtype.kind in "biuf" and _has_rows(values, len(rows))
-    }
-
-
-def _has_rows(values: NDArray[Any], rows: int) -> bool:
-    return values.ndim > 0 and len(values) == rows
+    numeric = {name: values for name, values in arrays.items() if values.dtype.kind in "biuf"}
+    return {name: values for name, values in numeric.items() if values.shape[:1] == (len(rows),)}
 
 
 def _throw_infos(info: Mapping[str, Any], coming: Rows, rows: int) -> Rows:

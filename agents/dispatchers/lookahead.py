@@ -57,7 +57,7 @@ class Lookahead:
             `price`.
         joint: plan for all robots of a line, not only for the deciding robot.
         width: plans that are kept for each line.
-        apart: keep `width` plans for each first choice instead of each line.
+        per_choice: keep `width` plans for each first choice instead of each line.
         horizon: time until which a complete plan keeps its robots busy [s].
         depth: decisions after the first one, at most.
         by_rate: compare plans by value / time instead, as the two-step rule does.

@@ -16,7 +16,7 @@ from ..ground.shipped import DECIDING, LINE, policy_place, shipped_names
 from ..policies.scorer import Scorer
 from .lookahead import Beam, GuidedBeam
 from .rules import IndexRule, RandomChoice
-from .scored import ScoreController, load_scorer, run_scores
+from .scored import ScoreController, run_scores
 from .settings import settings
 
 ENV: Final = LINE
@@ -82,7 +82,7 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
         if os.path.isdir(place):  # False for a name too long to be one
             return run_scores(place)
         if place.suffix == ".npz":
-            return load_scorer(place)
+            return ScoreController(place.stem, Scorer.load(place))
         names = f"{', '.join(NAMES)}, {shipped_names(DECIDING)}"
         raise UsageError(
             f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {names}, the "

@@ -16,7 +16,6 @@ from pnt_gym.cells.line.state import CHOICES
 from ..controllers.protocol import Controller, Observation
 from ..ground.cli import UsageError
 from ..learning.runs import RunFolder
-from ..policies.scorer import Scorer
 from .rules import HALF, first_of
 
 Scores = Callable[[NDArray[np.float32]], NDArray[np.floating]]
@@ -47,15 +46,6 @@ class ScoreController(Controller):
         features = observation.features
         worth: Floats = np.where(choice_mask(features), self.scores(features), -np.inf)
         return first_of(worth)
-
-
-def load_scorer(file: Path) -> ScoreController:
-    """Controller of a scorer's file.
-
-    Raises:
-        UsageError: the file is missing or damaged.
-    """
-    return ScoreController(file.stem, Scorer.load(file))
 
 
 def run_scores(folder: Path, checkpoint: Path | None = None) -> ScoreController:

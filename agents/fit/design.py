@@ -67,7 +67,7 @@ class DesignPool:
 
 def information(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parameter], z: Floats) -> Floats:
     """Whitened slopes of the landings of candidates by the scores (N, 2, P), times the root of their chance to land."""
-    model = ThrowModel(log, config, DRAWS)
+    model = ThrowModel(log, config)
     density = Density(model, parameters)
     scatter = density.scatter(z)
     slopes = [

@@ -60,11 +60,11 @@ class Hidden:
     """Random part of the spin, where the lip does not peel (M, 3) [rad/s]."""
 
 
-def standard_draws(count: int, draws: int, seed: int = 0) -> Floats:
+def standard_draws(count: int, draws: int) -> Floats:
     """Standard normal numbers (N, K, NORMALS) in mirrored pairs, by a scrambled Sobol sequence for each throw."""
     pairs = np.empty((count, draws // 2, len(NORMALS)))
     for row in range(count):
-        sobol = qmc.Sobol(len(NORMALS), scramble=True, rng=np.random.default_rng((seed, row)))
+        sobol = qmc.Sobol(len(NORMALS), scramble=True, rng=np.random.default_rng((0, row)))
         pairs[row] = norm.ppf(np.clip(sobol.random(draws // 2), 1e-6, 1.0 - 1e-6))
     return np.concatenate([pairs, -pairs], axis=1)
 

@@ -67,14 +67,13 @@ class ThrowModel:
     Args:
         log: the throws.
         config: the cell, whose parameters a call may replace.
-        draws: draws of each throw's hidden values, an even number.
-        seed: of these draws, which are the same at all parameters.
+        draws: draws of each throw's hidden values, an even number; they are the same at all parameters.
 
     Raises:
         UsageError: the level's planner, or a release that its limits do not give.
     """
 
-    def __init__(self, log: ThrowLog, config: ConveyorConfig, draws: int = DRAWS, seed: int = 0) -> None:
+    def __init__(self, log: ThrowLog, config: ConveyorConfig, draws: int = DRAWS) -> None:
         if config.planner not in PLANNERS:
             raise UsageError(f"planner is {config.planner!r}; `fit` knows the throws of {' and '.join(PLANNERS)} alone")
         self.log, self.config, self.draws = log, config, draws
@@ -83,7 +82,7 @@ class ThrowModel:
         """Which throws have a flight; others have NaN landings (N,)."""
         self.chances = self._table.pick_chance.copy()
         """Chance of each item that a cup well inside its outline seals (K,)."""
-        normals = standard_draws(len(log), draws, seed)
+        normals = standard_draws(len(log), draws)
         self._hidden = {
             "mean": draw_hidden(log, config, np.zeros_like(normals[:, :1])),
             "draws": draw_hidden(log, config, normals),

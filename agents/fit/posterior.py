@@ -19,7 +19,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..judging.throws.log import ThrowLog
 from .density import Density, Mode, Node
-from .model import DRAWS, ThrowModel
+from .model import ThrowModel
 from .parameters import Parameter, values_at
 from .seals import SealChance, seal_chances
 
@@ -116,7 +116,7 @@ def posterior(
         parameters: the free parameters.
         spread: factor of the covariance of the throws.
     """
-    model = ThrowModel(log, config, DRAWS)
+    model = ThrowModel(log, config)
     seals = seal_chances(model, config)
     density = Density(model, parameters, spread)
     fixed, nodes = stiffness_column(parameters), ()

@@ -34,7 +34,8 @@ def deliver(path: Path, write: Callable[[Path], object]) -> None:
     """
     try:
         place = destination(path)
-        if _is_written_straight(place):
+        # No file can be renamed to a stream or a device.
+        if stream_of(place) is not None or (place.exists() and not place.is_file()):
             _pour(place, write)
         else:
             place.parent.mkdir(parents=True, exist_ok=True)
@@ -59,11 +60,6 @@ def deliver_json(path: Path, data: Any, *, indent: int | None = 1) -> None:
         UsageError: the path cannot be written.
     """
     deliver_text(path, json_text(data, indent=indent))
-
-
-def _is_written_straight(place: Path) -> bool:
-    """Whether a place is a stream or a device, to which no file can be renamed."""
-    return stream_of(place) is not None or (place.exists() and not place.is_file())
 
 
 def _pour(place: Path, write: Callable[[Path], object]) -> None:

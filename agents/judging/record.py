@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any, ClassVar, Final, TypeAlias
 
 import numpy as np
@@ -151,11 +150,6 @@ class Record(ABC):
 def by_seed(results: Sequence[Result], name: str) -> Floats:
     """A column of all seeds and units (S, U), or by item or robot (S, U, K); NaN where a unit has no value."""
     return np.array([result["columns"][name] for result in results], dtype=np.float64)
-
-
-def figures_as_json(record: type[Record]) -> dict[str, dict[str, Any]]:
-    """Label, unit and number format of a record's figures, as JSON values."""
-    return {name: asdict(figure) for name, figure in record.figures.items()}
 
 
 def _means(values: Mapping[str, Floats]) -> dict[str, Any]:

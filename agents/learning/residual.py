@@ -112,7 +112,7 @@ class ResidualPolicy(MaskableActorCriticPolicy):
     """Policy that draws choices by a scorer's scores; untrained and deterministic it is the ATC rule.
 
     Args:
-        given: positional arguments of `MaskableActorCriticPolicy`.
+        arguments: positional arguments of `MaskableActorCriticPolicy`.
         patience: patience of the ATC rule [s].
         sharpness: see `ActorCriticExtractor`.
         options: further arguments of `MaskableActorCriticPolicy`; `net_arch` has the widths of the scorer's layers.

@@ -137,7 +137,7 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
     return classes[name]
 
 
-def load_policy(file: Path, env: VecEnv | None = None) -> BaseAlgorithm:
+def load_policy(file: Path) -> BaseAlgorithm:
     """Load a model from a file of stable-baselines3; runs code in the file.
 
     Raises:
@@ -148,7 +148,7 @@ def load_policy(file: Path, env: VecEnv | None = None) -> BaseAlgorithm:
         with ZipFile(file) as parts:
             stored = json.loads(parts.read("data"))
         algo = next(name for name, mark in MARKS.items() if mark in {*stored, *stored["policy_class"]})
-        return algorithm_class(algo).load(file, env=env, device="cpu")
+        return algorithm_class(algo).load(file, device="cpu")
     except Exception as error:
         # A truncated or foreign file may raise anything in the library.
         kinds = ", ".join(MARKS)

@@ -135,7 +135,7 @@ def reason(
     head = f"the reason: {percent(plan.shares(worst)[cause])} of {items[worst]} pass the end"
     if cause == "unsealed":
         return f"{head} after picks in which the cup did not seal{_changes_text(changes)}"
-    takers = _takers(plan, worst)
+    takers = np.flatnonzero(plan.config.can_take()[:, worst]).tolist()
     names = ", ".join(plan.config.robots[index].name for index in takers)
     times = ", ".join(percent(plan.row["utilisation"][index]) for index in takers)
     return f"{head}, not tried; taken by {names}, at work {times}{_changes_text(changes)}"
@@ -166,8 +166,3 @@ def _throws_text(plan: Planned, item: int) -> str:
     cause = max(THROWN, key=shares.__getitem__)
     verb = {"misplaced": "ends in wrong bins", "missed": "misses", "lost": "is lost on the way"}[cause]
     return f"{name} is thrown and {verb} ({percent(plan.thrown_badly(item))})"
-
-
-def _takers(plan: Planned, item: int) -> list[int]:
-    """Indices of the robots that take an item."""
-    return [int(index) for index in np.flatnonzero(plan.config.can_take()[:, item])]

@@ -13,7 +13,6 @@ from ..ground.files import check_form, lock_folder
 from ..ground.outputs import deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
-from ..reproduce.grids import plain
 from .blocks import rewrite_blocks
 from .contents import read_results
 from .kinds import kind_of
@@ -39,8 +38,6 @@ class Arguments:
 
 INDEX = "README.md"
 """Page of the results folder that lists the questions."""
-ENTRIES = ("quantity", "published", "reproduced", "unit", "verdict", "note")
-"""What `python -m agents.reproduce` and others alike say of a figure."""
 DRAWN = {"methods": methods_figures, "curves": curves_figures, "mismatch": mismatch_figures}
 """Figures of studies that have any."""
 COMPUTED = {"curves": (improvement_grid,), "mismatch": (crossover_grid,)}
@@ -103,14 +100,10 @@ def read_chapters(results: Path) -> list[Chapter]:
     chapters: list[Chapter] = []
     for path, data in files:
         with check_form(path):
-            chapters += _with_names(_chapters(path.stem, data, results), path.stem) if isinstance(data, dict) else []
+            own = _chapters(path.stem, data, results) if isinstance(data, dict) else []
+            chapters += [replace(chapter, name=chapter.name or path.stem, source=path.stem) for chapter in own]
     handed_in = submissions_grid(results)
     return [*chapters, *([Chapter(TITLE, (handed_in,), name=BLOCK, source=BLOCK)] if handed_in.rows else [])]
-
-
-def _with_names(chapters: Sequence[Chapter], file: str) -> list[Chapter]:
-    """Chapters with the name of their file, where they have no other one."""
-    return [replace(chapter, name=chapter.name or file, source=file) for chapter in chapters]
 
 
 def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter]:
@@ -125,9 +118,6 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
         return [Chapter(name, (*study_grids(data), *computed), drawn)]
     if grids := tuple(table(data) for names, table in TABLES if names <= set(data)):
         return [Chapter(name, grids)]
-    rows = data.get("rows")
-    if isinstance(rows, list) and rows and all({*ENTRIES} <= {*row} for row in rows):
-        return [Chapter(name, (plain("Published and reproduced", rows),))]
     return []
 
 

@@ -129,7 +129,8 @@ def losses(results: Results) -> str:
 def sorter(results: Results) -> str:
     """What failed picks, wrong classes and full bins cost the shipped policy in sorted objects per minute."""
     data = _study(results, "judged")
-    cases = {row.get("case"): row for row in data["rows"] if row.get("controller") != PLANNER and _is_boxes(row)}
+    rows = [row for row in data["rows"] if row.get("controller") != PLANNER and row.get("level") == "boxes"]
+    cases = {row.get("case"): row for row in rows}
     whole, honest = _case(cases, "nothing fails"), _case(cases, "the honest cell")
     costs = [f"{_pace(row) - _pace(whole):+.1f} ({case})" for case, row in cases.items() if case in EFFECTS]
     return (
@@ -273,11 +274,6 @@ def _with_keys(data: Data, *names: str) -> Data:
     if not set(names) <= set(data):
         raise NoAnswer(f"no keys {', '.join(names)}")
     return data
-
-
-def _is_boxes(row: Data) -> bool:
-    """Whether a row of the study `judged` is of the cell with six fixed bins."""
-    return row.get("level") == "boxes"
 
 
 def _case(rows: Mapping[Any, Data], case: object) -> Data:

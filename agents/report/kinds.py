@@ -15,8 +15,6 @@ from .profiles import improvement_grids
 from .tables import benchmark_grids, comparison_table, conditions, other_level_tables, side_by_side
 
 Data = Mapping[str, Any]
-BEFORE: Final = {"PnTLine-v0": "work_shifts"}
-"""Kind of task by environment, of results that do not name it: those from before 0.4; all others are of throws."""
 
 
 class Kind(NamedTuple):
@@ -54,21 +52,15 @@ def usual_figures(data: Data) -> dict[str, str]:
     return {"learning_curves.svg": svg(learning_curves(data, measure))}
 
 
-def throw_grids(data: Data) -> list[Grid]:
-    """Every table of a benchmark of throws."""
-    return [*benchmark_grids(data), *improvement_grids(data)]
-
-
 KINDS: Final = {
-    "throws": Kind(throw_grids, throw_figures),
+    "throws": Kind(lambda data: [*benchmark_grids(data), *improvement_grids(data)], throw_figures),
     "work_shifts": Kind(line_grids, line_figures),
 }
 
 
 def kind_of(data: Data) -> Kind:
     """The kind of task that a benchmark was about."""
-    name = data.get("trial") or BEFORE.get(data["plan"]["env"], "throws")
-    return KINDS.get(name, Kind(usual_grids, usual_figures))
+    return KINDS.get(data["trial"], Kind(usual_grids, usual_figures))
 
 
 def _figures(data: Data) -> dict[str, Figure]:

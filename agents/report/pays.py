@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from typing import Any, Final
 
 import numpy as np
@@ -224,16 +225,9 @@ def _effects(data: Data) -> list[str]:
 
 def _by_learner(data: Data, effect: str) -> dict[str, list[Data]]:
     """Rows of an effect by learner, in the order of the mismatch."""
-    rows = sorted((row for row in data["rows"] if row["effect"] == effect), key=_dial)
-    return {label: [row for row in rows if row["controller"] == label] for label in _learners(rows)}
-
-
-def _dial(row: Data) -> float:
-    return float(row["mismatch"])
-
-
-def _learners(rows: Sequence[Data]) -> list[str]:
-    return list(dict.fromkeys(row["controller"] for row in rows))
+    rows = sorted((row for row in data["rows"] if row["effect"] == effect), key=itemgetter("mismatch"))
+    learners = dict.fromkeys(row["controller"] for row in rows)
+    return {label: [row for row in rows if row["controller"] == label] for label in learners}
 
 
 def _curves(data: Data, name: str) -> dict[str, dict[int, list[float]]]:

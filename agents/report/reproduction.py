@@ -10,6 +10,7 @@ from typing import Any, Final
 from pnt_gym.errors import one_sentence
 
 from ..ground.cli import UsageError
+from ..ground.files import check_form
 from ..ground.tables import Grid
 from ..reproduce.record import Record, all_grids, overview_grids, verdicts
 from .contents import read_results
@@ -26,12 +27,7 @@ def is_reproduction(data: Mapping[str, Any]) -> bool:
 
 
 def paper_chapters(record: Record, drawings: Path) -> list[Chapter]:
-    """One chapter a paper: its tables, and those of its drawings that lie in the folder.
-
-    Raises:
-        UsageError: the record was written by an older version.
-    """
-    _check_version(record)
+    """One chapter a paper: its tables, and those of its drawings that lie in the folder."""
     return [_chapter(record, paper, drawings) for paper in record["papers"]]
 
 
@@ -39,17 +35,12 @@ def table(results: Path, name: str) -> Grid | None:
     """A table of a paper's overview by the name "paper/table"; None if there is no such table.
 
     Raises:
-        UsageError: nothing was reproduced yet, or by an older version.
+        UsageError: nothing was reproduced yet, or the record has another form.
     """
     record = read_results(results / FILE)
-    _check_version(record)
     paper, _, table_name = name.partition("/")
-    return overview_grids(record, paper).get(table_name) if paper in record["papers"] else None
-
-
-def _check_version(record: Record) -> None:
-    if "overview" not in record:
-        raise UsageError(f"results/{FILE} was written by an older version; `make reproduce` writes it anew")
+    with check_form(results / FILE):
+        return overview_grids(record, paper).get(table_name) if paper in record["papers"] else None
 
 
 def _chapter(record: Record, paper: str, drawings: Path) -> Chapter:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from ..ground.tables import Grid
+from ..ground.tables import Grid, percent
 
 Data = Mapping[str, Any]
 
@@ -85,7 +85,7 @@ def shares_table(data: Data) -> Grid:
     parts = dict.fromkeys(part for step in steps for part in step["parts"])
     rest = "everything else"
     names = [*(part for part in parts if part != rest), *([rest] if rest in parts else [])]
-    rows = [[part, *(_percent(step["parts"].get(part)) for step in steps)] for part in names]
+    rows = [[part, *(percent(step["parts"].get(part)) for step in steps)] for part in names]
     note = (
         "Samples of one thread's processor time every millisecond; time in machine code counts for the next sample. "
         "All on one thread. A dash: the step has no such part."
@@ -93,13 +93,9 @@ def shares_table(data: Data) -> Grid:
     return Grid("Where the time of a step goes", header, rows, note)
 
 
-def _percent(share: float | None) -> str:
-    return "-" if share is None else f"{100 * share:.1f} %"
-
-
 def training_table(data: Data) -> Grid:
     """Parts of a training by their shares of the processor's time."""
-    rows = [[part, _percent(share)] for part, share in data["parts"].items()]
+    rows = [[part, percent(share)] for part, share in data["parts"].items()]
     note = f"{data['throws']:,} throws of SAC on `PnTConveyor-v0`, without the table at the end."
     return Grid("Where the time of a training goes", ["part of a training", "share"], rows, note)
 

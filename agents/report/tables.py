@@ -136,16 +136,12 @@ def _other_train_levels(data: Data) -> str:
     return f" ({text})" if text else ""
 
 
-def other_levels(data: Data) -> list[str]:
-    """Levels that only some controllers were evaluated on."""
-    return sorted({row["level"] for row in data["table"]} - {*data["plan"]["levels"]})
-
-
 def other_level_tables(
     data: Data, columns: Mapping[str, Callable[[Data], str]], who: Sequence[str] = WHO
 ) -> list[Grid]:
     """A table for each level that only some controllers were evaluated on; arguments as in `side_by_side`."""
-    return [side_by_side(f"Further level {level}", data, [level], columns, "", who) for level in other_levels(data)]
+    others = sorted({row["level"] for row in data["table"]} - {*data["plan"]["levels"]})
+    return [side_by_side(f"Further level {level}", data, [level], columns, "", who) for level in others]
 
 
 def failure_table(data: Data, level: str) -> Grid:

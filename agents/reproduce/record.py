@@ -48,7 +48,8 @@ def headlines(record: Record) -> list[Grid]:
 
 def all_grids(record: Record, paper: str) -> list[Grid]:
     """Every table of a paper, the tables of its overview first."""
-    shown = [*overview_grids(record, paper).values(), *part_grids(record, paper), disagreements(record, paper)]
+    parts = [Grid(**fields) for fields in record["grids"][paper]]
+    shown = [*overview_grids(record, paper).values(), *parts, disagreements(record, paper)]
     return [grid for grid in shown if grid.rows]
 
 
@@ -56,11 +57,6 @@ def overview_grids(record: Record, paper: str) -> dict[str, Grid]:
     """Tables over several parts of a paper, by name."""
     fields_by_name = record["overview"][paper]["grids"]
     return {name: grid for name, fields in fields_by_name.items() if (grid := Grid(**fields)).rows}
-
-
-def part_grids(record: Record, paper: str) -> list[Grid]:
-    """Tables of a paper's parts."""
-    return [Grid(**fields) for fields in record["grids"][paper] if fields["rows"]]
 
 
 def disagreements(record: Record, paper: str) -> Grid:

@@ -37,7 +37,9 @@ def figures(settings: Settings, amount: Amount) -> list[Figures]:
         if "forecast" in settings:
             verdict |= _forecasts(cell.truth, fitted.level, config, seed, settings["forecast"])
         verdicts.append(verdict)
-    return [*_posterior_rows(judged), *_alarm_rows(alarms), *mean_rows("verdict", verdicts)]
+    shares = {name: share([alarm[name] for alarm in alarms]) for name in alarms[0]}
+    raised = [{"kind": "alarm", "figure": name, "alarms": part} for name, part in shares.items()]
+    return [*_posterior_rows(judged), *raised, *mean_rows("verdict", verdicts)]
 
 
 def flight_level(settings: Settings) -> ConveyorConfig:
@@ -73,11 +75,6 @@ def _posterior_rows(judged: list[dict[str, Any]]) -> list[Figures]:
         }
         for name, parts in groups.items()
     ]  # fmt: skip
-
-
-def _alarm_rows(alarms: list[dict[str, bool]]) -> list[Figures]:
-    """A row with the share of twins that raise an alarm for each test."""
-    return [{"kind": "alarm", "figure": name, "alarms": share([alarm[name] for alarm in alarms])} for name in alarms[0]]
 
 
 def _forecasts(

@@ -190,13 +190,13 @@ def wall_clearance(place: Floats, lowest: Floats) -> float:
     return float(np.min(lowest[(near[0] & outside[0]) | (near[1] & outside[1])]) - RIM)
 
 
-def scene_figure(carried: CarriedObjects, row: int = 0) -> Figure:
-    """Drawing of the way of one object, seen from the side."""
+def scene_figure(carried: CarriedObjects) -> Figure:
+    """Drawing of the way of the first object, seen from the side."""
     figure, (axes,) = subplots(1, 1, (WIDTH, 5.0))
     start, way = np.array(FROM), np.subtract(TO, FROM)
     length = float(np.hypot(*way))
-    hand_path = carried.path.sample(np.linspace(0.0, 1.0, 400) * carried.release_time[row, None]).position[row]
-    object_path = carried.place[row][carried.is_held[row]]
+    hand_path = carried.path.sample(np.linspace(0.0, 1.0, 400) * carried.release_time[0, None]).position[0]
+    object_path = carried.place[0][carried.is_held[0]]
     for place, label, style in ((hand_path, "hand, planned", "-"), (object_path, "object, simulated", "--")):
         axes.plot((place[:, :2] - start) @ way / length, place[:, 2], style, label=label)
     _draw_boxes(axes, way / length, length)

@@ -33,13 +33,13 @@ def example_rows() -> list[Row]:
     return [*rows, _height_bound_row(), _method_2_row()]
 
 
-def landing_error(pick: Floats, release: Floats, speed: float = SPEED) -> Floats:
+def landing_error(pick: Floats, release: Floats) -> Floats:
     """Landing less target in the target's plane (..., 2) [m] for release points (..., 3) [m].
 
     The release velocity has the direction from the pick to the release point.
     """
     way = release - pick
-    velocity = speed * way / np.linalg.norm(way, axis=-1, keepdims=True)
+    velocity = SPEED * way / np.linalg.norm(way, axis=-1, keepdims=True)
     return (landing_point(release, velocity, TARGET[2]) - TARGET)[..., :2]
 
 

@@ -156,7 +156,11 @@ def _method_rows(
     attempts = [(case, result, best) for case, (result, _), best in zip(throws, answers, exact, strict=True)]
     invented = [result.success for _, result, best in attempts if best is None]
     feasible = [(case, result, result.time / best) for case, result, best in attempts if best is not None]
-    successes = [(_is_below_ceiling(case, result), ratio) for case, result, ratio in feasible if result.success]
+    successes = [
+        (bool(case.ceiling is None or result.position[2] <= case.ceiling + ROUNDING), ratio)
+        for case, result, ratio in feasible
+        if result.success
+    ]
     agreements = sum(below_ceiling and abs(ratio - 1.0) <= method.precision for below_ceiling, ratio in successes)
     total = f"of {len(feasible)} throws that exist"
     result = {
@@ -180,10 +184,6 @@ def _method_rows(
         Row.ours(f"{name}/{quantity}", float(figure), unit, note=note)
         for quantity, (figure, unit, note) in result.items()
     ]
-
-
-def _is_below_ceiling(case: Case, answer: NlpRelease) -> bool:
-    return bool(case.ceiling is None or answer.position[2] <= case.ceiling + ROUNDING)
 
 
 def _batch_rows(folder: str, throws: list[Case], exact: list[float | None], reference: float) -> list[Row]:

@@ -18,7 +18,8 @@ from pnt_gym.arrays import Floats, Point, of_kind
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import MotionLimits
-from pnt_gym.planning.straight.release import check_bounds, point_of
+from pnt_gym.planning.straight.frame import point_of
+from pnt_gym.planning.straight.release import check_bounds
 
 Solver: TypeAlias = Literal["SLSQP", "trust-constr"]
 OPTIONS: Final[dict[Solver, dict[str, float]]] = {

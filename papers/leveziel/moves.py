@@ -147,10 +147,10 @@ def _joint_linear_rows(moves: Moves) -> Iterator[Row]:
         )
 
 
-def random_moves(count: int, seed: int = 0) -> tuple[Floats, Floats]:
+def random_moves(count: int) -> tuple[Floats, Floats]:
     """First and last poses (count, 4) of random moves of 50 to 100 mm within the reduced workspace, theta constant."""
-    rng = np.random.default_rng(seed)
-    first = random_poses(6 * count, seed)
+    rng = np.random.default_rng(0)
+    first = random_poses(6 * count, 0)
     way = rng.normal(size=(len(first), 3))
     way *= rng.uniform(0.05, 0.10, (len(first), 1)) / np.linalg.norm(way, axis=1, keepdims=True)
     last = first + np.column_stack([way, np.zeros(len(first))])

@@ -160,9 +160,9 @@ def has_plan(goals: Floats) -> Bools:
     return plan_throws(goals).feasible
 
 
-def feasible_goals(count: int, seed: int = 0) -> tuple[Floats, ThrowPlans]:
+def feasible_goals(count: int) -> tuple[Floats, ThrowPlans]:
     """Random goals (count, 4) that have a feasible throw, and the plans of the throws."""
-    goals = random_goals(np.random.default_rng(seed), count + count // 4 + 8).goal
+    goals = random_goals(np.random.default_rng(0), count + count // 4 + 8).goal
     plans = plan_throws(goals)
     rows = np.flatnonzero(plans.feasible)[:count]
     return goals[rows], take(plans, rows)

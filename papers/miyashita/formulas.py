@@ -28,6 +28,8 @@ from .planning.programme import Programme, Throw, Weighing
 
 STATES: Final = 200
 """Number of random states at which formulas are compared."""
+STEPS: Final = 64
+"""Time steps of a flight that is stepped through."""
 INTERVALS: Final = 10
 """Number n of the paper's spline intervals."""
 ROUNDING: Final = 1e-12
@@ -97,14 +99,14 @@ def _flight_row() -> Row:
     )
 
 
-def step_flights(u: Floats, steps: int = 64) -> Floats:
+def step_flights(u: Floats) -> Floats:
     """States x, y, phi, dy (N, 4) after flights from releases (N, 4), by time steps that are exact for a parabola."""
     # The centre of mass is l_t from the pivot and d above the arm, and so arcsin(d / l_t) further round.
     elevation = u[:, 0] + np.arcsin(BLOCK.half_height / u[:, 2])
     x, y = u[:, 2] * np.cos(elevation), u[:, 2] * np.sin(elevation)
     vx, vy, phi = -u[:, 1] * y, u[:, 1] * x, u[:, 0].copy()
-    dt = u[:, 3] / steps
-    for _ in range(steps):
+    dt = u[:, 3] / STEPS
+    for _ in range(STEPS):
         x, y, phi = x + vx * dt, y + vy * dt - 0.5 * GRAVITY * dt**2, phi + u[:, 1] * dt
         vy = vy - GRAVITY * dt
     return np.stack([x, y, phi, vy], axis=1)

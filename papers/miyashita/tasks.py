@@ -178,7 +178,7 @@ def _fall_rows() -> Iterator[Row]:
         )
 
 
-def assembly_frames(controller: Controller, size: tuple[int, int] = (720, 960)) -> list[tuple[str, Frame]]:
+def assembly_frames(controller: Controller) -> list[tuple[str, Frame]]:
     """Four pictures of an assembly by a controller after its practice.
 
     Raises:
@@ -189,7 +189,7 @@ def assembly_frames(controller: Controller, size: tuple[int, int] = (720, 960)) 
         if isinstance(fresh, Learner) and isinstance(controller, Learner):
             fresh.restore(controller.state())
         cell: Any = core_of(env).cell
-        with closing(ThrowView(cell, camera(), DOTS, size)) as view:
+        with closing(ThrowView(cell, camera(), DOTS, (720, 960))) as view:
             return _film(fresh, env, view)
 
 

@@ -23,39 +23,14 @@ from pnt_gym.cells.base.canvas import DRAWING_LOCK, FPS, RENDER_MODES, SIZE, Pic
 from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.cells.base.config import Level, LevelConfig, describes_a_cell, serialize_level
 from pnt_gym.cells.base.core import Core, Step
-from pnt_gym.cells.base.request import NO_REQUEST, REQUEST_OPTIONS, Request, parse_request
+from pnt_gym.cells.base.request import NO_REQUEST, REQUEST_OPTIONS, Request, requested_name
 from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display
+from pnt_gym.envs.manual import ARGUMENTS, Entries, completed
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
 
 Observation: TypeAlias = Any
 """Observations: an array (N, D), or several arrays (N, ...) by name; of one environment without N."""
-SECTIONS: Final = (
-    "Description",
-    "Action Space",
-    "Observation Space",
-    "Rewards",
-    "Starting State",
-    "Episode End",
-    "Arguments",
-    "Version History",
-)
-"""Sections of a manual, in Gymnasium's order."""
-ARGUMENTS: Final = """\
-| `threads` | int | 1 (vector: 2) | physics threads; results do not depend on it |
-| `render_mode` | str or None | None | `rgb_array`: coming throw, `rgb_array_list`: last throw, `human` |
-| `width` | int | 1280 | width of a frame [pixels], up to 1920 |
-| `height` | int | 720 | height of a frame [pixels], up to 1080 |
-| `camera` | mapping or None | None | `lookat` (x, y, z) [m], `distance` [m], `azimuth`, `elevation` [deg] to change |
-| `num_envs` | int | 1 | number of cells; vector form alone (`gymnasium.make_vec`) |
-| `autoreset_mode` | str or AutoresetMode | `"SameStep"` | vector form: `SameStep`, `NextStep` or `Disabled` |
-| `max_episode_steps` | int or None | None | vector form: steps of an episode; `gymnasium.make` adds a TimeLimit |
-| `disable_env_checker` | bool or None | None | vector form, which has no checker: True or None |
-
-`reset(options={"item": ..., "target": ...})` chooses item, target or both for the first throw of an episode, by name or
-index. The throw is drawn until it meets the request; later throws are drawn as always. In the vector form the request
-holds for every cell that is reset; the option `reset_mask`, a boolean array, chooses these cells."""
-"""Rows that the table of arguments has in every manual, and the options of a reset."""
 NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
@@ -88,18 +63,6 @@ class BatchedCore(Protocol):
         ...
 
 
-class Entries(Protocol):
-    """Entries of an observation, as a manual lists them."""
-
-    def __len__(self) -> int:
-        """Numbers in an observation."""
-        ...
-
-    def markdown(self) -> str:
-        """One row per entry."""
-        ...
-
-
 def seed_of(value: Any) -> int | None:
     """A seed as Gymnasium takes it, or None."""
     if value is None:
@@ -117,19 +80,7 @@ def request_of(options: Any, core: BatchedCore, *others: str) -> Request:
     for name in given:
         if name not in known:
             raise ConfigError(f"options has {one_sentence(repr(name), 80)}; it may have {', '.join(known)}")
-    return parse_request(core.cell, {name: given[name] for name in REQUEST_OPTIONS if name in given})
-
-
-def completed(own: str, family: str) -> str:
-    """A manual with the sections of its family; of a section that both have, the family's part comes first."""
-    own, family = inspect.cleandoc(own), inspect.cleandoc(family)
-    parts: dict[str, list[str]] = {title: [] for title in SECTIONS}
-    for text in (family, own):
-        for section in text.split("\n## ")[1:]:
-            title, body = section.split("\n", 1)
-            parts[title].append(body.strip())
-    written = [f"## {title}\n\n" + "\n\n".join(bodies) for title, bodies in parts.items() if bodies]
-    return "\n\n".join([own.split("\n\n", 1)[0], *written])
+    return {name: requested_name(core.cell, name, given[name]) for name in REQUEST_OPTIONS if name in given}
 
 
 class Facade:

@@ -16,7 +16,7 @@ from yaml.composer import ComposerError
 from yaml.constructor import ConstructorError
 
 from pnt_gym.errors import one_sentence
-from pnt_gym.reading.files import MOST_TEXT, ReadError, cause_of, text_of
+from pnt_gym.reading.files import ReadError, cause_of, text_of
 
 MOST_NODES: Final = 10**5
 """Values in a YAML file, with those that aliases repeat."""
@@ -25,12 +25,12 @@ DECIMAL: Final = re.compile(r"[-+]?(?:[0-9][0-9_]*(?:\.[0-9_]*)?|\.[0-9][0-9_]*)
 SPECIAL: Final = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
 
 
-def yaml_of(path: str | Path, most: int = MOST_TEXT, loader: type[PlainLoader] | None = None) -> Any:
-    """The data of a YAML file; arguments and errors are those of `text_of`, and text that is not valid YAML.
+def yaml_of(path: str | Path, loader: type[PlainLoader] | None = None) -> Any:
+    """The data of a YAML file; errors are those of `text_of`, and text that is not valid YAML.
 
     `loader` understands more tags.
     """
-    return parsed_yaml(text_of(path, most, "YAML"), loader)
+    return parsed_yaml(text_of(path, form="YAML"), loader)
 
 
 def parsed_yaml(text: str, loader: type[PlainLoader] | None = None) -> Any:

@@ -186,8 +186,7 @@ RESULTS: list[tuple[Any, str]] = [
     ({"study": "physics", "rows": [{"part": 5}], "throws": 10}, "of another form"),
     ({"plan_release_us": "fast", "batch_plans_per_s": 5}, "of another form"),
     ({"envs": {"a": {}}, "cpus": 1}, "of another form"),
-    ({"rows": [{}], "papers": ["p"], "figures": {}}, "older version"),
-    ({"rows": [5], "figures": []}, "of another form"),
+    ({"rows": [{}], "papers": ["p"], "figures": {}}, "of another form"),
     ({"papers": ["p"], "rows": [], "figures": {"p": []}, "overview": {}}, "of another form"),
 ]
 DRAWINGS = ["/etc/hostname", "../secret.svg", "a/b.svg", "x.png", "", "<script>.svg", "](x).svg"]

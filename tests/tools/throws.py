@@ -14,13 +14,14 @@ from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.action import MODES as PICK_MODES
 from pnt_gym.cells.conveyor.cell import ConveyorCell
-from pnt_gym.cells.conveyor.config import ConveyorConfig, FollowThrough
+from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.movers.straight import StraightMover, ThrowMotion, straight_back
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.outcome import SimulatedThrows
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.conveyor.sections import FollowThrough
 from pnt_gym.cells.gripper.action import MODES as TOSS_MODES
 from pnt_gym.cells.one_joint.action import MODES as GOAL_MODES
 from pnt_gym.planning.motion.limits import EllipticWorkspace

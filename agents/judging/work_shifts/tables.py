@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Final
+from typing import Final
 
 from rich.table import Table
 
@@ -37,8 +37,8 @@ def shifts_table(title: str, summary: Summary) -> Table:
                 f"robot {name}: at work, picks in a shift, standstill for each",
                 f"{percent(share)}, {picks:.0f}, {_seconds(wait)}",
             )
-            for name, share, picks, wait in _together(
-                summary, "robots", "utilisation", "picks_by_robot", "wait_by_robot_s"
+            for name, share, picks, wait in zip(
+                *(summary[key] for key in ("robots", "utilisation", "picks_by_robot", "wait_by_robot_s")), strict=True
             )
         ),
         ("cycle time, mean", f"{summary['cycle_time_mean_s']:.3f} s"),
@@ -65,11 +65,6 @@ def _purity_label(summary: Summary) -> str:
     """Label of the purity; a table of throws knows no strays."""
     strays = "" if summary["simulated"] else ", without strays"
     return f"purity: share of what is in bins{strays}"
-
-
-def _together(summary: Summary, *names: str) -> Iterator[tuple[Any, ...]]:
-    """Rows of several lists of a summary."""
-    return zip(*(summary[name] for name in names), strict=True)
 
 
 def _seconds(time: float | None) -> str:

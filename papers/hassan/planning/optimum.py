@@ -18,7 +18,7 @@ from pnt_gym.errors import PlanningError
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
-from pnt_gym.planning.straight.release import Frame
+from pnt_gym.planning.straight.frame import Frame
 
 from ...common.casadi_module import load_casadi
 from ...common.fastest import ROUNDING, NoMotionFound

@@ -72,11 +72,6 @@ class Picture(Section):
         except ValidationError as error:
             raise ConfigError(describe_problems(error, cls)) from None
 
-    def aim(self, camera: Any) -> None:
-        """Write the changes into MuJoCo's camera."""
-        for name, value in self.camera.model_dump(exclude_none=True).items():
-            setattr(camera, name, value)
-
 
 @final
 @dataclass(frozen=True)
@@ -121,6 +116,13 @@ class Canvas:
         self._renderer: Any = None
         self._thread = 0
         """Identifier of the thread that opened the renderer."""
+
+    def aim(self, picture: Picture) -> None:
+        """Set size and camera of all pictures from now on."""
+        self.close()
+        self.size = (picture.height, picture.width)
+        for name, value in picture.camera.model_dump(exclude_none=True).items():
+            setattr(self.camera, name, value)
 
     def draw(self, model: MjModel, data: MjData, markers: Iterable[Marker]) -> Frame:
         """Draw a picture (height, width, 3) of a model and markers.

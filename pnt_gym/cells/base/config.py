@@ -65,8 +65,6 @@ FileName = Annotated[Label, AfterValidator(check_file_name)]
 """A name for people that is also the name of files."""
 Level: TypeAlias = str | Path | BaseModel | Mapping[str, Any]
 """A shipped level's name, a YAML file, a mapping in the file's form, or a config."""
-
-
 ROOT: Final = "nominal"
 """The level that all others of a family differ from."""
 
@@ -102,11 +100,6 @@ def _is_open(kinds: Sequence[object]) -> bool:
     return any(kind is Any or (isinstance(kind, type) and issubclass(kind, BaseModel)) for kind in kinds)
 
 
-def _takes_text(kinds: Sequence[object]) -> bool:
-    """Whether text may stand in a field of these types."""
-    return any(kind is str or kind is Path or isinstance(kind, str) for kind in kinds)
-
-
 class Section(BaseModel):
     """Abstract: part of a config; frozen, and an unknown key is an error."""
 
@@ -117,11 +110,13 @@ class Section(BaseModel):
     def _numbers_are_numbers(cls, value: object, info: ValidationInfo) -> object:
         """Refuse `true` instead of 1, and '1' in quotes, also in lists."""
         kinds = _types(cls.model_fields[str(info.field_name)].annotation)
-        leaves = [value] if _is_open(kinds) else _leaves(value)
+        is_open = _is_open(kinds)
+        leaves = [value] if is_open else _leaves(value)
         if bool not in kinds and any(isinstance(leaf, bool) for leaf in leaves):
             raise PydanticCustomError("truth", "input should be a number or a section, not true or false")
         texts = [leaf for leaf in leaves if isinstance(leaf, str) and _is_number(leaf)]
-        if texts and not (_is_open(kinds) or _takes_text(kinds)):
+        takes_text = any(kind is str or kind is Path or isinstance(kind, str) for kind in kinds)
+        if texts and not (is_open or takes_text):
             hint = quotes_hint(texts[0])
             raise PydanticCustomError("text", "input should be a number, not text{hint}", {"hint": hint})
         return value

@@ -123,7 +123,7 @@ class Touchdown:
             centre: centre of the opening (N, 2) [m], or (1, 2) for all.
             opening: inner size (N, 2), or (1, 2) for all [m].
             rim: height of the rim (N,) [m].
-            bottom: height of the inner bottom (N,) [m]; an object on the bottom may lie up to `SUNK` below this height.
+            bottom: height of the inner bottom (N,) [m]; an object on the bottom may lie lower by up to `CONTACT_DEPTH`.
         """
         lies = np.empty(len(self.position), dtype=np.bool_)
         flight_kernel.find_lying(self.position, self.velocity, centre, opening, rim, bottom, CONTACT_DEPTH, lies)

@@ -14,7 +14,7 @@ from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.errors import ConfigError, one_sentence
 
 Request = Mapping[str, str]
-"""Requested names by the options in `ASKED`; options without a request are absent."""
+"""Requested names by the options in `REQUEST_OPTIONS`; options without a request are absent."""
 NO_REQUEST: Final[Request] = MappingProxyType({})
 REQUEST_OPTIONS: Final = ("item", "target")
 MOST_DRAWS: Final = 4096
@@ -24,19 +24,6 @@ FIRST_BATCH: Final = 16
 """
 LARGEST_BATCH: Final = 1024
 """Largest number of draws in a batch, over all rows."""
-
-
-def parse_request(cell: Cell[Any, Any, Any, Any], options: Mapping[str, Any]) -> Request:
-    """The request in options of a reset, with names instead of indices.
-
-    Args:
-        cell: the cell with the names of items and targets.
-        options: names or indices by the keys in `ASKED`.
-
-    Raises:
-        ConfigError: the cell has no such item or target.
-    """
-    return {option: _parse_name(cell, option, value) for option, value in options.items()}
 
 
 def advance_to_request(cell: Cell[Any, Any, Any, Any], generators: Generators, request: Request) -> None:
@@ -80,7 +67,12 @@ def _names(cell: Cell[Any, Any, Any, Any], option: str) -> Sequence[str]:
     return cell.item_names if option == "item" else cell.target_names
 
 
-def _parse_name(cell: Cell[Any, Any, Any, Any], option: str, value: Any) -> str:
+def requested_name(cell: Cell[Any, Any, Any, Any], option: str, value: Any) -> str:
+    """The name of an item or target in an option of a reset, which may be an index.
+
+    Raises:
+        ConfigError: the cell has no such item or target.
+    """
     names = _names(cell, option)
     if isinstance(value, str) and value in names:
         return value

@@ -5,7 +5,7 @@ The conveyor cell uses them, and the gripper robot's cell can take belt, items a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
@@ -277,6 +277,12 @@ class SortingLine(ItemsConfig):
         """Whether all items are defined and all added items come; else other complaints about items only repeat it."""
         items, extra = set(self.items), {item.name for item in self.extra_items}
         return extra <= items <= set(self.item_definitions())
+
+    def strangers(self, where: str, names: Iterable[str]) -> Iterator[str]:
+        """A clause on items that a part of the level names, and that do not come."""
+        if self.has_clear_items and (strangers := [name for name in names if name not in self.items]):
+            verb = "is" if len(strangers) == 1 else "are"
+            yield f"{where}: {list_names(strangers)} {verb} not among the items {self.items}"
 
     def _wrong_acceptance(self) -> Iterator[str]:
         """Items that a bin accepts and that do not come, and items that come and that no bin accepts."""

@@ -69,7 +69,7 @@ class View(Protocol):
 
     def render(self, mode: str) -> Frame | list[Frame]:
         """Result of Gymnasium's `render` for rgb_array and rgb_array_list."""
-        ...
+        return self.frame() if mode == "rgb_array" else self.last_throw()
 
     def show(self) -> None:
         """Play the last step in a window in real time."""
@@ -79,7 +79,7 @@ class View(Protocol):
 
 
 @final
-class ThrowView:
+class ThrowView(View):
     """Offscreen pictures and the interactive window of a cell.
 
     The planned flight is blue, the simulated flight orange, and the target green.
@@ -99,9 +99,7 @@ class ThrowView:
 
     def aim(self, picture: Picture) -> None:
         """Set size and camera of all pictures from now on."""
-        self._canvas.close()
-        self._canvas.size = (picture.height, picture.width)
-        picture.aim(self._canvas.camera)
+        self._canvas.aim(picture)
 
     def frame(self, row: int = 0) -> Frame:
         """Picture of one cell before the coming throw (height, width, 3).
@@ -130,10 +128,6 @@ class ThrowView:
         last = sum(1 for _ in recording.play(1.0 / fps)) - 1
         number = round(min(last, fps * moment))
         return self._canvas.draw(*next(islice(self.scenes(fps), number, None)))
-
-    def render(self, mode: str) -> Frame | list[Frame]:
-        """Result of Gymnasium's `render` for rgb_array and rgb_array_list."""
-        return self.frame() if mode == "rgb_array" else self.last_throw()
 
     def show(self) -> None:
         """Play the last throw in a window in real time.

@@ -13,7 +13,7 @@ from pnt_gym.cells.base.cell import Purpose, move_aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.bin_walls import hits_bin
-from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, Throwable
+from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context, apply_bias, belt_shift
 from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers.choosing import AutoMover
@@ -24,6 +24,7 @@ from pnt_gym.cells.conveyor.movers.tracking import TrackingMover
 from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, ObjectMaker, SideDraws
 from pnt_gym.cells.conveyor.objects.fill import draw_fill, fixed_areas, mean_volumes
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.sections import Throwable
 from pnt_gym.cells.conveyor.throwable import is_throwable
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch

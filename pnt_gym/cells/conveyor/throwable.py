@@ -9,9 +9,9 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.items import ItemTable
-from pnt_gym.cells.conveyor.config import Throwable
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import measured_hold
+from pnt_gym.cells.conveyor.sections import Throwable
 from pnt_gym.planning.motion.ballistics import drag_shift
 
 

@@ -55,7 +55,8 @@ class GroupPicks(IndependentPicks):
         low, high = self._planner.config.lift_x
         middle = np.stack([low + (high - low) * objects.draws.place[:, 0, 0], objects.draws.lane_y[:, 0]], axis=-1)
         place = middle[:, None] + offsets(objects)
-        flat = take(objects.replace(draws=objects.draws.replace(lane_y=place[..., 1])), _flat(len(rows), self._size))
+        index = np.repeat(np.arange(len(rows)), self._size), np.tile(np.arange(self._size), len(rows))
+        flat = take(objects.replace(draws=objects.draws.replace(lane_y=place[..., 1])), index)
         context, good = self._planner.plan(flat, self._planner.pick_point(flat, place[..., 0].reshape(-1)))
         together = np.arange(place[..., 0].size, dtype=np.int64).reshape(len(rows), -1)
         return take(context, together), np.asarray(good.reshape(len(rows), -1).all(axis=1))
@@ -89,8 +90,3 @@ def chosen_members(groups: Context, place: Floats) -> tuple[Ints, Floats]:
     inside = [inside_outline(take(groups.objects, np.s_[:, k]), place - offset[:, k]) for k in members]
     chosen = np.argmax(inside, axis=0)
     return chosen, place - offset[np.arange(len(place)), chosen]
-
-
-def _flat(rows: int, members: int) -> tuple[Ints, Ints]:
-    """Index of all objects of groups, one after the other."""
-    return np.repeat(np.arange(rows), members), np.tile(np.arange(members), rows)

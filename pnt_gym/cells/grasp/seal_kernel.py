@@ -26,12 +26,6 @@ VACUUM = 0.6e5
 
 
 @kernel_part
-def lip_area(radius: float) -> float:
-    """Area under a lip [m2]."""
-    return math.pi * radius * radius
-
-
-@kernel_part
 def _mean_gap(heights: Floats, radius: float, cosine: Floats, sine: Floats) -> float:
     """Mean squared gap [m2] under a lip over heights (POINTS,) [m], -1 beside the object."""
     count, mean, along, across = 0, 0.0, 0.0, 0.0
@@ -121,6 +115,6 @@ def find_leaks(
 def find_forces(seal: Floats, radius: Floats, leak: Floats, force: Floats) -> None:
     """Write the forces (N, P) [N] of cups (N,) whose forces on a tight item are `seal`, at leaks (N, P)."""
     for row in range(len(seal)):
-        most = VACUUM * lip_area(radius[row])
+        most = VACUUM * (math.pi * radius[row] * radius[row])
         for k in range(leak.shape[1]):
             force[row, k] = min(seal[row] / leak[row, k], most)

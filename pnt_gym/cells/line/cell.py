@@ -14,7 +14,6 @@ from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.base.cell import MOST_CELLS, Generators, check_whole_number
 from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.base.parallel import work_in_parts
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.line import act_kernel
 from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle, record_cycle
@@ -115,7 +114,9 @@ class LineCell:
         self.arriving = StreamSampler(config, self.chooser.planner)
         _check_room(config, count, self.arriving.length)
         self._numbers = _cycle_numbers(config)
-        self.throws: ThrowExecutor = _throw_executor(config, cells, self.chances, count, threads)
+        self.throws: ThrowExecutor = (
+            TableThrows(cells, self.chances) if config.throws == "table" else SimulatedThrows(cells, count, threads)
+        )
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
         self.watched: CycleHistory | None = None
         """Recorded cycles of the first line's robots, for pictures; None records nothing."""
@@ -310,11 +311,3 @@ def _check_room(config: LineConfig, count: int, objects: int) -> None:
             f"together draw at most {MOST_OBJECTS}: set num_envs to at most {MOST_OBJECTS // objects}, or shorten "
             "the shift"
         )
-
-
-def _throw_executor(
-    config: LineConfig, cells: list[ConveyorConfig], chances: Chances, count: int, threads: int
-) -> ThrowExecutor:
-    if config.throws == "table":
-        return TableThrows(cells, chances)
-    return SimulatedThrows(cells, count, threads)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal, Self, cast, final
@@ -218,9 +218,9 @@ class LineConfig(LevelConfig):
         names = [bin_.name for bin_ in robot.bins]
         if len(set(names)) != len(names):
             yield f"bins of robot {robot.name!r} are called {names}; the names must differ from one another"
-        yield from self._strangers(f"skills of robot {robot.name!r}", robot.skills)
+        yield from self.cell.strangers(f"skills of robot {robot.name!r}", robot.skills)
         for bin_ in robot.bins:
-            yield from self._strangers(f"bin {bin_.name!r} of robot {robot.name!r}", bin_.accepts)
+            yield from self.cell.strangers(f"bin {bin_.name!r} of robot {robot.name!r}", bin_.accepts)
         if robot.bins:
             bins = self.cell.bins.model_copy(update={"fixed": robot.bins})
             for clause in self.cell.model_copy(update={"bins": bins}).bin_place_problems():
@@ -231,16 +231,8 @@ class LineConfig(LevelConfig):
                 yield f"robot {robot.name!r}: {clause}"
 
     def _value_problems(self) -> Iterator[str]:
-        yield from self._strangers("value.of", self.value.of)
-        yield from self._strangers("cost.per_tonne", self.cost.per_tonne)
-
-    def _strangers(self, where: str, names: Iterable[str]) -> Iterator[str]:
-        """A clause on items that a part of the level names, and that do not come."""
-        if not self.cell.has_clear_items:
-            return
-        if strangers := [name for name in names if name not in self.cell.items]:
-            verb = "is" if len(strangers) == 1 else "are"
-            yield f"{where}: {list_names(strangers)} {verb} not among the cell's items {self.cell.items}"
+        yield from self.cell.strangers("value.of", self.value.of)
+        yield from self.cell.strangers("cost.per_tonne", self.cost.per_tonne)
 
     def _down_problems(self) -> Iterator[str]:
         names = [robot.name for robot in self.robots]

@@ -11,7 +11,7 @@ from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.canvas import FPS, SIZE, Canvas, Frame, Marker, Picture
 from pnt_gym.cells.base.fluid import lying_size
 from pnt_gym.cells.base.rotations import yaw_attitude
-from pnt_gym.cells.base.view import FLIGHT_RGBA, Scene
+from pnt_gym.cells.base.view import FLIGHT_RGBA, Scene, View
 from pnt_gym.cells.conveyor.view import object_markers
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
@@ -45,7 +45,7 @@ def _move_to_origin(config: LineConfig) -> LineConfig:
 
 
 @final
-class LineView:
+class LineView(View):
     """Offscreen pictures of one line, with its first robot at x 0.
 
     Args:
@@ -67,9 +67,7 @@ class LineView:
 
     def aim(self, picture: Picture) -> None:
         """Set the camera and the size of the following pictures."""
-        self._canvas.close()
-        self._canvas.size = (picture.height, picture.width)
-        picture.aim(self._canvas.camera)
+        self._canvas.aim(picture)
 
     def frame(self, row: int = 0) -> Frame:
         """The line at the moment of the coming decision (height, width, 3).
@@ -87,10 +85,6 @@ class LineView:
         """Frame of a moment of the shift [s], between the previous decision and the coming one."""
         since, now = self._cell.acts.since, float(self._cell.state.clock[0])
         return self._canvas.draw(*self.scene(np.floor(fps * min(max(moment, since), now) + 1e-9) / fps))
-
-    def render(self, mode: str) -> Frame | list[Frame]:
-        """What Gymnasium's `render` returns for rgb_array and rgb_array_list."""
-        return self.frame() if mode == "rgb_array" else self.last_throw()
 
     def show(self) -> None:
         """There is no window.

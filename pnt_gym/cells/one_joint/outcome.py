@@ -64,8 +64,6 @@ class Outcome:
     """Time from the start of the arm until the part has arrived and the arm is back [s]."""
     peak_torque: Floats
     """Largest motor torque [N m]."""
-    release_speed_error: Floats
-    """Speed of the arm at the release, true minus planned [rad/s]."""
     final: Floats
     """Poses x, y, phi of every part at the end (N, P, 3)."""
 
@@ -143,7 +141,6 @@ def judge(
         touched_other=touched_other,
         cycle_time=np.maximum(flight.release_time + flight_time, plans.motion.stop_time + return_time),
         peak_torque=flight.peak_torque,
-        release_speed_error=flight.release_speed - plans.u[:, 1],
         final=flight.final_pose,
     )
 
@@ -164,21 +161,9 @@ def lies_at(pose: Floats, velocity: Floats, seat: Floats, tolerance: SeatToleran
     return near & still & (np.abs(velocity[:, 2]) <= tolerance.spin)
 
 
-def lies_in_pocket(pose: Floats, velocity: Floats, pallet: Pallet, tolerance: SeatTolerance = IN_POCKET) -> Bools:
+def lies_in_pocket(pose: Floats, velocity: Floats, pallet: Pallet) -> Bools:
     """Whether parts rest in a pallet (N,); see `lies_at`."""
-    return lies_at(pose, velocity, pallet.pose, tolerance)
-
-
-def is_joined(lower: Floats, upper: Floats, velocity: Floats, tolerance: SeatTolerance = ON_STEM) -> Bools:
-    """Whether Ts rest with their stem in the upper slot of Hs (N,).
-
-    Args:
-        lower: poses of the Hs (N, 3).
-        upper: poses of the Ts (N, 3).
-        velocity: velocities of the Ts (N, 3) [m/s, rad/s].
-        tolerance: tolerance of the T's seat on the H as the H lies.
-    """
-    return lies_at(upper, velocity, stack_pose(lower), tolerance)
+    return lies_at(pose, velocity, pallet.pose, IN_POCKET)
 
 
 def _judge_rest(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]:
@@ -200,6 +185,6 @@ def _judge_assembly(job: Job, kind: Ints, flight: Flight) -> tuple[Bools, Bools]
     """The first part on its stand; for the second kind, the second part on the first one too."""
     pose, velocity = flight.final_pose, flight.final_velocity
     first = lies_in_pocket(pose[:, 0], velocity[:, 0], job.pallets[0])
-    second = first & is_joined(pose[:, 0], pose[:, 1], velocity[:, 1])
+    second = first & lies_at(pose[:, 1], velocity[:, 1], stack_pose(pose[:, 0]), ON_STEM)
     # The stand is the first part's target; the second part must not touch it.
     return np.where(kind == 0, first, second), (kind == 1) & flight.touches()[:, 0]

@@ -24,7 +24,6 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import MjSpec, mujoco
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.one_joint.landing import release_states_batch
-from pnt_gym.planning.one_joint.parameters import Arm
 
 PALLET_DEPTH: Final = 0.050
 """Depth across the plane: a centimetre more than the parts on either side [m]."""
@@ -36,6 +35,8 @@ LIP_PLAY, BACK_PLAY = 0.006, 0.004
 """Room before and behind a part that lies exactly at the goal, 10 mm in all [m]."""
 BACK: Final = 0.016
 """Height of the board that stops the part, about half the block; a throw 2 cm too high passes over the board [m]."""
+MARGIN: Final = 0.005
+"""Least distance from other pallets at which a part passes them [m]."""
 SAMPLES: Final = 240
 """Poses along a flight that are checked against walls; a part moves less than 8 mm between two poses."""
 SWEEP: Final = 0.320
@@ -90,20 +91,18 @@ class Pallet:
         return place_boxes(np.array(self.boxes), self.pose)
 
 
-def pocket(part: Part, lip: float = LIP, back: float = BACK) -> Boxes:
+def pocket(part: Part) -> Boxes:
     """Walls of a pocket for a part that arrives upside down and moving along its u axis: bottom, back, lip.
 
     Args:
         part: a part whose underside and top are flat.
-        lip: height of the board at the entry [m].
-        back: height of the board that stops the part [m].
     """
     top, length, half = max(v for _, v in part.outline), part.half_length, WALL / 2
     low, high = -length - LIP_PLAY - WALL, length + BACK_PLAY + WALL
     return (
         ((low + high) / 2, top + half, (high - low) / 2, half, 0.0),
-        (high - half, top - back / 2, half, back / 2, 0.0),
-        (low + half, top - lip / 2, half, lip / 2, 0.0),
+        (high - half, top - BACK / 2, half, BACK / 2, 0.0),
+        (low + half, top - LIP / 2, half, LIP / 2, 0.0),
     )
 
 
@@ -211,25 +210,21 @@ def clearance(u: Floats, part: Part, pallets: Sequence[Pallet]) -> Floats:
     return nearest
 
 
-def clear_vertical_speeds(
-    goal: Pallet, speeds: Floats, part: Part, pallets: Sequence[Pallet], margin: float = 0.005, arm: Arm | None = None
-) -> Bools:
+def clear_vertical_speeds(goal: Pallet, speeds: Floats, part: Part, pallets: Sequence[Pallet]) -> Bools:
     """Vertical speeds at which a throw to a goal passes the other pallets (S,), as section 6.3 chooses them.
 
     Args:
         goal: the target pallet; its own vertical speed is not used.
         speeds: vertical speeds at the arrival (S,) [m/s].
         part: the thrown part.
-        pallets: all pallets; the target may be among them.
-        margin: least distance of the part from every other pallet [m].
-        arm: arm with the limits of its throws; the paper's arm when not given.
+        pallets: all pallets, from which the part stays away by `MARGIN`; the target may be among them.
     """
     goals = np.tile(goal.state, (len(speeds), 1))
     goals[:, 3] = speeds
-    release = release_states_batch(goals, arm=arm, block=block(part))
+    release = release_states_batch(goals, block=block(part))
     clear = np.zeros(len(speeds), dtype=np.bool_)
     obstacles = [p for p in pallets if p.name != goal.name]
-    clear[release.feasible] = clearance(release.u[release.feasible], part, obstacles) > margin
+    clear[release.feasible] = clearance(release.u[release.feasible], part, obstacles) > MARGIN
     return clear
 
 

@@ -21,8 +21,8 @@ from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.scurve import brake_distance
 from pnt_gym.planning.motion.transfer import estimate
+from pnt_gym.planning.straight.frame import Frame
 from pnt_gym.planning.straight.plan import MIN_REACH
-from pnt_gym.planning.straight.release import Frame
 
 TURN: Final = 1.6
 """Way of a hand that turns back, as a multiple of the shortest stop."""

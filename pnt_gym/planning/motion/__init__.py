@@ -2,4 +2,4 @@
 
 from pnt_gym.deferred import defer
 
-defer(__name__, "chase", "kernel")
+defer(__name__, "hunt", "kernel")

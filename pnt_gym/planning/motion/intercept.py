@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, number, numbers
 from pnt_gym.errors import PlanningError, one_sentence
-from pnt_gym.planning.motion import chase
+from pnt_gym.planning.motion import hunt
 from pnt_gym.planning.motion.limits import LimitRows, Limits, limit_rows
 from pnt_gym.planning.reasons import InterceptReason
 
@@ -125,10 +125,10 @@ def meet_on_belt(
 
 
 def find_meetings(hunts: Floats, axis: int, horizon: float) -> Intercept:
-    """Return the earliest meetings of hunts (16, N), by the rows of `planning.motion.chase`."""
+    """Return the earliest meetings of hunts (16, N), by the rows of `planning.motion.hunt`."""
     count = hunts.shape[1]
     numbers, reason = np.empty((7, count)), np.empty(count, dtype=np.int64)
-    chase.meet(hunts, axis, horizon, numbers, reason)
+    hunt.meet(hunts, axis, horizon, numbers, reason)
     return Intercept(
         time=numbers[0],
         position=np.ascontiguousarray(numbers[1:4].T),

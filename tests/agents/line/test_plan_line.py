@@ -176,7 +176,7 @@ def test_money_is_proceeds_less_hours_and_energy():
     money = 30.0 * (25 * 60e-6 * 300.0 + 25 * 8e-6 * 1000.0) - 3 * 12.0 - 1e-5 * 30.0 * 4000.0
     assert money_per_hour(shifts, config, None) == pytest.approx(money)
     assert money_per_hour(shifts, LineConfig.load(plant()), None) is None
-    with pytest.raises(ConfigError, match=r"cost\.per_tonne: 'tin' is not among the cell's items"):
+    with pytest.raises(ConfigError, match=r"cost\.per_tonne: 'tin' is not among the items"):
         LineConfig.load({**plant(), "cost": {"per_tonne": {"tin": 1.0}}})
 
 

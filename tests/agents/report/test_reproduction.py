@@ -117,18 +117,10 @@ def test_the_terminal_shows_every_table() -> None:
     assert shown[3].rows == [["misprint", "1"], ["reproduced", "1"], ["ours, not compared", "2"]]
 
 
-def test_a_record_of_an_older_version_is_refused_in_a_sentence(results: Path) -> None:
+def test_a_record_of_another_form_is_refused_in_a_sentence(results: Path) -> None:
     old = {name: value for name, value in record().items() if name not in ("overview", "grids", "titles")}
     (results / "reproduction.json").write_text(json.dumps(old))
-    with pytest.raises(UsageError, match="older version; `make reproduce`"):
+    with pytest.raises(UsageError, match="of another form"):
         read_chapters(results)
-    with pytest.raises(UsageError, match="older version; `make reproduce`"):
+    with pytest.raises(UsageError, match="of another form"):
         fill_blocks("<!-- table:one/table1 -->\n<!-- /table -->\n", results)
-
-
-def test_other_files_of_published_figures_keep_their_plain_table(tmp_path: Path) -> None:
-    rows = [{"quantity": "a", "published": None, "reproduced": 2.0, "unit": "m", "verdict": "ours", "note": "b | c"}]
-    (tmp_path / "other.json").write_text(json.dumps({"rows": rows}))
-    (chapter,) = read_chapters(tmp_path)
-    (grid,) = chapter.parts
-    assert grid.rows == [["a", "-", "2 m", "ours", "b | c"]]

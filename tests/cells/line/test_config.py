@@ -76,7 +76,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"robots": [{"name": "a", "x": 2.0}, {"name": "b", "x": 0.0}]}, "upstream robots come first"),
     (
         {"robots": [{"name": "a", "x": 0.0, "skills": ["tray", "stone"]}]},
-        "skills of robot 'a': 'stone' is not among the cell's items",
+        "skills of robot 'a': 'stone' is not among the items",
     ),
     (
         {"robots": [{"name": "a", "x": 0.0, "skills": ["tray"]}]},
@@ -89,7 +89,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     ({"robots": [{"name": "a", "x": 0.0, "bins": [FAR]}]}, "no robot can throw an object into its bins"),
     ({"robots": [{"name": "a", "x": 0.0, "bins": [RED]}]}, "no robot takes items 'can'"),
-    ({"value": {"of": {"stone": 1.0}}}, "value.of: 'stone' is not among the cell's items"),
+    ({"value": {"of": {"stone": 1.0}}}, "value.of: 'stone' is not among the items"),
     ({"value": {"of": {"can": -1.0}}}, "value.of.can is -1.0"),
     ({"value": {"spread": 3.0}}, "value.spread is 3.0: input should be less than or equal to 2"),
     ({"down": [{"robot": "nobody", "start": 0.0, "end": 1.0}]}, "down names robot 'nobody'; the robots of this"),

@@ -143,7 +143,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "skills and values of strangers": (
         {"robots.1.skills": ["pet"], "value.of": {"glass": 2.0, "pet": 1.0}},
-        "value.of: 'glass' and 'pet' are not among the cell's items ('hdpe', 'brick', 'alu'); skills of robot "
+        "value.of: 'glass' and 'pet' are not among the items ('hdpe', 'brick', 'alu'); skills of robot "
         "'second': 'pet' is not among",
     ),
     "percent as a number": ({"robots.1.percent": 30}, "robots.1.percent is 30: input should be a list, as in [30]"),

@@ -7,8 +7,9 @@ from papers.hassan import trial
 from papers.hassan.trial import Throws, Trials, run_trials
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.catalogue import PAPER_ITEMS
-from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig, FollowThrough
+from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.conveyor.sections import FollowThrough
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import ConfigError, PntGymError
 from pnt_gym.planning.motion.limits import MotionLimits

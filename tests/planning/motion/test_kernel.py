@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import concatenate_records
-from pnt_gym.cells.conveyor.config import FollowThrough
 from pnt_gym.cells.conveyor.movers.straight import straight_back
+from pnt_gym.cells.conveyor.sections import FollowThrough
 from pnt_gym.planning import plan_release_batch
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import MOST_SHARE, Fading

@@ -162,7 +162,7 @@ class BeltPicks(PickSource):
         return NextPick(result.reach.wait, result.context, back), places, elapsed
 
     def find_collisions(self, context: Context, motion: ThrowMotion, grips: Grips) -> Bools:
-        """Which of all stored objects (N, LET_GO + Q) the carried objects sweep through."""
+        """Which of all stored objects (N, PASSED_PLACES + Q) the carried objects sweep through."""
         step, stream = self._planner.config.timestep, self.stream
         let_go = motion.release_time + context.objects.delay
         way = course(motion, np.where(grips.dropped, grips.lost_at * step, let_go), self._belt.speed)
@@ -171,7 +171,7 @@ class BeltPicks(PickSource):
         return collisions & grips.picked[:, None]
 
     def knock(self, objects: Bools) -> None:
-        """Mark objects (N, LET_GO + Q) as knocked; where neighbours are ghosts, nothing happens."""
+        """Mark objects (N, PASSED_PLACES + Q) as knocked; where neighbours are ghosts, nothing happens."""
         if self._solid:
             self.stream.knocked |= objects
 

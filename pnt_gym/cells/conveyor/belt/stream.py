@@ -34,9 +34,9 @@ Footprints: TypeAlias = Objects | Measured
 class BeltStream:
     """The objects on N belts, in rows from the most downstream object to the most upstream.
 
-    The first `LET_GO` places of a row are objects that are not picked any more. The other places are the queue: objects
-    that may be picked in any order. With gaps from edge to edge a row's objects and gaps depend only on the row's
-    generator, and not on the picks.
+    The first `PASSED_PLACES` places of a row are objects that are not picked any more. The other places are the queue:
+    objects that may be picked in any order. With gaps from edge to edge a row's objects and gaps depend only on the
+    row's generator, and not on the picks.
 
     Args:
         planner: draws the objects.
@@ -52,11 +52,11 @@ class BeltStream:
         places = len(generators), PASSED_PLACES + length
         placeholder = planner.draw([np.random.default_rng(0)], np.zeros(1, dtype=np.int64), 1)
         self.objects: Objects = take(placeholder, (np.zeros(places, dtype=np.int64), 0))
-        """All stored objects (N, LET_GO + Q)."""
+        """All stored objects (N, PASSED_PLACES + Q)."""
         self.x: Floats = np.full(places, AWAY)
-        """Positions of the objects along the belt at the lift of the present pick (N, LET_GO + Q) [m]."""
+        """Positions of the objects along the belt at the lift of the present pick (N, PASSED_PLACES + Q) [m]."""
         self.knocked: Bools = np.zeros(places, dtype=np.bool_)
-        """Which objects a carried object swept through, and cannot be picked any more (N, LET_GO + Q)."""
+        """Which objects a carried object swept through, and cannot be picked any more (N, PASSED_PLACES + Q)."""
 
     @property
     def queue(self) -> Objects:
@@ -69,7 +69,7 @@ class BeltStream:
         return self.x[:, PASSED_PLACES:]
 
     def places(self, rows: Ints) -> Floats:
-        """Positions x, y of all stored objects on some belts (K, LET_GO + Q, 2) [m]."""
+        """Positions x, y of all stored objects on some belts (K, PASSED_PLACES + Q, 2) [m]."""
         return join_columns(self.x[rows], self.objects.draws.lane_y[rows])
 
     def begin(self, rows: Ints) -> None:

@@ -252,7 +252,7 @@ class EllipseMover(PlacingMover):
     """
 
     def over(self, start: Floats, end: Floats, heights: tuple[Floats, Floats], limits: Limits) -> Segments:
-        """Motions up, over an ellipse and down; up, across and down where the way is shorter than `NARROW`."""
+        """Motions up, over an ellipse and down; and as a rectangle where the way is shorter than `SMALLEST_ELLIPSE`."""
         first, last = _at_height(start, heights[0]), _at_height(end, heights[1])
         top, columns = self.top(heights), PIECES + 14
         motions = rectangle_segments(start, end, top, limits).pad(columns)

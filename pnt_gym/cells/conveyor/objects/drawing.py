@@ -14,9 +14,10 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.fluid import GYRATION
 from pnt_gym.cells.base.items import ItemTable
-from pnt_gym.cells.conveyor.config import ConveyorConfig, Suction
+from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects import kernel
 from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects, objects_in_block
+from pnt_gym.cells.conveyor.sections import Suction
 from pnt_gym.constants import GRAVITY
 
 NORMALS, UNIFORMS = 24, 12 + 3 * TARGET_DRAWS

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import take
-from pnt_gym.cells.conveyor.config import FollowThrough
+from pnt_gym.cells.conveyor.sections import FollowThrough
 from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
 from pnt_gym.planning.straight.release import plan_release_batch
 from tests.tools.throws import is_feasible, make_core, straight_cycle, straight_motion, straight_mover
