@@ -11,6 +11,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
+from ..ground.fitting import on_one_thread
 from ..judging.throws.log import ThrowLog
 from .combinations import combinations
 from .misfit import LEVEL, TESTS, Finding, find_misfit, scatter_factor
@@ -100,6 +101,7 @@ class Fitted:
         return estimates
 
 
+@on_one_thread
 def fit_log(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parameter]) -> Fitted:
     """The fit of one log.
 

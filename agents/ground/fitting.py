@@ -1,9 +1,27 @@
-"""The circumstances in which a network is fitted, the same for all networks."""
+"""The circumstances in which controllers learn and act, the same everywhere: one thread, and for networks a seed."""
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from functools import wraps
+from typing import ParamSpec, TypeVar
+
+from threadpoolctl import threadpool_limits
+
+Inputs = ParamSpec("Inputs")
+Result = TypeVar("Result")
+
+
+def on_one_thread(function: Callable[Inputs, Result]) -> Callable[Inputs, Result]:
+    """Let a function do its linear algebra on one thread: on several, sums end in other digits."""
+
+    @wraps(function)
+    def alone(*args: Inputs.args, **options: Inputs.kwargs) -> Result:
+        with threadpool_limits(1, user_api="blas"):
+            return function(*args, **options)
+
+    return alone
 
 
 @contextmanager

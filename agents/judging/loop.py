@@ -12,6 +12,7 @@ from pnt_gym.arrays import Bools, Ints, concatenate_records, take
 
 from ..controllers.protocol import Actions, Controller, Learner, Observation, Outcome, learns
 from ..ground.environments import Env, core_of, stream_seed
+from ..ground.fitting import on_one_thread
 from ..ground.infos import rows_thrown
 from .throws.data import Throws
 
@@ -19,6 +20,7 @@ Progress: TypeAlias = Callable[[int], object]
 """Called with the number of throws, or other units, just done."""
 
 
+@on_one_thread
 def throw_held_out(
     controller: Controller,
     env: Env,
@@ -32,6 +34,7 @@ def throw_held_out(
     return _collect(throw_batches(controller, env, picks, stream_seed("evaluate", seed), learn=online), progress)
 
 
+@on_one_thread
 def practise(
     controller: Controller, env: Env, throws: int, seed: int, *, start: int = 0, progress: Progress | None = None
 ) -> None:
