@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self, final
@@ -110,9 +109,10 @@ class Entry(Section):
 
 
 def computes_with_torch(entry: Entry) -> bool:
-    """Whether throws of an entry depend on the arithmetic of torch: a network is fitted, or torch evaluates one."""
-    if module_of(entry.controller) is not None:
-        return "torch" in sys.modules  # what the user's module has imported
+    """Whether throws of an entry depend on the arithmetic of torch: a network is fitted, or torch evaluates one.
+
+    What a module of the user's computes with is not known.
+    """
     is_fitted = entry.controller in FITTED and (max(entry.throws) > 0 or entry.online)
     return is_fitted or entry.controller == "fcn"
 

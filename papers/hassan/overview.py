@@ -245,5 +245,5 @@ def picks_figure(rows: Rows) -> Figure:
             )
         dress(axes, "share of the robot's limits", "picks per minute", f"target {zone} the workspace", axisbelow=True)
         axes.set_xticks(places, [f"{percent} %" for percent in percents])
-    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, ncols=3, loc="outside lower center")
+    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, ncols=1, loc="outside lower center")
     return figure

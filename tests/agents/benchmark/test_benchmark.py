@@ -273,23 +273,18 @@ def test_shipped_plans_hold_together(name: str) -> None:
 
 def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: Path) -> None:
     (tmp_path / "benchmark.json").write_text(json.dumps(done))
-    rows = [{"quantity": "length", "published": 1.0, "reproduced": 1.01, "unit": "m", "verdict": "ok", "note": "a|b"}]
-    (tmp_path / "reproduction.json").write_text(json.dumps({"rows": rows}))
     (tmp_path / "other.json").write_text("[1, 2]")
     (tmp_path / "README.top").write_text("# x\n<!-- table:benchmark -->\nold\n<!-- /table -->\nend\n")
     report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))
     index = (tmp_path / "README.md").read_text()
     text = (tmp_path / "tables" / "benchmark.md").read_text()
     assert "(tables/benchmark.md)" in index
-    assert "(tables/reproduction.md)" in index
     assert "| ridge | 200 |" in text
-    assert "a\\|b" in (tmp_path / "tables" / "reproduction.md").read_text()
     page = (tmp_path / "report.html").read_text()
     figures = {path.name: path.read_bytes() for path in (tmp_path / "figures").iterdir()}
     # Images, in which nothing runs.
     assert page.count("<img") == page.count('src="figures/') == page.count("src=") == len(figures)
     assert page.index("<ol>") < page.index("<h2") < page.index("landing_error.svg")
-    assert "a|b" in page
     assert "http-equiv" not in page
     names = ("sorted_per_min", "losses", "landing_error", "learning_curves", "landing_clouds")
     assert set(figures) == {f"{name}.svg" for name in names}
