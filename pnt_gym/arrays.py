@@ -71,15 +71,15 @@ def column(values: ArrayLike, name: str) -> Floats:
     return array
 
 
-def triples(values: ArrayLike, name: str) -> Floats:
-    """Return ``values`` as a float64 array of shape (..., 3).
+def tuples(values: ArrayLike, name: str, width: int = 3) -> Floats:
+    """Return ``values`` as a float64 array of shape (..., width).
 
     Raises:
         ValueError: if the shape differs.
     """
     array = numbers(values, name)
-    if array.shape[-1:] != (3,):
-        raise PlanningError(f"{name} must have shape (..., 3), got {array.shape}")
+    if array.shape[-1:] != (width,):
+        raise PlanningError(f"{name} must have shape (..., {width}), got {array.shape}")
     return array
 
 

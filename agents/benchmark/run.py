@@ -71,7 +71,7 @@ def run_piece(piece: Piece, folder: Path, stored: Stored | None = None) -> dict[
                 controller = lesson.make_controller(name, trial)
                 policy = lesson.policy or policy_digest(name, controller)
                 record = trial.run(controller, count, plan.seed, online=entry.online)
-                digests = {"policy": policy, "level": level_digest(trial.core.config), **origin(piece, stored)}
+                digests = {"policy": policy, "level": level_digest(trial.core.config), **_origin(piece, stored)}
             head = {"label": label, "controller": name, "throws": lesson.throws, "seed": piece.seed}
             details = {"level": level, "train_level": piece.train_level, "learn_seconds": lesson.seconds}
             results.append({**head, **details, "digests": digests, "columns": record.columns()})
@@ -80,7 +80,7 @@ def run_piece(piece: Piece, folder: Path, stored: Stored | None = None) -> dict[
     return {"results": results, POLICIES: policies}
 
 
-def origin(piece: Piece, stored: Stored | None) -> dict[str, str]:
+def _origin(piece: Piece, stored: Stored | None) -> dict[str, str]:
     """Digest of the code, and fingerprints of the arithmetic that throws depend on: a stored policy fits nothing."""
     origins = {"code": piece.code, "arithmetic": arithmetic()}
     return {**origins, "torch": torch_arithmetic()} if stored is None and computes_with_torch(piece.entry) else origins

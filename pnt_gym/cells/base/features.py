@@ -13,8 +13,7 @@ from typing import Any, Final, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pnt_gym.arrays import Floats, numbers
-from pnt_gym.errors import PlanningError
+from pnt_gym.arrays import Floats, tuples
 
 CLIP: Final = 5.0
 """Bound of every entry of an observation."""
@@ -89,10 +88,7 @@ class EntryTable:
         Raises:
             ValueError: the observations have another number of entries.
         """
-        entries = numbers(observation, "observation")
-        if entries.shape[-1:] != (len(self),):
-            raise PlanningError(f"observation must have shape (..., {len(self)}), got {entries.shape}")
-        values = entries * self._scale + self._centre
+        values = tuples(observation, "observation", len(self)) * self._scale + self._centre
         return {entry.name: values[..., i] for i, entry in enumerate(self._entries)}
 
     def markdown(self) -> str:

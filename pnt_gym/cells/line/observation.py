@@ -12,14 +12,13 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pnt_gym.arrays import Floats, Ints, numbers
+from pnt_gym.arrays import Floats, Ints, tuples
 from pnt_gym.cells.base.features import CLIP, EntryTable, ObservationEntry
 from pnt_gym.cells.line import observation_kernel
 from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import MOST_ROBOTS
 from pnt_gym.cells.line.state import CHOICES, LineState
 from pnt_gym.cells.line.stream import Stream
-from pnt_gym.errors import PlanningError
 
 MIN_RATE: Final = 1e-6
 """Value per second below which choices count as equal."""
@@ -135,8 +134,6 @@ def decoded(observation: ArrayLike) -> DecodedObservation:
     Raises:
         ValueError: the observations have another number of entries.
     """
-    entries, head = numbers(observation, "observation"), len(LINE_TABLE)
-    if entries.shape[-1:] != (ENTRIES,):
-        raise PlanningError(f"observation must have shape (..., {ENTRIES}), got {entries.shape}")
+    entries, head = tuples(observation, "observation", ENTRIES), len(LINE_TABLE)
     choice_features = entries[..., head:].reshape(*entries.shape[:-1], CHOICES, len(CHOICE_TABLE))
     return DecodedObservation(LINE_TABLE.decode(entries[..., :head]), CHOICE_TABLE.decode(choice_features))

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, numbers, triples
+from pnt_gym.arrays import Floats, numbers, tuples
 from pnt_gym.constants import AIR_DENSITY, GRAVITY
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -27,8 +27,8 @@ def flight_time(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) ->
         Times (...,); NaN where the object never comes down through the plane after its release; 0 for a release
         on the plane with no upward speed.
     """
-    drop = triples(position, "position")[..., 2] - numbers(plane_z, "plane_z")
-    rise = triples(velocity, "velocity")[..., 2]
+    drop = tuples(position, "position")[..., 2] - numbers(plane_z, "plane_z")
+    rise = tuples(velocity, "velocity")[..., 2]
     square = rise * rise + 2.0 * GRAVITY * drop
     root = np.sqrt(np.maximum(square, 0.0))
     # For a downward release the printed sum cancels; the conjugate form does not.
@@ -41,9 +41,9 @@ def flight_time(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) ->
 
 def flight_state(position: ArrayLike, velocity: ArrayLike, time: ArrayLike) -> tuple[Floats, Floats]:
     """Return position and velocity (..., 3) at ``time`` (...,) [s] after the release (Eq. 8)."""
-    t, start = numbers(time, "time")[..., None], triples(velocity, "velocity")
+    t, start = numbers(time, "time")[..., None], tuples(velocity, "velocity")
     gravity = np.array([0.0, 0.0, -GRAVITY])
-    return triples(position, "position") + t * (start + 0.5 * t * gravity), start + t * gravity
+    return tuples(position, "position") + t * (start + 0.5 * t * gravity), start + t * gravity
 
 
 def landing_point(position: ArrayLike, velocity: ArrayLike, plane_z: ArrayLike) -> Floats:
@@ -58,7 +58,7 @@ def apex(position: ArrayLike, velocity: ArrayLike) -> tuple[Floats, Floats]:
 
     A flight that is released downward is highest at its release: time 0.
     """
-    time = np.maximum(triples(velocity, "velocity")[..., 2], 0.0) / GRAVITY
+    time = np.maximum(tuples(velocity, "velocity")[..., 2], 0.0) / GRAVITY
     return time, flight_state(position, velocity, time)[0]
 
 

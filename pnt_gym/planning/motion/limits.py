@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias, cast, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, number, numbers, triples
+from pnt_gym.arrays import Bools, Floats, number, numbers, tuples
 from pnt_gym.errors import PlanningError, one_sentence
 
 # Full performance of the T3KR robot (Hassan et al. 2022, section IV); the paper's 12 G count 1 G as 10 m/s2.
@@ -216,7 +216,7 @@ class EllipticWorkspace:
         The horizontal part, (1 - |q|) min(semi-axes) with q the point in units of the semi-axes, is a lower
         bound of the distance to the ellipse for points inside the ellipse; the sign is exact everywhere.
         """
-        places = triples(points, "points")
+        places = tuples(points, "points")
         x, y, z = places[..., 0] / self.semi_x, places[..., 1] / self.semi_y, places[..., 2]
         sideways = (1.0 - np.sqrt(x * x + y * y)) * min(self.semi_x, self.semi_y)
         return np.minimum(sideways, np.minimum(z - self.z_min, self.z_max - z))

@@ -12,7 +12,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints, not_finite_error, number, numbers
+from pnt_gym.arrays import Bools, Floats, Ints, not_finite_error, number, tuples
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, first_reason, reasons_of
 from pnt_gym.planning.one_joint.flight import land
@@ -142,9 +142,7 @@ def four_columns(values: ArrayLike, name: str) -> Floats:
     Raises:
         ValueError: the shape is not (..., 4), or a number is not finite.
     """
-    array = numbers(values, name)
-    if array.ndim < 1 or array.shape[-1] != 4:
-        raise PlanningError(f"{name} must have shape (..., 4), got {array.shape}")
+    array = tuples(values, name, 4)
     if not np.isfinite(array).all():
         raise not_finite_error(array, name)
     return array

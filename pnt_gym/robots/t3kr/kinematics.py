@@ -8,8 +8,7 @@ poses.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, numbers
-from pnt_gym.errors import PlanningError
+from pnt_gym.arrays import Floats, tuples
 from pnt_gym.robots.t3kr import kernel
 from pnt_gym.robots.t3kr.geometry import N_ARMS, T3KR, T3krGeometry
 
@@ -20,10 +19,8 @@ def as_rows(points: ArrayLike, name: str, width: int = 3) -> tuple[tuple[int, ..
     Raises:
         ValueError: the shape differs.
     """
-    array = np.array(numbers(points, name), order="C")
-    if array.shape[-1:] != (width,):
-        raise PlanningError(f"{name} must have shape (..., {width}), got {array.shape}")
-    return array.shape[:-1], array.reshape(-1, array.shape[-1])
+    array = np.array(tuples(points, name, width), order="C")
+    return array.shape[:-1], array.reshape(-1, width)
 
 
 def per_arm(values: Floats, shape: tuple[int, ...]) -> Floats:
