@@ -15,9 +15,9 @@ from ..ground.tables import console
 from ..ground.versions import versions
 from ..jobs.cluster import Needs, pool
 from ..jobs.work import do_missing
-from .compare import assemble
+from ..results.compare import assemble
+from ..results.plan import Plan, needs, pieces, read_plan, trial_of_plan
 from .kept import KeptRows, choose_pieces, keep_rows
-from .plan import Plan, needs, pieces, read_plan, trial_of_plan
 from .run import jobs
 from .stored import POLICIES, stored_policies
 

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
-
-from pydantic import ValidationError
-
-from pnt_gym.cells.base.problems import describe_problems
+from typing import NamedTuple
 
 from ..ground.cli import UsageError
-from ..ground.files import check_form, read_json
 from ..ground.versions import versions
 from ..judging.record import Result
-from .entries import labels_of
-from .plan import Piece, Plan
+from ..results.content import check_figures, read_form
+from ..results.entries import labels_of
+from ..results.plan import Piece, Plan
 from .stored import POLICIES
 
 _BY_ROW = {"entries", "learned", "references", "floors"}
@@ -49,18 +45,20 @@ def keep_rows(file: Path, plan: Plan, labels: Collection[str]) -> KeptRows:
     Raises:
         UsageError: the file is of other versions, of other throws, or has no rows of an entry that is not computed.
     """
-    data = read_json(file)
-    with check_form(file):
-        earlier, made_by, seconds = plan_of_file(file, data["plan"]), dict(data["versions"]), float(data["seconds"])
-        rows, policies = list[Result](data["results"]), dict[str, str](data.get(POLICIES, {}))
+    content = read_form(file)
+    made_by = content.data["versions"]
     if made_by != versions():
         name = next(name for name in {**made_by, **versions()} if made_by.get(name) != versions().get(name))
         raise UsageError(f"{str(file)!r} is of {name} {made_by.get(name)}, here is {versions().get(name)}; drop --only")
-    _check_plan(file, plan, earlier, labels)
+    _check_plan(file, plan, content.plan, labels)
+    # The file's environment is that of the plan by now, whose modules the user trusts.
+    data = check_figures(file, content, trust=True).data
     kept_labels = {label for entry in plan.entries if entry.label not in labels for label in labels_of(entry)}
-    kept = [row for row in rows if row["label"] in kept_labels]
+    kept = [row for row in data["results"] if row["label"] in kept_labels]
     used = {row.get("digests", {}).get("policy") for row in kept}
-    return KeptRows(kept, seconds, {digest: text for digest, text in policies.items() if digest in used})
+    return KeptRows(
+        kept, data["seconds"], {digest: text for digest, text in data.get(POLICIES, {}).items() if digest in used}
+    )
 
 
 def _check_plan(file: Path, plan: Plan, earlier: Plan, labels: Collection[str]) -> None:
@@ -77,16 +75,3 @@ def _check_plan(file: Path, plan: Plan, earlier: Plan, labels: Collection[str]) 
             raise UsageError(
                 f"{str(file)!r} has no rows of entry {entry.label!r} as the plan has it; name it in --only"
             )
-
-
-def plan_of_file(file: Path, plan: Any) -> Plan:
-    """The plan that a benchmark's file holds.
-
-    Raises:
-        UsageError: the plan contradicts itself.
-    """
-    try:
-        # A file holds every key of its plan; keys of other kinds of trials, at their defaults, must not count as given.
-        return Plan.model_validate(Plan.model_validate(plan).model_dump(exclude_defaults=True))
-    except ValidationError as error:
-        raise UsageError(f"plan in {str(file)!r}: {describe_problems(error, Plan)}") from None

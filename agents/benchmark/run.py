@@ -10,6 +10,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
+from pnt_gym.errors import PntGymError
+
 from ..controllers import Learner
 from ..controllers.apart import SeparateControllers
 from ..controllers.protocol import Controller
@@ -20,9 +22,9 @@ from ..jobs.work import Job
 from ..judging.trial import Trial
 from ..judging.trials import open_trial
 from ..learning.runs import POLICY, RunFolder
-from .digests import bytes_digest, level_digest, policy_digest
-from .entries import TRAINED, computes_with_torch, labels_of, settings_of
-from .plan import Piece, entry_controller
+from ..results.digests import bytes_digest, level_digest, policy_digest
+from ..results.entries import TRAINED, computes_with_torch, labels_of, settings_of
+from ..results.plan import Piece, entry_controller
 from .stored import POLICIES, STORED_FROM, Stored, state_bytes, store
 
 ControllerFactory: TypeAlias = Callable[[str, Trial], Controller]
@@ -122,19 +124,34 @@ def _recall(piece: Piece, folder: Path, stored: Stored) -> Lesson:
     Raises:
         UsageError: the policy is damaged, or of another controller.
     """
-    file = folder / POLICY
+    file, is_training = folder / POLICY, piece.entry.controller in TRAINED
     file.write_bytes(stored.content)
-    if piece.entry.controller in TRAINED:
-        run = RunFolder(folder)
-        with closing(_trial(piece, piece.train_level)) as trial:
-            run.write_arguments({**_training_arguments(piece, trial), "action_mode": trial.core.action_mode})
+    try:
+        make_controller = _recall_training(piece, folder) if is_training else _restore(piece, file)
+    except PntGymError as error:
+        reason = str(error).replace(f"run folder {str(folder)!r}", "it").replace(repr(str(file)), "it")
+        raise UsageError(f"the stored policy cannot be used: {reason}") from None
+    policy = bytes_digest(stored.content) if is_training else None
+    return Lesson(stored.throws, 0.0, make_controller, policy)
+
+
+def _recall_training(piece: Piece, folder: Path) -> ControllerFactory:
+    """The controllers of a training whose policy lies in a folder."""
+    run = RunFolder(folder)
+    with closing(_trial(piece, piece.train_level)) as trial:
+        run.write_arguments({**_training_arguments(piece, trial), "action_mode": trial.core.action_mode})
         make_controller = partial(_checkpoint_policy, run, None, run.arguments)
-        return Lesson(stored.throws, 0.0, make_controller, bytes_digest(stored.content))
+        make_controller(piece.entry.controller, trial)  # a damaged policy is named before the first throw
+    return make_controller
+
+
+def _restore(piece: Piece, file: Path) -> ControllerFactory:
+    """The controllers that take over what lies in a file."""
     with _pupil(piece) as (controller, _):
         if not isinstance(controller, Learner):
             raise UsageError(f"controller {controller.name!r} learns nothing that could be stored")
         load_state(controller, file)
-    return Lesson(stored.throws, 0.0, partial(_transfer, controller, piece))
+    return partial(_transfer, controller, piece)
 
 
 def _train(piece: Piece, folder: Path) -> Iterator[Lesson]:

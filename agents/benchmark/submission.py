@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from pydantic import ValidationError
 
@@ -13,20 +12,14 @@ from pnt_gym.cells.base.problems import describe_problems
 
 from ..ground.cli import UsageError
 from ..ground.environments import import_user_module
-from ..ground.files import check_form
-from ..ground.places import SHIPPED, at
+from ..ground.places import at
 from ..ground.shipped import is_shipped, module_of
 from ..learning.runs import POLICY
-from .plan import Plan, read_plan
+from ..results import submission
+from ..results.plan import Plan, read_plan
 
-BENCHMARK: Final = SHIPPED / "configs" / "benchmark.yaml"
-"""Plan whose held-out throws every submission throws."""
-FRAME: Final = ("env", "levels", "inline", "picks", "picks_on", "seed", "num_envs")
-"""Keys of a plan by which held-out throws are named."""
 RUN_FILES: Final = ("args.yml", "config.yml", "env.yaml", "versions.json", POLICY)
 """Files of a run folder from which its policy can be judged."""
-ABOUT: Final = ("by", "about", "command")
-"""What a submission says of itself, beside what a benchmark's file says."""
 
 
 def submission_plan(name: str, controller: str, throws: int, seeds: int) -> Plan:
@@ -41,9 +34,9 @@ def submission_plan(name: str, controller: str, throws: int, seeds: int) -> Plan
     Raises:
         UsageError: the controller is unknown, or has to learn and may not, or the reverse.
     """
-    frame = read_plan(BENCHMARK)
+    frame = read_plan(submission.BENCHMARK)
     entry = {"label": name, "controller": controller, "throws": (throws,)}
-    values = frame.model_dump(include={*FRAME, "train_level"}, exclude_defaults=True)
+    values = frame.model_dump(include={*submission.FRAME, "train_level"}, exclude_defaults=True)
     try:
         return Plan.model_validate({**values, "name": name, "seeds": tuple(range(seeds)), "entries": (entry,)})
     except ValidationError as error:
@@ -88,30 +81,3 @@ def _take_module(controller: str, module: str, name: str, folder: Path) -> str:
     if file.resolve() != (folder / file.name).resolve():
         shutil.copyfile(file, folder / file.name)
     return controller
-
-
-def is_submission(data: Mapping[str, Any]) -> bool:
-    """Whether the content of a file of results is that of a submission."""
-    return not data.keys().isdisjoint(ABOUT)
-
-
-def check_submission(path: Path, data: Mapping[str, Any], plan: Plan) -> None:
-    """Check the content of a submission's file, with the plan in it.
-
-    Raises:
-        UsageError: the file has another form, or its throws are not the benchmark's.
-    """
-    with check_form(path):
-        missing = [name for name in (*ABOUT, "versions", "table") if name not in data]
-        digests = [row["digests"]["code"] and row["digests"]["policy"] for row in data["results"]]
-        labels = {row["label"] for row in data["results"]}
-    if missing:
-        raise UsageError(f"submission {str(path)!r} has no {missing[0]!r}")
-    if not digests or not all(digests) or labels != {path.stem}:
-        raise UsageError(f"submission {str(path)!r}: its rows must have the label {path.stem!r} and digests")
-    frame = read_plan(BENCHMARK)
-    for key in FRAME:
-        if getattr(plan, key) != getattr(frame, key):
-            raise UsageError(
-                f"submission {str(path)!r} has {key} {getattr(plan, key)!r}; the benchmark has {getattr(frame, key)!r}"
-            )

@@ -16,9 +16,9 @@ from ..ground.tables import console
 from ..ground.versions import versions
 from ..jobs.cluster import Needs, pool
 from ..jobs.work import do_missing
+from ..results.compare import assemble
+from ..results.plan import pieces
 from .__main__ import show
-from .compare import assemble
-from .plan import pieces
 from .run import jobs
 from .stored import POLICIES, stored_policies
 from .submission import submission_name, submission_plan, take_along

@@ -7,20 +7,21 @@ compared throw by throw (paired), which removes the variance that both share thr
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from statistics import NormalDist
 from typing import final
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats
 from pnt_gym.errors import PntGymError
 
 CONFIDENCE = 0.95
 RESAMPLES = 4000
 NEAR = 0.030
 """Largest error of a near landing [m]."""
-_BLOCK = 250  # resamples drawn at once: bounds the memory at 250 x N indices
+_BLOCK = 250  # resamples at once: bounds the memory at 250 x N numbers
 
 
 class MetricError(PntGymError):
@@ -174,10 +175,10 @@ def throughput(success: ArrayLike, cycle_time: ArrayLike) -> Throughput:
     return Throughput(60.0 * len(seconds) / total, 60.0 * float(successes.sum()) / total, total / len(seconds))
 
 
-def mean_interval(values: ArrayLike, *, seed: int = 0) -> Interval:
+def mean_interval(values: ArrayLike) -> Interval:
     """Mean of values (N,) with its bootstrap percentile interval."""
     (rows,) = _columns(values=values)
-    return _percentiles(float(rows.mean()), np.concatenate([rows[i].mean(axis=1) for i in _resamples(len(rows), seed)]))
+    return _percentiles(float(rows.mean()), _resampled_sums(rows) / len(rows))
 
 
 def mean_difference(a: ArrayLike, b: ArrayLike) -> Interval:
@@ -208,19 +209,31 @@ def rate_difference(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLik
     """
     sa, ta, sb, tb = _columns(success_a=success_a, time_a=time_a, success_b=success_b, time_b=time_b)
 
-    def rate(index: Ints | slice) -> Floats:
+    def rate(successes_a: Floats, seconds_a: Floats, successes_b: Floats, seconds_b: Floats) -> Floats:
         # Picks per second to picks per minute.
-        return 60.0 * (sa[index].sum(-1) / ta[index].sum(-1) - sb[index].sum(-1) / tb[index].sum(-1))
+        return 60.0 * (successes_a / seconds_a - successes_b / seconds_b)
 
-    drawn = np.concatenate([rate(index) for index in _resamples(len(sa), 0)])
-    return _percentiles(float(rate(slice(None))), drawn)
+    columns = np.stack([sa, ta, sb, tb], axis=1)
+    return _percentiles(float(rate(*columns.sum(axis=0))), rate(*_resampled_sums(columns).T))
 
 
-def _resamples(count: int, seed: int) -> list[Ints]:
-    """Blocks of bootstrap indices (B, count)."""
-    random = np.random.default_rng(seed)
-    blocks = RESAMPLES // _BLOCK
-    return [random.integers(count, size=(_BLOCK, count)) for _ in range(blocks)]
+def _resampled_sums(rows: Floats) -> Floats:
+    """Sums over the rows (N, ...) of each bootstrap resample (RESAMPLES, ...)."""
+    counts = _resample_counts(len(rows))
+    blocks = range(0, RESAMPLES, _BLOCK)
+    return np.concatenate([counts[first : first + _BLOCK].astype(np.float64) @ rows for first in blocks])
+
+
+@lru_cache(maxsize=8)
+def _resample_counts(count: int) -> NDArray[np.uint16]:
+    """How often each bootstrap resample draws each of `count` rows (RESAMPLES, count); the same for all figures."""
+    random = np.random.default_rng(0)
+    first_cells = count * np.arange(_BLOCK)[:, None]
+    blocks = [
+        np.bincount((random.integers(count, size=(_BLOCK, count)) + first_cells).ravel(), minlength=_BLOCK * count)
+        for _ in range(RESAMPLES // _BLOCK)
+    ]
+    return np.concatenate(blocks).astype(np.uint16).reshape(RESAMPLES, count)
 
 
 def _percentiles(value: float, drawn: Floats) -> Interval:

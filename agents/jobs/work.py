@@ -143,11 +143,7 @@ def _side_by_side(
     Raises:
         UsageError: a process died, for instance for lack of memory.
     """
-    os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit the variable: more threads would compete for the cores
-    spawning = multiprocessing.get_context("spawn")
-    with block_signals():
-        # Python's resource tracker starts here too.
-        pool = ProcessPoolExecutor(min(count, len(jobs)), spawning, initializer=_end_with_parent)
+    pool = start_processes(min(count, len(jobs)))
     try:
         with block_signals():
             futures = {pool.submit(run_job, job, folder): job for job in jobs}
@@ -157,9 +153,23 @@ def _side_by_side(
             "a worker process died, perhaps for lack of memory; run the command again with fewer --jobs to go on"
         ) from None
     finally:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in multiprocessing.active_children():
-            process.kill()  # workers block all other signals
+        end_processes(pool)
+
+
+def start_processes(count: int) -> ProcessPoolExecutor:
+    """Processes of one thread each, which end with this process."""
+    os.environ["OMP_NUM_THREADS"] = "1"  # the workers inherit the variable: more threads would compete for the cores
+    spawning = multiprocessing.get_context("spawn")
+    with block_signals():
+        # Python's resource tracker starts here too.
+        return ProcessPoolExecutor(count, spawning, initializer=_end_with_parent)
+
+
+def end_processes(pool: ProcessPoolExecutor) -> None:
+    """End processes at once, whatever they do."""
+    pool.shutdown(wait=False, cancel_futures=True)
+    for process in multiprocessing.active_children():
+        process.kill()  # workers block all other signals
 
 
 def run_job(job: Job, folder: Path) -> Completion:

@@ -15,6 +15,7 @@ from ..ground import metrics
 from ..ground.files import jsonable
 from ..ground.tables import Grid, value_table
 from .figure import Figure
+from .form import Columns, FigureColumns
 from .measures import Measure
 
 Summary: TypeAlias = Mapping[str, Any]
@@ -68,6 +69,11 @@ class Record(ABC):
     def columns(self) -> dict[str, Any]:
         """Columns that a benchmark keeps, rounded."""
         return {name: jsonable(np.round(column, DIGITS)) for name, column in self.values().items()}
+
+    @classmethod
+    def form(cls) -> type[Columns]:
+        """Form of the columns that a benchmark keeps, for whoever reads a file of results."""
+        return type("RecordColumns", (FigureColumns,), {"figures": frozenset(cls.figures)})
 
     def picture(self) -> str | None:
         """Drawing of the record as SVG; None where the kind of trial has no drawing."""

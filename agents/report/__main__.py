@@ -13,6 +13,7 @@ from ..ground.files import check_form, lock_folder
 from ..ground.outputs import deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
+from ..results.content import is_benchmark
 from .blocks import rewrite_blocks
 from .contents import read_results
 from .kinds import kind_of
@@ -34,6 +35,8 @@ class Arguments:
     """Folder of the results."""
     readme: Path = MADE / "README.md"
     """README whose marked tables are written anew, as are the tables of the pages of results."""
+    trust: bool = False
+    """Import the modules of environments that files of results name, whose code then runs."""
 
 
 INDEX = "README.md"
@@ -47,7 +50,7 @@ COMPUTED = {"curves": (improvement_grid,), "mismatch": (crossover_grid,)}
 def main(arguments: Arguments) -> None:
     """Write everything; files are replaced one by one, each at once."""
     results = arguments.results
-    chapters = read_chapters(results)
+    chapters = read_chapters(results, trust=arguments.trust)
     check_libraries("matplotlib", "jinja2")
     if not chapters:
         raise UsageError(f"{str(results)!r} holds no results yet; `python -m agents.benchmark` makes some")
@@ -90,13 +93,17 @@ def _pictures(results: Path) -> dict[str, str]:
     return drawn
 
 
-def read_chapters(results: Path) -> list[Chapter]:
+def read_chapters(results: Path, *, trust: bool = False) -> list[Chapter]:
     """A chapter per file of results whose form is known; one per paper in that of a reproduction.
+
+    Args:
+        results: folder of the files.
+        trust: import the modules of environments that files name.
 
     Raises:
         UsageError: a file is not valid JSON, or holds other things than its keys promise.
     """
-    files = ((path, read_results(path)) for path in sorted(results.glob("*.json")))
+    files = ((path, read_results(path, trust=trust)) for path in sorted(results.glob("*.json")))
     chapters: list[Chapter] = []
     for path, data in files:
         with check_form(path):
@@ -110,7 +117,7 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
     """The chapters of one file; none for a form that has no tables here."""
     if is_reproduction(data):
         return paper_chapters(data, results / "figures")
-    if {"plan", "table", "comparisons", "results"} <= set(data):
+    if is_benchmark(data):
         return [benchmark_chapter(name, data)]
     if is_study(data):
         drawn = DRAWN[data["study"]](data) if data["study"] in DRAWN else {}

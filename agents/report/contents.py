@@ -1,4 +1,4 @@
-"""Contents of files of results: each file is parsed once a run, however many tables and answers need it."""
+"""Contents of files of results: each file is read and checked once a run, however many tables and answers need it."""
 
 from __future__ import annotations
 
@@ -7,22 +7,30 @@ from pathlib import Path
 from typing import Any
 
 from ..ground.files import read_json
+from ..results.content import check_figures, form_of, is_benchmark
 
 
-def read_results(path: Path) -> Any:
+def read_results(path: Path, *, trust: bool = False) -> Any:
     """Data of a file of results, shared by all callers, which must not change the data.
 
+    The figures of a benchmark are computed from the throws in its file.
+
+    Args:
+        path: path of the file.
+        trust: import the module of the environment that a benchmark's file names.
+
     Raises:
-        UsageError: the file is missing, too large, or not JSON.
+        UsageError: the file is missing, too large, or not JSON; or it shows other figures than its throws give.
     """
     try:
         status = path.stat()
     except OSError:
         return read_json(path)  # says what is wrong with the place
-    return _parse(path, status.st_mtime_ns, status.st_size)
+    return _read(path, trust, status.st_mtime_ns, status.st_size)
 
 
 @lru_cache(maxsize=64)
-def _parse(path: Path, _modified: int, _size: int) -> Any:
+def _read(path: Path, trust: bool, _modified: int, _size: int) -> Any:
     """Data of a file; a file that was written anew has another time or size."""
-    return read_json(path)
+    data = read_json(path)
+    return check_figures(path, form_of(path, data), trust=trust).data if is_benchmark(data) else data

@@ -14,6 +14,7 @@ from ..ground import metrics
 from ..ground.files import check_form
 from ..ground.tables import Grid, millimetres, percent
 from ..judging.throws.record import ThrowRecord
+from ..results.submission import read_submission
 from .contents import read_results
 
 Data = Mapping[str, Any]
@@ -53,7 +54,7 @@ def submissions_grid(results: Path) -> Grid:
         references = {level: _results(benchmark, row) for level, row in shown if row["label"] == REFERENCE}
         ours = [[level, *_line(row, PROJECT, benchmark, references[level])] for level, row in shown]
     for file in files:
-        submission = read_results(file)
+        submission = read_submission(file).data
         with check_form(file):
             for level, row in _last_rows(submission, [file.stem]):
                 lines.append([level, *_line(row, submission["by"], submission, references[level])])

@@ -13,13 +13,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from agents.benchmark.plan import read_plan
 from agents.controllers.state import read_state
 from agents.ground.files import read_json
 from agents.learning.hyperparameters import hyperparameters
 from agents.learning.runs import RunFolder
 from agents.policies.actor import Actor
 from agents.policies.scorer import Scorer
+from agents.results.plan import read_plan
 from benchmarks.fuzz_cases.basis import Find, Random, Refused, pick, refusable
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.gripper.config import GripperConfig

@@ -28,9 +28,9 @@ from typing import Any, Final, final
 from unittest import mock
 from zipfile import ZipFile
 
-from agents.benchmark import plan
 from agents.ground.files import LOCK
 from agents.reproduce import papers
+from agents.results import plan
 from tests.tools.commands import environment
 
 Line = Sequence[str]

@@ -6,9 +6,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
-from agents.benchmark.compare import assemble
-from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
+from agents.results.compare import assemble
+from agents.results.plan import Plan, pieces
 from benchmarks.studies.cells import Amount, Figures, Settings
 
 JUDGED: Final = "judged"

@@ -12,8 +12,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
+from agents.results.plan import Plan, pieces
 from benchmarks.studies.cells import Amount, Figures, Settings
 from pnt_gym.arrays import Floats
 

@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from agents.jobs import work
+from agents.jobs.limited import LimitedWorker
 from agents.train import Arguments, main
 from benchmarks.kill_trials.commands import LEARNER
 from tests.tools.lob import write_package
@@ -90,3 +91,6 @@ def worker_here(monkeypatch: pytest.MonkeyPatch) -> None:
             yield ((job, work.run_job(pickle.loads(pickle.dumps(job)), folder)) for job in jobs)
 
     monkeypatch.setattr(work, "_side_by_side", here)
+    monkeypatch.setattr(
+        LimitedWorker, "call", lambda _, function, *arguments: function(*pickle.loads(pickle.dumps(arguments)))
+    )

@@ -17,12 +17,12 @@ import psutil
 import pytest
 import yaml
 
-from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
 from agents.ground.cli import UsageError
 from agents.jobs import cluster
 from agents.jobs.cluster import Needs, pool
 from agents.jobs.work import Job, do_missing
+from agents.results.plan import Plan, pieces
 from pnt_gym.errors import PntGymError
 from tests.cluster.conftest import Machines, all_gone, lose_power, workers
 from tests.tools.commands import complaints, environment

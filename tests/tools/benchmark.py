@@ -1,14 +1,16 @@
 """Plans of small benchmarks on the cell on paper, and what the benchmark's file holds of a plan."""
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from agents.benchmark.compare import assemble
-from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
 from agents.benchmark.stored import stored_policies
+from agents.ground.files import json_text
 from agents.ground.versions import versions
+from agents.results.compare import assemble
+from agents.results.plan import Plan, pieces
 
 
 def toy_plan(*entries: Mapping[str, Any], **more: Any) -> dict[str, Any]:
@@ -24,3 +26,8 @@ def carried_out(content: Mapping[str, Any], work: Path) -> dict[str, Any]:
     results = [row for part in parts for row in part["results"]]
     head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "policies": stored_policies(parts)}
     return {**head, "seconds": 1.0, **assemble(plan, results), "results": results}
+
+
+def forge(data: dict[str, Any]) -> None:
+    """Let a file show what its changed throws give."""
+    data |= json.loads(json_text(assemble(Plan.model_validate(data["plan"]), data["results"])))

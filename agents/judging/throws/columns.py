@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Annotated, Any, Final, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Bools
 
+from ..form import LARGEST, Amount, Columns, Count, Number
 from .data import FAILURES, Throws
 
 OUTCOMES: Final = {
@@ -23,11 +25,43 @@ OUTCOMES: Final = {
 again by the robot; crossed the opening without staying; or missed it. In a cell whose info has no failures every
 failure counts as missed."""
 
+PLACES: Final = {"along_m": "landing_along", "across_m": "landing_across"}
+"""Columns with the landing along and across the throw [m], and their `info` keys."""
+
+
+class ThrowColumns(Columns):
+    """Form of the columns of N throws; totals of all throws are single numbers."""
+
+    item: list[Count]
+    along_m: list[Number | None] = Field(default_factory=list)
+    across_m: list[Number | None] = Field(default_factory=list)
+    error_m: list[Amount | None] = Field(default_factory=list)
+    cycle_s: list[Annotated[float, Field(gt=0.0, le=LARGEST)]]
+    outcome: Annotated[str, Field(pattern=f"^[{''.join(OUTCOMES.values())}]*$")]
+    pick: list[Count] = Field(default_factory=list)
+    clipped: Count
+    recontact: Count
+    ended: Count = 0
+    belong: Count = 0
+    passed: Count = 0
+    dropped: Count = 0
+    tries: Count = 0
+    energy_j: Amount = 0.0
+
+    @model_validator(mode="after")
+    def _check_totals(self) -> Self:
+        given = self.model_fields_set
+        if given & {*PLACES, "error_m"} not in ({*PLACES}, {"error_m"}):
+            raise ValueError("landings are the columns along_m and across_m, or the column error_m")
+        for name in ("clipped", "recontact", "ended", "belong", "dropped"):
+            if getattr(self, name) > len(self.outcome):
+                raise ValueError(f"{name} is {getattr(self, name)}; there are {len(self.outcome)} throws")
+        return self
+
 
 def columns(throws: Throws) -> dict[str, Any]:
     """Throws as columns, rounded to 0.01 mm and 0.1 ms; cells without landing along and across have the error alone."""
-    sources = {"along_m": "landing_along", "across_m": "landing_across"}
-    places = {column: throws.info[name] for column, name in sources.items() if name in throws.info}
+    places = {column: throws.info[name] for column, name in PLACES.items() if name in throws.info}
     return {
         "item": throws.item.tolist(),
         **{column: _round(values, 5) for column, values in (places or {"error_m": throws.landing_error}).items()},

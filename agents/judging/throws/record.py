@@ -14,7 +14,7 @@ from ...ground.versions import versions
 from ..figure import Figure
 from ..measures import Measure
 from ..record import Record, Result, Row, Summary
-from .columns import columns
+from .columns import ThrowColumns, columns
 from .data import Throws, by_kind, purity_by_bin, summary, throw_records
 from .paired import MEASURES, observations
 from .results import by_shift, summarise
@@ -79,6 +79,11 @@ class ThrowRecord(Record):
     def columns(self) -> dict[str, Any]:
         """Throws as columns, rounded."""
         return columns(self.throws)
+
+    @classmethod
+    def form(cls) -> type[ThrowColumns]:
+        """Form of the columns of throws."""
+        return ThrowColumns
 
     @classmethod
     def table(cls, title: str, summary: Summary) -> Table:

@@ -21,7 +21,7 @@ from ..record import Record, Result, Row, Summary
 from .data import LISTS, MEANS, Shifts, mean
 from .gantt import gantt
 from .losses import losses_summary
-from .results import columns, paired_columns, summarise
+from .results import ShiftColumns, columns, paired_columns, summarise
 from .tables import shifts_comparison, shifts_table
 
 FIGURES: Final = {
@@ -108,6 +108,11 @@ class ShiftRecord(Record):
     def columns(self) -> dict[str, Any]:
         """Figures of each shift, rounded, and totals of all decisions."""
         return columns(self.shifts, self._core)
+
+    @classmethod
+    def form(cls) -> type[ShiftColumns]:
+        """Form of the columns of shifts."""
+        return ShiftColumns
 
     def picture(self) -> str:
         """Chart of the first minute of the first shift."""

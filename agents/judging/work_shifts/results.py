@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Annotated, Any, ClassVar, Final, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.core import LineCore
 
 from ...ground import metrics
 from ...ground.files import jsonable
+from ..form import Amount, Columns, Count, Number
 from ..record import Result, by_seed
 from .data import LISTS, MEANS, Shifts, mean
 
@@ -19,6 +21,43 @@ COMPARED: Final = ("value_per_min", "sorted_per_min", "recovery", "value_recover
 """Figures of shifts by which controllers are compared."""
 DIGITS: Final = 5
 """Decimals of the figures that are kept."""
+BY_ROBOT: Final = ("utilisation", "picks_by_robot")
+"""Columns with a value for each robot; the others of `LISTS` have one for each item."""
+
+
+class ShiftColumns(Columns):
+    """Form of the columns of S work shifts; figures by robot or item are lists, totals of all decisions are numbers."""
+
+    names: ClassVar[frozenset[str]] = frozenset({"items", "robots"})
+
+    value_per_min: list[Number]
+    sorted_per_min: list[Number]
+    recovery: list[Number | None]
+    value_recovery: list[Number | None]
+    purity: list[Number | None]
+    passed_value_per_min: list[Number]
+    passed_tried: list[Number | None]
+    utilisation: list[list[Number]]
+    picks_by_robot: list[list[Number]]
+    recovery_by_item: list[list[Number | None]]
+    passed_by_item: list[list[Number]]
+    items: list[str]
+    robots: list[str]
+    picks: Annotated[Count, Field(ge=1)]
+    picked: Count
+    success: Count
+    invalid: Count
+    ms_per_decision: Amount
+
+    @model_validator(mode="after")
+    def _check_widths(self) -> Self:
+        for name in LISTS:
+            heads = self.robots if name in BY_ROBOT else self.items
+            if any(len(row) != len(heads) for row in getattr(self, name)):
+                raise ValueError(f"{name} must have {len(heads)} values of each shift")
+        if not self.success <= self.picked <= self.picks:
+            raise ValueError(f"{self.success} successes of {self.picked} picked objects in {self.picks} picks")
+        return self
 
 
 def columns(shifts: Shifts, core: LineCore) -> dict[str, Any]:

@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.benchmark import plan as plans
-from agents.benchmark.compare import assemble
-from agents.benchmark.plan import Plan, needs, pieces, read_plan
 from agents.benchmark.run import jobs, run_piece
 from agents.ground.cli import UsageError
 from agents.ground.places import SHIPPED as ROOT
@@ -22,6 +19,9 @@ from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
 from agents.report.blocks import fill_blocks
 from agents.report.tables import benchmark_grids, benchmark_table, failure_table, sorting_table
+from agents.results import plan as plans
+from agents.results.compare import assemble
+from agents.results.plan import Plan, needs, pieces, read_plan
 from benchmarks.kill_trials.commands import LEARNER
 from tests.tools.benchmark import carried_out, toy_plan
 from tests.tools.nightly import with_nightly
@@ -219,7 +219,7 @@ def test_a_level_may_take_more_throws_than_the_others(tmp_path: Path) -> None:
 
 def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     more = {"policy": "MlpPolicy", "learning_starts": 16, "batch_size": 16, "buffer_size": 500, "gradient_steps": -1}
-    monkeypatch.setattr("agents.benchmark.entries.hyperparameters", lambda *_: LEARNER | more)
+    monkeypatch.setattr("agents.results.entries.hyperparameters", lambda *_: LEARNER | more)
     sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0]}
     small = {**PLAN, **BARE, "entries": [sac], "levels": ["waste"], "picks": 16}
     (piece,) = pieces(Plan.model_validate(small))

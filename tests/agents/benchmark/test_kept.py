@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from agents.jobs.work import Completion, Job, run_job
-from tests.tools.benchmark import toy_plan
+from tests.tools.benchmark import forge, toy_plan
 from tests.tools.commands import answered, refused
 
 PLANNER = {"label": "analytic", "controller": "analytic"}
@@ -48,6 +48,7 @@ def first(desk: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 def test_the_named_entries_are_computed_and_the_other_rows_are_kept(first: dict[str, Any]) -> None:
     marked = next(row for row in first["results"] if row["label"] == "analytic")
     marked["learn_seconds"] = 7.0  # the mark of a row that nobody computes again
+    forge(first)
     Path("out.json").write_text(json.dumps({**first, "seconds": 100.0}))
     changed = {**PLAN, "entries": [PLANNER, SLOW, RIDGE]}
     second = benchmark(changed, "--only", "goal", "--only", "ridge")

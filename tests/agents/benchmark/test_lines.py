@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.benchmark.plan import Plan, needs, pieces
 from agents.dispatchers.registry import line_controller, line_core
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector, stream_seed
@@ -22,6 +21,7 @@ from agents.judging.work_shifts.data import LISTS, MEANS, run_shifts
 from agents.judging.work_shifts.results import summarise
 from agents.learning.runs import RunFolder
 from agents.report.__main__ import benchmark_chapter
+from agents.results.plan import Plan, needs, pieces
 from tests.tools.benchmark import carried_out
 from tests.tools.commands import answered, output_of
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from agents.benchmark import submission
 from agents.benchmark.submission import submission_name
 from agents.ground.places import POLICY
 from agents.report.submissions import HEADER, submissions_grid
+from agents.results import submission
 from tests.tools.commands import answered, refused
 
 MODULE = """

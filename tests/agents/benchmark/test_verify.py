@@ -4,24 +4,28 @@ import json
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Any
 
 import pytest
 from rich.progress import Progress
 
 from agents.benchmark import run
-from agents.benchmark.verify import first_difference
+from agents.benchmark.verdicts import first_difference
 from agents.ground import bars
 from agents.ground.bars import throws_bar
 from agents.ground.files import json_text
+from agents.jobs.limited import LimitedWorker, UnfinishedError
 from agents.jobs.parcel import torch_arithmetic
-from tests.tools.benchmark import carried_out, toy_plan
+from tests.tools.benchmark import carried_out, forge, toy_plan
 from tests.tools.commands import answered, refused
 
 RIDGE = {"label": "ridge", "controller": "ridge", "throws": [16, 32]}
 PLAN = toy_plan({"label": "analytic", "controller": "analytic"}, RIDGE, levels=["waste", "unseen"], seeds=[0, 1])
 ROWS = 10
 """Two levels of one planner, and of ridge with two seeds and two numbers of throws."""
+
+pytestmark = pytest.mark.usefixtures("worker_here")
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +77,9 @@ def test_rows_are_counted_on_a_bar(data: dict[str, Any], monkeypatch: pytest.Mon
 
     monkeypatch.setattr(bars, "throws_bar", watched)
     assert verify(data, "--rows", "3")[0] == 0
-    assert [(task.description, task.completed, task.total) for task in seen[0].tasks] == [("rows thrown again", 3, 3)]
+    assert [(task.description, task.completed, task.total) for task in seen[0].tasks] == [
+        ("rows thrown again, 300 s each at most", 3, 3)
+    ]
 
 
 def test_a_sample_is_drawn_by_its_seed(data: dict[str, Any]) -> None:
@@ -87,6 +93,7 @@ def test_one_changed_outcome_is_found_with_its_place(data: dict[str, Any]) -> No
     outcomes = columns["outcome"]
     flipped = "m" if outcomes[17] == "s" else "s"
     columns["outcome"] = outcomes[:17] + flipped + outcomes[18:]
+    forge(data)
     code, verdicts = verify(data, "--rows", str(ROWS))
     assert code == 1
     assert [n for n, row in enumerate(verdicts) if row["verdict"] == "different"] == [3]
@@ -99,8 +106,9 @@ def test_a_file_of_other_versions_is_told_apart_from_a_changed_one(data: dict[st
     assert verify(data, "--rows", "1")[1][0]["verdict"] == "equal"
     for result in data["results"]:
         result["columns"]["cycle_s"][0] += 1.0
+    forge(data)
     code, (row,) = verify(data, "--rows", "1")
-    assert (code, row["verdict"], row["difference"]["at"]) == (1, "made by another version", 0)
+    assert (code, row["verdict"], row["difference"]["at"], row["other_code"]) == (1, "different", 0, True)
 
 
 def test_differences_in_form_are_differences() -> None:
@@ -114,10 +122,15 @@ def test_differences_in_form_are_differences() -> None:
     ("changes", "options", "words"),
     [
         ({"plan": {"name": "x"}}, (), "plan in 'file.json': keys 'train_level', 'levels' and 'entries' are missing"),
-        ({"results": 3}, (), "'file.json' was not written by this version"),
+        ({"results": 3}, (), "'file.json': results is 3: input should be a valid list"),
         ({}, ("--rows", "0"), "--rows is 0; it must be at least 1"),
-        ({}, ("--longest", "-1"), "--longest is -1; no row of plan 'small' learned so quickly"),
-        ({"plan": {**PLAN, "env": "theirs:Toy-v0"}}, (), "the file names 'theirs:Toy-v0': importing the module runs"),
+        ({}, ("--longest", "-1"), "--longest is -1; it must be above 0 s"),
+        ({}, ("--longest", "nan"), "--longest is nan; it must be above 0 s"),
+        (
+            {"plan": {**PLAN, "env": "theirs:Toy-v0"}},
+            (),
+            "'file.json' names 'theirs:Toy-v0': importing the module runs",
+        ),
     ],
 )
 def test_wrong_files_are_one_sentence(
@@ -163,15 +176,19 @@ def test_of_other_code_throws_alone_count(data: dict[str, Any]) -> None:
         row["digests"] = {"policy": "0", "level": "0", "code": "0"}
     assert {row["verdict"] for row in verify(data, "--rows", "99")[1]} == {"equal"}
     data["results"][0]["columns"]["cycle_s"][0] += 1.0
+    forge(data)
     _, verdicts = verify(data, "--rows", "99")
-    assert [row["verdict"] for row in verdicts].count("made by another version") == 1
+    assert [row["verdict"] for row in verdicts].count("different") == 1
+    assert all(row["other_code"] for row in verdicts)
 
 
 def test_the_first_throws_alone_are_compared(data: dict[str, Any]) -> None:
     cycles = data["results"][0]["columns"]["cycle_s"]
     cycles[20] += 1.0
+    forge(data)
     assert {row["verdict"] for row in verify(data, "--rows", "99", "--throws", "16")[1]} == {"equal"}
     cycles[15] += 1.0
+    forge(data)
     _, verdicts = verify(data, "--rows", "99", "--throws", "16")
     (row,) = [row for row in verdicts if row["verdict"] != "equal"]
     assert (row["difference"]["column"], row["difference"]["at"]) == ("cycle_s", 15)
@@ -182,6 +199,7 @@ def test_rows_that_are_equal_get_digests(data: dict[str, Any]) -> None:
     for row in data["results"]:
         del row["digests"]
     data["results"][3]["columns"]["cycle_s"][5] += 0.1
+    forge(data)
     code, verdicts = verify(data, "--rows", "99", "--write")
     assert code == 1
     assert [row["verdict"] for row in verdicts].count("different") == 1
@@ -200,18 +218,101 @@ def test_digests_are_of_whole_rows_and_of_the_versions_of_the_file(data: dict[st
     assert "'file.json' is of other versions" in said
 
 
-def test_rows_of_another_processor_may_differ_within_bounds(data: dict[str, Any]) -> None:
+def test_rows_within_the_bounds_are_equal_for_those_who_accept_them(data: dict[str, Any]) -> None:
     for row in data["results"]:
-        row["digests"]["arithmetic"] = "of another processor"
         row["columns"]["error_m" if "error_m" in row["columns"] else "along_m"][0] += 5e-5
-    code, verdicts = verify(data, "--rows", "99")
-    assert code == 0
-    assert {row["verdict"] for row in verdicts} == {"equal within the bounds"}
-    assert all(row["difference"]["at"] == 0 for row in verdicts)
+    forge(data)
+    for options, expected in (((), 1), (("--near",), 0)):
+        code, verdicts = verify(data, "--rows", "99", *options)
+        assert code == expected
+        assert {row["verdict"] for row in verdicts} == {"equal within the bounds"}
+        assert all(row["difference"]["at"] == 0 for row in verdicts)
     data["results"][0]["columns"]["cycle_s"][0] += 1.0  # one throw of 24 is more than a hundredth
-    code, verdicts = verify(data, "--rows", "99")
+    forge(data)
+    code, verdicts = verify(data, "--rows", "99", "--near")
     assert code == 1
     assert [row["verdict"] for row in verdicts].count("different") == 1
+
+
+def test_a_file_has_no_say_in_how_it_is_checked(data: dict[str, Any]) -> None:
+    """Whatever the file says of its making, a changed throw is different, and every row may be drawn."""
+    for row in data["results"]:
+        row["columns"]["cycle_s"][7] += 0.5
+        row["learn_seconds"] = 1e8
+        row["digests"] |= {"arithmetic": "of another processor", "torch": "of another processor", "code": "0"}
+    data["versions"] = dict.fromkeys(data["versions"], "1.0")
+    forge(data)
+    code, verdicts = verify(data, "--rows", "99", "--near")
+    assert code == 1
+    assert [row["verdict"] for row in verdicts] == ["different"] * ROWS
+
+
+def test_a_drawn_sample_is_another_one_each_time(data: dict[str, Any]) -> None:
+    Path("file.json").write_text(json.dumps(data))
+    seeds = set()
+    for _ in range(3):
+        answered("agents.benchmark.verify", "file.json", "--rows", "1", "--throws", "2", "--json", "out.json")
+        seeds.add(json.loads(Path("out.json").read_text())["seed"])
+    assert len(seeds) == 3
+
+
+def test_rows_that_take_too_long_are_counted_as_left_out(
+    data: dict[str, Any], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def late(worker: LimitedWorker, *_: Any) -> None:
+        raise UnfinishedError(f"not done after {worker.seconds:g} s")
+
+    monkeypatch.setattr(LimitedWorker, "call", late)
+    code, verdicts = verify(data, "--rows", "2", "--longest", "7")
+    assert code == 3
+    assert [(row["verdict"], row["why"]) for row in verdicts] == [("left out", "not done after 7 s")] * 2
+
+
+def _shown(data: dict[str, Any]) -> None:
+    data["table"][0]["sorted_per_min"] += 1.0
+
+
+def _renamed(data: dict[str, Any]) -> None:
+    data["figures"]["sorted_per_min"]["label"] = "sorted/s"
+
+
+def _invented(data: dict[str, Any]) -> None:
+    data["table"][1]["stars"] = 5
+
+
+def _dropped(data: dict[str, Any]) -> None:
+    del data["results"][0]
+
+
+def _doubled(data: dict[str, Any]) -> None:
+    data["results"][1] = data["results"][0]
+
+
+def _late(data: dict[str, Any]) -> None:
+    data["results"][2]["columns"]["cycle_s"][3] = -1.0
+
+
+def _torn(data: dict[str, Any]) -> None:
+    data["results"][2]["columns"]["cycle_s"].pop()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (_shown, "'file.json' shows what its throws do not give: table.0.sorted_per_min is"),
+        (_renamed, "figures.sorted_per_min.label is 'sorted/s', and not 'sorted/min'"),
+        (_invented, "table.1.stars is no figure of theirs"),
+        (_dropped, "'file.json' lacks 1 of the rows of its plan; the first is label"),
+        (_doubled, "stands there 2 times"),
+        (_late, "cycle_s.3 is -1.0: input should be greater than 0"),
+        (_torn, "cycle_s has 23 entries; the plan asks for 24"),
+    ],
+)
+def test_a_file_that_says_other_than_its_throws_is_refused(data: dict[str, Any], change: Any, words: str) -> None:
+    change(data)
+    Path("file.json").write_text(json.dumps(data))
+    for command in (("agents.benchmark.verify", "file.json"), ("agents.report", "--results", ".", "--readme", "x.md")):
+        assert words in refused(*command)
 
 
 def test_rounding_of_torch_counts_where_torch_fits_a_network_anew(stored: dict[str, Any]) -> None:
@@ -225,9 +326,10 @@ def test_rounding_of_torch_counts_where_torch_fits_a_network_anew(stored: dict[s
     assert {row["verdict"] for row in verdicts} == {"equal"}  # no throw differs, and the policy need not be the same
     assert [row["elsewhere"] for row in verdicts] == [row["label"] == "sac" for row in verdicts]
     trained[0]["columns"]["cycle_s"][0] += 5e-4
+    forge(stored)
     trained[0]["digests"]["torch"] = torch_arithmetic()
     verdicts = [row["verdict"] for row in verify(stored, "--rows", "99", "--longest", "1000")[1]]
-    assert verdicts.count("different") == 1
+    assert verdicts.count("equal within the bounds") == 1
 
 
 def test_an_honest_stored_policy_is_thrown_whatever_torch_rounds(stored: dict[str, Any]) -> None:
@@ -240,8 +342,6 @@ def test_an_honest_stored_policy_is_thrown_whatever_torch_rounds(stored: dict[st
 def test_stored_policies_throw_without_learning(stored: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(stored["policies"]) == len(stored["results"]) == 6
     monkeypatch.setattr(run, "_learn", lambda *_: pytest.fail("a controller learned"))
-    for row in stored["results"]:
-        row["learn_seconds"] = 1e4
     code, verdicts = verify(stored, "--rows", "99")
     assert code == 0
     assert [row["verdict"] for row in verdicts] == ["equal"] * 6
@@ -266,12 +366,19 @@ def test_a_stored_policy_of_another_row_is_refused(stored: dict[str, Any], label
     first, second, *_ = (row["digests"]["policy"] for row in stored["results"] if row["label"] == label)
     stored["policies"][first] = stored["policies"][second]
     Path("file.json").write_text(json.dumps(stored))
-    sentence = f"the stored policy of '{label}', seed 0, has not the digest of its row"
-    assert sentence in refused("agents.benchmark.verify", "file.json", "--rows", "99")
+    sentence = f"'file.json': row label {label}, throws"
+    said = refused("agents.benchmark.verify", "file.json", "--rows", "99")
+    assert sentence in said
+    assert "the stored policy has not the digest of its row" in said
 
 
-@pytest.mark.parametrize(("policy", "words"), [("x", "another form"), ("AAAA", "holds no")])
-def test_a_damaged_policy_is_one_sentence(stored: dict[str, Any], policy: str, words: str) -> None:
+@pytest.mark.parametrize(
+    ("policy", "words"), [("x", "is no text in base64"), ("AAAA", "the stored policy cannot be used: it ")]
+)
+def test_a_damaged_policy_is_named_by_its_file_and_row(stored: dict[str, Any], policy: str, words: str) -> None:
     damaged = dict.fromkeys(stored["policies"], policy)
     Path("file.json").write_text(json.dumps({**stored, "policies": damaged}))
-    assert words in refused("agents.benchmark.verify", "file.json", "--rows", "99")
+    said = refused("agents.benchmark.verify", "file.json", "--rows", "99")
+    assert said.startswith("error: 'file.json': row label ")
+    assert words in said
+    assert gettempdir() not in said

@@ -13,8 +13,6 @@ import yaml
 from gymnasium.wrappers import FrameStackObservation
 from stable_baselines3.common.vec_env import VecEnv
 
-from agents.benchmark.compare import assemble
-from agents.benchmark.plan import Plan, pieces
 from agents.benchmark.run import run_piece
 from agents.controllers import GRASPING_NAMES, NAMES, Learner, Observation, make_controller
 from agents.controllers.between import BASES, MAX_STACK, MemoryPolicy, make_wrapper, wrap_env
@@ -32,6 +30,8 @@ from agents.pictures.stage import Stage
 from agents.policies.actor import Actor
 from agents.policies.networks import Dense, Lstm
 from agents.policies.weights import actor_of
+from agents.results.compare import assemble
+from agents.results.plan import Plan, pieces
 from agents.train import Arguments, main
 from agents.training import session
 from benchmarks.kill_trials.commands import LEARNER

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 import pnt_gym
-from agents.benchmark.entries import is_learned
 from agents.ground.cli import UsageError
 from agents.ground.places import SHIPPED
 from agents.ground.shipped import POLICIES, PREFIX, is_shipped, module_of, policy_place
 from agents.learning.trained import resolve_task
+from agents.results.entries import is_learned
 from tests.tools.commands import figures_of, output_of, refused
 
 HAND_TEXTS = [*sorted((SHIPPED / "docs").glob("*.md")), SHIPPED / "README.md"]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
 from agents.ground import files
@@ -23,9 +21,7 @@ ASKED = [question for question in QUESTIONS if question.name not in ("speed", "p
 @pytest.mark.parametrize("data", [BENCHMARK, STUDY], ids=["a benchmark", "a study"])
 @pytest.mark.parametrize("question", ASKED, ids=lambda question: question.name)
 def test_a_plan_of_a_users_own_under_a_shipped_name_answers_nothing(tmp_path, question, data):
-    for source in question.sources:
-        (tmp_path / f"{source}.json").write_text(json.dumps(data))
-    assert question.answered(tmp_path) is None
+    assert question.answer_from(dict.fromkeys(question.sources, data), tmp_path) is None
 
 
 def test_a_drifting_benchmark_without_a_controller_that_adapts_answers_nothing(tmp_path):
@@ -34,9 +30,8 @@ def test_a_drifting_benchmark_without_a_controller_that_adapts_answers_nothing(t
         for name in ("static", "oracle_drift")
     ]
     data = {"plan": {"levels": ["day"]}, "table": rows, "comparisons": []}
-    (tmp_path / "benchmark_adapt.json").write_text(json.dumps(data))
     (drift,) = (question for question in QUESTIONS if question.name == "drift")
-    assert drift.answered(tmp_path) is None
+    assert drift.answer_from({"benchmark_adapt": data}, tmp_path) is None
 
 
 def test_a_file_is_parsed_once_until_it_changes(tmp_path, monkeypatch):

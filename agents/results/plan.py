@@ -185,18 +185,16 @@ def pieces(plan: Plan) -> list[Piece]:
         _check_level(plan, level)
     code = results_code()
     work: list[Piece] = []
-    for entry, where in _entries_by_level(plan):
-        learns = any(entry.throws)
-        seeds = (entry.seeds or plan.seeds) if learns else (plan.seeds[0],)
+    for entry, where in entries_by_level(plan):
         # A training run passes through its smaller throw counts; practice is planned for each count anew.
         groups = [tuple(sorted(entry.throws))] if entry.controller in TRAINED else [(t,) for t in entry.throws]
-        for group, seed in product(groups, seeds):
+        for group, seed in product(groups, seeds_of(plan, entry)):
             name = f"{entry.label}-{where}{'-'.join(map(str, group))}-seed{seed}"
             work.append(_piece(plan, kind, entry, group, seed, name, code))
     return sorted(work, key=lambda piece: -piece.cost)
 
 
-def _entries_by_level(plan: Plan) -> list[tuple[Entry, str]]:
+def entries_by_level(plan: Plan) -> list[tuple[Entry, str]]:
     """Entries, one copy per level where `train_level` is `EACH`, each with a prefix that tells copies apart."""
     pairs: list[tuple[Entry, str]] = []
     for entry in plan.entries:
@@ -207,6 +205,11 @@ def _entries_by_level(plan: Plan) -> list[tuple[Entry, str]]:
             level_entry = entry.model_copy(update={"levels": (level,), "train_level": level})
             pairs.append((level_entry, f"{level if level in plan.inline else Path(level).stem}-"))
     return pairs
+
+
+def seeds_of(plan: Plan, entry: Entry) -> tuple[int, ...]:
+    """Seeds of the learning of an entry; one seed of an entry that learns nothing."""
+    return (entry.seeds or plan.seeds) if any(entry.throws) else (plan.seeds[0],)
 
 
 def _piece(
@@ -324,7 +327,7 @@ def needs(plan: Plan) -> Needs:
         UsageError: the work reads a file that lies on this machine alone.
     """
     kind = trial_of_plan(plan)
-    for entry, _ in _entries_by_level(plan):
+    for entry, _ in entries_by_level(plan):
         configs = {
             level: plan.config(level)
             for level in {*(entry.levels or plan.levels), entry.train_level or plan.train_level}

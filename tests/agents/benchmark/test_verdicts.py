@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from agents.benchmark.bounds import is_near
+from agents.benchmark.verdicts import is_near
 
 ROW: dict[str, Any] = {
     "item": [0, 1] * 100,

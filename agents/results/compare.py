@@ -22,8 +22,10 @@ def compare(
     The figures are those of `Record.compared`. Each throw or shift is averaged over the seeds of a controller;
     `by_seed` compares each seed of the learned controller alone.
     """
-    by_seed = [{"seed": r["seed"], **_difference(record, [r], reference, num_envs)} for r in learned]
-    return {**_difference(record, learned, reference, num_envs), "by_seed": by_seed}
+    whole = _difference(record, learned, reference, num_envs)
+    alone = [whole] if len(learned) == 1 else [_difference(record, [r], reference, num_envs) for r in learned]
+    by_seed = [{"seed": r["seed"], **difference} for r, difference in zip(learned, alone, strict=True)]
+    return {**whole, "by_seed": by_seed}
 
 
 def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:

@@ -1,0 +1,1 @@
+"""Results of benchmarks: plans, the rows that plans ask for, and the figures of rows."""
