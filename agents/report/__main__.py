@@ -13,6 +13,7 @@ from ..ground.files import check_form, lock_folder
 from ..ground.outputs import deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
+from ..reproduce.record import is_reproduction
 from ..results.content import is_benchmark
 from .blocks import rewrite_blocks
 from .contents import read_results
@@ -21,7 +22,7 @@ from .methods import methods_figures
 from .page import Chapter, html_page, index_page, sections, tables_page
 from .pays import crossover_grid, curves_figures, improvement_grid, mismatch_figures
 from .questions import DRAWINGS, QUESTIONS
-from .reproduction import is_reproduction, paper_chapters
+from .reproduction import paper_chapters
 from .speeds import TABLES
 from .study import is_study, study_grids
 from .submissions import BLOCK, TITLE, submissions_grid

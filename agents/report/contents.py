@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from ..ground.files import read_json
+from ..reproduce.record import check_record, is_reproduction
 from ..results.content import check_figures, form_of, is_benchmark
 
 
 def read_results(path: Path, *, trust: bool = False) -> Any:
     """Data of a file of results, shared by all callers, which must not change the data.
 
-    The figures of a benchmark are computed from the throws in its file.
+    The figures of a benchmark are computed from the throws in its file, and verdicts about papers from their values.
 
     Args:
         path: path of the file.
@@ -33,4 +34,8 @@ def read_results(path: Path, *, trust: bool = False) -> Any:
 def _read(path: Path, trust: bool, _modified: int, _size: int) -> Any:
     """Data of a file; a file that was written anew has another time or size."""
     data = read_json(path)
-    return check_figures(path, form_of(path, data), trust=trust).data if is_benchmark(data) else data
+    if is_benchmark(data):
+        return check_figures(path, form_of(path, data), trust=trust).data
+    if is_reproduction(data):
+        check_record(path, data)
+    return data

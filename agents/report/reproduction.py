@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from pnt_gym.errors import one_sentence
 
@@ -19,11 +18,6 @@ from .page import Chapter
 USED: Final = ("python", "pnt_gym", "mujoco", "numpy", "scipy", "casadi")
 """Packages that a reproduction depends on."""
 FILE: Final = "reproduction.json"
-
-
-def is_reproduction(data: Mapping[str, Any]) -> bool:
-    """Whether a file of results is that of `python -m agents.reproduce`."""
-    return {"papers", "rows", "figures"} <= set(data)
 
 
 def paper_chapters(record: Record, drawings: Path) -> list[Chapter]:

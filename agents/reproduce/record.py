@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Final, TypeAlias
+from pathlib import Path
+from typing import Annotated, Any, Final, Self, TypeAlias
 
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from pnt_gym.cells.base.problems import describe_problems
+
+from ..ground.cli import UsageError
 from ..ground.tables import Grid
 from ..ground.versions import versions
-from .finding import Overview, judge_statements
+from .finding import Overview, Verdict, agree, judge_statements
 from .grids import Rows, plain
 from .papers import package
 
 Record: TypeAlias = Mapping[str, Any]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Figure: TypeAlias = Number | str | None
 AGREES: Final = "reproduced"
 
 
@@ -38,6 +46,65 @@ def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[di
         "rows": rows,
     }
     return record, {name: text for drawn in figures.values() for name, text in drawn.items()}
+
+
+class RowForm(BaseModel):
+    """Form of a row, whose verdict must be that of its values."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", strict=True)
+
+    paper: str
+    quantity: str
+    published: Figure
+    reproduced: Figure
+    unit: str
+    verdict: Verdict
+    tolerance: Number | None
+    note: str
+    holds: bool | None = None
+    statement: str = ""
+
+    @model_validator(mode="after")
+    def _check_verdict(self) -> Self:
+        agrees = self.holds or (self.holds is None and agree(self.published, self.reproduced, self.tolerance))
+        says = {"reproduced": True, "differs": False, "misprint": False}.get(self.verdict, bool(agrees))
+        if says != bool(agrees) or (self.published is None and self.verdict not in ("ours", "infeasible")):
+            raise ValueError(f"{self.quantity} has the verdict {self.verdict!r}, which its values do not give")
+        return self
+
+
+class RecordForm(BaseModel):
+    """Form of a file of `agents.reproduce`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    command: str
+    versions: dict[str, str]
+    seconds: dict[str, Number]
+    papers: list[str]
+    titles: dict[str, str]
+    figures: dict[str, list[str]]
+    data: dict[str, dict[str, Any]]
+    overview: dict[str, Any]
+    grids: dict[str, list[dict[str, Any]]]
+    rows: list[RowForm]
+
+
+def is_reproduction(data: Any) -> bool:
+    """Whether a file of results is that of `python -m agents.reproduce`."""
+    return isinstance(data, dict) and {"papers", "rows", "figures"} <= data.keys()
+
+
+def check_record(path: Path, record: Record) -> None:
+    """Make sure that a record has its form, and that its verdicts are those of its values.
+
+    Raises:
+        UsageError: it has another form, or a verdict is another one.
+    """
+    try:
+        RecordForm.model_validate(record)
+    except ValidationError as error:
+        raise UsageError(f"{str(path)!r}: {describe_problems(error, RecordForm)}") from None
 
 
 def headlines(record: Record) -> list[Grid]:
