@@ -27,7 +27,10 @@ FIGURES: Final = (
 
 @dataclass(frozen=True)
 class Arguments:
-    """Let controllers throw the same held-out objects, and stop as soon as their difference is settled."""
+    """Let controllers throw the same held-out objects, and stop as soon as their difference is settled.
+
+    Means of comparisons that stop when a difference is settled lie farther from zero than the truth, on average.
+    """
 
     controllers: Annotated[
         tuple[str, ...],
@@ -51,7 +54,7 @@ class Arguments:
     seed: int = 0
     """Seed of the objects; training, practice and evaluation never see these objects, whatever their seed."""
     json: Annotated[Path | None, option("none", "FILE")] = None
-    """Write the verdicts, all differences and how their intervals narrowed to this file."""
+    """Write the verdicts, all mean differences and how their intervals narrowed to this file."""
     picture: Annotated[Path | None, option("none", "FILE.svg")] = None
     """Draw how the intervals of the first figure narrowed."""
     num_envs: int = NUM_ENVS
@@ -105,9 +108,9 @@ def _deliver(comparison: Comparison, head: dict[str, Any], arguments: Arguments)
     pairs, labels = comparison.pairs, {name: measure.figure.label for name, measure in comparison.measures.items()}
     rows = [(" minus ".join(pair.names), *(comparison.text(pair, name) for name in labels)) for pair in pairs]
     title = f"{head['env']}, level {head['level']}, {comparison.count:,} {comparison.trial.unit} each"
-    console().print(Grid(title, ("difference (95 % interval)", *labels.values()), rows).terminal())
-    for pair in pairs:
-        console().print(comparison.sentence(pair), highlight=False, markup=False, soft_wrap=True)
+    console().print(Grid(title, ("mean difference (95 % interval)", *labels.values()), rows).terminal())
+    for sentence in (*comparison.notes(), *map(comparison.sentence, pairs)):
+        console().print(sentence, highlight=False, markup=False, soft_wrap=True)
     report = {**head, **comparison.report()}
     if arguments.picture is not None:
         from .pictures.intervals import intervals

@@ -37,7 +37,7 @@ class Arguments:
     out: Annotated[Path | None, option("runs/ENV-LEVEL-ALGO-seedS-TIME", "DIR")] = None
     """Run folder."""
     resume: Annotated[Path | None, option("a new run", "DIR")] = None
-    """Continue the run of this folder; all options but --steps and --threads are read from the folder."""
+    """Continue the run of this folder as it was asked for; --steps, --eval-picks, --tensorboard may be given anew."""
     num_envs: Annotated[int | None, option("n_envs of --config", "N")] = None
     """Cells simulated side by side."""
     threads: int = 2
@@ -48,14 +48,14 @@ class Arguments:
     """Throws between two checkpoints; the run can be continued from the last checkpoint."""
     config: Annotated[Path | None, option("configs/rl/ALGO.yml", "FILE.yml")] = None
     """File of hyperparameters in RL-Zoo syntax; also a shipped file, such as configs/rl/residual_ppo_long.yml."""
-    eval_picks: Annotated[int | None, option("320; 32 shifts on a line", "N")] = None
+    eval_picks: Annotated[int | None, option("320; 32 shifts on a line; that of the resumed run", "N")] = None
     """Held-out throws, or shifts of a line, per controller in the table at the end; 0 for no table."""
     stack: Annotated[int | None, option("1", "K")] = None
     """Number of last observations of the shift that the policy receives at once; more than 1 on PnTAdapt-v0."""
     over: Annotated[str | None, option("analytic", "CONTROLLER")] = None
     """Base controller, e.g. static or kalman: the policy's action is added to the action of this controller."""
     tensorboard: bool = False
-    """Also log the losses for TensorBoard, in the run folder."""
+    """Also log the losses for TensorBoard, in the run folder; a resume of the run goes on logging."""
 
 
 def main(arguments: Arguments) -> None:
@@ -69,13 +69,13 @@ def main(arguments: Arguments) -> None:
         trial.check_training(run_args)
         settings = trial.hyperparameters(run_args, settings) if resume is None else settings
         with closing(Session(trial, run_args, settings, threads)) as session:
-            ended = run_session(session, arguments.out, resume, arguments.steps, arguments.tensorboard)
+            ended = run_session(session, arguments.out, resume, arguments.steps)
             folder, steps, signal = ended
             if signal is not None:
                 say_how_to_resume(folder.path, run_args["env"], steps, trial.step)
                 sys.exit(128 + signal)
-            if arguments.eval_picks != 0:
-                show_table(trial, folder, steps, session.run_args, arguments.eval_picks)
+            if session.run_args["eval_picks"] != 0:
+                show_table(trial, folder, steps, session.run_args)
 
 
 if __name__ == "__main__":

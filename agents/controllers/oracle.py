@@ -1,7 +1,7 @@
 """Oracle controller: simulates each throw with its hidden values before the throw.
 
-The oracle bounds every learner: it lacks only the scatter of the release, which is drawn in the throw itself, and
-offsets beyond the range of an action.
+The oracle lacks only the scatter of the release, which is drawn in the throw itself, and offsets beyond the range of an
+action. It aims at the target, so it bounds no figure but the landing error, and that only where its search succeeds.
 """
 
 from __future__ import annotations

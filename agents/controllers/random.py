@@ -1,4 +1,4 @@
-"""Uniform random corrections: the lower bound for every controller."""
+"""Uniform random corrections: what every controller should beat."""
 
 from __future__ import annotations
 

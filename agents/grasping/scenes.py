@@ -1,7 +1,8 @@
 """Objects in pictures and tries at places on them, without a robot: what a cup at a place would hold.
 
-A try needs no throw: the vacuum gauge says whether the object is held, and statics whether the hold would survive a
-throw. So tens of thousands of tries take seconds.
+A try needs no throw: the vacuum says whether the object is held, and statics with the hidden mass, centre of mass and
+place of the cup say whether the hold would survive a throw. So tens of thousands of tries take seconds. A gauge on a
+real cell says the first alone.
 """
 
 from __future__ import annotations

@@ -25,6 +25,10 @@ from .trials import trial_of
 
 BUDGET: Final = 5
 """Default budget of a comparison, as a multiple of the number of units of an evaluation."""
+EARLY: Final = (
+    "Means of comparisons that stop when a difference is settled lie farther from zero than the truth, on average."
+)
+"""What stopping does to a mean: a difference that chance makes large is settled sooner."""
 
 
 @final
@@ -78,7 +82,7 @@ class Pair:
     settled: int | None = None
     """Number of units of each controller after which the first figure was settled."""
     trace: list[tuple[int, float, float, float]] = field(default_factory=list[tuple[int, float, float, float]])
-    """Number of units, value and interval of the first figure's difference after each block."""
+    """Number of units, mean and interval of the first figure's difference after each block."""
 
     @property
     def first(self) -> ConfidenceSequence:
@@ -150,8 +154,13 @@ class Comparison:
         margin = measure.figure.text(self._margin)
         return f"{a} and {b} differ by less than the margin of {margin} in {label} ({ends}), {after}"
 
+    def notes(self) -> list[str]:
+        """What to know of the means: which of them lie outside of their intervals and why, and what stopping does."""
+        outside = [self._outside(pair, name) for pair in self.pairs for name, s in pair.sequences.items() if s.outside]
+        return [*outside, *([EARLY] if any(pair.first.excludes_zero for pair in self.pairs) else [])]
+
     def text(self, pair: Pair, figure: str) -> str:
-        """Difference of a pair in a figure, with its interval and unit."""
+        """Mean difference of a pair in a figure, with its interval and unit."""
         sequence, shown = pair.sequences[figure], self.measures[figure].figure
         return shown.interval(Interval(sequence.value, sequence.low, sequence.high), "+")
 
@@ -167,17 +176,32 @@ class Comparison:
             "figures": {name: measure.as_json() for name, measure in self.measures.items()},
             "pairs": [self._pair_as_json(pair) for pair in self.pairs],
             "sentences": [self.sentence(pair) for pair in self.pairs],
+            "notes": self.notes(),
             "versions": versions(),
         }
 
     def _update(self, pair: Pair, a: Mapping[str, Any], b: Mapping[str, Any]) -> None:
         for name, measure in self.measures.items():
-            pair.sequences[name].update(measure.differences(a[name], b[name]))
+            pair.sequences[name].update(measure.differences(a[name], b[name]), self.count)
         first = pair.first
         if pair.settled is None and (first.excludes_zero or self._is_small(pair)):
             pair.settled = self.count
         if first.count:
             pair.trace.append((self.count, first.value, first.low, first.high))
+
+    def _outside(self, pair: Pair, name: str) -> str:
+        """Sentence about a mean that lies outside of its interval: which limit it crosses, from when, and why."""
+        sequence, measure, (a, b), unit = pair.sequences[name], self.measures[name], pair.names, self.trial.unit
+        above = sequence.value > sequence.high
+        limit, date = ("upper", sequence.high_since) if above else ("lower", sequence.low_since)
+        side, chance = "above" if above else "below", f"{100 * (1.0 - CONFIDENCE):.0f} %"
+        ends = f"{measure.number(sequence.low)} to {measure.number(sequence.high)}"
+        return (
+            f"The mean of {a} minus {b} in {measure.figure.label}, {measure.figure.text(sequence.value)}, lies outside "
+            f"of its interval ({ends}): an interval never widens, its {limit} limit dates from after {date:,} {unit}, "
+            f"and later {unit} lie {side} this limit on average; either chance moved the mean, or the interval misses "
+            f"the truth (a chance of at most {chance}), or later {unit} differ from earlier ones."
+        )
 
     def _is_small(self, pair: Pair) -> bool:
         return self._margin is not None and pair.first.is_within(self._margin)
@@ -262,7 +286,7 @@ def compare(
     The report holds the sentences of the command, and every figure behind them:
 
         report = compare("analytic", "mlp", "PnTRelease-v0", level="waste")
-        print(*report["sentences"])
+        print(*report["sentences"], *report["notes"])
 
     Policies throw block after block of the same objects. Intervals for the mean differences hold at any time, so it is
     allowed to stop when an interval leaves zero out; see `agents.judging.sequential`.
@@ -286,7 +310,10 @@ def compare(
         options: level, action_mode, num_envs and threads for an id, see `make_vector`.
 
     Returns:
-        `sentences`, and for each of `pairs` the difference a - b of each figure in SI units: value, low and high.
+        `sentences`, `notes` on the means, and for each of `pairs` the difference a - b of each figure in SI units: the
+        mean (`value`), `low` and `high`, the number of units after which each limit was set (`low_since`,
+        `high_since`), and whether the mean lies `outside` of the interval. Means of comparisons that stop when a
+        difference is settled lie farther from zero than the truth, on average.
 
     Raises:
         UsageError: there is no such policy, environment or figure, or a number has no meaning.

@@ -48,8 +48,8 @@ class Measure:
     def sentence(self, pair: tuple[str, str], unit: str, value: float, low: float, high: float) -> str:
         """Sentence about a difference whose interval excludes zero, from the view of the controller that is ahead."""
         least, most = sorted((abs(low), abs(high)))
-        ahead, behind = pair if self.sign * value >= 0.0 else pair[::-1]
-        amount = self.figure.text(abs(value))
+        ahead, behind = pair if (low > 0.0) == (self.sign > 0) else pair[::-1]
+        amount = self.figure.text(value if low > 0.0 else -value)  # negative only for a mean beyond zero
         words = self.words.format(a=ahead, b=behind, amount=amount, label=self.figure.label, unit=unit)
         return f"{words} ({self.number(least)} to {self.number(most)})"
 

@@ -7,6 +7,9 @@ with a probability of at most alpha (Ville's inequality). The capital here is di
 Cover's universal portfolio, so no variance has to be known. The lower limit is the largest m against which the capital
 reached 1 / alpha; the upper limit is the lower limit of 2B - y. Each limit has half of the probability to err.
 
+An interval is what the intervals after all updates share, so an interval never widens. The mean of the observations may
+therefore lie outside of the interval: an earlier limit stays where later observations lie beyond that limit on average.
+
 Assumed: the mean of an observation, given all earlier observations, is constant. Nothing is assumed of the distribution
 but its bound. For observations of equal distribution that do not depend on one another this always holds.
 
@@ -43,6 +46,8 @@ class ConfidenceSequence:
     def __init__(self, bound: float, alpha: float) -> None:
         self.bound, self.alpha = bound, alpha
         self.low, self.high = -bound, bound
+        self.low_since, self.high_since = 0, 0
+        """Dates of the limits, as `update` was told them."""
         self._values: Floats = np.zeros(0)
 
     @property
@@ -52,8 +57,14 @@ class ConfidenceSequence:
 
     @property
     def value(self) -> float:
-        """Mean of the observations, or the limit that is nearest to the mean; NaN without observations."""
-        return float(np.clip(self._values.mean(), self.low, self.high)) if self.count else float("nan")
+        """Mean of the observations; NaN without observations."""
+        # Rounding alone could move a mean of bounded numbers beyond the bound.
+        return float(np.clip(self._values.mean(), -self.bound, self.bound)) if self.count else float("nan")
+
+    @property
+    def outside(self) -> bool:
+        """Whether the mean of the observations lies outside of the interval."""
+        return self.value < self.low or self.value > self.high
 
     @property
     def excludes_zero(self) -> bool:
@@ -65,18 +76,22 @@ class ConfidenceSequence:
         return -margin <= self.low and self.high <= margin
 
     def as_json(self) -> dict[str, float | int | bool | None]:
-        """Mean, limits and number of observations; the mean of no observations is None."""
+        """Mean, limits, their dates and number of observations; the mean of no observations is None."""
         value = self.value if self.count else None
-        ends = {"low": self.low, "high": self.high, "excludes_zero": self.excludes_zero}
-        return {"value": value, **ends, "count": self.count}
+        ends = {"low": self.low, "high": self.high, "excludes_zero": self.excludes_zero, "outside": self.outside}
+        return {"value": value, **ends, "low_since": self.low_since, "high_since": self.high_since, "count": self.count}
 
-    def update(self, values: ArrayLike) -> None:
-        """Narrow the interval by further observations (N,)."""
+    def update(self, values: ArrayLike, date: int) -> None:
+        """Narrow the interval by further observations (N,); a limit that they narrow gets the date."""
         self._values = np.concatenate([self._values, np.asarray(values, dtype=np.float64)])
         low = max(self.low, self._limit(self._values, self.low))
         high = min(self.high, -self._limit(-self._values, -self.high))
-        if low <= high:  # otherwise the assumption, or luck of probability alpha, has failed: the interval stays
-            self.low, self.high = low, high
+        if low > high:
+            return  # the assumption, or luck of probability alpha, has failed: the interval stays
+        if low > self.low:
+            self.low, self.low_since = low, date
+        if high < self.high:
+            self.high, self.high_since = high, date
 
     def _limit(self, values: Floats, low: float) -> float:
         """Largest mean, at least `low`, against which the capital of now is 2 / alpha or more; `low` without one."""

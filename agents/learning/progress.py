@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,6 +20,8 @@ from ..ground.signals import handle_signals, interrupt
 from .windows import Window
 
 HEADER = "throws,seconds,success_rate,{},reward_mean"
+LINE = re.compile(r"(\d{1,15}),(\d{1,15}\.\d+),", re.ASCII)
+"""Beginning of a line of progress.csv: steps, and seconds of training of all legs, before and after a resume."""
 
 
 @final
@@ -69,6 +72,7 @@ class ProgressCallback(BaseCallback):
         self._began = time.perf_counter()
         self._count = 0
         self._lines = _lines_up_to(file, start, HEADER.format(window.column))
+        self._before = _numbers_of(self._lines[-1])[1] if self._lines[1:] else 0.0
         self._line = ""
         self._written = start
 
@@ -81,7 +85,7 @@ class ProgressCallback(BaseCallback):
         self._count += len(rewards)
         seconds = time.perf_counter() - self._began
         self._show(len(rewards), self._count / seconds, success, figure)
-        self._line = f"{self.num_timesteps},{seconds:.2f},{success:.4f},{figure:.5f},{reward:.4f}"
+        self._line = f"{self.num_timesteps},{self._before + seconds:.2f},{success:.4f},{figure:.5f},{reward:.4f}"
         if self.num_timesteps - self._written >= self._window.every:
             self._write()
         return not self._stop.is_set
@@ -101,10 +105,10 @@ def _lines_up_to(file: Path, throws: int, header: str) -> list[str]:
     if not file.is_file():
         return [header]
     old = text_of(file, MOST_RESULTS).splitlines()[1:]
-    return [header, *(line for line in old if _throws_of(line) <= throws)]
+    return [header, *(line for line in old if _numbers_of(line)[0] <= throws)]
 
 
-def _throws_of(line: str) -> float:
-    """Number of throws in a line of progress.csv; infinite for a line of another form."""
-    count = line.partition(",")[0]
-    return int(count) if count.isdecimal() else np.inf
+def _numbers_of(line: str) -> tuple[float, float]:
+    """Throws and seconds of training in a line of progress.csv; infinitely many throws for a line of another form."""
+    match = LINE.match(line)
+    return (float(match[1]), float(match[2])) if match else (np.inf, 0.0)

@@ -3,7 +3,7 @@
     args.yml            arguments of the run         config.yml          hyperparameters (RL-Zoo syntax)
     env.yaml            the level in full            versions.json       of Python and packages
     git.txt             commit, if there is one      command.txt         the command line
-    progress.csv        success and landing error while training
+    progress.csv        seconds of training, success and landing error, over all resumes
     policy.npz          newest policy (see `agents.policies`), sufficient for throwing
     model.zip           newest model with optimisers replay_buffer.npz   replay buffer
     checkpoints/N/      all that is needed to go on from throw N
@@ -40,10 +40,14 @@ if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecEnv
 
 ARGUMENTS = ("env", "level", "algo", "steps", "seed", "num_envs", "action_mode", "checkpoint_every")
-LATER = {"fidelity": "full", "full_last": 0, "stack": 1, "over": "analytic"}
-"""Arguments that older run folders lack, with the values of those runs."""
-WHOLE = ("steps", "seed", "num_envs", "checkpoint_every", "full_last", "stack")
-"""Arguments that are whole numbers; the other arguments are text."""
+LATER = {
+    "fidelity": "full", "full_last": 0, "stack": 1, "over": "analytic", "eval_picks": None, "tensorboard": False
+}  # fmt: skip
+"""Arguments that older run folders lack, with the values of those runs; None for the default of the kind of trial."""
+WHOLE = ("steps", "seed", "num_envs", "checkpoint_every", "full_last", "stack", "eval_picks")
+"""Arguments that are whole numbers, at least 0."""
+FLAGS = ("tensorboard",)
+"""Arguments that are true or false; the arguments that are neither flags nor whole numbers are text."""
 POLICY, MODEL, MEMORY, RANDOM = "policy.npz", "model.zip", "replay_buffer.npz", "random.json"
 
 
@@ -251,12 +255,20 @@ def _arguments(folder: Path, stamp: tuple[int, ...]) -> Mapping[str, Any]:
     if missing:
         raise _damage_error(folder, f"args.yml lacks {', '.join(missing)}")
     for name in (*ARGUMENTS, *LATER):
-        kind = int if name in WHOLE else str
-        if not (isinstance(data[name], kind) and not isinstance(data[name], bool)):
+        if not _is_value(name, data[name]):
             raise _damage_error(folder, f"args.yml has {name} {data[name]!r}")
     if data["algo"] not in (*RESIDUAL, *MASKED):
         raise _damage_error(folder, f"args.yml has algo {data['algo']!r}")
     return data
+
+
+def _is_value(name: str, value: object) -> bool:
+    """Whether a value is one that an argument of a run can have."""
+    if value is None:
+        return LATER.get(name, "") is None
+    if name in FLAGS or isinstance(value, bool):
+        return name in FLAGS and isinstance(value, bool)
+    return isinstance(value, int) and value >= 0 if name in WHOLE else isinstance(value, str)
 
 
 def _damage_error(folder: Path, reason: str) -> UsageError:

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
+from ..dispatchers.settings import PLANNERS
+from ..grasping.scenes import HELD, PERCENT
 from ..reproduce.record import verdicts
-from .line import CLASS_BLIND, FIRST, best, gain, value
+from .line import CLASS_BLIND, FIRST, best, gain, learners, value
+from .paired import difference, interval
 from .study_plan import shipped_study
 from .tables import first_level, name_of, rows_of
 
@@ -21,7 +24,6 @@ SAFETY: Final = 1.5
 """Grip margin whose price is told."""
 NEARLY_ALL: Final = 0.9
 """Share of the gain of the best learner at which a learner has learned nearly all."""
-_KEYS: Final = ("label", "throws")
 LOSSES: Final = {
     "share_unpicked": "failed picks",
     "share_missed": "throws beside the opening",
@@ -37,20 +39,30 @@ class NoAnswer(LookupError):
 
 
 def learning(results: Results) -> str:
-    """What the best learner adds to the analytic planner, and the fewest throws that bring nearly as much."""
+    """What the best learner adds to the analytic planner, the fewest throws that add anything and nearly as much."""
     data = _benchmark(results, "benchmark")
     level, rows = first_level(data)
-    planner = _row(rows, "analytic")
+    planner, oracle = _row(rows, "analytic"), _row(rows, "oracle")
     learned = _learner_rows(rows)
     winner = max(learned, key=_pace)
     enough = _pace(planner) + NEARLY_ALL * (_pace(winner) - _pace(planner))
     soonest = min((row for row in learned if _pace(row) >= enough), key=lambda row: (row["throws"], -_pace(row)))
-    gained = _difference(data, level, winner, planner)
     return (
         f"On `{level}`, {_after(winner)} sorts {_pace(winner):.1f} objects a minute and the analytic planner "
-        f"{_pace(planner):.1f}: {gained}. {_after(soonest).capitalize()} reaches {_pace(soonest):.1f}, and an oracle "
-        f"that simulates each throw beforehand {_pace(_row(rows, 'oracle')):.1f}."
+        f"{_pace(planner):.1f}: {difference(data, level, winner, planner)}. "
+        f"{_first_ahead(data, level, learned, planner)} {_after(soonest)} reaches {_pace(soonest):.1f}. An oracle that "
+        f"simulates each throw beforehand reaches {_pace(oracle):.1f}; `{winner['label']}` less the oracle is "
+        f"{difference(data, level, winner, oracle)}."
     )
+
+
+def _first_ahead(data: Data, level: str, learned: Sequence[Data], planner: Data) -> str:
+    """Sentence about the learner that is surely ahead of the planner after the fewest throws."""
+    for row in sorted(learned, key=lambda row: (row["throws"], -_pace(row))):
+        ahead = interval(data, level, row, planner)
+        if ahead is not None and ahead.low > 0.0:
+            return f"{_after(row)} already adds {difference(data, level, row, planner)}."
+    return "No learner is sure to beat the planner."
 
 
 def drift(results: Results) -> str:
@@ -68,40 +80,55 @@ def drift(results: Results) -> str:
     return (
         f"On `{level}`, a policy that does not adapt lands {1000 * _error(static):.1f} mm off on average{without}. "
         f"`{winner['label']}` lands {1000 * _error(winner):.1f} mm off, and a controller that is told the drift "
-        f"{1000 * _error(oracle):.1f} mm: adapting wins back {100 * share:.0f} % of what can be won."
+        f"{1000 * _error(oracle):.1f} mm: adapting wins back {100 * share:.0f} % of what that controller wins back."
     )
 
 
 def grasp(results: Results) -> str:
-    """What the cup's place is worth: the middle, a tuned rule, a network and an oracle, on seen and on unseen kinds."""
+    """What the cup's place is worth: the middle, a tuned rule, networks and an oracle, on seen and on unseen kinds."""
     data = _benchmark(results, "benchmark_grasp")
     level, rows = first_level(data)
     middle, rule, network, oracle = (_row(rows, name) for name in ("centre", "flattest", "local_mlp", "oracle_grasp"))
-    share = (_pace(network) - _pace(rule)) / (_pace(oracle) - _pace(rule))
     sentence = (
-        f"On `{level}`, cups sent to the outline's middle sort {_pace(middle):.1f} objects a minute, cups sent to the "
-        f"truly best place {_pace(oracle):.1f}. A tuned rule, the flattest place, sorts {_pace(rule):.1f}; a network "
-        f"that learned from tries sorts {_pace(network):.1f}. The network gains "
-        f"{_difference(data, level, network, rule)}, on the rule: {100 * share:.0f} % of what can be won."
+        f"On `{level}`, cups sent to the outline's middle sort {_pace(middle):.1f} objects a minute. A tuned rule, the "
+        f"flattest place, sorts {_pace(rule):.1f}; a network that learned from tries sorts {_pace(network):.1f}: "
+        f"{difference(data, level, network, rule)}, on the rule."
     )
     rewarded = next((row for row in rows if row["label"] == "fitted_q"), None)
     if rewarded is not None:
         sentence += (
             f" `fitted_q`, which learns places and paces from rewards alone, sorts {_pace(rewarded):.1f}: "
-            f"{_difference(data, level, rewarded, rule)}, on the rule."
+            f"{difference(data, level, rewarded, rule)}, on the rule."
         )
+    sentence += f" {_of_the_oracle(data, level, rows, oracle)}"
     for unseen in [name for name in data["plan"]["levels"] if name != level]:
         on_unseen = [row for row in data["table"] if row["level"] == unseen]
         seen, blind, best_known = (_row(on_unseen, name) for name in ("local_mlp", "local_mlp_depth", "flattest"))
         sentence += (
-            f" On `{unseen}`, whose kinds no network saw, the network sorts {_pace(seen):.1f}, the rule "
-            f"{_pace(best_known):.1f}, a network of depths alone {_pace(blind):.1f}."
+            f" On `{unseen}`, whose kinds no network saw, the rule sorts {_pace(best_known):.1f}; the network sorts "
+            f"{_pace(seen):.1f} ({difference(data, unseen, seen, best_known)}), a network of depths alone "
+            f"{_pace(blind):.1f} ({difference(data, unseen, blind, best_known)})."
         )
     return sentence
 
 
+def _of_the_oracle(data: Data, level: str, rows: Sequence[Data], oracle: Data) -> str:
+    """What the oracle of places knows and maximises, what it sorts, and who sorts more."""
+    above = [row for row in rows if _pace(row) > _pace(oracle)]
+    text = (
+        f"`{oracle['label']}` knows the true surface and not the error of the cup. It takes the place where a try is "
+        f"expected to be worth most: 1 where the hold survives a throw at {PERCENT:g} % of the robot's acceleration, "
+        f"{HELD:g} where the cup merely holds. It sorts {_pace(oracle):.1f}"
+    )
+    if not above:
+        return f"{text}, more than all others."
+    names, top = ", ".join(f"`{row['label']}`" for row in above), max(above, key=_pace)
+    most = difference(data, level, top, oracle)
+    return f"{text} and is no bound: more is sorted by {names}, and most by `{top['label']}` ({most})."
+
+
 def order(results: Results) -> str:
-    """What the best order is worth over first in, first out, on the levels where the gain is least and largest."""
+    """What the best order is worth over first in, first out, where the gain is least and largest, and who is ahead."""
     data = _benchmark(results, "benchmark_line")
     gains = [level_gain for level in data["plan"]["levels"] if (level_gain := _gain_on(data, level)) is not None]
     if not gains:
@@ -110,8 +137,32 @@ def order(results: Results) -> str:
     return (
         "Over first in, first out, the best order gains in value per minute, with 95 % intervals, between "
         f"{least.text} and {most.text}. On the latter level, the best rule that ignores what other robots can take "
-        f"gains {most.blind}."
+        f"gains {most.blind}.{_planned_or_learned(data)}"
     )
+
+
+def _planned_or_learned(data: Data) -> str:
+    """Sentence about the levels of lines on which a learner earns more than every planner; nothing without the two."""
+    rows = {level: rows_of(data, [level]) for level in data["plan"]["levels"]}
+    both = {level: (best(learners(of)), best(of, PLANNERS)) for level, of in rows.items()}
+    pairs = {level: (won, plan) for level, (won, plan) in both.items() if won is not None and plan is not None}
+    if not pairs:
+        return ""
+    names = sorted({f"`{plan['label']}`" for _, plan in pairs.values()})
+    planner = f"the planner {names[0]}" if len(names) == 1 else "the best planner"
+    ahead = {level: _lead(*pair) for level, pair in pairs.items()}
+    beaten = [f"`{level}`" for level, share in ahead.items() if share > 0.0]
+    top = max(ahead, key=lambda level: ahead[level])
+    lead = f"`{name_of(pairs[top][0])}` on `{top}`, with {gain(*map(value, pairs[top]))}"
+    if beaten:
+        return f" What was learned or searched beats {planner} on {', '.join(beaten)}, by most {lead}."
+    return f" Nothing learned or searched beats {planner} on any of the {len(pairs)} levels; nearest is {lead}."
+
+
+def _lead(one: Data, other: Data) -> float:
+    """Share by which one earns more than another on the shifts that both have worked."""
+    shared = min(len(value(one)), len(value(other)))
+    return float(value(one)[:shared].mean() / value(other)[:shared].mean() - 1.0)
 
 
 def losses(results: Results) -> str:
@@ -335,16 +386,6 @@ def _number(row: Data, name: str) -> float:
 def _after(row: Data) -> str:
     """A controller with the throws that it has learned from."""
     return f"`{row['label']}` after {row['throws']:,} throws"
-
-
-def _difference(data: Data, level: str, learner: Data, reference: Data) -> str:
-    """The paired difference in sorted objects per minute, where the plan compares the two."""
-    for row in data["comparisons"]:
-        sides = (row["learned"], learner), (row["reference"], reference)
-        if row["level"] == level and all(side[name] == whole[name] for side, whole in sides for name in _KEYS):
-            pace = row["sorted_per_min"]
-            return f"{pace['value']:+.1f}, 95 % interval {pace['low']:+.1f} to {pace['high']:+.1f}"
-    return f"{_pace(learner) - _pace(reference):+.1f}"
 
 
 def _shares(row: Data) -> str:

@@ -21,7 +21,7 @@ SHOWN: Final[Mapping[str, str]] = {
 LEARNERS: Final = ("virtual_goal", "mean_shift", "ridge", "mlp", "sac")
 """Controllers whose curves are drawn."""
 LEVELS: Final = ("analytic", "floor", "oracle")
-"""Controllers that are drawn as levels: where learning begins, what the observation allows, what the task allows."""
+"""Controllers that are drawn as levels: where learning begins, what the observation allows, an oracle that aims."""
 
 
 def headline_rows(data: Data) -> tuple[str, list[Data]]:

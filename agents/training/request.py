@@ -29,8 +29,13 @@ DEFAULTS: Final[Mapping[str, Any]] = {
     "checkpoint_every": None,
     "stack": 1,
     "over": PLANNER,
+    "eval_picks": None,
+    "tensorboard": False,
 }
-"""Default arguments of a new run; None for defaults of the kind of trial or of the hyperparameters."""
+"""Default arguments of a new run, which its folder keeps; None for defaults of the kind of trial or of the
+hyperparameters."""
+ANEW: Final = ("steps", "eval_picks", "tensorboard")
+"""Arguments that a resume may give anew; otherwise they are what the folder holds."""
 
 
 def resolve_request(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -56,7 +61,8 @@ def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         UsageError: an option is given that a resumed run has already fixed, or options contradict one another.
     """
-    options = {name: arguments[name] for name in DEFAULTS if arguments[name] is not None}
+    given = ((name, arguments[name]) for name in DEFAULTS)
+    options = {name: value for name, value in given if value is not None and value is not False}
     if arguments["resume"] is not None:
         return _resume_request(arguments["resume"], arguments, options)
     if arguments["out"] is not None:
@@ -66,18 +72,20 @@ def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
         raise UsageError("--full-last goes with --fidelity flight")
     run_args["level"] = run_args["level"] or LEVELS.get(run_args["env"])
     trial = trial_class(config_of(run_args["env"], run_args["level"]))
-    usual = {"algo": trial.algorithms[0], "checkpoint_every": trial.checkpoint_every}
+    usual = {
+        "algo": trial.algorithms[0], "checkpoint_every": trial.checkpoint_every, "eval_picks": trial.usual_table
+    }  # fmt: skip
     return {**run_args, **{name: value for name, value in usual.items() if run_args[name] is None}}
 
 
 def _resume_request(folder: Path, arguments: Mapping[str, Any], options: dict[str, Any]) -> dict[str, Any]:
-    """Arguments of the run in a folder, with the number of steps of the command line."""
+    """Arguments of the run in a folder, with those that the command line gives anew."""
     recorded = RunFolder(folder).arguments
     if options.get("env") == recorded["env"]:
         recorded["env"] = options.pop("env")
     else:
         importless_environment(folder, recorded["env"])
-    fixed = [*(options.keys() - {"steps"}), *(name for name in ("out", "config") if arguments[name] is not None)]
+    fixed = [*(options.keys() - {*ANEW}), *(name for name in ("out", "config") if arguments[name] is not None)]
     if fixed:
         name = fixed[0].replace("_", "-")
         raise UsageError(

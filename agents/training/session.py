@@ -92,7 +92,7 @@ class Session:
 
 
 def run_session(
-    session: Session, out: Path | None, resume: Path | None, new_steps: int | None, tensorboard: bool
+    session: Session, out: Path | None, resume: Path | None, new_steps: int | None
 ) -> tuple[RunFolder, int, int | None]:
     """Train until the training is done or stopped.
 
@@ -101,7 +101,6 @@ def run_session(
         out: folder of a new run; None for a folder in `runs`.
         resume: folder of the run to resume; None for a new run.
         new_steps: total number of steps from the command line; None if not given.
-        tensorboard: also log losses for TensorBoard.
 
     Returns:
         The run folder, the number of steps done, and the number of the signal that stopped the training, if one did.
@@ -117,7 +116,7 @@ def run_session(
             folder, model = session.create(None if out is None else destination(out))
             ends.enter_context(lock_folder(folder.path))
             ends.enter_context(folder.remove_on_error())
-        session.learn(model, folder, stop, tensorboard=tensorboard)
+        session.learn(model, folder, stop, tensorboard=session.run_args["tensorboard"])
     return folder, model.num_timesteps, stop.number
 
 
@@ -127,10 +126,13 @@ def _restore(session: Session, folder: RunFolder, new_steps: int | None) -> Base
     Raises:
         UsageError: the run has already done all its steps.
     """
-    model, run_args = folder.restore(session.env), session.run_args
-    if new_steps is not None and new_steps > model.num_timesteps:
+    model, run_args, recorded = folder.restore(session.env), session.run_args, folder.arguments
+    goes_on = new_steps is not None and new_steps > model.num_timesteps
+    if goes_on:
         (folder.path / TABLE).unlink(missing_ok=True)  # of fewer throws
-        folder.write_arguments(run_args)
+    kept = run_args if goes_on else {**run_args, "steps": recorded["steps"]}
+    if kept != recorded:
+        folder.write_arguments(kept)
     if model.num_timesteps >= run_args["steps"] and (folder.path / TABLE).is_file():
         raise UsageError(
             f"run {str(folder.path)!r} has done {model.num_timesteps} throws of {run_args['steps']}; "

@@ -17,17 +17,18 @@ TABLE: Final = "evaluation.json"
 """File of the table in the run folder."""
 
 
-def show_table(trial: Trial, folder: RunFolder, steps: int, run_args: Mapping[str, Any], count: int | None) -> None:
+def show_table(trial: Trial, folder: RunFolder, steps: int, run_args: Mapping[str, Any]) -> None:
     """Evaluate the policy and its peers, print the table, and write the table to the run folder.
 
     Args:
         trial: trial of the training.
         folder: folder of the run.
         steps: number of steps that the policy has learned from.
-        run_args: arguments of the training.
-        count: number of units of each controller; None for the default of the kind of trial.
+        run_args: arguments of the training; `eval_picks` is the number of units of each controller, None for the
+            default of the kind of trial.
     """
-    count = trial.usual_table if count is None else count
+    asked = run_args["eval_picks"]
+    count = trial.usual_table if asked is None else asked
     learned = trial.policy(folder, None, run_args, f"learned ({run_args['algo']})")
     entries = [(trial.controller(name), practice) for name, practice in trial.peers(run_args).items()]
     for controller, _ in [*entries, (learned, 0)]:

@@ -172,6 +172,8 @@ def needed(values: Floats, measure: Measure, measured: float, within: float = np
     throws = first_crossing(values, measure.bound, alpha, ROWS)
     mean = float(values.mean()) / measured
     deviation = float(np.sqrt((values**2).mean() / measured - mean**2))
+    ends = [(row, int(end)) for row, end in enumerate(throws) if np.isfinite(end)]
+    stopped = [values[row, :end].mean() / measured for row, end in ends]
     quantile = NormalDist().inv_cdf
     z = quantile(0.5 + metrics.CONFIDENCE / 2.0) + quantile(POWER)
     middle, upper = (float(np.quantile(throws, share, method="higher")) for share in (0.5, POWER))
@@ -179,6 +181,7 @@ def needed(values: Floats, measure: Measure, measured: float, within: float = np
         "difference_m": mean,
         "deviation_m": deviation,
         "settled": float(np.isfinite(throws).mean()),
+        "settled_mean_m": float(np.mean(stopped)) if stopped else None,
         "settled_within": float((throws <= within).mean()),
         "median_throws": int(middle) if np.isfinite(middle) else None,
         "throws_80": int(upper) if np.isfinite(upper) else None,

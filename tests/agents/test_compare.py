@@ -22,6 +22,7 @@ def test_the_verdict_is_printed_written_and_drawn(tmp_path: Path) -> None:
     report = json.loads((tmp_path / "out.json").read_text())
     assert said.splitlines()[-1] == report["sentences"][0]
     assert "ridge lands" in said
+    assert said.splitlines()[-2:-1] == report["notes"]
     assert f"level waste, {report['count']} throws each" in said
     assert (report["env"], report["seed"], report["practice"]) == ("ToyThrow-v0", 0, {"analytic": 0, "ridge": 120})
     assert (tmp_path / "out.svg").read_text().count("<svg") == 1

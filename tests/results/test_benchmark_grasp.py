@@ -8,7 +8,8 @@ from agents.ground.places import SHIPPED as ROOT
 DATA = read_json(ROOT / "results" / "benchmark_grasp.json")
 PACE = {(row["level"], row["label"]): row["sorted_per_min"] for row in DATA["table"]}
 SHARE = {(row["level"], row["label"]): row["success_rate"] for row in DATA["table"]}
-NETWORKS = ("local_mlp", "local_mlp_seed_1", "local_mlp_seed_2")
+SEEDS = ("", "_seed_1", "_seed_2")
+NETWORKS = tuple(f"local_mlp{seed}" for seed in SEEDS)
 
 
 def gain(learned: str, reference: str, level: str = "grasp") -> dict[str, float]:
@@ -39,7 +40,14 @@ def test_each_network_beats_the_tuned_rule_and_closes_most_of_the_gap(network: s
 def test_colours_mislead_on_kinds_that_no_network_saw() -> None:
     assert gain("local_mlp_depth", "flattest", "grasp_unseen")["low"] > 0.0
     assert gain("local_mlp_depth", "centroid", "grasp_unseen")["low"] > 0.0
-    assert max(PACE["grasp_unseen", network] for network in NETWORKS) < PACE["grasp_unseen", "flattest"]
+    coloured = [f"{name}{seed}" for name in ("local_mlp", "fcn", "fitted_q") for seed in SEEDS]
+    assert max(PACE["grasp_unseen", network] for network in coloured) < PACE["grasp_unseen", "flattest"]
+    assert not any(gain(network, "flattest", "grasp_unseen")["low"] > 0.0 for network in coloured)
+
+
+def test_the_oracle_of_places_is_no_bound() -> None:
+    above = {label for (level, label), pace in PACE.items() if level == "grasp" and pace > PACE[level, "oracle_grasp"]}
+    assert {"fitted_q", "local_mlp_one_try"} <= above
 
 
 def test_no_fixed_pace_reaches_the_pace_by_the_gauge() -> None:

@@ -11,7 +11,8 @@ import yaml
 from agents.dispatchers.settings import PLANNERS
 from agents.ground.files import read_json
 from agents.ground.places import SHIPPED as ROOT
-from agents.report.line import CLASS_BLIND, best, by_seed, value
+from agents.report.line import CLASS_BLIND, best, by_seed, learners, value
+from agents.report.paired import interval
 from agents.report.tables import rows_of
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -134,6 +135,60 @@ def test_the_level_on_the_page_of_drift_loads() -> None:
     assert (config.feedback.noise, config.picks_per_shift) == (0.010, 100)
 
 
+# Planner, learners and oracle of single throws: README, docs/index.md and docs/reproducibility.md.
+
+THROWS = [
+    (name, level)
+    for name in ("benchmark", "benchmark_precise", "benchmark_peers")
+    for level in read(name)["plan"]["levels"]
+]
+
+
+def throws_row(name: str, level: str, label: str, throws: int) -> Any:
+    """The row of a controller in the table of a benchmark."""
+    keys = (label, throws, level)
+    return next(row for row in read(name)["table"] if (row["label"], row["throws"], row["level"]) == keys)
+
+
+def test_thirty_throws_beat_the_planner_of_a_throw() -> None:
+    planner, ridge = (throws_row("benchmark", "waste", *who) for who in (("analytic", 0), ("ridge", 30)))
+    ahead = interval(read("benchmark"), "waste", ridge, planner)
+    assert ahead is not None
+    assert ahead.low > 5.0
+
+
+@pytest.mark.parametrize(("name", "level"), THROWS)
+def test_every_learner_lands_farther_from_the_target_than_the_oracle(name: str, level: str) -> None:
+    rows = [row for row in read(name)["table"] if row["level"] == level]
+    oracles = [row["landing_error_mean_m"] for row in rows if row["label"] == "oracle"]
+    assert all(row["landing_error_mean_m"] > min(oracles) for row in rows if row["label"] != "oracle" and oracles)
+
+
+@pytest.mark.parametrize(
+    ("name", "level", "clear"), [("benchmark", "waste", False), ("benchmark_peers", "boxes", True)]
+)
+def test_the_oracle_bounds_no_pace(name: str, level: str, clear: bool) -> None:
+    sac, oracle = throws_row(name, level, "sac", 10_000), throws_row(name, level, "oracle", 0)
+    ahead = interval(read(name), level, sac, oracle)
+    assert ahead is not None
+    assert (ahead.value > 0.0, ahead.excludes_zero) == (True, clear)
+
+
+BOUNDS = ("truly best", "be won", "best possible", "task allows", "truly optimal")
+"""Words that call a controller a bound; learners stand above oracles in the tables."""
+
+
+@pytest.mark.parametrize(
+    "pattern", ["README.md", "docs/*.md", "docs/environments/*.md", "results/*.md", "results/tables/*.md"]
+)
+def test_no_page_calls_an_oracle_a_bound(pattern: str) -> None:
+    pages = [*ROOT.glob(pattern)]
+    assert pages
+    told = {page.name: [words for words in BOUNDS if words in page.read_text(encoding="utf-8")] for page in pages}
+    told.pop("changelog.md", None)
+    assert not {name: words for name, words in told.items() if words}
+
+
 # Lines: results/order.md and docs/line.md.
 
 ALONE = tuple(name for name in PLANNERS if name != "guided_beam")
@@ -214,6 +269,16 @@ def test_what_the_pages_say_of_every_line(level: str) -> None:
         assert len(residual) == 5
         assert all(gain(one, value(row(level, ALONE))) > -0.02 for one in residual)
         assert all(gain(one, value(row(level, PLANNERS))) > -0.02 for one in longest)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_guided_beam_is_hard_to_beat(level: str) -> None:
+    """No seed of what was learned or searched beats it on any of the six levels, and all are clearly behind."""
+    planner = value(row(level, "guided_beam"))
+    assert len(LEVELS) == 6
+    for learner in learners(rows_of(LINE, [level])):
+        assert gain(value(learner), planner, -2.0) < 0.0, learner["label"]
+        assert all(gain(one, planner) < 0.0 for one in by_seed(LINE, learner)), learner["label"]
 
 
 @pytest.mark.parametrize("level", ["skills3", "skills3_burst"])

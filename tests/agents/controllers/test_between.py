@@ -270,7 +270,7 @@ def test_a_run_says_what_stands_between_and_older_ones_need_not(recipe: Argument
     [
         ("over", "os:system", "over is 'os:system'; it must be a controller that needs no practice"),
         ("stack", 10**9, "takes observations"),
-        ("stack", -1, "takes observations"),
+        ("stack", -1, "args.yml has stack -1"),
         ("stack", "8", "args.yml has stack '8'"),
         ("over", 3, "args.yml has over 3"),
     ],

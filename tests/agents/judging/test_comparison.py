@@ -9,7 +9,7 @@ import pytest
 from agents.controllers.own import Policy
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector, stream_seed
-from agents.judging.comparison import Comparison, Rules, compare
+from agents.judging.comparison import EARLY, Comparison, Rules, compare
 from agents.judging.measures import Measure
 from agents.judging.record import Figure, Record
 from agents.judging.throws.paired import MEASURES, depend, observations, run_length
@@ -47,6 +47,9 @@ def test_a_clear_difference_is_settled_early() -> None:
     assert sentence.startswith(f"mlp lands {1000 * error['value']:.1f} mm closer than planner (")
     assert sentence.endswith(f"settled after {report['count']} throws")
     assert [entry[0] for entry in pair["trace"]] == list(range(8, report["count"] + 1, 8))
+    assert not error["outside"]
+    assert error["low_since"] == report["count"]
+    assert report["notes"] == [EARLY]
     assert pair["trace"][-1][1:] == [error["value"], error["low"], error["high"]]
 
 
@@ -72,6 +75,7 @@ def test_controllers_throw_the_same_blocks_which_no_evaluation_sees() -> None:
     figures = report["pairs"][0]["figures"]
     assert all(figure["value"] == 0.0 and figure["count"] == 40 for figure in figures.values())
     assert not report["settled"]
+    assert report["notes"] == []
     assert report["sentences"][0].startswith(
         "not settled after 40 throws: landing error of a minus that of b is 0.0 mm"
     )
@@ -140,11 +144,17 @@ def test_differences_count_up_to_the_cap_where_both_figures_are_known() -> None:
 
 @pytest.mark.parametrize(
     ("value", "words"),
-    [(0.004, "b lands 4.0 mm closer than a (3.0 to 6.0)"), (-0.004, "a lands 4.0 mm closer than b (3.0 to 6.0)")],
+    [
+        (0.004, "b lands 4.0 mm closer than a (3.0 to 6.0)"),
+        (0.007, "b lands 7.0 mm closer than a (3.0 to 6.0)"),
+        (-0.001, "b lands -1.0 mm closer than a (3.0 to 6.0)"),
+    ],
 )
-def test_the_better_controller_is_the_subject(value: float, words: str) -> None:
-    low, high = sorted((np.sign(value) * 0.003, np.sign(value) * 0.006))
-    assert MEASURES["landing_error_m"].sentence(("a", "b"), "throws", value, low, high) == words
+def test_the_better_controller_by_the_interval_is_the_subject(value: float, words: str) -> None:
+    """The mean is told as it is, inside the interval or outside of it, and the interval alone says who is ahead."""
+    sentence = MEASURES["landing_error_m"].sentence
+    assert sentence(("a", "b"), "throws", value, 0.003, 0.006) == words
+    assert sentence(("b", "a"), "throws", -value, -0.006, -0.003) == words
 
 
 class Salvos(Record):
@@ -178,6 +188,38 @@ def test_a_third_kind_of_task_is_compared_by_signs() -> None:
         assert sum(comparison.blocks()) == comparison.count < 40
     (sentence,) = comparison.report()["sentences"]
     assert sentence.startswith("far has the larger spread more often than planner, by 100.0 % of all salvos (")
+
+
+class TurningTrial(SalvoTrial):
+    """Salvos in blocks of 100, alike at first; from the fourth block on, those of the controller "far" are wider."""
+
+    def block(self, left: int) -> int:
+        return 100
+
+    def run(self, controller: Any, count: int, seed: int, **_: Any) -> Salvos:
+        self.done = getattr(self, "done", 0) + count  # of both controllers
+        return Salvos(np.full(count, 2.0 if controller.name == "far" and self.done > 600 else 1.0))
+
+
+def test_a_mean_outside_of_its_interval_is_announced_with_its_reason() -> None:
+    with closing(make_vector("ToyThrow-v0", "waste", 4, 1)) as env:
+        trial = TurningTrial(env)
+        controllers = {policy.__name__: trial.controller(policy) for policy in (planner, far)}
+        comparison = Comparison(trial, controllers, 0, Rules(budget=400))
+        assert sum(comparison.blocks()) == 400
+    report = comparison.report()
+    figure = report["pairs"][0]["figures"]["spread_m"]
+    assert figure["value"] == pytest.approx(-0.25) == report["pairs"][0]["trace"][-1][1]
+    assert figure["outside"]
+    assert figure["low"] > figure["value"]
+    assert (report["settled"], figure["low_since"]) == (False, 300)
+    ends = f"({100 * figure['low']:.1f} to {100 * figure['high']:.1f})"
+    assert report["sentences"][0].endswith(f"is -25.0 % {ends}")
+    (note,) = report["notes"]
+    assert note.startswith(
+        f"The mean of planner minus far in spread (sign), -25.0 %, lies outside of its interval {ends}"
+    )
+    assert "its lower limit dates from after 300 salvos, and later salvos lie below this limit on average" in note
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import pytest
 from agents.ground import files
 from agents.report import contents
 from agents.report.contents import read_results
+from agents.report.paired import difference, interval
 from agents.report.questions import QUESTIONS
 
 BENCHMARK = {
@@ -50,3 +51,78 @@ def test_a_file_is_parsed_once_until_it_changes(tmp_path, monkeypatch):
     assert calls == ["x.json", "x.json"]
     with pytest.raises(files.UsageError, match="cannot read"):
         read_results(tmp_path / "none.json")
+
+
+def answer(name, tmp_path, **sources):
+    """The answer to a question from contents of its files."""
+    for source, data in sources.items():
+        (tmp_path / f"{source}.json").write_text(json.dumps(data))
+    return next(question for question in QUESTIONS if question.name == name).answered(tmp_path)
+
+
+def line_of(**values):
+    """A benchmark of a line with the same value in each of three shifts, by controller."""
+    rows = [
+        {"label": name, "controller": name, "level": "mine", "throws": 0, "shifts": 3, "value_per_min": worth}
+        | {"by_shift": {"value_per_min": [worth, worth, worth]}}
+        for name, worth in values.items()
+    ]
+    return {"plan": {"levels": ["mine"]}, "table": rows, "comparisons": []}
+
+
+@pytest.mark.parametrize(
+    ("learned", "said"),
+    [
+        (
+            99.0,
+            "Nothing learned or searched beats the planner `beam` on any of the 1 levels; nearest is `index` on `mine`",
+        ),
+        (
+            101.0,
+            "What was learned or searched beats the planner `beam` on `mine`, by most `index` on `mine`, with +1.0 %",
+        ),
+    ],
+)
+def test_the_order_says_whether_a_learner_beats_the_planners(tmp_path, learned, said):
+    assert said in answer("order", tmp_path, benchmark_line=line_of(fifo=50.0, atc=80.0, beam=100.0, index=learned))
+
+
+def benchmark_of(*controllers, items=0):
+    """A benchmark of 40 throws of 1 s each: label, throws learned from and share that is sorted of each controller."""
+    table, results = [], []
+    for k, (label, throws, share) in enumerate(controllers):
+        row = {"label": label, "throws": throws, "level": "mine"}
+        outcome = "s" * round(40 * share) + "m" * (40 - round(40 * share))
+        columns = {"item": [k * items] * 40, "outcome": outcome, "cycle_s": [1.0] * 40, "error_m": [0.1] * 40}
+        table.append({**row, "controller": label, "sorted_per_min": 60.0 * share})
+        results.append({**row, "seed": 0, "columns": columns})
+    plan = {"levels": ["mine"], "num_envs": 1}
+    return {"plan": plan, "table": table, "comparisons": [], "results": results}
+
+
+CONTROLLERS = (("analytic", 0, 0.5), ("ridge", 30, 0.8), ("sac", 100, 0.95), ("oracle", 0, 0.95))
+
+
+def test_the_answer_says_who_beats_the_planner_first_and_what_cannot_be_told_from_the_oracle(tmp_path):
+    said = answer("learning", tmp_path, benchmark=benchmark_of(*CONTROLLERS))
+    assert "`ridge` after 30 throws already adds +18.0, 95 % interval +" in said
+    assert "`sac` less the oracle is +0.0, 95 % interval +0.0 to +0.0, not distinguishable." in said
+    weak = [(label, throws, 0.5) for label, throws, _ in CONTROLLERS]
+    assert "No learner is sure to beat the planner." in answer("learning", tmp_path, benchmark=benchmark_of(*weak))
+
+
+def test_throws_of_other_objects_have_no_interval():
+    data = benchmark_of(*CONTROLLERS, items=1)
+    planner, ridge, *_ = data["table"]
+    assert interval(data, "mine", ridge, planner) is None
+    assert difference(data, "mine", ridge, planner) == "+18.0"
+
+
+@pytest.mark.parametrize(
+    ("best", "said"),
+    [(0.9, "sorts 48.0 and is no bound: more is sorted by `fitted_q`, and most by"), (0.7, "sorts 48.0, more than")],
+)
+def test_an_oracle_is_called_no_bound_where_somebody_sorts_more(tmp_path, best, said):
+    shares = {"centre": 0.4, "flattest": 0.5, "local_mlp": 0.6, "fitted_q": best, "oracle_grasp": 0.8}
+    data = benchmark_of(*((label, 0, share) for label, share in shares.items()))
+    assert said in answer("grasp", tmp_path, benchmark_grasp=data)
