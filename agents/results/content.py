@@ -1,7 +1,7 @@
 """Content of a benchmark's file: read in one form, and every shown figure computed from the throws in the file.
 
 A file of results may be a stranger's. The rows must be those that the file's plan asks for, each number in its range;
-table and comparisons are computed from the rows anew, and a file whose own say otherwise is refused.
+table and comparisons are computed from the rows anew, and a file that says otherwise is refused.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class BenchmarkFile(BaseModel):
 
 
 class Content(NamedTuple):
-    """Content of a benchmark's file, whose table and comparisons are of its rows.
+    """Content of a benchmark's file.
 
     Attributes:
         plan: the plan.
@@ -128,17 +128,19 @@ def form_of(path: Path, data: dict[str, Any]) -> Content:
 
 
 def check_figures(path: Path, content: Content, *, trust: bool = False) -> Content:
-    """The content of a file with the figures of its rows; arguments and errors are those of `read_benchmark`."""
+    """The same content, if its figures are those of its rows; arguments and errors are those of `read_benchmark`.
+
+    The last digits of its figures stay: rounding differs from machine to machine, and drawings are named by digits.
+    """
     plan, data = content
     if module_of(plan.env) is not None and not trust:
         raise untrusted(path, plan.env)
     _check_rows(path, plan, data["results"])
-    figures = _figures_of_rows(path, plan, data["results"])
-    for key, figure in figures.items():
+    for key, figure in _figures_of_rows(path, plan, data["results"]).items():
         difference = _difference(data[key], figure, key)
         if difference is not None:
             raise UsageError(f"{str(path)!r} shows what its {data['unit']} do not give: {difference}")
-    return Content(plan, {**data, **figures})
+    return content
 
 
 def plan_of_file(file: Path, plan: Any) -> Plan:
