@@ -55,9 +55,7 @@ def test_a_file_is_parsed_once_until_it_changes(tmp_path, monkeypatch):
 
 def answer(name, tmp_path, **sources):
     """The answer to a question from contents of its files."""
-    for source, data in sources.items():
-        (tmp_path / f"{source}.json").write_text(json.dumps(data))
-    return next(question for question in QUESTIONS if question.name == name).answered(tmp_path)
+    return next(question for question in QUESTIONS if question.name == name).answer_from(sources, tmp_path)
 
 
 def line_of(**values):
