@@ -11,7 +11,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import Any, final
+from typing import Any, Final, final
 
 import gymnasium as gym
 import numpy as np
@@ -21,6 +21,14 @@ from benchmarks.checks import check_parser
 from pnt_gym.errors import PntGymError
 
 ROOT = Path(pnt_gym.__file__).resolve().parent
+WARM_UP: Final = 2
+"""Steps that are not counted, since they compile and fill caches."""
+MOST_STEPS: Final = 100
+"""Steps in which an object must be picked."""
+
+
+class CheckError(PntGymError):
+    """A measurement that is not possible."""
 
 
 @final
@@ -50,22 +58,27 @@ class Trace:
         return calls_by_file
 
 
-def trace_step(env_id: str, level: str | None = None) -> Trace:
-    """Trace of the third step, with actions of 0.1 or the first choice that exists; None: the default level."""
+def trace_step(env_id: str, level: str | None = None) -> tuple[Trace, dict[str, Any]]:
+    """Trace of the first step after a warm-up of two whose object is picked and so thrown, and the `info` of this step.
+
+    Actions are 0.1 or the first choice that exists; a level of None is the default. Robots that hold every object have
+    no `info["picked"]`.
+    """
     env = gym.make(env_id, **({"level": level} if level else {})).unwrapped
     _, info = env.reset(seed=0)
-    for _ in range(2):
-        _, _, over, cut, info = env.step(_action(env, info))
+    for count in range(MOST_STEPS):
+        trace, action = Trace(), _action(env, info)
+        sys.setprofile(trace)
+        try:
+            _, _, over, cut, info = env.step(action)
+        finally:
+            sys.setprofile(None)
+        if count >= WARM_UP and info.get("picked", True):
+            env.close()
+            return trace, info
         if over or cut:
             _, info = env.reset()
-    trace, action = Trace(), _action(env, info)
-    sys.setprofile(trace)
-    try:
-        env.step(action)
-    finally:
-        sys.setprofile(None)
-    env.close()
-    return trace
+    raise CheckError(f"no object of {MOST_STEPS} was picked; choose another level")
 
 
 def _action(env: gym.Env[Any, Any], info: dict[str, Any]) -> Any:
@@ -83,7 +96,7 @@ def main() -> None:
     parser.add_argument("--list", action="store_true", help="every function with its calls")
     args = parser.parse_args()
     try:
-        trace = trace_step(args.env, args.level)
+        trace, _ = trace_step(args.env, args.level)
     except PntGymError as error:
         parser.error(str(error))
     print(
