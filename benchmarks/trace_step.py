@@ -61,9 +61,10 @@ class Trace:
 def trace_step(env_id: str, level: str | None = None) -> tuple[Trace, dict[str, Any]]:
     """Trace of the first step after a warm-up of two whose object is picked and so thrown, and the `info` of this step.
 
-    Actions are 0.1 or the first choice that exists; a level of None is the default. Robots that hold every object have
-    no `info["picked"]`.
+    Actions are 0.1 or the first choice that exists; a level of None is the default. The one-joint arm holds every
+    object, and its `info` has no "picked"; elsewhere a step without "picked" tries to grasp and throws nothing.
     """
+    is_held = env_id.startswith("OneJoint")
     env = gym.make(env_id, **({"level": level} if level else {})).unwrapped
     _, info = env.reset(seed=0)
     for count in range(MOST_STEPS):
@@ -73,7 +74,7 @@ def trace_step(env_id: str, level: str | None = None) -> tuple[Trace, dict[str, 
             _, _, over, cut, info = env.step(action)
         finally:
             sys.setprofile(None)
-        if count >= WARM_UP and info.get("picked", True):
+        if count >= WARM_UP and info.get("picked", is_held):
             env.close()
             return trace, info
         if over or cut:
