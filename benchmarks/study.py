@@ -24,6 +24,7 @@ from agents.ground.outputs import check_writable
 from agents.ground.versions import versions
 from agents.jobs.code import code_digest
 from agents.report.study_plan import Case, Part, StudyPlan, read_study, shipped_study
+from agents.results.study import check_study, is_study
 from benchmarks.studies.cells import Amount, Figures
 
 ROOMS: Final = ("judging", "controllers", "dispatchers", "grasping", "learning", "training", "fit")
@@ -126,7 +127,8 @@ def joined_rows(plan: StudyPlan, result: dict[str, Any], files: Iterable[Path]) 
     rows: list[Figures] = []
     for file in files:
         data = read_json(file)
-        if not isinstance(data, dict) or {**result, "rows": data.get("rows")} != data:
+        check_study(file, data)
+        if {**result, "rows": data.get("rows")} != data:
             raise UsageError(f"--join: {str(file)!r} is of another study, or of other amounts")
         rows = in_order(plan, rows, data["rows"])
     return rows
@@ -146,8 +148,10 @@ def head(plan: StudyPlan, throws: int, seed: int) -> dict[str, Any]:
 def load_progress(path: Path | None, fresh: dict[str, Any]) -> dict[str, Any]:
     """What the file holds of the same study and amounts, or nothing yet."""
     data = read_json(path) if path is not None and path.exists() else {}
-    is_same = isinstance(data, dict) and {**fresh, "rows": data.get("rows")} == data
-    return data if is_same else {**fresh, "rows": []}
+    if path is None or not is_study(data):
+        return {**fresh, "rows": []}
+    check_study(path, data)
+    return data if {**fresh, "rows": data["rows"]} == data else {**fresh, "rows": []}
 
 
 def measurement(part: Part) -> Callable[[dict[str, Any], Amount], Figures | Iterable[Figures]]:

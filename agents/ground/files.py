@@ -22,7 +22,7 @@ from .cli import UsageError
 
 LOCK: Final = ".lock"
 """Name of the file by which a command locks a folder."""
-MOST_RESULTS: Final = 2**28
+MOST_RESULTS: Final = 2**27
 """Largest size of a file of results [bytes]."""
 
 
@@ -157,6 +157,6 @@ def check_form(path: Path) -> Generator[None, None, None]:
         yield
     except PntGymError:
         raise
-    except (LookupError, TypeError, ValueError, AttributeError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         reason = f"{type(error).__name__}: {one_sentence(error, 80)}"
         raise UsageError(f"{str(path)!r} was not written by this version: it is of another form ({reason})") from error

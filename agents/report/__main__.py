@@ -15,6 +15,7 @@ from ..ground.places import MADE
 from ..ground.tables import console
 from ..reproduce.record import is_reproduction
 from ..results.content import is_benchmark
+from ..results.study import is_study
 from .blocks import rewrite_blocks
 from .contents import read_results
 from .kinds import kind_of
@@ -24,7 +25,7 @@ from .pays import crossover_grid, curves_figures, improvement_grid, mismatch_fig
 from .questions import DRAWINGS, QUESTIONS
 from .reproduction import paper_chapters
 from .speeds import TABLES
-from .study import is_study, study_grids
+from .study import study_grids
 from .submissions import BLOCK, TITLE, submissions_grid
 
 

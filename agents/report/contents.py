@@ -9,6 +9,7 @@ from typing import Any
 from ..ground.files import read_json
 from ..reproduce.record import check_record, is_reproduction
 from ..results.content import check_figures, form_of, is_benchmark
+from ..results.study import check_study, is_study
 
 
 def read_results(path: Path, *, trust: bool = False) -> Any:
@@ -38,4 +39,6 @@ def _read(path: Path, trust: bool, _modified: int, _size: int) -> Any:
         return check_figures(path, form_of(path, data), trust=trust).data
     if is_reproduction(data):
         check_record(path, data)
+    elif is_study(data):
+        check_study(path, data)
     return data

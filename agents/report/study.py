@@ -22,11 +22,6 @@ FORMAT: Final = re.compile(rf"(.*?)({'|'.join(UNITS)})?")
 NONE: Final = "-"
 
 
-def is_study(data: Data) -> bool:
-    """Whether a file of results is that of a study."""
-    return {"study", "rows", "throws"} <= set(data)
-
-
 def study_grids(data: Data) -> list[Grid]:
     """Every table of a study."""
     plan = shipped_study(data["study"])

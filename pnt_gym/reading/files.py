@@ -16,6 +16,9 @@ from pnt_gym.errors import PntGymError, one_sentence
 MOST_TEXT: Final = 2**18
 """Bytes of a level, a plan or the like; PyYAML takes two seconds for so many brackets."""
 
+MOST_DIGITS: Final = 300
+"""Digits of an integer, so that it can be a float too."""
+
 
 class ReadError(PntGymError):
     """A file that is not what is to be read; the message tells why, without the file's name and content."""
@@ -108,10 +111,11 @@ def parsed_json(text: str | bytes) -> Any:
     """The data of JSON text.
 
     Raises:
-        ReadError: it is not JSON, a key stands twice in an object, or its brackets are too deep.
+        ReadError: it is not JSON, a key stands twice in an object, its brackets are too deep, or an integer is so large
+            that it is no float.
     """
     try:
-        return json.loads(text, object_pairs_hook=_single_keys)
+        return json.loads(text, object_pairs_hook=_single_keys, parse_int=_integer)
     except json.JSONDecodeError as error:
         raise ReadError(f"it is not valid JSON: {error.msg}: line {error.lineno} column {error.colno}") from None
     except (RecursionError, ValueError) as error:
@@ -130,6 +134,17 @@ def _single_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         twice = next(key for key in keys if keys.count(key) > 1)
         raise ValueError(f"key {one_sentence(repr(twice), 60)} is given twice")
     return data
+
+
+def _integer(digits: str) -> int:
+    """An integer of JSON.
+
+    Raises:
+        ValueError: it is larger than every float.
+    """
+    if len(digits) > MOST_DIGITS:
+        raise ValueError(f"an integer has {len(digits):,} digits; at most {MOST_DIGITS} are read")
+    return int(digits)
 
 
 def cause_of(error: Exception) -> str:

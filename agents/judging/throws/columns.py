@@ -53,6 +53,8 @@ class ThrowColumns(Columns):
         given = self.model_fields_set
         if given & {*PLACES, "error_m"} not in ({*PLACES}, {"error_m"}):
             raise ValueError("landings are the columns along_m and across_m, or the column error_m")
+        if len(given & {"ended", "belong"}) == 1:
+            raise ValueError("of the totals ended and belong one is missing")
         for name in ("clipped", "recontact", "ended", "belong", "dropped"):
             if getattr(self, name) > len(self.outcome):
                 raise ValueError(f"{name} is {getattr(self, name)}; there are {len(self.outcome)} throws")
