@@ -14,13 +14,17 @@ import tyro
 from .ground.cli import UsageError, at_least, check_effects, check_libraries, option, run
 from .ground.outputs import PICTURES, VIDEOS, check_drawing, check_ending, check_writable
 from .ground.tables import console
+from .pictures.door import LOOPBACK
 from .pictures.stage import Stage
 from .pictures.studio import show_live
 
 VIEWER = (
     "Show the throws live, with their figures, until the viewer is closed. Level and controller can be changed in the "
-    "viewer. native opens a window; web serves a page for browsers, also from a machine without a display. Everyone "
-    "who reaches the port of the page can use the page."
+    "viewer. native opens a window; web serves a page for browsers of this machine, also without a display."
+)
+ADDRESS = (
+    "Address of this machine at which --viewer web serves its page, such as 0.0.0.0 for all of them. Everyone who "
+    "reaches this address and the page's port sees and steers the viewer: there is no password and no encryption."
 )
 
 
@@ -48,6 +52,7 @@ class Arguments:
     log: Annotated[Path | None, option("none", "FILE.csv")] = None
     """Write a log of the filmed throws, as a real cell would measure them, for `pnt-gym fit`."""
     viewer: Annotated[Literal["native", "web"] | None, option("none", "native|web", VIEWER)] = None
+    address: Annotated[str | None, option(f"{LOOPBACK}, which only this machine reaches", "IP", ADDRESS)] = None
     throws: Annotated[Literal["table", "flight", "full"] | None, option("the level's own", "table|flight|full")] = None
     """How throws of a line are computed: by its table of chances, with flights simulated, or in the full physics."""
     picks: Annotated[int | None, option("5; on a line those of 12 s", "N")] = None
@@ -72,13 +77,14 @@ def main(arguments: Arguments) -> None:
     check_ending("video", arguments.video, VIDEOS)
     check_ending("picture", arguments.picture, PICTURES)
     check_effects(arguments, {"picks": "video", "slow": "video", "log": "video", "at": "picture"})
+    if arguments.address is not None and arguments.viewer != "web":
+        raise UsageError("--address goes with --viewer web, and has no effect here")
     check_drawing(film=arguments.video)
     if arguments.picture is not None:
         check_libraries("PIL")
     if arguments.viewer is not None:
-        show_live(
-            arguments.viewer, arguments.controller, arguments.env, arguments.level, partial(open_stage, arguments)
-        )
+        address = (arguments.address or LOOPBACK) if arguments.viewer == "web" else None
+        show_live(address, arguments.controller, arguments.env, arguments.level, partial(open_stage, arguments))
         return
     with closing(open_stage(arguments, arguments.controller, arguments.level)) as stage:
         if arguments.video is not None:

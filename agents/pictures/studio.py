@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any
 
 from pnt_gym.engine import has_display
@@ -10,25 +11,28 @@ from pnt_gym.engine import has_display
 from ..ground.cli import UsageError
 from ..ground.environments import find_environment
 from ..learning.trained import resolve_task
+from .door import open_front
 from .stage import Stage
 
 
 def show_live(
-    kind: str, controller: str, env: str | None, level: str | None, open_stage: Callable[[str, str], Stage]
+    address: str | None, controller: str, env: str | None, level: str | None, open_stage: Callable[[str, str], Stage]
 ) -> None:
     """Show throws in a viewer until the viewer is closed.
 
     Args:
-        kind: "native" or "web".
+        address: address of this machine at which a page is served; None for a window.
         controller: first controller, as `--controller` takes it.
         env: as `--env` takes it; None for the environment of the controller's training, or the default.
         level: first level; None for the level of the controller's training, or the environment's own.
         open_stage: returns the stage of a controller and a level, either of which the viewer may have changed.
     """
-    screen = load_viewer(kind)
+    screen = load_viewer("native" if address is None else "web")
     env_id, level, _ = resolve_task(controller, env, level, None)
     first = screen.Choice(controller, level or find_environment(env_id).kwargs.get("level", "nominal"))
-    screen.watch(lambda choice: open_stage(choice.controller, choice.level), first, "web" if kind == "web" else "")
+    with ExitStack() as ends:
+        front = None if address is None else ends.enter_context(open_front(address))
+        screen.watch(lambda choice: open_stage(choice.controller, choice.level), first, front)
 
 
 def load_viewer(kind: str) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import socket
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +23,9 @@ from pnt_gym.errors import PntGymError
 from ..controllers import NAMES
 from ..ground import metrics
 from ..ground.cli import UsageError
+from ..ground.tables import console
 from ..judging.throws.data import Throws
+from . import door, web
 from .stage import Stage
 
 RATE: Final = 60
@@ -32,6 +35,7 @@ SIDE, ZOOM = 72, 1.5
 """Sides of the pictures of a grasp, in their own pixels, and the size of such a pixel on the screen."""
 SHAPE: Final = ("geom_type", "geom_size", "geom_pos", "geom_quat", "geom_rgba")
 """Arrays of a MuJoCo model that may differ between throws."""
+REFUSED: Final = "the viewer shows throws alone, and loads no model"
 STATE: Final = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
@@ -115,11 +119,19 @@ class ViewerRequests(plugin.SimPlugin):
         self.choice = choice
         self.speed = 1.0
         """Speed relative to real time; 0 for a pause."""
+        self.note = ""
+        """What the viewer is told about its last request; empty for a request that was met."""
 
     @messages.handler
     def on_choice(self, choice: Choice) -> None:
         """Take over another controller or level."""
         self.choice = choice
+
+    @messages.handler
+    def on_load_model(self, _: messages.LoadModelEvent) -> bool:
+        """Refuse a model that was dropped on the viewer: the request goes no further, and MuJoCo opens no file."""
+        self.note = REFUSED
+        return True
 
     @messages.handler
     def on_step_control(self, control: messages.StepControlSnapshot) -> None:
@@ -169,30 +181,27 @@ class Film:
             self._viewer.set_model(shown)
 
 
-def watch(make: Callable[[Choice], Stage], choice: Choice, gfx: str) -> None:
+def watch(make: Callable[[Choice], Stage], choice: Choice, front: socket.socket | None) -> None:
     """Show throws until the viewer is closed.
 
     Args:
         make: returns the stage of a choice.
         choice: first controller and level.
-        gfx: "web" serves a page for browsers, "" opens a window.
+        front: listening socket at which a page for browsers is served; None opens a window.
 
     Raises:
         PntGymError: the first choice cannot be shown.
     """
-    stage, requests, note = make(choice), ViewerRequests(choice), ""
+    stage, requests = make(choice), ViewerRequests(choice)
     try:
         if not isinstance(stage.view, ThrowView):
             raise UsageError("only pictures by pnt_gym.cells.base.view.ThrowView can be shown live")
-        studio = app.App(app.Config(show_options=False, show_inspector=False, show_toolbar=True))
-        panel = Panel(choice, stage.core.config.level_names())
-        config = viewer_protocol.ViewerConfig(title=TITLE, gfx=gfx)
-        with launch_passive.launch(config, plugins=[studio, panel, requests]) as viewer:
-            while _play(viewer, stage, requests, note):
+        with _launch(front, [Panel(choice, stage.core.config.level_names()), requests]) as viewer:
+            while _play(viewer, stage, requests):
                 try:
-                    following, note = make(requests.choice), ""
+                    following, requests.note = make(requests.choice), ""
                 except PntGymError as error:
-                    note = f"{error}; still showing the one before"
+                    requests.note = f"{error}; still showing the one before"
                 else:
                     stage.close()
                     stage = following
@@ -200,19 +209,29 @@ def watch(make: Callable[[Choice], Stage], choice: Choice, gfx: str) -> None:
         stage.close()
 
 
-def _play(viewer: Any, stage: Stage, requests: ViewerRequests, note: str) -> bool:
+def _launch(front: socket.socket | None, plugins: Sequence[plugin.Plugin]) -> Any:
+    """MuJoCo's viewer with its toolbar and with plugins: a page at a socket, or a window."""
+    studio = app.App(app.Config(show_options=False, show_inspector=False, show_toolbar=True))
+    config = viewer_protocol.ViewerConfig(title=TITLE)
+    if front is None:
+        return launch_passive.launch(config, plugins=[studio, *plugins])
+    console().print(f"page at {door.page_url(front)}")
+    return web.launch(front, config, plugins=[studio, *plugins])
+
+
+def _play(viewer: Any, stage: Stage, requests: ViewerRequests) -> bool:
     """Show throws until the viewer is closed (False) or another choice is made (True)."""
     film, chosen, throws, credit = Film(viewer, stage.view.camera), requests.choice, list[Throws](), 0.0
     for throw in stage.steps:
         throws.append(throw)
-        lines = [*_summary_lines(throws, stage.core.item_names), note]
+        summary = _summary_lines(throws, stage.core.item_names)
         grasp = None if stage.seen is None else stage.seen.grasp
         pictures = [] if grasp is None else grasp.panels(SIDE)
         for scene in stage.view.scenes(RATE):
             credit -= 1.0
             while credit < 0.0:
                 began = time.perf_counter()
-                film.show(scene, lines, pictures)
+                film.show(scene, [*summary, requests.note], pictures)
                 if not viewer.is_running() or requests.choice != chosen:
                     return viewer.is_running()
                 time.sleep(max(1.0 / RATE - (time.perf_counter() - began), 0.0))
