@@ -109,8 +109,7 @@ class LineCell:
         self.chooser = Chooser(config, cells, self.chances)
         self.turns = Turns(config, self.chooser)
         self.observer = Observer(self.chooser, config.duration)
-        # Other planners hardly leave Python.
-        self._threads = threads if config.cell.planner == "straight" else 1
+        self._threads = threads
         self.arriving = StreamSampler(config, self.chooser.planner)
         _check_room(config, count, self.arriving.length)
         self._numbers = _cycle_numbers(config)

@@ -13,18 +13,10 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.line import choice_kernel, turn_kernel
+from pnt_gym.cells.line import turn_kernel
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig, distinct_cells
-from pnt_gym.cells.line.options import (
-    UNAVAILABLE_X,
-    MoverPlanner,
-    OptionPlanner,
-    Options,
-    Sight,
-    Sites,
-    ThrowCandidates,
-)
+from pnt_gym.cells.line.options import UNAVAILABLE_X, Options, Sight, Sites, ThrowCandidates
 from pnt_gym.cells.line.state import CHOICES, COLUMNS, Choices, LineState
 from pnt_gym.cells.line.straight import StraightPlanner
 from pnt_gym.cells.line.stream import Stream
@@ -61,8 +53,7 @@ class Chooser:
         kinds, self._kind_of = distinct_cells(cells)
         self._planners = [PickPlanner(kind) for kind in kinds]
         self._sites = Sites(kinds, self._kind_of)
-        planner = StraightPlanner if config.cell.planner == "straight" else MoverPlanner
-        self._option_planner: OptionPlanner = planner(self._planners, self._sites, config.horizon)
+        self._option_planner = StraightPlanner(self._planners, self._sites, config.horizon)
         self.can_take, self.bases = config.can_take(), config.robot_x()
         self.numbers = _line_numbers(config)
         """Numbers of the line as `turn_kernel` names them."""
@@ -95,28 +86,14 @@ class Chooser:
         """Choices of N lines without any real choice."""
         return take(self._blank_choice, np.zeros((count, CHOICES), dtype=np.int64))
 
-    def write_choices(self, choices: Choices, state: LineState, stream: Stream, sight: Sight) -> Bools:
-        """Write the choices of the deciding robots in the lines of a sight; returns which lines have one (K,)."""
-        robot, has_choice = state.robot[sight.line], np.empty(len(sight.line), dtype=np.bool_)
-        hand, robots = state.hand[sight.line, robot], (self.can_take, self.bases)
-        options = self._options(stream.objects, sight, robot, hand, robots)
-        choice_kernel.choose_options(
-            self._order, *robots, sight.line, robot, sight.object_index, sight.x, sight.kind,
-            np.stack([options.row, options.place, options.bin]), options.numbers, stream.worth,
-            has_choice, (choices.real, choices.index, choices.bin, choices.numbers),
-        )  # fmt: skip
-        return has_choice
-
     @cached_property
-    def fast_tables(self) -> tuple[LineArrays, OrderArrays] | None:
-        """Tables with which `decision_kernel` advances lines; None where planners have stages outside of it."""
-        sites, tables = self._sites, self._option_planner.tables
-        if tables is None:
-            return None
+    def tables(self) -> tuple[LineArrays, OrderArrays]:
+        """Tables with which `decision_kernel` advances lines."""
+        sites = self._sites
         robots, begins, ends = self._config.standstills()
         line = (
             self.numbers, self.can_take, self.bases, robots, np.stack([begins, ends], axis=1),
-            sites.ranges, sites.accepts, sites.bin, *tables,
+            sites.ranges, sites.accepts, sites.bin, *self._option_planner.tables,
         )  # fmt: skip
         return line, self._order
 

@@ -179,6 +179,13 @@ class LineConfig(LevelConfig):
                 "cell.planner 'auto' and cell.throwable select the thrown objects; on a line the robots' skills do: "
                 "leave both out"
             )
+        elif cell.planner != "straight":
+            yield f"cell.planner is {cell.planner!r}; on a line hands move on straight lines: leave cell.planner out"
+        if cell.grip.safety is not None:
+            yield (
+                f"cell.grip.safety is {cell.grip.safety!r}; on a line throws are not slowed for the grip: "
+                "leave cell.grip.safety out"
+            )
         if cell.drift.moves:
             yield "cell.drift is not zero; a line has no drift: leave cell.drift out"
 

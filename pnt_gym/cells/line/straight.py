@@ -6,25 +6,24 @@ The stages stand in `meeting_kernel` and `throwing_kernel`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, length, take
+from pnt_gym.arrays import Floats, length
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line import meeting_kernel, throwing_kernel
-from pnt_gym.cells.line.options import OptionPlanner, Options, Sight, Sites, ThrowCandidates
+from pnt_gym.cells.line.options import Options, Sight, Sites, ThrowCandidates
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED, Fading, arrival_time
 
 
 @final
-class StraightPlanner(OptionPlanner):
-    """Plans options of robots with the planner `straight`, to the bit as `MoverPlanner`.
+class StraightPlanner:
+    """Plans options of robots with the planner `straight`.
 
     Args:
         planners: the planner of each kind of robots; the kinds differ in bins and speed settings alone.
@@ -33,43 +32,33 @@ class StraightPlanner(OptionPlanner):
     """
 
     def __init__(self, planners: Sequence[PickPlanner], sites: Sites, horizon: float) -> None:
-        self._planners, self._sites = planners, sites
-        config = planners[0].config
-        self._is_careful = config.grip.safety is not None
-        self._columns = (
+        self._bins = sites.bin
+        self.tables = (
             _cell_numbers(planners[0], horizon),
             np.concatenate([_setting_columns(planner.config) for planner in planners]),
             sites.centre,
         )
-        # Grips are judged in Python.
-        self.tables = None if self._is_careful else self._columns
+        """Numbers of a cell, settings, and centres of the bins' openings, as `meeting_kernel` names them."""
 
     def plan(self, candidates: ThrowCandidates, sight: Sight, hand: Floats, objects: Objects) -> Options:
-        """Options of all kinds of robots."""
+        """ThrowCandidates that can be met in time and thrown, with their plans.
+
+        Args:
+            candidates: candidates of the deciding robots of K lines.
+            sight: sight of these lines.
+            hand: positions at which the robots' hands stand still, from their bases (K, 3) [m].
+            objects: objects of all N lines (N, M).
+        """
         met, times, picks, acceleration, waits = meeting_kernel.meet_candidates(
-            *self._columns[:2], *candidates, sight.line, sight.object_index, hand,
+            *self.tables[:2], *candidates, sight.line, sight.object_index, hand,
             objects.size, objects.known_depth, objects.draws.lane_y,
         )  # fmt: skip
-        if self._is_careful:
-            acceleration, kept = self._hold(candidates, sight, objects, met, picks)
-            met, times, picks, waits = met[kept], times[kept], picks[kept], waits[kept]
         chosen, numbers, short, columns = throwing_kernel.plan_throws(
-            *self._columns, candidates.indices, met, times, picks, acceleration, waits
+            *self.tables, candidates.indices, met, times, picks, acceleration, waits
         )
-        throwing_kernel.finish_short_throws(self._columns[0], short, columns, np.cbrt(columns[:2]), numbers)
+        throwing_kernel.finish_short_throws(self.tables[0], short, columns, np.cbrt(columns[:2]), numbers)
         row, place, site, _ = candidates.indices[:, chosen]
-        return Options(bin=self._sites.bin[site], numbers=numbers, row=row, place=place)
-
-    def _hold(
-        self, candidates: ThrowCandidates, sight: Sight, objects: Objects, met: Ints, picks: Floats
-    ) -> tuple[Floats, Ints]:
-        """Limits of the acceleration of the throws that the cup can hold, and indices of these throws."""
-        row, place, _, setting = candidates.indices[:, met]
-        index, percent = (sight.line[row], sight.object_index[row, place]), self._sites.percent[setting]
-        throws = replace(take(objects, index), percent=percent)
-        limits, can_hold = self._planners[0].grip_limits(throws, picks)
-        kept = np.flatnonzero(can_hold)
-        return limits.acceleration[kept], kept
+        return Options(bin=self._bins[site], numbers=numbers, row=row, place=place)
 
 
 def _cell_numbers(planner: PickPlanner, horizon: float) -> Floats:

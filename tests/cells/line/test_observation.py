@@ -14,6 +14,7 @@ from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE, de
 from pnt_gym.cells.line.state import CHOICES
 from tests.cells.conveyor.test_observation import HIDDEN, changed
 from tests.tools.line import decided, seen_values, with_table
+from tests.tools.movers import choices_anew
 from tests.tools.throws import parts_of, same_bits, with_part
 
 LEVEL: dict[str, Any] = {"base": "skills3_burst", "duration": 20.0}
@@ -34,10 +35,8 @@ def line(tmp_path):
 
 def looked_again(core):
     """What is seen of the same state when choices are looked for anew."""
-    cell, lines = core.cell, np.arange(core.cell.count)
-    found = take(cell.state.choices, lines)
-    cell.chooser.write_choices(found, cell.state, cell.stream, cell.chooser.sight(cell.state, cell.stream, lines))
-    cell.state = replace(cell.state, choices=found)
+    cell = core.cell
+    cell.state = replace(cell.state, choices=choices_anew(cell))
     return core.observe()
 
 

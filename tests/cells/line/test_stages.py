@@ -13,17 +13,16 @@ import pytest
 from pnt_gym.arrays import take
 from pnt_gym.cells.base import parallel
 from pnt_gym.cells.base.features import CLIP, EntryTable
-from pnt_gym.cells.line import choosing
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.observation import CHOICE_TABLE, LINE_TABLE
-from pnt_gym.cells.line.options import MoverPlanner
 from pnt_gym.cells.line.stream import redraw
 from pnt_gym.cells.line.throws import redraw_picks
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.chase import earliest
 from tests.tools.line import THREE_BINS, begun, decided, seen_values, with_table
+from tests.tools.movers import choices_anew
 from tests.tools.throws import same_bits
 
 ROBOTS = [
@@ -36,31 +35,22 @@ LEVELS: dict[str, dict[str, Any]] = {
     "mixed": {"base": "line3", "robots": ROBOTS},
     "settings": {"base": "speed", "arrivals": {"rate": 2.0}},
     "standing": {"base": "single", "cell": {"belt": {"tracking": False}, "motion": {"reserve": 0.0}}},
-    "careful": {
-        "base": "skills3",
-        "cell": {"grip": {"safety": "surface"}, "motion": {"follow_through": {"gravity_share": 0.9}}},
-    },
+    "shares": {"base": "skills3", "cell": {"motion": {"follow_through": {"gravity_share": 0.9}}}},
     "quick": {"base": "speed", "cell": {"belt": {"speed": 0.5}, "limits": {"percent": [40, 100]}}, "horizon": 1.5},
 }
 
 
 @pytest.mark.parametrize("name", LEVELS)
-def test_compiled_options_are_those_of_the_movers(name, tables, monkeypatch):
-    level = with_table({**LEVELS[name], "duration": 15.0}, tables)
-    compiled, random, decisions = begun(level, 6, 4), np.random.default_rng(4), 0
-    monkeypatch.setattr(choosing, "StraightPlanner", MoverPlanner)
-    by_movers = begun(level, 6, 4)
-    while not compiled.over.all():
-        one, other = compiled.state, by_movers.state
-        assert same_bits(one.choices.real, other.choices.real)
-        real = one.choices.real
+def test_compiled_options_are_those_of_the_movers(name, tables):
+    cell, random = begun(with_table({**LEVELS[name], "duration": 15.0}, tables), 6, 4), np.random.default_rng(4)
+    decisions = 0
+    while not cell.over.all():
+        choices, anew, ongoing = cell.state.choices, choices_anew(cell, by_movers=True), ~cell.over
+        assert same_bits(choices.real[ongoing], anew.real[ongoing])
+        real = choices.real & ongoing[:, None]
         for field in ("index", "bin", "numbers"):
-            assert same_bits(getattr(one.choices, field)[real], getattr(other.choices, field)[real]), field
-        for field in ("clock", "robot", "free", "expected", "hand", "busy"):
-            assert same_bits(getattr(one, field), getattr(other, field)), field
-        choice = decided(compiled, random, 0.1)
-        compiled.take(choice)
-        by_movers.take(choice)
+            assert same_bits(getattr(choices, field)[real], getattr(anew, field)[real]), field
+        cell.take(decided(cell, random, 0.1))
         decisions += 1
     assert decisions > 10
 
@@ -111,7 +101,7 @@ def _at(objects: Any, percent: Any) -> Any:
     return type(objects)(**{**vars(objects), "percent": percent})
 
 
-@pytest.mark.parametrize(("threads", "name"), [(2, "settings"), (3, "mixed"), (3, "careful"), (5, "mixed")])
+@pytest.mark.parametrize(("threads", "name"), [(2, "settings"), (3, "mixed"), (3, "shares"), (5, "mixed")])
 def test_threads_change_nothing(threads, name, tables):
     level = with_table({**LEVELS[name], "duration": 12.0}, tables)
     lines = 5 * parallel.LEAST_LINES
