@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import final
+from typing import Final, final
 
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
@@ -104,7 +104,11 @@ def _lines_up_to(file: Path, throws: int, header: str) -> list[str]:
     return [header, *(line for line in old if _throws_of(line) <= throws)]
 
 
+MOST_DIGITS: Final = 16
+"""Digits that no number of throws has."""
+
+
 def _throws_of(line: str) -> float:
     """Number of throws in a line of progress.csv; infinite for a line of another form."""
     count = line.partition(",")[0]
-    return int(count) if count.isdecimal() else np.inf
+    return int(count) if count.isdecimal() and len(count) < MOST_DIGITS else np.inf
