@@ -110,7 +110,7 @@ report: setup ## tables, figures and the report from results/*.json, and the mad
 kill: dev ## kill the commands at every change of a file and at random: is anything lost? (minutes)
 	$(BIN)/python benchmarks/kill.py
 
-fuzz: dev ## 10,000 levels, actions, calls and command lines that nobody thought of (minutes)
+fuzz: dev ## 10,000 levels, actions, calls, command lines and changed files that nobody thought of (minutes)
 	$(BIN)/python benchmarks/fuzz.py
 
 soak: dev ## 100,000 throws in all environments, 100,000 decisions at lines: flat memory, numbers, no walls crossed (an hour)

@@ -1,8 +1,8 @@
-"""Try random levels, actions, calls and command lines, and look for tracebacks, hangs and NaN.
+"""Try random levels, actions, calls, command lines and changed files, and look for tracebacks, hangs and NaN.
 
-`python benchmarks/fuzz.py` tries 10,000 cases, each drawn by its number; `--first 4000` begins with case 4000, and
-`--case level:17` repeats one case. The exit code is 1 after a finding. A case that crashes its process or hangs is a
-finding, too.
+`python benchmarks/fuzz.py` tries 10,000 cases, each drawn by its number; `--first 4000` begins with case 4000,
+`--kind log-file` tries one kind alone, and `--case level:17` repeats one case. The exit code is 1 after a finding. A
+case that crashes its process or hangs is a finding, too.
 """
 
 from __future__ import annotations
@@ -90,13 +90,15 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, metavar="N", help="number of the first case")
     parser.add_argument("--case", metavar="KIND:NUMBER", help="repeat one case")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the findings to this file")
+    parser.add_argument("--kind", choices=sorted(SHARES), help="try cases of this kind alone")
     arguments = parser.parse_args()
     if arguments.case:
         kind, _, number = arguments.case.partition(":")
         print(judge_case(kind, int(number)) or "nothing is wrong")
         return 0
     began, records = time.monotonic(), list[dict[str, str]]()
-    chosen = list(cases(arguments.first, arguments.cases))
+    numbers = range(arguments.first, arguments.first + arguments.cases)
+    chosen = [(arguments.kind, n) for n in numbers] if arguments.kind else list(cases(arguments.first, arguments.cases))
     for start in range(0, len(chosen), BUNCH):
         for kind, number, answer in finds(chosen[start : start + BUNCH]):
             if answer:

@@ -12,6 +12,7 @@ import pytest
 import pnt_gym
 from benchmarks import fuzz, soak, soak_walls
 from benchmarks.fuzz_cases.cases import KINDS, SHARES, judge_case
+from benchmarks.fuzz_cases.formats import FORMATS
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
 from pnt_gym.cells.line.config import LineConfig
@@ -22,6 +23,7 @@ from tests.tools.nightly import with_nightly
 from tests.tools.toy_cell import ToyVectorEnv
 
 SAMPLE = {"level": 10, "action": 20, "calls": 8, "line": 7, "file": 15, "output": 1, "infos": 1, "hours": 1}
+SAMPLE |= dict.fromkeys(FORMATS, 15)
 SAMPLES = [*SAMPLE.items(), *((kind, 4 * count) for kind, count in SAMPLE.items())]
 
 

@@ -14,8 +14,19 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pnt_gym.reading import AccessError, ReadError, arrays_of, json_of, parsed_yaml, text_of, yaml_of, yaml_text
+from pnt_gym.reading import (
+    AccessError,
+    ReadError,
+    arrays_of,
+    json_of,
+    lines_of,
+    parsed_yaml,
+    text_of,
+    yaml_of,
+    yaml_text,
+)
 from pnt_gym.reading.archives import MOST_PARTS
+from pnt_gym.reading.files import LONGEST_LINE
 from pnt_gym.reading.plain_yaml import MOST_NODES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -106,7 +117,10 @@ def test_an_error_repeats_nothing_of_the_file():
         assert "secret" not in str(caught.value)
 
 
-READERS = {"text": text_of, "json": json_of, "yaml": yaml_of, "npz": lambda path: arrays_of(path, ANY)}
+READERS = {
+    "text": text_of, "json": json_of, "yaml": yaml_of, "npz": lambda path: arrays_of(path, ANY),
+    "lines": lambda path: list(lines_of(path, 1000, 10)),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("reader", READERS)
@@ -192,10 +206,29 @@ def test_a_size_that_an_archive_lies_about_is_not_trusted(tmp_path: Path):
         arrays_of(path, ANY)
 
 
+def test_lines_come_one_by_one_and_are_bounded(tmp_path: Path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"\xef\xbb\xbfa\r\n\xc3\xa4\rc\n\nd")
+    assert list(lines_of(path, 100, 5)) == ["a\r\n", "ä\r", "c\n", "\n", "d"]
+    for most, most_lines, said in ((100, 4, "more than 4 lines"), (5, 5, "at most 5 are read")):
+        with pytest.raises(AccessError, match=said):
+            list(lines_of(path, most, most_lines))
+    path.write_text("a\n" + "b" * (LONGEST_LINE + 1))
+    lines = lines_of(path, 2**20, 5)
+    assert next(lines) == "a\n"
+    with pytest.raises(AccessError, match="its line 2 has more than 65,536 characters"):
+        next(lines)
+    path.write_bytes(b"a\n\xff")
+    with pytest.raises(ReadError, match="it must be UTF-8"):
+        list(lines_of(path, 100, 5))
+
+
 SPARED = {"sb3.py": "a model is read for who says --trust"}
 """Files of the code in which a library may read by itself."""
 
 
+OPENERS = ("os.open(", "parts.open(", "webbrowser.open(")
+"""Calls that open no file for reading, or a part of an archive that is open already."""
 PARSERS = {"yaml.load", "yaml.safe_load", "np.load", "json.load", "ZipFile", "zipfile.ZipFile", "torch.load"}
 
 
@@ -206,6 +239,18 @@ def test_no_other_code_parses_a_file(room):
         if file.parent.name != "reading" and file.name not in SPARED and any(name in text for name in PARSERS):
             calls = {ast.unparse(node.func) for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)}
             assert not PARSERS & calls, file
+
+
+@pytest.mark.parametrize("room", ["agents", "papers", "pnt_gym"])
+def test_no_other_code_opens_a_file_to_read_it(room):
+    """A file may be a pipe or a device, which `open` waits for or reads without an end."""
+    for file in ROOT.glob(f"{room}/**/*.py"):
+        if file.parent.name == "reading" or "open(" not in file.read_text():
+            continue
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] == "open":
+                words = ast.unparse(node)
+                assert "'wb'" in words or words.startswith(OPENERS), f"{file}: {words}"
 
 
 def test_json_of_a_file_is_the_data_with_every_key_once(tmp_path: Path):

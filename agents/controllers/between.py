@@ -19,7 +19,7 @@ from pnt_gym.arrays import Bools
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env
-from ..learning.algorithms import RECURRENT
+from ..learning.algorithms import MAX_STACK, RECURRENT
 from ..policies.actor import Actor
 from .adaptive import PRETRAINED, begins_shift, check_begins
 from .named import GRASPING_NAMES, make_named
@@ -31,8 +31,6 @@ BASES: Final = (
     PLANNER, "analytic_height", "mean_lead", *PRETRAINED, *(name for name in GRASPING_NAMES if name != "oracle_grasp")
 )  # fmt: skip
 """Base controllers: they need no practice, read no hidden values, and draw no random numbers."""
-MAX_STACK: Final = 100
-"""Observations in a stack at most."""
 
 Stacked = NDArray[np.float32]
 

@@ -118,6 +118,8 @@ class OnPolicyRegression(Learner):
         self._fitted = bool(state)
         if not state:
             return
+        if not all(np.isfinite(array).all() for array in state.values()):
+            raise UsageError(f"the saved state of {self.name!r} has numbers that are not finite")
         self._regressor.restore(state)
         try:
             shape = self._regressor.predict(np.zeros((1, self._width))).shape

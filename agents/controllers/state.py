@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from pnt_gym.errors import one_sentence
 from pnt_gym.reading import AccessError, arrays_of
 
 from ..ground.cli import UsageError
@@ -20,6 +21,8 @@ from .protocol import Controller, Learner, learns
 MISSING: Final = os.strerror(errno.ENOENT)
 STATE: Final = re.compile(r"\w[\w .:-]*")
 """Pattern of the names of the arrays that a controller saves."""
+KINDS: Final = "fiubU"
+"""Kinds of these arrays: real and whole numbers, truths and text."""
 
 
 def check_learns(controller: Controller, **options: Any) -> None:
@@ -83,10 +86,19 @@ def load_state(controller: Learner, path: Path) -> None:
         raise UsageError(f"{str(path)!r} was saved by {owner!r}, not by {' or '.join(map(repr, names))}")
     try:
         controller.restore(state)
+        kept = controller.state()
     except UsageError:
         raise
     except Exception:
-        raise UsageError(f"{str(path)!r} holds no state of {owner!r} that this version can read") from None
+        raise _state_error(path, owner) from None
+    # What was understood is what would be saved.
+    if any(np.shape(kept[name]) != state[name].shape for name in kept.keys() & state.keys()):
+        raise _state_error(path, owner)
+
+
+def _state_error(path: Path, owner: str) -> UsageError:
+    """Error of a state that a controller does not understand."""
+    return UsageError(f"{str(path)!r} holds no state of {owner!r} that this version can read")
 
 
 def compatible_names(controller: Learner) -> tuple[str, ...]:
@@ -104,9 +116,14 @@ def read_state(path: Path) -> tuple[str, dict[str, np.ndarray]]:
     """
     try:
         state = arrays_of(path, STATE)
-        return str(state.pop("controller")), state
+        owner = str(state.pop("controller"))
     except AccessError as error:
         reason = f"holds no saved controller: {error}" if str(error) != MISSING else "does not exist"
         raise UsageError(f"{str(path)!r} {reason}") from None
     except Exception:  # a damaged or foreign file may raise anything
         raise UsageError(f"{str(path)!r} holds no saved controller") from None
+    for name, array in state.items():
+        if array.dtype.kind not in KINDS:
+            kind = one_sentence(array.dtype, 40)
+            raise UsageError(f"{str(path)!r} holds no saved controller: {name!r} is {kind}, no real numbers or text")
+    return owner, state

@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.cells.base.config import LevelConfig
-from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of
+from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of, parsed_json
 
 from ..controllers.protocol import Controller, Learner, State
 from ..ground.environments import Env, Role, make_vector, stream_seed
+from ..ground.files import check_form
 from ..ground.shipped import module_of
 from ..jobs.code import code_digest
 from ..jobs.parcel import user_code_digest
@@ -184,8 +185,31 @@ def pack_episodes(episode_stream: Iterable[Episode]) -> bytes:
 
 
 def unpack_episodes(file: Path) -> Iterator[Episode]:
-    """Episodes of an archive that `pack_episodes` has written."""
-    arrays = arrays_of(file, PARTS, MOST_CHUNK)
+    """Episodes of an archive that `pack_episodes` has written.
+
+    Raises:
+        UsageError: the file is damaged, or of something else.
+    """
+    with check_form(file):
+        return _episodes(arrays_of(file, PARTS, MOST_CHUNK))
+
+
+def _episodes(arrays: Mapping[str, NDArray[Any]]) -> Iterator[Episode]:
+    """Episodes of the arrays of an archive.
+
+    Raises:
+        ValueError: the arrays are no numbers, or do not fit together.
+        LookupError: an array is missing.
+    """
+    lengths = arrays["lengths"]
+    if lengths.dtype.kind != "i" or lengths.ndim != 1 or lengths.min(initial=1) < 1 or arrays["rewards"].ndim != 1:
+        raise ValueError(f"lengths are {lengths.dtype} {lengths.shape}")
+    throws, count = int(lengths.sum()), len(lengths)
+    for name, array in arrays.items():
+        rows = count if name in ("seed", "terminated", "lengths", "figures") else throws
+        rows += count if name.partition("/")[0] in ("observations", _INFO) else 0
+        if array.dtype.kind not in ("U" if name == "figures" else "fiub") or len(array) != rows:
+            raise ValueError(f"{name} is {array.dtype} {array.shape}")
     throw_ends = np.cumsum(arrays["lengths"])[:-1]
     observation_ends = np.cumsum(arrays["lengths"] + 1)[:-1]  # an episode has one observation more than throws
     count = len(arrays["seed"])
@@ -197,9 +221,9 @@ def unpack_episodes(file: Path) -> Iterator[Episode]:
         arrays["terminated"].tolist(),
         _split_arrays(_INFO, arrays, observation_ends, count),
         _split_arrays("hidden", arrays, throw_ends, count),
-        map(json.loads, arrays["figures"].tolist()),
+        [dict(parsed_json(text)) for text in arrays["figures"].tolist()],
     )
-    return (Episode(*row) for row in zip(*columns, strict=True))
+    return iter([Episode(*row) for row in zip(*columns, strict=True)])
 
 
 def _join_arrays(name: str, parts: list[Any]) -> dict[str, NDArray[Any]]:

@@ -17,7 +17,7 @@ from ..policies.scorer import Scorer
 from .lookahead import Beam, GuidedBeam
 from .rules import IndexRule, RandomChoice
 from .scored import ScoreController, run_scores
-from .settings import settings
+from .settings import check_settings, settings
 
 ENV: Final = LINE
 FIRST: Final = "fifo"
@@ -89,7 +89,12 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
             "folder of a training run, and a scorer's .npz file"
         )
     tuned_settings = settings(core.config.name, name, len(core.config.robots))
-    return _RULES[name](core, **{**tuned_settings, **options})
+    chosen = {**tuned_settings, **options}
+    check_settings(name, chosen)
+    try:
+        return _RULES[name](core, **chosen)
+    except TypeError:
+        raise UsageError(f"controller {name!r} has no settings {', '.join(map(str, chosen))}") from None
 
 
 def _guide_controller(name: str, core: LineCore) -> ScoreController:

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final, final
 
+from pydantic import Field, ValidationError
+
+from pnt_gym.cells.base.config import LARGEST_NUMBER, Finite, NonNegative, Section
+from pnt_gym.cells.base.problems import describe_problems
+from pnt_gym.cells.line.state import CHOICES
 from pnt_gym.reading import ReadError, parsed_yaml, text_of
 
 from ..ground.cli import UsageError
@@ -20,13 +26,62 @@ PLANNERS: Final = ("beam", "price_beam", "joint_beam", "guided_beam")
 """Planners that compare plans by a price of time."""
 
 
+@final
+class RuleSettings(Section):
+    """Settings that a rule or a planner may have; each has some of them."""
+
+    patience: Annotated[float, Field(ge=0.01, le=1000)] = 1.0
+    share: Annotated[float, Field(ge=0, le=1)] = 0.0
+    price: NonNegative = 1.0
+    weights: Mapping[str, Finite] = {}
+    trust: Finite = 5.0
+    few: Annotated[int, Field(ge=1, le=CHOICES)] = 4
+    width: Annotated[int, Field(ge=1, le=10**6)] = 20
+    horizon: Annotated[float, Field(gt=0, le=100)] = 4.0
+    depth: Annotated[int, Field(ge=1, le=100)] = 24
+    joint: bool = False
+    per_choice: bool = False
+    by_rate: bool = False
+    guide: str = "index"
+
+
+def check_settings(name: str, chosen: Mapping[str, Any]) -> None:
+    """Make sure that the settings of a controller of lines are in their ranges; whether it has them, it says itself.
+
+    Raises:
+        UsageError: a setting is not in its range.
+    """
+    try:
+        RuleSettings.model_validate({key: value for key, value in chosen.items() if key in RuleSettings.model_fields})
+    except ValidationError as error:
+        raise UsageError(f"settings of controller {name!r}: {describe_problems(error, RuleSettings)}") from None
+
+
 def read_settings() -> dict[str, Any]:
     """All settings by level: those in the working folder, and the shipped ones."""
-    levels: dict[str, Any] = {}
-    for file in (MADE, FILE):
-        if file.is_file():
-            levels |= dict(_content(file) or {})
-    return levels
+    return settings_in(MADE) | settings_in(FILE)
+
+
+def settings_in(file: Path) -> dict[str, Any]:
+    """Settings by level in a file; none without the file.
+
+    Raises:
+        UsageError: the file cannot be read, or holds other data.
+    """
+    content = (_content(file) or {}) if file.is_file() else {}
+    if not isinstance(content, dict) or not all(map(_is_settings, content.values())):
+        raise UsageError(f"{str(file)!r} is not a file of settings by level")
+    return content
+
+
+def _is_settings(entry: Any) -> bool:
+    """Whether an entry is that of a level: settings by controller, and a number `rate`."""
+    if not isinstance(entry, dict):
+        return False
+    rest = [value for key, value in entry.items() if key != "rate"]
+    value = entry.get("rate", 0.0)
+    is_number = isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value < LARGEST_NUMBER
+    return is_number and all(isinstance(part, dict) for part in rest)
 
 
 _parsed = lru_cache(maxsize=4)(parsed_yaml)

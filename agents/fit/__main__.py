@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import tyro
 
-from ..ground.cli import UsageError, at_least, check_effects, option, read_settings, run
+from ..ground.cli import UsageError, at_least, at_most, check_effects, option, read_settings, run
 from ..ground.outputs import check_ending, check_writable, deliver_json, deliver_text
 from ..ground.tables import console
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 MISFIT: Final = 1
 """Exit code where the model does not fit the log."""
+MOST_TWINS: Final = 10_000
+"""Largest number of --twins, the work of a day."""
 NEEDS: Final = {"out": "log", "page": "log", "json": "log", "plan": "design", "landings": "twins"}
 """By the name of an option, the name of that without which the option has no effect."""
 
@@ -33,7 +35,7 @@ class Arguments:
     """
 
     log: Annotated[Path | None, tyro.conf.Positional, option("none", "LOG.csv")] = None
-    """Log of throws, one row a throw; no log is needed for --design or --twins alone."""
+    """Log of throws, a file with one row a throw; no log is needed for --design or --twins alone."""
     level: Annotated[str, tyro.conf.arg(metavar="NAME|FILE.yaml")] = "waste"
     """The level that describes the cell so far; priors are centred on the values of this level."""
     out: Annotated[Path | None, option("none", "FILE.yaml")] = None
@@ -62,11 +64,13 @@ def main(arguments: Arguments) -> None:
     """Fit the log, print what it tells, and write the files asked for."""
     from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-    from .design import plan_throws
+    from .design import POOL, plan_throws
     from .parameters import priors
+    from .reading import FEWEST, MOST
     from .report import plan_grid, twins_grid
 
-    at_least(vars(arguments), design=1, twins=1, seed=0, landings=10)
+    at_least(vars(arguments), design=1, twins=1, seed=0, landings=FEWEST)
+    at_most(vars(arguments), design=POOL, twins=MOST_TWINS, landings=MOST)
     check_effects(arguments, NEEDS, positional="log")
     check_writable(arguments.out, arguments.page, arguments.json, arguments.plan)
     check_ending("out", arguments.out, (".yaml", ".yml"))

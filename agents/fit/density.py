@@ -37,6 +37,8 @@ SETTLED: Final = 0.05
 """Change of the scores below which a search ends."""
 FINEST: Final = 5e-4
 """Least noise of a landing: the precision of the model itself [m]."""
+LEAST_DENSITY: Final = 1e-300
+"""Least density of a landing, so that one that lies metres away still has a logarithm [1/m2]."""
 LEAST_CHANCE: Final = 1e-4
 """Chances are kept from this value to 1 minus it, as no model is so sure."""
 
@@ -195,6 +197,7 @@ class Density:
         wide = np.exp(-0.5 * square * area / ASTRAY**2) / ASTRAY**2
         close = np.exp(-0.5 * square) / area
         density, peak = (1.0 - share) * close + share * wide, (1.0 - share) / area + share / ASTRAY**2
+        density = np.maximum(density, LEAST_DENSITY)
         return (1.0 - share) * close / density, np.maximum(-2.0 * np.log(density / peak), 0.0), -2.0 * np.log(peak)
 
     def differences(self, z: Floats, scatter: Scatter, free: Bools) -> Floats:

@@ -16,6 +16,7 @@ from ..ground.infos import results
 from ..judging.throws.log import ThrowLog
 from ..judging.throws.recorder import complete_log
 from .density import Density
+from .finite import finite_numbers
 from .fitted import Fitted
 from .model import ThrowModel
 from .parameters import Parameter
@@ -112,6 +113,7 @@ def optimal_throws(
     return np.array(chosen, dtype=np.int64)
 
 
+@finite_numbers()
 def plan_throws(
     config: ConveyorConfig, parameters: Sequence[Parameter], count: int, seed: int, fitted: Fitted | None = None
 ) -> ThrowLog:

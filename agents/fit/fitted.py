@@ -14,6 +14,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from ..ground.fitting import on_one_thread
 from ..judging.throws.log import ThrowLog
 from .combinations import combinations
+from .finite import check_finite, finite_numbers
 from .misfit import LEVEL, TESTS, Finding, find_misfit, scatter_factor
 from .parameters import Parameter
 from .posterior import Posterior, posterior
@@ -91,8 +92,10 @@ class Fitted:
         )
         estimates = {}
         for part in combinations(self.log, self.config):
-            if set(part.needs) <= drawn.keys():
-                figure, spread = part.of(drawn), float(np.std(part.of(prior)))
+            if not set(part.needs) <= drawn.keys():
+                continue
+            figure, spread = part.of(drawn), float(np.std(part.of(prior)))
+            if spread > 0.0:  # the delay of an item that never comes free late is always 0
                 low, high = np.quantile(figure, ENDS)
                 value, deviation = float(part.of(self.posterior.values)), float(figure.std())
                 estimates[part.name] = Estimate(
@@ -102,6 +105,7 @@ class Fitted:
 
 
 @on_one_thread
+@finite_numbers()
 def fit_log(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Parameter]) -> Fitted:
     """The fit of one log.
 
@@ -112,6 +116,9 @@ def fit_log(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Paramete
         log: the throws.
         config: the level, about whose values the priors lie.
         parameters: the free parameters.
+
+    Raises:
+        UsageError: log and level are of another kind of cell, or no finite numbers follow from them.
     """
     whole, seals = posterior(log, config, parameters)
     misfit, scatter = find_misfit(whole.density, whole.best), 1.0
@@ -120,4 +127,5 @@ def fit_log(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Paramete
         whole, seals = posterior(log, config, parameters, factor)
         scatter, (factor, _) = factor, scatter_factor(whole.best)
     whole = replace(whole, inflation=max(factor, 1.0))
+    check_finite(whole.best.z, whole.best.covariance, factor, [finding.chance for finding in misfit])
     return Fitted(log, config, whole, seals, misfit, float(np.sqrt(scatter * max(factor, 1.0))))

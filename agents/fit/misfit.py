@@ -15,6 +15,7 @@ from scipy.stats import chi2, norm
 
 from pnt_gym.arrays import Bools, Floats
 
+from ..ground.cli import UsageError
 from .density import Density, Mode
 
 LEVEL: Final = 0.05
@@ -32,6 +33,11 @@ FEWEST: Final = 2
 DRAUGHT, DRAG, DELAY = 0.2, 0.1, 0.001
 """Steps of differences: air [m/s], logarithm of the drag, delay [s]."""
 
+DRAUGHT_TEXT: Final = (
+    "landings lean as in a draught, for instance "
+    "(those of a camera over the bins that is turned or scaled look the same)"
+)
+
 
 @final
 @dataclass(frozen=True)
@@ -42,7 +48,7 @@ class Finding:
     chance: float
     """Probability of such residuals where the model is right, corrected for the items that were tried."""
     text: str
-    """What the cell may have that the model has not."""
+    """What the cell may have that the model has not, as an example: other causes may act alike."""
 
     @property
     def alarms(self) -> bool:
@@ -55,8 +61,17 @@ TESTS: Final = ("draught", "drag", "delay", "scatter")
 
 
 def scatter_factor(mode: Mode) -> tuple[float, float]:
-    """Factor by which the throws' covariance is larger than assumed, and the probability of so large a scatter."""
+    """Factor by which the throws' covariance is larger than assumed, and the probability of so large a scatter.
+
+    Raises:
+        UsageError: every landing is astray.
+    """
     square = (mode.residual**2).sum(axis=1)[mode.regular > 0.5]
+    if not square.size:
+        raise UsageError(
+            "no landing lies where this level lets its throw land; check the log's lengths and frame, and bins, belt "
+            "and items of the level"
+        )
     used = len(mode.z) - np.trace(mode.covariance)
     expected = EXPECTED * max(1.0 - used / max(2.0 * len(square), 1.0), 0.1)
 
@@ -86,9 +101,9 @@ def find_misfit(density: Density, mode: Mode) -> list[Finding]:
     weight, push = _score(air, mode)
     draught = float(chi2.sf(push @ np.linalg.solve(weight, push), 2))
     return [
-        Finding("draught", draught, "air moves through the cell"),
-        _by_item(density, mode, drag, "drag", "the drag of {item} is not what the catalogue says"),
-        _by_item(density, mode, delay, "delay", "{item} comes free at another time than the others"),
+        Finding("draught", draught, DRAUGHT_TEXT),
+        _by_item(density, mode, drag, "drag", "{item} lands as with another drag, for instance"),
+        _by_item(density, mode, delay, "delay", "{item} lands as if it came free later or earlier, for instance"),
         Finding("scatter", chance, f"throws scatter {np.sqrt(factor):.2f} times as far as the level says"),
     ]
 

@@ -10,11 +10,15 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.errors import one_sentence
 
 from ..ground.cli import UsageError
 
 SOFTEST, STIFFEST = 0.05, 100.0
 """Bounds of the lip's stiffness in a level [N m/rad]."""
+
+NARROWEST, WIDEST = 1e-6, 10.0
+"""Bounds of a prior's standard deviation, as multiples of the usual one."""
 
 
 @final
@@ -70,25 +74,34 @@ def priors(
         spreads: standard deviations of priors by name, in SI units; of the logarithm for tau, drag and stiffness.
 
     Raises:
-        UsageError: a parameter is unknown or absent, a spread is no positive number, or nothing is free.
+        UsageError: a parameter is unknown or absent, a spread is not in its range, or nothing is free.
     """
-    spreads, names = spreads or {}, [parameter.name for parameter in PARAMETERS]
-    chosen = names if free is None else list(free)
+    spreads, names = {} if spreads is None else spreads, [parameter.name for parameter in PARAMETERS]
     if not isinstance(spreads, Mapping):
-        raise UsageError(f"prior is {spreads!r}; it must be a mapping from names to standard deviations")
-    if isinstance(free, str):
-        raise UsageError(f"free is {free!r}; it must be a list of names, as in [{free!r}]")
-    if unknown := sorted({*chosen, *spreads} - {*names}):
-        raise UsageError(f"{', '.join(unknown)}: no parameter; parameters are {', '.join(names)}")
-    for name, sd in spreads.items():
-        if isinstance(sd, bool) or not isinstance(sd, int | float) or not 0.0 < sd < np.inf:
-            raise UsageError(f"the prior of {name} is {sd!r}; it must be a standard deviation above 0, in SI units")
+        raise UsageError(f"prior is {_quote(spreads)}; it must be a mapping from names to standard deviations")
+    chosen = names if free is None else free
+    if isinstance(chosen, str) or not isinstance(chosen, Sequence):
+        raise UsageError(f"free is {_quote(free)}; it must be a list of names, such as ['valve', 'tau']")
+    if unknown := [name for name in (*chosen, *spreads) if name not in names]:
+        raise UsageError(f"{_quote(unknown[0])} is no parameter; parameters are {', '.join(names)}")
+    for parameter in PARAMETERS:
+        sd, low, high = spreads.get(parameter.name, parameter.sd), NARROWEST * parameter.sd, WIDEST * parameter.sd
+        if isinstance(sd, bool) or not isinstance(sd, int | float) or not low <= sd <= high:
+            valid = f"a standard deviation from {low:g} to {high:g}, {'of the logarithm' if parameter.is_log else 'SI'}"
+            raise UsageError(f"the prior of {parameter.name} is {_quote(sd)}; it must be {valid}")
     if config.mismatch == 0.0:
         raise UsageError(f"level {config.name!r} has mismatch 0: nothing hidden acts on its throws; set it to 1")
     present = [p for p in PARAMETERS if p.name in chosen and (p.name != "stiffness" or config.swings)]
     if not present:
         raise UsageError("no parameter is free; give at least one that the level has")
+    for parameter in present:
+        if parameter.is_log and not parameter.read(config) > 0.0:
+            raise UsageError(f"{parameter.name} is 0 in level {config.name!r}; a free one must be above 0")
     return tuple(replace(p, mean=p.read(config), sd=float(spreads.get(p.name, p.sd))) for p in present)
+
+
+def _quote(value: object) -> str:
+    return one_sentence(repr(value), 80)
 
 
 def level_at(config: ConveyorConfig, values: Mapping[str, float]) -> ConveyorConfig:

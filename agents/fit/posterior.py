@@ -19,6 +19,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..judging.throws.log import ThrowLog
 from .density import Density, Mode, Node
+from .finite import finite_numbers
 from .model import ThrowModel
 from .parameters import Parameter, values_at
 from .seals import SealChance, seal_chances
@@ -63,6 +64,7 @@ class Posterior:
         """The cell at the maximum."""
         return self.density.level(self.best.z)
 
+    @finite_numbers()
     def samples(self, count: int = SAMPLES, seed: int = 0) -> Floats:
         """Samples of the standard scores (S, P)."""
         random, size = np.random.default_rng(seed), len(self.parameters)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -15,9 +15,11 @@ from pnt_gym.cells.base.problems import list_names
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.errors import one_sentence
 from pnt_gym.planning.motion.ballistics import landing_point
+from pnt_gym.reading import ReadError, lines_of
 
 from ..ground.cli import UsageError
 from ..judging.throws.log import COLUMNS, GROUPS, ThrowLog
+from .ranges import check_ranges
 
 FEWEST: Final = 10
 """Fewest landings of a fit."""
@@ -25,10 +27,8 @@ FEW: Final = 25
 """Landings below which a warning says that intervals are wide."""
 MOST: Final = 400
 """Throws of a fit; of a longer log so many are drawn by chance."""
-LARGEST: Final = 5.0
-"""Largest coordinate of a cell [m]."""
-FASTEST: Final = 20.0
-"""Largest component of a release's velocity; robots reach 6 m/s [m/s]."""
+MOST_BYTES, MOST_LINES = 2**30, 4_000_000
+"""Size of a log's file; a throw has some 250 bytes."""
 MARGIN: Final = 0.15
 """Distance beyond the belt's lanes and window at which a pick is none of this cell [m]."""
 ASTRAY: Final = 0.35
@@ -46,13 +46,25 @@ def read_log(path: Path, config: ConveyorConfig) -> ThrowLog:
         UsageError: the file is no log of this cell's throws, with the reason.
     """
     try:
-        rows = list(_rows(path))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or one_sentence(error)
-        raise UsageError(f"cannot read log {str(path)!r}: {reason}") from None
-    if not rows or not rows[0]:
+        header, body = _rows(path)
+    except (ReadError, csv.Error) as error:
+        raise UsageError(f"cannot read log {str(path)!r}: {one_sentence(error)}") from None
+    names = _names(header, path)
+    if not body:
+        raise UsageError(f"log {str(path)!r} has no throws below its header")
+    log = _log_of(names, body, config)
+    check_ranges(log, config, list(body))
+    return check_log(_drop_duplicates(log), config)
+
+
+def _names(header: Sequence[str], path: Path) -> list[str]:
+    """Names of the columns.
+
+    Raises:
+        UsageError: there are none, a needed one is missing, or one stands twice.
+    """
+    if not header:
         raise UsageError(f"log {str(path)!r} is empty; its first line must name the columns")
-    header, *body = rows
     names = [name.strip() for name in header]
     if len(names) == 1 and (marks := [mark for mark in SEPARATORS if mark in names[0]]):
         raise UsageError(
@@ -64,38 +76,46 @@ def read_log(path: Path, config: ConveyorConfig) -> ThrowLog:
     if missing:
         raise UsageError(f"log {str(path)!r} lacks the columns {list_names(missing)}; `docs/fit.md` lists all")
     if unknown := [name for name in names if name and name not in COLUMNS]:
-        warnings.warn(f"columns {list_names(unknown)} of the log are not read", stacklevel=2)
-    if not body:
-        raise UsageError(f"log {str(path)!r} has no throws below its header")
-    log = _log_of(names, body, config)
-    return check_log(_drop_duplicates(log), config)
+        warnings.warn(f"columns {list_names(unknown)} of the log are not read", stacklevel=3)
+    return names
 
 
-def _rows(path: Path) -> Iterator[list[str]]:
-    """The header and at most `MOST` rows of a file."""
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        count = sum(1 for line in file if line.strip()) - 1
-        file.seek(0)
-        lines = (line for line in file if line.strip())
-        if count > MOST:
-            warnings.warn(f"{MOST} of the log's {count:,} throws are used, drawn by chance", stacklevel=3)
-        drawn = np.random.default_rng(0).choice(count, MOST, replace=False) if count > MOST else ()
-        chosen = {0, *(1 + int(index) for index in drawn)} if count > MOST else None
-        yield from csv.reader(line for number, line in enumerate(lines) if chosen is None or number in chosen)
+def _rows(path: Path) -> tuple[list[str], dict[int, list[str]]]:
+    """The header of a file, and at most `MOST` rows by the number of their throw; all empty for an empty file.
+
+    Raises:
+        ReadError: the file cannot be read.
+        csv.Error: the file is no table.
+    """
+    count = sum(1 for _ in _lines(path)) - 1
+    numbers = range(1, count + 1)
+    if count > MOST:
+        warnings.warn(f"{MOST} of the log's {count:,} throws are used, drawn by chance", stacklevel=3)
+        drawn = np.random.default_rng(0).choice(count, MOST, replace=False)
+        numbers = sorted(1 + int(index) for index in drawn)
+    chosen = {0, *numbers}
+    rows = csv.reader(line for number, line in enumerate(_lines(path)) if number in chosen)
+    header = next(rows, [])
+    return header, dict(zip(numbers, rows, strict=False))  # a line break in quotes joins two lines to one row
 
 
-def _log_of(names: Sequence[str], body: Sequence[Sequence[str]], config: ConveyorConfig) -> ThrowLog:
-    """A log from rows of text."""
+def _lines(path: Path) -> Iterator[str]:
+    """The lines of a log that are not empty."""
+    return (line for line in lines_of(path, MOST_BYTES, MOST_LINES) if line.strip())
+
+
+def _log_of(names: Sequence[str], body: Mapping[int, Sequence[str]], config: ConveyorConfig) -> ThrowLog:
+    """A log from rows of text by the numbers of their throws."""
     kinds: list[int] = []
     table = {name: np.full(len(body), np.nan) for name in COLUMNS if name != "item"}
-    for index, row in enumerate(body):
+    for index, (number, row) in enumerate(body.items()):
         if len(row) != len(names):
-            raise UsageError(f"throw {index + 1} of the log has {len(row)} values for {len(names)} columns")
+            raise UsageError(f"throw {number} of the log has {len(row)} values for {len(names)} columns")
         for name, text in zip(names, row, strict=True):
             if name == "item":
-                kinds.append(_kind(text.strip(), index, config))
+                kinds.append(_kind(text.strip(), number, config))
             elif name in table:
-                table[name][index] = _number(text.strip(), name, index)
+                table[name][index] = _number(text.strip(), name, number)
     fields = {field: _join([table[name] for name in columns]) for field, columns in GROUPS.items()}
     return ThrowLog(kind=np.array(kinds, dtype=np.int64), **fields)
 
@@ -104,30 +124,32 @@ def _join(columns: Sequence[Floats]) -> Floats:
     return columns[0] if len(columns) == 1 else np.stack(columns, axis=1)
 
 
-def _kind(name: str, index: int, config: ConveyorConfig) -> int:
+def _kind(name: str, throw: int, config: ConveyorConfig) -> int:
     if name not in config.items:
         items = list_names(config.items)
-        raise UsageError(f"throw {index + 1} of the log is of item {name!r}; items of the level are {items}")
+        raise UsageError(
+            f"throw {throw} of the log is of item {one_sentence(name, 40)!r}; items of the level are {items}"
+        )
     return config.items.index(name)
 
 
-def _number(text: str, name: str, index: int) -> float:
+def _number(text: str, name: str, throw: int) -> float:
     """A number of a row; empty text and nan are NaN, where the column may be unknown."""
     if text.lower() in ("", "nan", "none", "null"):
         if COLUMNS[name].required and not name.startswith("landing"):
-            raise UsageError(f"throw {index + 1} of the log has no {name}; only measured values may be missing")
+            raise UsageError(f"throw {throw} of the log has no {name}; only measured values may be missing")
         return np.nan
     words = {"true": 1.0, "false": 0.0}
     try:
         value = words[text.lower()] if text.lower() in words else float(text)
     except ValueError:
-        raise UsageError(f"throw {index + 1} of the log: {name} is {one_sentence(text, 40)!r}, no number") from None
+        raise UsageError(f"throw {throw} of the log: {name} is {one_sentence(text, 40)!r}, no number") from None
     if not np.isfinite(value):
-        raise UsageError(f"throw {index + 1} of the log: {name} is {text}; it must be finite")
+        raise UsageError(f"throw {throw} of the log: {name} is {one_sentence(text, 40)}; it must be finite")
     if COLUMNS[name].unit == "0 or 1" and value not in (0.0, 1.0):
-        raise UsageError(f"throw {index + 1} of the log: {name} is {text}; it must be 0 or 1")
+        raise UsageError(f"throw {throw} of the log: {name} is {one_sentence(text, 40)}; it must be 0 or 1")
     if COLUMNS[name].positive and value <= 0.0:
-        raise UsageError(f"throw {index + 1} of the log: {name} is {text}; it must be above 0")
+        raise UsageError(f"throw {throw} of the log: {name} is {one_sentence(text, 40)}; it must be above 0")
     return value
 
 
@@ -148,7 +170,6 @@ def check_log(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
     Raises:
         UsageError: they do not, with the reason.
     """
-    _check_units(log)
     _check_picks(log, config)
     log = _fill(log, config)
     landed = log.has_landing
@@ -170,22 +191,6 @@ def check_log(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
             stacklevel=3,
         )
     return log
-
-
-def _check_units(log: ThrowLog) -> None:
-    most = dict.fromkeys(("pick", "release", "landing", "target", "size", "grasp"), LARGEST) | {"velocity": FASTEST}
-    for field, bound in most.items():
-        for name, values in zip(GROUPS[field], getattr(log, field).T, strict=True):
-            largest = np.nanmax(np.abs(values), initial=0.0)
-            if largest > bound:
-                raise UsageError(
-                    f"{name} reaches {largest:g}; lengths are in metres, velocities in m/s, and these look like "
-                    "millimetres"
-                )
-    if np.nanmax(np.abs(log.yaw), initial=0.0) > 2.0 * np.pi:
-        raise UsageError("yaw goes beyond a full turn; angles are in radians, and these look like degrees")
-    if np.nanmax(log.mass, initial=0.0) > LARGEST:
-        raise UsageError("mass goes beyond 5; masses are in kilograms, and these look like grams")
 
 
 def _check_picks(log: ThrowLog, config: ConveyorConfig) -> None:
@@ -211,7 +216,7 @@ def _fill(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:
             raise UsageError(f"percent is empty, and the level has several speed settings, {config.limits.percent}")
         percent[~np.isfinite(percent)] = min(config.limits.percent)
     speed = log.belt_speed[np.isfinite(log.belt_speed)]
-    if speed.size and np.abs(speed / config.belt.speed - 1.0).max() > SPEED_SHARE:
+    if speed.size and np.abs(speed - config.belt.speed).max() > SPEED_SHARE * config.belt.speed:
         raise UsageError(
             f"belt_speed goes from {speed.min():g} to {speed.max():g} m/s, and belt.speed of the level is "
             f"{config.belt.speed:g}; fit each speed alone, with a level that has it"

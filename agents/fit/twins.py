@@ -148,6 +148,8 @@ def judge_fit(twin: Twin, fitted: Fitted) -> dict[str, Any]:
     true = values_at(parameters, twin.scores)
     estimates = fitted.combinations(samples)
     for part in combinations(fitted.log, fitted.config):
+        if part.name not in estimates:
+            continue
         estimate, value = estimates[part.name], float(part.of(true))
         figures[part.name] = {
             "error": abs(estimate.value - value), "holds": bool(estimate.low <= value <= estimate.high)

@@ -7,7 +7,6 @@ pictures in one pass. Torch fits it; NumPy computes it.
 from __future__ import annotations
 
 import re
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final, Self, final
 
@@ -20,7 +19,7 @@ from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError
 from ..ground.fitting import fit_from
-from ..policies.networks import Convolution, activate, join_squares, numbers_of, sigmoid, split_squares
+from ..policies.networks import Convolution, activate, convolutions_of, join_squares, sigmoid, split_squares
 from .features import NAMES, PlaceFeatures, place_features
 from .maps import best_places, blur_maps
 from .practice import Practice
@@ -143,13 +142,9 @@ class PlaceMaps:
         network = cls()
         try:
             arrays = arrays_of(path, ARRAY)
-            parts = range(len(arrays) // 2)
-            pairs = [(numbers_of(arrays[f"weight_{k}"], 4), numbers_of(arrays[f"bias_{k}"], 1)) for k in parts]
-            network._layers = tuple(Convolution(*pair) for pair in pairs)
-            widths = [6 * SQUARE**2, *(len(layer.bias) for layer in network._layers)]
-            shapes = [layer.weight.shape[:2] for layer in network._layers]
-            if shapes != [(after, before) for before, after in pairwise(widths)] or widths[-1] != SQUARE**2:
-                raise ValueError("convolutions that do not fit together")
+            network._layers = convolutions_of(arrays, "", 6 * SQUARE**2)
+            if len(network._layers[-1].bias) != SQUARE**2:
+                raise ValueError("convolutions of another picture")
         except Exception:  # a damaged or foreign file may raise anything
             raise UsageError(f"{str(path)!r} holds no network of pictures that chooses places") from None
         return network

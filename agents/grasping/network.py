@@ -95,8 +95,10 @@ class PlaceNetwork:
         fits = all(layers[0].weight.shape[1] == len(columns) for layers in members)
         if not fits or not set(columns) <= set(range(self._inputs)):
             raise ValueError("features that do not fit to the layers")
-        self._members, self._columns = tuple(members), columns
-        self._centre, self._scale = (numbers_of(state[name], 1, np.float64) for name in ("centre", "scale"))
+        centre, scale = (numbers_of(state[name], 1, np.float64) for name in ("centre", "scale"))
+        if not centre.shape == scale.shape == columns.shape or not (scale > 0.0).all():
+            raise ValueError("units that do not fit to the features")
+        self._members, self._columns, self._centre, self._scale = tuple(members), columns, centre, scale
 
     def save(self, path: Path) -> None:
         """Write the arrays to a file."""

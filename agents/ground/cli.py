@@ -9,12 +9,13 @@ import json
 import re
 import signal
 import sys
+import traceback
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from numbers import Integral
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import tyro
 
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 Arguments = TypeVar("Arguments")
 
 BAD_USAGE = 2
+DEFECT = 70
+"""Exit code after a fault of the program, as in sysexits.h."""
 EXTRAS = {
     "torch": "rl",
     "stable_baselines3": "rl",
@@ -105,7 +108,8 @@ def run(
     """Parse a command line into `arguments` and run `command`.
 
     Exit codes: 0 after success; 2, with one sentence on stderr, after a user's mistake, a full disk or too little
-    memory; 128 plus the signal's number if a signal of `signals.REASONS` ended the command.
+    memory; 128 plus the signal's number if a signal of `signals.REASONS` ended the command; 70, with a traceback, after
+    a fault of the program. A command may give 1 a meaning of its own, so no failure ends with 1.
 
     If the command writes data to standard output, its text for people goes to standard error.
 
@@ -133,7 +137,7 @@ def run(
         library = (error.name or "").partition(".")[0]
         extra = EXTRAS.get(library)
         if extra is None:
-            raise
+            _end_with_traceback()
         print(f"error: this needs {library}: pip install 'pnt_gym[{extra}]'", file=sys.stderr)
         sys.exit(BAD_USAGE)
     except KeyboardInterrupt as error:
@@ -141,6 +145,14 @@ def run(
         with contextlib.suppress(OSError):  # the terminal may be closed
             print(REASONS[number], file=sys.stderr)
         sys.exit(128 + number)
+    except Exception:
+        _end_with_traceback()
+
+
+def _end_with_traceback() -> NoReturn:
+    """End the command after a fault of the program, with the traceback of the error at hand."""
+    traceback.print_exc()
+    sys.exit(DEFECT)
 
 
 def _printing(arguments: Any) -> contextlib.AbstractContextManager[object]:
@@ -189,6 +201,17 @@ def at_least(options: Mapping[str, Any], **least: int) -> None:
             continue
         kind = "" if is_whole else "a whole number, "
         raise UsageError(f"--{name.replace('_', '-')} is {value!r}; it must be {kind}at least {bound}")
+
+
+def at_most(options: Mapping[str, Any], **most: int) -> None:
+    """Make sure that options do not lie above their largest values; options that are None are skipped.
+
+    Raises:
+        UsageError: an option lies above its largest value.
+    """
+    for name, bound in most.items():
+        if options[name] is not None and options[name] > bound:
+            raise UsageError(f"--{name.replace('_', '-')} is {options[name]!r}; it must be at most {bound:,}")
 
 
 def typed(kind: type[Arguments], options: Mapping[str, Any]) -> Arguments:

@@ -151,10 +151,12 @@ def check_form(path: Path) -> Generator[None, None, None]:
     """Turn errors in the block, which reads data of a file in an expected form, into a `UsageError`.
 
     Raises:
-        UsageError: the data have another form.
+        UsageError: the file cannot be read, or the data have another form.
     """
     try:
         yield
+    except ReadError as error:
+        raise UsageError(f"cannot read {str(path)!r}: {error}") from None
     except PntGymError:
         raise
     except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:

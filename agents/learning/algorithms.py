@@ -19,5 +19,7 @@ RECURRENT: tuple[Algorithm, ...] = ("recurrent_ppo",)
 """Algorithms with recurrent policies, which remember earlier observations of a shift."""
 SEEING: tuple[Algorithm, ...] = ("sac", "ppo")
 """Algorithms that learn from pictures beside vectors."""
+MAX_STACK: Final = 100
+"""Observations that a policy sees at once, at most."""
 MOST_MODEL: Final = 2**28
 """Largest size of a model file, compressed or not [bytes]."""

@@ -173,7 +173,7 @@ def _fits(name: str, value: Any) -> bool:
     if value is None and name in OPTIONAL:
         return True
     if name in SWITCHES or isinstance(value, bool):
-        return isinstance(value, bool) and name not in {*WHOLE, *REAL}
+        return isinstance(value, bool) and name not in {*WHOLE, *REAL, "net_arch"}
     if name in WHOLE:
         value = _whole(value)
         return isinstance(value, int) and WHOLE[name][0] <= value <= WHOLE[name][1]

@@ -31,7 +31,7 @@ def load_memory(memory: Any, path: Path) -> None:
     """Fill a new replay buffer from a file that `save_memory` has written.
 
     Raises:
-        ValueError: the file is of a buffer of another size, or of another kind.
+        ValueError: the file is of a buffer of another size, or of another kind, or its numbers are not finite.
     """
     arrays = _arrays(memory)
     names = re.compile("|".join([*arrays, "pos", "full"]))
@@ -43,6 +43,8 @@ def load_memory(memory: Any, path: Path) -> None:
         rows, values = array[: None if full else pos], stored[name]
         if (values.shape, values.dtype) != (rows.shape, rows.dtype):
             raise ValueError(f"{name} is {values.dtype} {values.shape}; it must be {rows.dtype} {rows.shape}")
+        if not np.isfinite(values).all():
+            raise ValueError(f"{name} has numbers that are not finite")
         rows[:] = values
     memory.pos, memory.full = pos, full
 

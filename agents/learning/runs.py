@@ -21,9 +21,10 @@ from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, final
+from typing import TYPE_CHECKING, Any, Final, Self, final
 
 from pnt_gym.cells.base.config import LevelConfig
+from pnt_gym.errors import one_sentence
 from pnt_gym.reading import yaml_text
 
 from ..ground.cli import UsageError
@@ -31,7 +32,8 @@ from ..ground.files import read_yaml, replace_file, sweep, temporary_path, write
 from ..ground.versions import git_state, versions
 from ..policies.actor import Actor
 from ..policies.scorer import Scorer
-from .algorithms import MASKED, RESIDUAL, SCORING
+from .algorithms import MASKED, MAX_STACK, RESIDUAL, SCORING
+from .hyperparameters import WHOLE as RANGES
 from .hyperparameters import hyperparameters
 from .memory import load_memory, load_random, save_memory, save_random
 
@@ -44,8 +46,16 @@ LATER = {
     "fidelity": "full", "full_last": 0, "stack": 1, "over": "analytic", "eval_picks": None, "tensorboard": False
 }  # fmt: skip
 """Arguments that older run folders lack, with the values of those runs; None for the default of the kind of trial."""
-WHOLE = ("steps", "seed", "num_envs", "checkpoint_every", "full_last", "stack", "eval_picks")
-"""Arguments that are whole numbers, at least 0."""
+WHOLE: Final = {
+    "steps": RANGES["n_timesteps"],
+    "num_envs": RANGES["n_envs"],
+    "checkpoint_every": RANGES["n_timesteps"],
+    "full_last": (0, RANGES["n_timesteps"][1]),
+    "seed": (0, 2**32 - 1),
+    "stack": (1, MAX_STACK),
+    "eval_picks": (0, 10**9),
+}
+"""Ranges of the arguments that are whole numbers."""
 FLAGS = ("tensorboard",)
 """Arguments that are true or false; the arguments that are neither flags nor whole numbers are text."""
 POLICY, MODEL, MEMORY, RANDOM = "policy.npz", "model.zip", "replay_buffer.npz", "random.json"
@@ -256,9 +266,11 @@ def _arguments(folder: Path, stamp: tuple[int, ...]) -> Mapping[str, Any]:
         raise _damage_error(folder, f"args.yml lacks {', '.join(missing)}")
     for name in (*ARGUMENTS, *LATER):
         if not _is_value(name, data[name]):
-            raise _damage_error(folder, f"args.yml has {name} {data[name]!r}")
+            valid = "from {:,} to {:,}".format(*WHOLE[name]) if name in WHOLE else "text"
+            valid = "true or false" if name in FLAGS else valid
+            raise _damage_error(folder, f"args.yml has {name} {one_sentence(repr(data[name]), 80)}; it must be {valid}")
     if data["algo"] not in (*RESIDUAL, *MASKED):
-        raise _damage_error(folder, f"args.yml has algo {data['algo']!r}")
+        raise _damage_error(folder, f"args.yml has algo {one_sentence(repr(data['algo']), 80)}")
     return data
 
 
@@ -268,7 +280,9 @@ def _is_value(name: str, value: object) -> bool:
         return LATER.get(name, "") is None
     if name in FLAGS or isinstance(value, bool):
         return name in FLAGS and isinstance(value, bool)
-    return isinstance(value, int) and value >= 0 if name in WHOLE else isinstance(value, str)
+    if name not in WHOLE:
+        return isinstance(value, str)
+    return isinstance(value, int) and WHOLE[name][0] <= value <= WHOLE[name][1]
 
 
 def _damage_error(folder: Path, reason: str) -> UsageError:

@@ -24,6 +24,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+from stable_baselines3.common.save_util import recursive_getattr
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
 from pnt_gym.errors import PntGymError, one_sentence
@@ -170,11 +171,14 @@ def load_tensors(
             stored = parsed_json(parts.read("data"))
             names = [info.filename for info in infos if info.filename.endswith(".pth")]
             tensors = {name: _tensors(parts.read(name)) for name in names}
+        _check_finite(tensors)
         model: Any = _make_model(
             run_args["algo"], env or _stub_env(stored, run_args["num_envs"]), settings, run_args["seed"]
         )
         states, variables = model._get_torch_save_params()
         model.set_parameters({name: tensors[f"{name}.pth"] for name in states})
+        for name in states:
+            _check_moments(recursive_getattr(model, name))
         for name in variables:
             getattr(model, name).data = tensors["pytorch_variables.pth"][name].data
         for name in COUNTS:
@@ -207,6 +211,29 @@ def _tensors(data: bytes) -> dict[str, Any]:
     with archive(BytesIO(data), INNER, MOST_MODEL), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # errors report foreign files
         return torch.load(BytesIO(data), map_location="cpu", weights_only=True)
+
+
+def _check_finite(values: Any) -> None:
+    """Make sure that all tensors in nested mappings and lists are finite.
+
+    Raises:
+        ValueError: one is not.
+    """
+    if isinstance(values, torch.Tensor) and not bool(torch.isfinite(values).all()):
+        raise ValueError("a tensor whose numbers are not finite")
+    for part in values.values() if isinstance(values, dict) else values if isinstance(values, list) else ():
+        _check_finite(part)
+
+
+def _check_moments(part: Any) -> None:
+    """Make sure that the moments of an optimiser have the shapes of the weights that they belong to.
+
+    Raises:
+        ValueError: they have not.
+    """
+    for weight, moments in part.state.items() if isinstance(part, torch.optim.Optimizer) else ():
+        if any(torch.is_tensor(value) and value.ndim and value.shape != weight.shape for value in moments.values()):
+            raise ValueError("moments of other weights")
 
 
 def load_statistics(file: Path, env: VecEnv) -> VecNormalize:

@@ -15,11 +15,10 @@ from pnt_gym.reading import yaml_text
 
 from ..dispatchers import search as tuning
 from ..dispatchers.search import Bench, SettingsResult
-from ..dispatchers.settings import FILE, MADE, rate, settings
+from ..dispatchers.settings import FILE, MADE, rate, settings, settings_in
 from ..ground.bars import throws_bar
 from ..ground.cli import UsageError, at_least, check_libraries, option
 from ..ground.environments import stream_seed
-from ..ground.files import read_yaml
 from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.tables import console, settings_table
 from ..ground.versions import versions
@@ -72,7 +71,7 @@ def main(arguments: Arguments) -> None:
         raise UsageError(f"--shifts is {arguments.shifts}; settings are saved to --out from {ENOUGH} shifts on")
     place = MADE if arguments.out is None else arguments.out
     check_writable(place, arguments.json)
-    level, by_level = LineConfig.load(arguments.level, throws="table"), read_settings(place)
+    level, by_level = LineConfig.load(arguments.level, throws="table"), settings_in(place)
     results = try_settings(level, arguments)
     enough = arguments.shifts >= ENOUGH
     if enough:
@@ -84,7 +83,7 @@ def main(arguments: Arguments) -> None:
     )
     message = f"{arguments.shifts} shifts are too few, so no settings were saved; set --shifts to {ENOUGH} or more"
     console().print(f"the best settings are in {place}" if enough else message)
-    if enough and arguments.out is None and level.name in (read_settings(FILE) if FILE.is_file() else {}):
+    if enough and arguments.out is None and level.name in settings_in(FILE):
         console().print(f"level {level.name} has shipped settings, which stay in force")
     if arguments.json is not None:
         console().print(f"all tried settings are in {arguments.json}")
@@ -148,20 +147,6 @@ def rows(results: dict[str, list[SettingsResult]]) -> list[tuple[str, dict[str, 
     base = tuning.best_result(results["atc"]).value if "atc" in results else None
     ends = {controller: tuning.best_result(values) for controller, values in results.items()}
     return [(controller, end.settings, end.value, base) for controller, end in ends.items()]
-
-
-def read_settings(place: Path) -> dict[str, Any]:
-    """Settings in an existing file, by level.
-
-    Raises:
-        UsageError: the file holds other data.
-    """
-    by_level: Any = (read_yaml(place, "settings of rules") or {}) if place.is_file() else {}
-    if not (
-        isinstance(by_level, dict) and all(isinstance(level_settings, dict) for level_settings in by_level.values())
-    ):
-        raise UsageError(f"{str(place)!r} is not a file of settings by level")
-    return by_level
 
 
 def write_settings(

@@ -7,7 +7,6 @@ So the features can say where something is, which a place of the cup needs.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import Any, Final, NamedTuple, Self, final
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.grasp.config import CHANNELS, PIXELS
 
-from .networks import Convolution, activate, join_squares, numbers_of
+from .networks import Convolution, activate, convolutions_of, join_squares
 
 SQUARE: Final = 4
 """Side of the squares of pixels that the first convolution sees as one."""
@@ -64,19 +63,9 @@ class Eye(NamedTuple):
             ValueError: the convolutions do not fit together or to pictures, or are no finite numbers.
             KeyError: an array is missing.
         """
-        count = sum(name.startswith("eye_weight_") for name in arrays)
-        if count == 0:
+        if not any(name.startswith("eye_") for name in arrays):
             return None
-        convolutions = tuple(
-            Convolution(numbers_of(arrays[f"eye_weight_{k}"], 4), numbers_of(arrays[f"eye_bias_{k}"], 1))
-            for k in range(count)
-        )
-        widths = [CHANNELS * SQUARE**2, *(len(layer.bias) for layer in convolutions)]
-        for layer, (before, after) in zip(convolutions, pairwise(widths), strict=True):
-            side = layer.weight.shape[-1]
-            if layer.weight.shape != (after, before, side, side) or side % 2 == 0:
-                raise ValueError("convolutions that do not fit together")
-        return cls(convolutions)
+        return cls(convolutions_of(arrays, "eye_", CHANNELS * SQUARE**2))
 
 
 def grid() -> Floats:

@@ -232,6 +232,30 @@ def dense_of(arrays: Mapping[str, NDArray[Any]], weight: str, bias: str, kind: D
     return Dense(numbers_of(arrays[weight], 2, kind), numbers_of(arrays[bias], 1, kind))
 
 
+def convolutions_of(arrays: Mapping[str, NDArray[Any]], begin: str, maps: int) -> tuple[Convolution, ...]:
+    """Find the convolutions among the arrays of a file.
+
+    Args:
+        arrays: of the file.
+        begin: beginning of the arrays' names, before `weight_0`.
+        maps: maps that the first convolution sees.
+
+    Raises:
+        ValueError: the convolutions do not fit together, or are no finite numbers.
+        KeyError: an array is missing.
+    """
+    convolutions = tuple(
+        Convolution(numbers_of(arrays[f"{begin}weight_{k}"], 4), numbers_of(arrays[f"{begin}bias_{k}"], 1))
+        for k in range(max(sum(name.startswith(f"{begin}weight_") for name in arrays), 1))
+    )
+    widths = [maps, *(len(layer.bias) for layer in convolutions)]
+    for layer, (before, after) in zip(convolutions, pairwise(widths), strict=True):
+        side = layer.weight.shape[-1]
+        if layer.weight.shape != (after, before, side, side) or side % 2 == 0:
+            raise ValueError("convolutions that do not fit together")
+    return convolutions
+
+
 def lstm_of(arrays: Mapping[str, NDArray[Any]]) -> Lstm | None:
     """Find the LSTM among the arrays of a file, if there is one.
 

@@ -40,7 +40,7 @@ def refusable(subject: str, *kinds: type[Exception]) -> Iterator[None]:
         yield
     except (PntGymError, gym.error.Error, *kinds) as error:
         sentence = str(error)
-        if isinstance(error.__cause__, MemoryError):
+        if isinstance(error.__cause__ or error.__context__, MemoryError):
             raise Find(f"{subject}: wants more memory than there is: {sentence}") from error
         if "\n" in sentence or not sentence or (isinstance(error, PntGymError) and len(sentence) > LONGEST):
             raise Find(f"{subject}: {type(error).__name__} is no sentence: {sentence!r}") from error

@@ -13,7 +13,7 @@ import pickle
 import warnings
 import zlib
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any, Final
 
 import gymnasium as gym
@@ -22,7 +22,9 @@ from gymnasium.envs.registration import load_env_creator
 
 import pnt_gym
 from benchmarks.fuzz_cases.basis import JUNK, Find, Random, Refused, finite, pick, refusable
+from benchmarks.fuzz_cases.changed import changed_case
 from benchmarks.fuzz_cases.files import file_case, output_case
+from benchmarks.fuzz_cases.formats import FORMATS
 from benchmarks.fuzz_cases.infos import infos_case
 from benchmarks.fuzz_cases.levels import hours_case, level_case
 from benchmarks.fuzz_cases.lines import try_line
@@ -184,6 +186,7 @@ def line_case(random: Random) -> str:
 
 
 KINDS: Final[dict[str, Callable[[Random], str]]] = {
+    **{name: partial(changed_case, name) for name in FORMATS},
     "level": level_case,
     "action": action_case,
     "calls": calls_case,
@@ -194,7 +197,7 @@ KINDS: Final[dict[str, Callable[[Random], str]]] = {
     "infos": infos_case,
 }
 SHARES: Final = {
-    "level": 0.30, "action": 0.34, "calls": 0.12, "line": 0.08,
-    "hours": 0.03, "file": 0.10, "output": 0.01, "infos": 0.02,
+    "level": 0.22, "action": 0.24, "calls": 0.08, "line": 0.06, "hours": 0.02, "file": 0.06, "output": 0.01,
+    "infos": 0.01, **dict.fromkeys(FORMATS, 0.30 / len(FORMATS)),
 }  # fmt: skip
 """Of the cases of a whole."""

@@ -4,57 +4,39 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import stat
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from agents.controllers.state import read_state
-from agents.ground.files import read_json
-from agents.learning.hyperparameters import hyperparameters
-from agents.learning.runs import RunFolder
-from agents.policies.actor import Actor
-from agents.policies.scorer import Scorer
-from agents.results.plan import read_plan
 from benchmarks.fuzz_cases.basis import Find, Random, Refused, pick, refusable
-from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.gripper.config import GripperConfig
-from pnt_gym.cells.line.chances import read_table as read_chances
-from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.one_joint.config import OneJointConfig
+from benchmarks.fuzz_cases.formats import FORMATS, example
 from tests.tools.commands import call_here
 
-READERS: Final[dict[str, Callable[[Path], Any]]] = {
-    "level.yaml": ConveyorConfig.load,
-    "one_joint.yaml": OneJointConfig.load,
-    "gripper.yaml": GripperConfig.load,
-    "line.yaml": LineConfig.load,
-    "plan.yaml": read_plan,
-    "sac.yml": lambda path: hyperparameters("sac", "PnTRelease-v0", path),
-    "table.json": lambda path: read_chances(LineConfig.load({"base": "single", "chances": str(path)})),
-    "results.json": read_json,
-    "state.npz": read_state,
-    "policy.npz": Actor.load,
-    "scorer.npz": Scorer.load,
-    "args.yml": lambda path: RunFolder(path.parent).arguments,
-}
-"""What reads a file, by the file's name."""
+PLACES_OF_FILES: Final = tuple(
+    (name, file) for name, form in FORMATS.items() for file in form.files if file != "progress.csv"
+)
+"""Forms and files, but for a file of which every content is taken."""
 LARGEST: Final = 2**28
 """Bytes of arrays that no reader may unpack."""
 
 
 def file_case(random: Random) -> str:
     """A file that no reader may take."""
-    name, kind = pick(random, READERS), pick(random, FILES)
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / name
-        subject = f"{name} {kind}: {FILES[kind](random, path)!r}"
+    (name, file), kind = pick(random, PLACES_OF_FILES), pick(random, FILES)
+    with TemporaryDirectory() as place:
+        folder = Path(place) / "here"
+        shutil.copytree(example(name), folder)
+        path = folder / file
+        path.unlink()
+        subject = f"{name}: {file} {kind}: {FILES[kind](random, path)!r}"
         with contextlib.suppress(Refused), refusable(subject):
-            READERS[name](path)
+            FORMATS[name].read(path)
             raise Find(f"{subject}: taken")
     return subject
 

@@ -141,6 +141,11 @@ def answer(module: str, *arguments: str) -> str | None:
             leftovers = [p.name for p in folder.rglob("*.tmp")]
             if leftovers:
                 return f"left {leftovers}"
+    return complaint(process)
+
+
+def complaint(process: Any) -> str | None:
+    """What is wrong with how a command ended: it must be with 0, or with 2 and one sentence."""
     words = process.stderr
     if process.returncode == 0 and "Traceback" not in words:
         return None

@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
+from tokenize import TokenError
 from typing import IO, Any, BinaryIO, Final
 from zipfile import BadZipFile, ZipFile, ZipInfo
 
@@ -30,6 +31,7 @@ _BROKEN: Final = (
     RuntimeError,  # an encrypted part
     OSError,  # a disk that fails, or a directory that points before the file
     ValueError,  # an array whose header is no header
+    TokenError,  # an array whose header ends too early
 )
 """Errors of the standard library and of NumPy at an archive that nobody can read."""
 

@@ -1,12 +1,13 @@
-"""Regular files of a bounded size: bytes, text and JSON."""
+"""Regular files of a bounded size: bytes, text, lines and JSON."""
 
 from __future__ import annotations
 
 import errno
+import io
 import json
 import os
 import stat
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Final, cast
@@ -15,6 +16,8 @@ from pnt_gym.errors import PntGymError, one_sentence
 
 MOST_TEXT: Final = 2**18
 """Bytes of a level, a plan or the like; PyYAML takes two seconds for so many brackets."""
+LONGEST_LINE: Final = 2**16
+"""Characters of a line in a file that is read line by line."""
 
 MOST_DIGITS: Final = 300
 """Digits of an integer, so that it can be a float too."""
@@ -100,6 +103,37 @@ def text_of(path: str | Path, most: int = MOST_TEXT, form: str = "text") -> str:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:
         raise ReadError(f"it is not valid {form}: byte {error.start + 1} is not UTF-8") from None
+
+
+def lines_of(path: str | Path, most: int, most_lines: int) -> Iterator[str]:
+    """The lines of a text file with their ends, one after the other; memory holds one of the lines.
+
+    Args:
+        path: of the file.
+        most: bytes that it may have.
+        most_lines: lines that it may have.
+
+    Raises:
+        ReadError: there is no such file, it is too large, it is no text, or one of its lines is too long.
+    """
+    with opened(path, most) as file, io.TextIOWrapper(file, encoding="utf-8-sig", newline="") as text:
+        try:
+            size = 0
+            for number in range(1, most_lines + 2):
+                line = text.readline(LONGEST_LINE + 1)
+                if not line:
+                    return
+                size += len(line)
+                check_size("it", size, most)  # files of /proc have size 0
+                if number > most_lines:
+                    raise AccessError(f"it has more than {most_lines:,} lines")
+                if len(line) > LONGEST_LINE:
+                    raise AccessError(f"its line {number:,} has more than {LONGEST_LINE:,} characters")
+                yield line
+        except UnicodeDecodeError as error:
+            raise ReadError(f"it is not valid text: {error.reason}; it must be UTF-8") from None
+        except OSError as error:
+            raise AccessError(error.strerror or str(error)) from None
 
 
 def json_of(path: str | Path, most: int = MOST_TEXT) -> Any:

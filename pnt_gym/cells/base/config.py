@@ -77,12 +77,12 @@ def _types(annotation: object) -> list[object]:
     return [annotation, *(kind for part in parts for kind in _types(part))]
 
 
-def _leaves(value: object) -> list[object]:
+def leaves_of(value: object) -> list[object]:
     """All values in lists and mappings, at any depth."""
     if isinstance(value, Mapping):
         value = list(cast("Mapping[object, object]", value).values())
     if isinstance(value, list | tuple):
-        return [leaf for part in cast("Sequence[object]", value) for leaf in _leaves(part)]
+        return [leaf for part in cast("Sequence[object]", value) for leaf in leaves_of(part)]
     return [value]
 
 
@@ -111,7 +111,7 @@ class Section(BaseModel):
         """Refuse `true` instead of 1, and '1' in quotes, also in lists."""
         kinds = _types(cls.model_fields[str(info.field_name)].annotation)
         is_open = _is_open(kinds)
-        leaves = [value] if is_open else _leaves(value)
+        leaves = [value] if is_open else leaves_of(value)
         if bool not in kinds and any(isinstance(leaf, bool) for leaf in leaves):
             raise PydanticCustomError("truth", "input should be a number or a section, not true or false")
         texts = [leaf for leaf in leaves if isinstance(leaf, str) and _is_number(leaf)]

@@ -4,16 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, fields, replace
-from typing import Any, Final, Self, cast
+from typing import Annotated, Any, Final, Self, cast
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
-from pnt_gym.cells.base.config import Positive, Section
-from pnt_gym.errors import ConfigError
+from pnt_gym.cells.base.config import LARGEST_NUMBER, Positive, Section, leaves_of
+from pnt_gym.errors import ConfigError, one_sentence
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build, Claws, MotorServo
 from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
 
-_Part = Mapping[str, Any]
+
+def _check_sizes(part: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the values of a part, after refusing numbers that no cell has."""
+    for name, value in part.items():
+        for number in leaves_of(value):
+            if isinstance(number, int | float) and not abs(number) < LARGEST_NUMBER:
+                shown = one_sentence(repr(number), 40)
+                raise ConfigError(
+                    f"{name!r} has the number {shown}; it must be less than {LARGEST_NUMBER:g} either way"
+                )
+    return part
+
+
+_Part = Annotated[Mapping[str, Any], AfterValidator(_check_sizes)]
 _MASSES: Final = tuple(field.name for field in fields(Build) if field.name.endswith("_mass"))
 
 

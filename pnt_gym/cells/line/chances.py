@@ -87,6 +87,8 @@ class Chances:
             raise ValueError("no shares")
         if not (np.isfinite(self.percent).all() and np.isfinite(self.edges).all()):
             raise ValueError("no settings or distances")
+        if not self.percent.size or (np.diff(self.edges) < 0.0).any():
+            raise ValueError("no setting, or distances that do not rise")
 
     def landing_chance(self, kind: Ints, percent: Floats, distance: Floats) -> Floats:
         """Chance that a held object ends in its bin, S; at the nearest speed setting of the table."""

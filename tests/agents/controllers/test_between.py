@@ -15,7 +15,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from agents.benchmark.run import run_piece
 from agents.controllers import GRASPING_NAMES, NAMES, Learner, Observation, make_controller
-from agents.controllers.between import BASES, MAX_STACK, MemoryPolicy, make_wrapper, wrap_env
+from agents.controllers.between import BASES, MemoryPolicy, make_wrapper, wrap_env
 from agents.controllers.own import run_policy
 from agents.dataset.episodes import episodes
 from agents.ground.cli import UsageError
@@ -23,6 +23,7 @@ from agents.ground.environments import core_of, make_vector
 from agents.judging.evaluation import evaluate
 from agents.judging.loop import throw_batches, throw_held_out
 from agents.judging.trials import trial_of
+from agents.learning.algorithms import MAX_STACK
 from agents.learning.runs import LATER, RunFolder
 from agents.learning.sb3 import build, load_policy
 from agents.learning.vec_env import SameStepVecEnv
@@ -269,8 +270,10 @@ def test_a_run_says_what_stands_between_and_older_ones_need_not(recipe: Argument
     ("name", "value", "said"),
     [
         ("over", "os:system", "over is 'os:system'; it must be a controller that needs no practice"),
-        ("stack", 10**9, "takes observations"),
-        ("stack", -1, "args.yml has stack -1"),
+        ("stack", 10**9, "stack 1000000000; it must be from 1 to 100"),
+        ("stack", -1, "stack -1; it must be from 1 to 100"),
+        ("stack", 2, "takes observations"),
+        ("num_envs", 2**31, "num_envs 2147483648; it must be from 1 to 100,000"),
         ("stack", "8", "args.yml has stack '8'"),
         ("over", 3, "args.yml has over 3"),
     ],

@@ -21,9 +21,10 @@ from agents.fit.seals import seal_chances
 from agents.fit.twins import Twin, judge_fit, make_twin
 from agents.fit.words import sentences
 from agents.fit.writing import level_text, page
+from agents.ground.cli import UsageError
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from tests.tools.commands import call_here, output_of
+from tests.tools.commands import call_here, output_of, refused
 from tests.tools.fitting import WASTE, throw, usual_log
 
 SOME = ("valve", "tau", "camera_x", "camera_y", "encoder")
@@ -151,7 +152,8 @@ def test_a_draught_and_more_scatter_are_told() -> None:
     windy = make_twin(WASTE, 2, 40, draught=0.8)
     fitted = fit_log(windy.log, WASTE, priors(WASTE, SOME))
     assert next(f for f in fitted.misfit if f.name == "draught").alarms
-    assert "THE MODEL DOES NOT FIT: air moves through the cell" in sentences(fitted, fitted.posterior.samples())[-1]
+    said = sentences(fitted, fitted.posterior.samples())[-1]
+    assert "THE MODEL DOES NOT FIT: landings lean as in a draught, for instance (those of a camera" in said
     hidden = {"suction": {"jitter": 0.006}, "spread": {"grasp": 0.02}, "feedback": {"noise": 0.015}}
     rough = make_twin(WASTE, 2, 40, hidden=hidden)
     fitted = fit_log(rough.log, WASTE, priors(WASTE, SOME))
@@ -253,7 +255,73 @@ def test_a_misfit_ends_with_exit_code_1(tmp_path: Path) -> None:
     assert "THE MODEL DOES NOT FIT: throws scatter" in done.stdout
 
 
+def raising(error: Exception) -> object:
+    def call(*_: object, **__: object) -> None:
+        raise error
+
+    return call
+
+
+def test_only_a_misfit_ends_with_exit_code_1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "log.csv").write_text(usual_log().text(WASTE.items))
+
+    def code() -> tuple[int, str]:
+        done = call_here("agents.fit", "log.csv", "--level", "waste", "--free", "valve", folder=tmp_path)
+        return done.returncode, done.stderr
+
+    assert code()[0] == 0
+    for error in (
+        MemoryError("x"),
+        np.linalg.LinAlgError("x"),
+        ValueError("Not finite"),
+        OSError(5, "x"),
+    ):
+        monkeypatch.setattr("agents.fit.density.least_squares", raising(error))
+        number, said = code()
+        assert number == 2, said
+        assert said.startswith("error: ")
+        assert said.count("\n") == 1
+    monkeypatch.setattr("agents.fit.density.least_squares", raising(KeyError("a fault of the program")))
+    number, said = code()
+    assert number == 70
+    assert said.endswith("KeyError: 'a fault of the program'\n")
+
+
+@pytest.mark.parametrize("place", ["landings", "outcomes"])
+def test_a_fit_whose_numbers_are_not_finite_is_refused(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here the simulation itself goes wrong, as with values that no cell has."""
+    simulate = getattr(ThrowModel, "_fly_part")  # noqa: B009 - a private name
+
+    def fly(self: ThrowModel, *given: object) -> object:
+        landing, touched = simulate(self, *given)
+        is_drawn = len(landing) > len(self.log)
+        return (np.full_like(landing, np.nan) if is_drawn == (place == "outcomes") else landing), touched
+
+    monkeypatch.setattr(ThrowModel, "_fly_part", fly)
+    with np.errstate(all="ignore"), pytest.raises(UsageError, match="no fit follows from these throws and this level"):
+        quick_fit()
+
+
+def test_landings_that_the_level_does_not_explain_are_no_fit() -> None:
+    far = replace(usual_log(), landing=usual_log().landing + np.array([0.0, 3.0]))
+    with pytest.raises(UsageError, match="no landing lies where this level lets its throw land"):
+        fit_log(far, WASTE, priors(WASTE, SOME))
+
+
+HOSTILE = {
+    "--design": ("0", "801", "99999999999", "1.5", "nan", "-1"), "--twins": ("0", "10001", "1e3"),
+    "--twins 1 --landings": ("9", "401", "99999999999"), "--twins 1 --seed": ("-1", "x"),
+    "--twins 1 --free": ("nothing", "valve,tau"), "--twins 1 --prior": ("valve=1e300", "valve", "=", "valve=nan"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("option", "value"), [(option, value) for option in HOSTILE for value in HOSTILE[option]])
+def test_options_have_ranges(option: str, value: str) -> None:
+    refused("agents.fit", "--level", "waste", *option.split(), value)
+
+
 def test_twins_of_a_users_level(tmp_path: Path) -> None:
+    output_of("fit --level waste --twins 1 --landings 12 --free valve --seed 99999999999999999999", tmp_path)
     said = output_of("fit --level waste --twins 1 --landings 12", tmp_path)
     assert "1 twins" in said
     assert "delays of items" in said

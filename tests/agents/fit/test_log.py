@@ -2,6 +2,7 @@
 
 import csv
 import io
+import os
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from agents.controllers import make_controller
-from agents.fit.reading import MOST, read_log
+from agents.fit.reading import MOST, MOST_LINES, read_log
 from agents.ground.cli import UsageError
 from agents.judging.throws.log import COLUMNS, GROUPS, ThrowLog
 from agents.judging.throws.recorder import Recorder
@@ -108,6 +109,12 @@ def scaled(*groups: str, factor: float = 1000.0) -> Callable[[Rows], Rows]:
     ]
 
 
+def read(change: Callable[[Rows], Rows], folder: Path) -> ThrowLog:
+    path = folder / "log.csv"
+    path.write_text(changed(change))
+    return read_log(path, WASTE)
+
+
 def each(**values: str) -> Callable[[Rows], Rows]:
     return lambda rows: [{**row, **values} for row in rows]
 
@@ -128,15 +135,18 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
         lambda rows: [row for row in rows if row["landing_x"]][:3],
         "the log has 3 landings; a fit needs",
     ),
-    "picks in mm": (scaled("pick"), "pick_[xyz] reaches .*these look like millimetres"),
-    "landings in mm": (scaled("landing"), "landing_[xy] reaches .*these look like millimetres"),
+    "picks in mm": (
+        scaled("pick"),
+        "throw [0-9]+ of the log: pick_[xyz] is .* from -5 to 5 m; it looks like millimetres",
+    ),
+    "landings in mm": (scaled("landing"), "landing_[xy] is .*it looks like millimetres"),
     "velocities in mm a second": (
         scaled("velocity"),
-        "release_v[xyz] reaches .*velocities in m/s",
+        "release_v[xyz] is .* m/s; it must be from -20 to 20 m/s; it looks like millimetres a second",
     ),
-    "all in mm": (scaled("pick", "release", "landing", "target", "size", "grasp"), "these look like millimetres"),
-    "grams": (scaled("mass"), "masses are in kilograms"),
-    "degrees": (scaled("yaw", factor=57.3), "angles are in radians"),
+    "all in mm": (scaled("pick", "release", "landing", "target", "size", "grasp"), "it looks like millimetres"),
+    "grams": (scaled("mass"), "mass is .* kg; it must be from .* kg for item '[a-z0-9_]+'; it looks like grams"),
+    "degrees": (scaled("yaw", factor=57.3), "yaw is .* rad; it must be from -6.28 to 6.28 rad; it looks like degrees"),
     "picks swapped": (swapped("pick"), "pick_x and pick_y look swapped"),
     "landings swapped": (swapped("landing"), "landing_x and landing_y look swapped"),
     "a column twice": (lambda rows: [{**row, " item": row["item"]} for row in rows], "more than one column 'item'"),
@@ -169,6 +179,70 @@ def test_every_mistake_is_one_sentence(name: str, tmp_path: Path) -> None:
     assert "\n" not in str(caught.value)
 
 
+EXTREMES = {
+    name: ("-5.1", "5.1") for field in ("pick", "release", "target", "landing") for name in GROUPS[field]
+} | {
+    **dict.fromkeys(GROUPS["velocity"], ("-21", "1e5")), "percent": ("0.4", "101"), "belt_speed": ("-11", "1e12"),
+    **dict.fromkeys(("length", "width", "height", "mass", "seal"), ("1e-5", "1e4")), "yaw": ("-6.3", "180"),
+    **dict.fromkeys(("grasp_x", "grasp_y"), ("-1.5", "1.5")), "sealed": ("-1", "2"), "lost": ("-1", "0.5"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", sorted(set(COLUMNS) - {"item"}))
+@pytest.mark.parametrize("side", [0, 1])
+def test_every_column_has_a_range_on_both_sides(name: str, side: int, tmp_path: Path) -> None:
+    def change(rows: Rows) -> Rows:
+        return [{**row, name: EXTREMES[name][side]} if k == 4 else row for k, row in enumerate(rows)]
+
+    with pytest.raises(UsageError, match=rf"throw 5 of the log: {name} is .*it must be ") as caught:
+        read(change, tmp_path)
+    assert "\n" not in str(caught.value)
+
+
+UNITS = {
+    "mass": (1e3, "grams"), "length": (1e2, "centimetres"), "height": (1e3, "millimetres"),
+    "seal": (1e-3, "kilonewtons"),
+    "release_vy": (1e3, "millimetres a second"), "yaw": (57.3, "degrees"), "grasp_x": (1e3, "millimetres"),
+    "landing_y": (1e3, "millimetres"), "width": (39.4, "inches"), "percent": (0.01, "shares of 1"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_a_column_in_another_unit_is_told_by_the_unit(name: str, tmp_path: Path) -> None:
+    factor, unit = UNITS[name]
+    with pytest.raises(UsageError, match=rf"{name} is .*; it looks like {unit}$"):
+        read(lambda rows: [{**row, name: row[name] and str(factor * float(row[name]))} for row in rows], tmp_path)
+
+
+def test_a_long_log_names_the_throw_of_the_file(tmp_path: Path) -> None:
+    """Of a long log a part is drawn, and an error still says where its value stands."""
+    with pytest.raises(UsageError, match="of the log: mass is 9999 kg") as caught, pytest.warns(UserWarning):
+        read(lambda rows: [{**rows[0], "mass": "9999" if k % 7 == 3 else "0.01"} for k in range(3000)], tmp_path)
+    number = int(str(caught.value).split()[1])
+    assert (number - 1) % 7 == 3
+    assert number > 3
+
+
+@pytest.mark.parametrize("kind", ["fifo", "/dev/zero", "endless line", "many lines", "folder", "pipe"])
+def test_what_has_no_end_is_no_log(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv" if "/" not in kind else Path(kind)
+    if kind == "fifo":
+        os.mkfifo(path)
+    elif kind == "folder":
+        path.mkdir()
+    elif kind == "endless line":
+        path.write_text("x" * 10**6)
+    elif kind == "many lines":
+        with path.open("wb") as file:
+            file.write(b"\n" * (MOST_LINES + 1))
+    ends = os.pipe()
+    with pytest.raises(UsageError, match=r"cannot read log .*: (it |its |Is a)") as caught:
+        read_log(Path(f"/dev/fd/{ends[0]}") if kind == "pipe" else path, WASTE)
+    assert "\n" not in str(caught.value)
+    for end in ends:
+        os.close(end)
+
+
 @pytest.mark.parametrize("text", ["", "\n\n", "item;pick_x\ncan;1", "\x00\x01"])
 def test_what_is_no_table_is_refused(text: str, tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
@@ -180,12 +254,6 @@ def test_what_is_no_table_is_refused(text: str, tmp_path: Path) -> None:
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(UsageError, match="cannot read log"):
         read_log(path, WASTE)
-
-
-def read(change: Callable[[Rows], Rows], folder: Path) -> ThrowLog:
-    path = folder / "log.csv"
-    path.write_text(changed(change))
-    return read_log(path, WASTE)
 
 
 def test_repeated_throws_count_once(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Predictions of logged throws: those of the simulation where nothing is hidden, else those that gauges allow."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -125,11 +126,25 @@ def test_draws_of_hidden_values_hold_the_truth_as_often_as_they_should() -> None
 def test_levels_that_have_no_hidden_parameters_are_refused() -> None:
     with pytest.raises(UsageError, match="has mismatch 0"):
         priors(level(mismatch=0.0))
-    with pytest.raises(UsageError, match="speed: no parameter; parameters are valve"):
+    with pytest.raises(UsageError, match="'speed' is no parameter; parameters are valve"):
         priors(WASTE, ["speed"])
-    with pytest.raises(UsageError, match="the prior of tau is 0"):
-        priors(WASTE, None, {"tau": 0})
+    with pytest.raises(UsageError, match="tau is 0 in level 'custom'; a free one must be above 0"):
+        priors(level(suction={"tau": 0.0}), ["tau"])
+    priors(level(suction={"tau": 0.0}), ["valve"])
     with pytest.raises(UsageError, match="no parameter is free"):
         priors(level(cup={"stiffness": None}), ["stiffness"])
     with pytest.raises(UsageError, match="planner is 'ellipse'"):
         ThrowModel(usual_log(), level(planner="ellipse"))
+
+
+@pytest.mark.parametrize("sd", [0, 0.0, -1.0, 1e-12, 3.6, 1e300, 10**400, np.nan, np.inf, None, "x", True, [1.0]])
+def test_a_prior_has_a_range_on_both_sides(sd: Any) -> None:
+    assert priors(WASTE, ["tau"], {"tau": 3.5})[0].sd == 3.5
+    with pytest.raises(UsageError, match=r"the prior of tau is .*; it must be a .* from 3\.5e-07 to 3\.5"):
+        priors(WASTE, None, {"tau": sd})
+
+
+@pytest.mark.parametrize("free", [5, "valve", {"valve": 1}, ["valve", 5], [["valve"]], b"valve"])
+def test_free_parameters_are_a_list_of_names(free: Any) -> None:
+    with pytest.raises(UsageError, match=r"must be a list of names|is no parameter"):
+        priors(WASTE, free)
