@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from pnt_gym.cells.base.problems import describe_problems
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, about, check_known
 from ..ground.files import check_form, read_json
 from ..ground.versions import versions
 from ..judging.record import Result
@@ -37,9 +37,8 @@ def choose_pieces(planned: Sequence[Piece], labels: Collection[str]) -> list[Pie
         UsageError: no entry of the plan has such a label.
     """
     known = dict.fromkeys(piece.entry.label for piece in planned)
-    unknown = [label for label in labels if label not in known]
-    if unknown:
-        raise UsageError(f"--only is {unknown[0]!r}; labels of the plan's entries are {', '.join(sorted(known))}")
+    with about("--only"):
+        check_known("label", labels, sorted(known))
     return [piece for piece in planned if not labels or piece.entry.label in labels]
 
 

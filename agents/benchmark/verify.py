@@ -13,7 +13,7 @@ import numpy as np
 import tyro
 
 from ..ground.bars import throws_bar
-from ..ground.cli import UsageError, at_least, option, run
+from ..ground.cli import Exit, UsageError, at_least, option, run
 from ..ground.files import check_form, jsonable, read_json
 from ..ground.outputs import check_writable, deliver_json
 from ..ground.shipped import module_of
@@ -99,7 +99,7 @@ def main(arguments: Arguments) -> None:
     if arguments.write:
         deliver_json(arguments.file, data, indent=None)
     if any(row["difference"] and row["verdict"] != NEAR for row in verdicts):
-        sys.exit(DIFFERENT)
+        raise Exit(DIFFERENT)
 
 
 def _read(file: Path) -> tuple[Any, Plan]:

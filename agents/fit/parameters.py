@@ -11,7 +11,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, about, check_known, check_once
 
 SOFTEST, STIFFEST = 0.05, 100.0
 """Bounds of the lip's stiffness in a level [N m/rad]."""
@@ -78,8 +78,10 @@ def priors(
         raise UsageError(f"prior is {spreads!r}; it must be a mapping from names to standard deviations")
     if isinstance(free, str):
         raise UsageError(f"free is {free!r}; it must be a list of names, as in [{free!r}]")
-    if unknown := sorted({*chosen, *spreads} - {*names}):
-        raise UsageError(f"{', '.join(unknown)}: no parameter; parameters are {', '.join(names)}")
+    for option, given in {"free": chosen, "prior": [*spreads]}.items():
+        with about(option):
+            check_known("parameter", given, names)
+        check_once({option: given})
     for name, sd in spreads.items():
         if isinstance(sd, bool) or not isinstance(sd, int | float) or not 0.0 < sd < np.inf:
             raise UsageError(f"the prior of {name} is {sd!r}; it must be a standard deviation above 0, in SI units")
