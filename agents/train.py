@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-from .ground.cli import at_least, option, run
+from .ground.cli import Exit, at_least, option, run
 from .judging.trials import open_trial
 from .learning.algorithms import MASKED, RESIDUAL, Algorithm
 from .training.request import resolve_request
@@ -73,7 +72,7 @@ def main(arguments: Arguments) -> None:
             folder, steps, signal = ended
             if signal is not None:
                 say_how_to_resume(folder.path, run_args["env"], steps, trial.step)
-                sys.exit(128 + signal)
+                raise Exit(128 + signal)
             if session.run_args["eval_picks"] != 0:
                 show_table(trial, folder, steps, session.run_args)
 

@@ -24,6 +24,7 @@ from agents.ground.outputs import check_writable, deliver_json
 from agents.ground.versions import versions
 from benchmarks.perf_cases import cells, codes, grasp, planning, shares
 from benchmarks.timing import Options, Place, Row, figures, nest
+from pnt_gym.names import unknown_name
 
 CASES: Final[dict[str, Callable[[Options], Iterator[Row]]]] = {
     "planner": planning.planner,
@@ -81,7 +82,7 @@ def select_cases(names: Iterable[str], *, has_older_code: bool = True) -> list[s
         UsageError: a name that no case has.
     """
     if unknown := [name for name in names if not any(f"{case}/".startswith(f"{name}/") for case in CASES)]:
-        raise UsageError(f"unknown case {unknown[0]!r}; known are {', '.join(CASES)}")
+        raise UsageError(unknown_name("case", unknown[0], CASES))
     beginnings = tuple(f"{name}/" for name in names)
     if not beginnings:
         return [case for case in CASES if has_older_code or not case.startswith("before/")]

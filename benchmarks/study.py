@@ -18,7 +18,7 @@ from typing import Annotated, Any, Final, cast
 import tyro
 
 import pnt_gym
-from agents.ground.cli import UsageError, at_least, option, run
+from agents.ground.cli import UsageError, at_least, check_known, option, run
 from agents.ground.files import json_text, read_json, write_json
 from agents.ground.outputs import check_writable
 from agents.ground.versions import versions
@@ -26,6 +26,7 @@ from agents.jobs.code import code_digest
 from agents.report.study_plan import Case, Part, StudyPlan, read_study, shipped_study
 from agents.results.study import check_study, is_study
 from benchmarks.studies.cells import Amount, Figures
+from pnt_gym.names import unknown_name
 
 ROOMS: Final = ("judging", "controllers", "dispatchers", "grasping", "learning", "training", "fit")
 """Rooms of agents on which figures depend."""
@@ -100,8 +101,7 @@ def chosen_cases(plan: StudyPlan, names: Iterable[str]) -> list[tuple[Part, Case
     Raises:
         UsageError: the study has no such part.
     """
-    if unknown := [name for name in names if name not in plan.parts]:
-        raise UsageError(f"--part is {unknown[0]!r}; parts of {plan.study} are {', '.join(plan.parts)}")
+    check_known("part", names, plan.parts)
     parts = {name: part for name, part in plan.parts.items() if not names or name in names}
     return [(part, case) for name, part in parts.items() for case in plan.cases(name)]
 
@@ -163,8 +163,8 @@ def measurement(part: Part) -> Callable[[dict[str, Any], Amount], Figures | Iter
     module, _, name = part.measure.partition(".")
     folder = Path(__file__).with_name("studies")
     if not (folder / f"{module}.py").is_file():
-        modules = ", ".join(sorted(path.stem for path in folder.glob("*.py")))
-        raise UsageError(f"measure is {part.measure!r}; modules of benchmarks/studies are {modules}")
+        modules = sorted(path.stem for path in folder.glob("*.py"))
+        raise UsageError(f"measure: {unknown_name('module of benchmarks/studies', module, modules)}")
     function = getattr(import_module(f"benchmarks.studies.{module}"), name, None)
     if function is None:
         raise UsageError(f"measure is {part.measure!r}; {module} has no function {name}")

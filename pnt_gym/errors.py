@@ -3,6 +3,10 @@
 The rule: every error that the package raises on purpose because of a user's input descends from `PntGymError`, a
 ValueError. `except PntGymError` therefore catches "there is no throw" (`planning.InfeasibleThrow`), "there is no
 release" (`planning.one_joint.UnreachableGoal`), numbers out of range, arrays of the wrong shape, and broken configs.
+
+An unknown keyword of an environment, of `pnt_gym.evaluate`, `compare`, `fit` or `plan_line` is such an error too, and
+no TypeError: Gymnasium adds all arguments of `gymnasium.make` to the sentence of a TypeError. Functions of
+`pnt_gym.planning` have Python's own TypeError.
 """
 
 from collections.abc import Callable, Mapping

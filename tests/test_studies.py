@@ -212,13 +212,13 @@ def test_rows_of_other_code_can_be_joined_and_say_so(small, tmp_path, monkeypatc
     [
         ("throws: 4", "throws: 0", "throws is 0: input should be greater than or equal to 1"),
         ("throws: 4", "throws: 4\nthings: 1", "unknown key 'things'"),
-        ("throws.figures", "nowhere.figures", "measure is 'nowhere.figures'; modules of benchmarks/studies are"),
+        ("throws.figures", "nowhere.figures", "measure: unknown module of benchmarks/studies 'nowhere'; known are"),
         ("throws.figures", "throws.nothing", "measure is 'throws.nothing'; throws has no function nothing"),
         ("throws.figures", "throws", "measure"),
         ("[0.0, 1.0]", "[1.0, 1.0]", "axes.level.mismatch: values [1.0, 1.0] must differ from one another"),
         ("[0.0, 1.0]", "[]", "axes.level.mismatch: a list of values or a mapping of values to settings is needed"),
         ("[waste_plain, soft]", "[moon]", "moon"),
-        ("[success,", "[luck,", "figure 'luck' is unknown"),
+        ("[success,", "[luck,", "unknown figure 'luck'"),
     ],
 )
 def test_a_wrong_plan_is_told_in_one_sentence(small, capsys, old, new, said):
@@ -233,4 +233,4 @@ def test_a_figure_that_is_no_number_is_told_with_its_case(small, capsys, monkeyp
 
 
 def test_an_unknown_study_is_told_with_those_that_ship(capsys):
-    assert "unknown study 'gripp'; known are adaptation, cup, curves, dispatch" in refusal(capsys, "gripp")
+    assert "unknown study 'gripp'; did you mean 'grip'? known are grip" in refusal(capsys, "gripp")

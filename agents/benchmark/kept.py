@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, about, check_known
 from ..ground.versions import versions
 from ..judging.record import Result
 from ..results.content import check_figures, read_form
@@ -33,9 +33,8 @@ def choose_pieces(planned: Sequence[Piece], labels: Collection[str]) -> list[Pie
         UsageError: no entry of the plan has such a label.
     """
     known = dict.fromkeys(piece.entry.label for piece in planned)
-    unknown = [label for label in labels if label not in known]
-    if unknown:
-        raise UsageError(f"--only is {unknown[0]!r}; labels of the plan's entries are {', '.join(sorted(known))}")
+    with about("--only"):
+        check_known("label", labels, sorted(known))
     return [piece for piece in planned if not labels or piece.entry.label in labels]
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import tyro
 
 from ..ground.bars import throws_bar
-from ..ground.cli import UsageError, at_least, option, run
+from ..ground.cli import Exit, UsageError, at_least, option, run
 from ..ground.files import jsonable
 from ..ground.outputs import check_writable, deliver_json
 from ..ground.shipped import module_of
@@ -87,9 +87,9 @@ def main(arguments: Arguments) -> None:
         deliver_json(arguments.file, content.data, indent=None)
     counts = Counter(row["verdict"] for row in verdicts)
     if counts[DIFFERENT] or (counts[NEAR] and not arguments.near):
-        sys.exit(EXIT_DIFFERENT)
+        raise Exit(EXIT_DIFFERENT)
     if counts[LEFT_OUT]:
-        sys.exit(EXIT_LEFT_OUT)
+        raise Exit(EXIT_LEFT_OUT)
 
 
 def _check_arguments(arguments: Arguments) -> None:

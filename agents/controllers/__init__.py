@@ -8,8 +8,9 @@ from typing import Any
 from gymnasium.spaces import Box
 
 from pnt_gym.errors import one_sentence
+from pnt_gym.names import unknown_name
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, about, check_known
 from ..ground.environments import Env
 from ..ground.shipped import CORRECTING, is_shipped, module_of, policy_place, shipped_names
 from .named import GRASPING_NAMES, NAMES, make_named
@@ -52,12 +53,12 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
         return make_named(name, env, **options)
     place = policy_place(name)
     if os.path.isdir(place) or name.endswith(".zip"):
+        with about(f"controller {name!r}"):
+            check_known("setting", options, ())
         return load_trained(place, env, trust=trust)
     if module_of(name) is not None:
         return import_controller(name, env, **options)
     if is_shipped(name):
         raise UsageError(f"{name!r} decides on a line; here controllers correct throws")
-    raise UsageError(
-        f"{one_sentence(name, 80)!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, "
-        f"{shipped_names(CORRECTING)}, MODULE:CLASS and MODEL.zip; training leaves its run folders in runs/"
-    )
+    further = ", MODULE:CLASS, MODEL.zip, and a run folder, as training leaves them in runs/"
+    raise UsageError(unknown_name("controller", name, (*NAMES, *shipped_names(CORRECTING)), further))

@@ -16,6 +16,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools
+from pnt_gym.names import unknown_name
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env
@@ -96,7 +97,7 @@ def make_wrapper(env: Env, stack: int, over: str) -> PolicyWrapper:
     if not 1 <= stack <= MAX_STACK:
         raise UsageError(f"stack is {stack}; a policy sees from 1 to {MAX_STACK} observations at once")
     if over not in BASES:
-        raise UsageError(f"over is {over!r}; it must be a controller that needs no practice: {', '.join(BASES)}")
+        raise UsageError(f"over: {unknown_name('controller that needs no practice', over, BASES)}")
     if stack > 1:
         check_begins(env, f"a stack of {stack} observations")
     return PolicyWrapper(stack, make_named(over, env))

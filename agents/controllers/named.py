@@ -14,7 +14,7 @@ from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.grasp.core import GraspCore
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, about, check_known, settings_of
 from ..ground.environments import Env, core_of
 from ..ground.places import ADAPTIVE, GRASPING
 from .adaptive import IN_CONTEXT, STATIC, Adaptive, has_feedback
@@ -61,6 +61,16 @@ _TRACKERS: Mapping[str, Callable[..., Tracker]] = {
     "oracle_drift": OracleTracker,
 }
 """Trackers by controller; the tracker's effect is subtracted from the static policy's offset."""
+_SETTINGS: Mapping[str, Callable[..., Any]] = {
+    "virtual_goal": virtual_goal,
+    "mlp": Mlp,
+    "oracle": Oracle,
+    "ema": RunningMean,
+    "kalman": Kalman,
+    "recursive_ridge": RecursiveRidge,
+    IN_CONTEXT: InContext,
+}
+"""What takes the settings of controllers that have any and do not grasp."""
 _PLACES: Mapping[str, Callable[..., Place]] = {
     "centre": lambda core: Centre(),
     "centroid": centroid,
@@ -81,8 +91,10 @@ def make_named(name: str, env: Env, **options: Any) -> Controller:
     """Controller of one of `NAMES`, fitted to an environment.
 
     Raises:
-        UsageError: the controller cannot act in this environment.
+        UsageError: the controller cannot act in this environment, or has no such settings.
     """
+    with about(f"controller {name!r}"):
+        check_known("setting", options, _settings(name))
     if name in _ANY_ACTIONS:
         return _ANY_ACTIONS[name](env, **options)
     if name in _SHIFTS:
@@ -90,6 +102,13 @@ def make_named(name: str, env: Env, **options: Any) -> Controller:
     if name in GRASPING_NAMES:
         return _grasping(name, env, options)
     return _adaptive(name, env, options)
+
+
+def _settings(name: str) -> list[str]:
+    """Names of the settings of a controller."""
+    if name in GRASPING_NAMES:
+        return ["residual", *settings_of(*([FittedQ] if name == FITTED_Q else [_PLACES[name], GraspController]))]
+    return settings_of(*([_SETTINGS[name]] if name in _SETTINGS else []))
 
 
 def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:

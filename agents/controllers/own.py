@@ -12,8 +12,9 @@ from gymnasium.spaces import Dict
 from numpy.typing import NDArray
 
 from pnt_gym.errors import PntGymError, one_sentence
+from pnt_gym.names import unknown_name
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, about, check_known, user_code
 from ..ground.environments import Env, core_of, import_user_module
 from ..ground.places import module_name
 from ..learning.runs import RunFolder
@@ -71,18 +72,25 @@ def import_controller(reference: str, env: Env, **options: Any) -> Controller:
         UsageError: the class does not exist, cannot be instantiated, or is no controller.
     """
     module, _, name = reference.partition(":")
-    controller_class = getattr(import_user_module(module), name, None)
+    place = import_user_module(module)
+    controller_class = getattr(place, name, None)
     if not inspect.isclass(controller_class):
-        raise UsageError(f"module {module!r} has no class {name!r}")
+        classes = [key for key, value in vars(place).items() if inspect.isclass(value) and value.__module__ == module]
+        raise UsageError(f"module {module!r}: {unknown_name('class', name, classes)}")
     _check_parts(controller_class, repr(reference), METHODS)  # before any call: a plan of others may name any class
     return _instantiate(controller_class, repr(reference), env, **options)
 
 
 def _instantiate(factory: Callable[..., Any], name: str, env: Env, **options: Any) -> Controller:
     try:
-        if "core" in inspect.signature(factory).parameters:
+        parameters = inspect.signature(factory).parameters
+        if not any(part.kind is part.VAR_KEYWORD for part in parameters.values()):
+            with about(f"controller {name}"):
+                check_known("setting", options, [part for part in parameters if part != "core"])
+        if "core" in parameters:
             options["core"] = core_of(env)
-        controller = factory(**options)
+        with user_code(f"controller {name}"):
+            controller = factory(**options)
     except PntGymError:
         raise
     except Exception as error:

@@ -12,6 +12,7 @@ import numpy as np
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.observation import TABLE
+from pnt_gym.names import unknown_name
 
 from ..grasping.fcn import PlaceMaps, input_maps
 from ..grasping.features import PlaceFeatures, place_features
@@ -176,7 +177,7 @@ def flattest(core: GraspCore, rule: str = "depth", avoid: float = AVOID) -> Pict
         UsageError: there is no such rule.
     """
     if rule not in RULES:
-        raise UsageError(f"rule is {rule!r}; it must be one of {', '.join(RULES)}")
+        raise UsageError(unknown_name("rule", rule, RULES))
     return PicturePlaces(core, RULES[rule], avoid)
 
 

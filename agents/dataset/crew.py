@@ -16,7 +16,7 @@ from gymnasium.spaces import Box, Space
 
 from ..controllers.protocol import Controller, Learner
 from ..ground.bars import throws_bar
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, about
 from ..ground.environments import Role
 from ..ground.shipped import policy_place
 from ..jobs.cluster import Needs
@@ -85,9 +85,9 @@ class Crew:
         expert = expert or trial.expert(env_id)
         chosen = expert if controller == EXPERT else controller
         self.chosen = (expert, chosen)
-        self.lowest, self.highest, self.thrower = (
-            trial.controller(name, trust=trust) for name in ("random", expert, chosen)
-        )
+        self.lowest, self.thrower = (trial.controller(name, trust=trust) for name in ("random", chosen))
+        with about("--expert"):
+            self.highest = trial.controller(expert, trust=trust)
         if practice and not any(isinstance(controller, Learner) for controller in (self.thrower, self.highest)):
             names = sorted({self.thrower.name, self.highest.name})
             raise UsageError(

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.errors import one_sentence
+from pnt_gym.names import unknown_name
 
 from ..controllers.protocol import Controller
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, about, check_known, settings_of
 from ..ground.environments import Env, core_of
 from ..ground.shipped import DECIDING, LINE, policy_place, shipped_names
 from ..policies.scorer import Scorer
-from .lookahead import Beam, GuidedBeam
+from .lookahead import Beam, GuidedBeam, Lookahead
 from .rules import IndexRule, RandomChoice
 from .scored import ScoreController, run_scores
 from .settings import check_settings, settings
@@ -38,6 +39,13 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     GUIDED: lambda core, guide=SEARCHED, **found: GuidedBeam(GUIDED, core, _guide_controller(guide, core), **found),
     SEARCHED: lambda core, **found: ScoreController(SEARCHED, Scorer.linear(**found)),
 }
+_SETTINGS: Final[Mapping[str, Sequence[Callable[..., Any]]]] = {
+    **dict.fromkeys(("atc", "price"), (IndexRule,)),
+    **dict.fromkeys(("beam", "price_beam", "joint_beam"), (Lookahead,)),
+    GUIDED: (_RULES[GUIDED], GuidedBeam, Lookahead),
+    SEARCHED: (Scorer.linear,),
+}
+"""What takes the settings of controllers that have any."""
 NAMES: Final = tuple(_RULES)
 CHOICES: Final[Mapping[str, str]] = {
     "random": "a random choice, all equally likely",
@@ -79,15 +87,17 @@ def line_controller(name: str, core: LineCore, **options: Any) -> Controller:
     """
     if name not in _RULES:
         place = policy_place(name)
+        if os.path.isdir(place) or place.suffix == ".npz":
+            with about(f"controller {name!r}"):
+                check_known("setting", options, ())
         if os.path.isdir(place):  # False for a name too long to be one
             return run_scores(place)
         if place.suffix == ".npz":
             return ScoreController(place.stem, Scorer.load(place))
-        names = f"{', '.join(NAMES)}, {shipped_names(DECIDING)}"
-        raise UsageError(
-            f"{one_sentence(name, 80)!r} is no controller of a line; controllers are {names}, the "
-            "folder of a training run, and a scorer's .npz file"
-        )
+        further = ", the folder of a training run, and a scorer's .npz file"
+        raise UsageError(unknown_name("controller of a line", name, (*NAMES, *shipped_names(DECIDING)), further))
+    with about(f"controller {name!r}"):
+        check_known("setting", options, settings_of(*_SETTINGS.get(name, ())))
     tuned_settings = settings(core.config.name, name, len(core.config.robots))
     chosen = {**tuned_settings, **options}
     check_settings(name, chosen)

@@ -11,6 +11,7 @@ from pnt_gym.cells.line.throws import Release
 
 from ..controllers import make_controller
 from ..controllers.protocol import Observation
+from ..ground.cli import about
 from ..ground.environments import make_vector
 
 ENV = "PnTRelease-v0"
@@ -27,7 +28,8 @@ def make_release(name: str, config: LineConfig) -> Release:
         UsageError: the controller does not exist, or belongs to another environment.
     """
     env = make_vector(ENV, config.cell_of(0), 1, 1)
-    controller = make_controller(name, env)
+    with about("release"):
+        controller = make_controller(name, env)
     env.close()
 
     def correct(observation: NDArray[np.float32], kind: Ints) -> NDArray[np.floating]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import tyro
 
-from ..ground.cli import UsageError, at_least, at_most, check_effects, option, read_settings, run
+from ..ground.cli import Exit, UsageError, at_least, at_most, check_effects, option, read_settings, run
 from ..ground.outputs import check_ending, check_writable, deliver_json, deliver_text
 from ..ground.tables import console
 
@@ -89,7 +88,7 @@ def main(arguments: Arguments) -> None:
         grid = twins_grid(config, parameters, twins, seed, arguments.landings, planned=design is not None)
         console().print(grid.terminal())
     if fitted is not None and not fitted.fits:
-        sys.exit(MISFIT)
+        raise Exit(MISFIT)
 
 
 def _fit(arguments: Arguments, config: ConveyorConfig, parameters: tuple[Parameter, ...], path: Path) -> Fitted:

@@ -12,7 +12,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.errors import one_sentence
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, about, check_known, check_once
 
 SOFTEST, STIFFEST = 0.05, 100.0
 """Bounds of the lip's stiffness in a level [N m/rad]."""
@@ -82,8 +82,10 @@ def priors(
     chosen = names if free is None else free
     if isinstance(chosen, str) or not isinstance(chosen, Sequence):
         raise UsageError(f"free is {_quote(free)}; it must be a list of names, such as ['valve', 'tau']")
-    if unknown := [name for name in (*chosen, *spreads) if name not in names]:
-        raise UsageError(f"{_quote(unknown[0])} is no parameter; parameters are {', '.join(names)}")
+    for option, given in {"free": chosen, "prior": [*spreads]}.items():
+        with about(option):
+            check_known("parameter", given, names)
+        check_once({option: given})
     for parameter in PARAMETERS:
         sd, low, high = spreads.get(parameter.name, parameter.sd), NARROWEST * parameter.sd, WIDEST * parameter.sd
         if isinstance(sd, bool) or not isinstance(sd, int | float) or not low <= sd <= high:

@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, take
-from pnt_gym.cells.base.problems import list_names
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.errors import one_sentence
+from pnt_gym.names import closest_name, list_names, unknown_name
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.reading import ReadError, lines_of
 
@@ -35,6 +35,8 @@ ASTRAY: Final = 0.35
 """Median distance of landings from the drag-free ones beyond which something else was logged [m]."""
 SEPARATORS: Final = (";", "\t", "|")
 """Separators of columns that other programs write."""
+MISSPELLED: Final = 0.8
+"""Likeness, from 0 to 1, from which on a column that is not known is a misspelled one and no further one."""
 SPEED_SHARE: Final = 0.02
 """Relative difference of a logged belt speed from the level's that does not matter."""
 
@@ -72,12 +74,28 @@ def _names(header: Sequence[str], path: Path) -> list[str]:
         )
     if twice := [name for name in COLUMNS if names.count(name) > 1]:
         raise UsageError(f"log {str(path)!r} has more than one column {list_names(twice)}; leave one of each")
+    unknown = [name for name in names if name and name not in COLUMNS]
+    _check_spelling(path, names, unknown)
     missing = [name for name, column in COLUMNS.items() if column.required and name not in names]
     if missing:
         raise UsageError(f"log {str(path)!r} lacks the columns {list_names(missing)}; `docs/fit.md` lists all")
-    if unknown := [name for name in names if name and name not in COLUMNS]:
+    unknown = [name for name in names if name and name not in COLUMNS]
+    _check_spelling(path, names, unknown)
+    if unknown:
         warnings.warn(f"columns {list_names(unknown)} of the log are not read", stacklevel=3)
     return names
+
+
+def _check_spelling(path: Path, names: Sequence[str], unknown: Sequence[str]) -> None:
+    """Make sure that no unknown column is a misspelled one that the log lacks; other columns are not read.
+
+    Raises:
+        UsageError: one is.
+    """
+    absent = [name for name in COLUMNS if name not in names]
+    for name in unknown:
+        if closest_name(name, absent, MISSPELLED) is not None:
+            raise UsageError(f"log {str(path)!r}: {unknown_name('column', name, absent)}; rename the column or drop it")
 
 
 def _rows(path: Path) -> tuple[list[str], dict[int, list[str]]]:
@@ -126,10 +144,7 @@ def _join(columns: Sequence[Floats]) -> Floats:
 
 def _kind(name: str, throw: int, config: ConveyorConfig) -> int:
     if name not in config.items:
-        items = list_names(config.items)
-        raise UsageError(
-            f"throw {throw} of the log is of item {one_sentence(name, 40)!r}; items of the level are {items}"
-        )
+        raise UsageError(f"throw {throw} of the log: {unknown_name('item', name, config.items)}")
     return config.items.index(name)
 
 

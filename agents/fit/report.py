@@ -11,6 +11,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.names import check_keywords
 
 from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
@@ -23,6 +24,7 @@ from .twins import judge_fit, study_twin
 from .words import sentences
 
 
+@check_keywords
 def fit(
     log: str | Path,
     level: str | Path = "waste",

@@ -11,15 +11,18 @@ import signal
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import fields
+from inspect import signature
 from numbers import Integral
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 import tyro
 
 from pnt_gym.errors import PntGymError, one_sentence
+from pnt_gym.names import unknown_name
 
 from .places import module_name
 from .signals import REASONS, Interrupt, handle_signals, interrupt
@@ -33,6 +36,8 @@ Arguments = TypeVar("Arguments")
 BAD_USAGE = 2
 DEFECT = 70
 """Exit code after a fault of the program, as in sysexits.h."""
+_CHOICE: Final = re.compile(r"[Ii]nvalid choice '(.*)' for argument '(.*)'\. Expected one of \((.*)\)")
+"""Sentence of tyro about a value that is none of an option's choices, which tyro lists in any order."""
 EXTRAS = {
     "torch": "rl",
     "stable_baselines3": "rl",
@@ -56,6 +61,10 @@ EXTRAS = {
 
 class UsageError(PntGymError):
     """A command line that asks for something impossible or that does not exist."""
+
+
+class Exit(SystemExit):
+    """The end of a command with an exit code of its own; any other `SystemExit` comes from code of the user."""
 
 
 def check_libraries(*names: str) -> None:
@@ -85,9 +94,10 @@ def read_settings(texts: Sequence[str]) -> dict[str, Any]:
     """Settings given as NAME=VALUE, where VALUE is a number, a list of numbers or a word.
 
     Raises:
-        UsageError: a text has no name or no value.
+        UsageError: a text has no name or no value, or a name is given twice.
     """
     settings: dict[str, Any] = {}
+    check_once({"NAME=VALUE": [text.partition("=")[0] for text in texts]})
     for text in texts:
         name, _, value = text.partition("=")
         if not (name.isidentifier() and value):
@@ -97,6 +107,12 @@ def read_settings(texts: Sequence[str]) -> dict[str, Any]:
         except ValueError:
             settings[name] = value
     return settings
+
+
+def settings_of(*functions: Callable[..., Any]) -> list[str]:
+    """Names of the settings that functions take: of their parameters with a default."""
+    parameters = (part for function in functions for part in signature(function).parameters.values())
+    return [*dict.fromkeys(part.name for part in parameters if part.default is not part.empty)]
 
 
 def run(
@@ -128,7 +144,8 @@ def run(
         parsed = _parse(arguments, f"python -m {module_name(name)}" if command_line is None else name, command_line)
         with warnings.catch_warnings():
             warnings.showwarning = lambda message, *_, **__: print(f"warning: {one_sentence(message)}", file=sys.stderr)
-            with handle_signals(interrupt), _printing(parsed):
+            with handle_signals(interrupt), _printing(parsed), user_code("a module or class of yours"):
+                check_once({name: value for name, value in vars(parsed).items() if _is_names(value)})
                 command(parsed)
     except (PntGymError, OSError, MemoryError) as error:
         print(f"error: {describe_error(error)}", file=sys.stderr)
@@ -155,6 +172,72 @@ def _end_with_traceback() -> NoReturn:
     sys.exit(DEFECT)
 
 
+@contextlib.contextmanager
+def user_code(subject: str) -> Generator[None, None, None]:
+    """Context of code of the user: if the code ends the interpreter, as a script does, that is an error.
+
+    Args:
+        subject: name of the code, for the error.
+
+    Raises:
+        UsageError: the code ends the interpreter.
+    """
+    try:
+        yield
+    except (Exception, KeyboardInterrupt, GeneratorExit, Exit):
+        raise
+    except BaseException as end:
+        kind = one_sentence(f"{type(end).__name__}({', '.join(map(repr, end.args))})", 80)
+        raise UsageError(
+            f"{subject} ended the interpreter with {kind}; lines that belong to a script must stand under "
+            '`if __name__ == "__main__":`'
+        ) from end
+
+
+@contextlib.contextmanager
+def about(subject: str) -> Generator[None, None, None]:
+    """Context in which every mistake begins with a subject, such as an option.
+
+    Raises:
+        UsageError: the mistake.
+    """
+    try:
+        yield
+    except UsageError as error:
+        raise UsageError(f"{subject}: {error}") from None
+
+
+def check_known(kind: str, names: Iterable[object], known: Collection[object], further: str = "") -> None:
+    """Make sure that names are known; the other arguments are those of `unknown_name`.
+
+    Raises:
+        UsageError: a name is unknown.
+    """
+    for name in names:
+        if name not in known:
+            raise UsageError(unknown_name(kind, name, known, further))
+
+
+def check_once(options: Mapping[str, Iterable[Any]]) -> None:
+    """Make sure that no option has a value twice.
+
+    Args:
+        options: values by the names of options.
+
+    Raises:
+        UsageError: an option has a value twice.
+    """
+    for option, values in options.items():
+        for value, count in Counter(values).items():
+            if count > 1:
+                raise UsageError(f"{option}: {one_sentence(repr(value), 80)} is given {count} times; give it once")
+
+
+def _is_names(value: Any) -> bool:
+    """Whether the value of an option is a list of names."""
+    return isinstance(value, tuple) and all(isinstance(name, str) for name in value)
+
+
 def _printing(arguments: Any) -> contextlib.AbstractContextManager[object]:
     """Context that redirects printed text to standard error if an option makes the command write to standard output."""
     places = [value for value in vars(arguments).values() if isinstance(value, Path)]
@@ -173,6 +256,9 @@ def _parse(arguments: type[Arguments], program: str, command_line: Sequence[str]
     box = re.sub(r"\x1b\[[\d;]*m|[│╭╮╰╯─]|-{5,}", "", output.getvalue())
     problem = re.split(r"\n\s*\n", box.partition("\n")[2].strip())[0]
     problem = re.sub(r"'None',\s+|,\s+'None'|\{None\}\|", "", problem)  # options that were not given
+    if choice := _CHOICE.search(" ".join(problem.split())):
+        known = sorted(re.findall(r"'([^']*)'", choice[3]))
+        raise UsageError(f"{choice[2]}: {unknown_name('value', choice[1], known)}; see {program} --help")
     hint = re.search(r"Perhaps you meant:\s+(.*)", box)
     suggestion = f"; perhaps you meant {hint[1].strip()}" if hint else ""
     raise UsageError(f"{one_sentence(problem.rstrip(' .:'), 200)}{suggestion}; see {program} --help")

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Sequence
 from typing import Final
 
+from pnt_gym.names import unknown_name
+
 from .cli import BAD_USAGE, run
 
 COMMANDS: Final = {
@@ -56,6 +58,8 @@ def choose(program: str, words: Sequence[str]) -> None:
         module = importlib.import_module(f"...{COMMANDS[name][0]}", __name__)
         run(module.main, module.Arguments, f"{program}{name}", words[len(name.split()) :])
     else:
-        now = f"`{program}{FORMER[name]}` now" if name in FORMER else f"no command; commands are {', '.join(COMMANDS)}"
-        print(f"error: {name!r} is {now}", file=sys.stderr)
+        sentence = unknown_name("command", name, [command for command in COMMANDS if command.startswith(room)])
+        if name in FORMER:
+            sentence = f"{name!r} is `{program}{FORMER[name]}` now"
+        print(f"error: {sentence}", file=sys.stderr)
         sys.exit(BAD_USAGE)

@@ -29,8 +29,9 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.core import Core
 from pnt_gym.errors import one_sentence
+from pnt_gym.names import unknown_name
 
-from .cli import UsageError
+from .cli import UsageError, user_code
 
 Role = Literal["train", "practice", "evaluate", "dataset", "compare"]
 Env: TypeAlias = VectorEnv[Any, Any, Any]
@@ -44,13 +45,16 @@ def import_user_module(name: str) -> ModuleType:
     """Import a user's module, installed or in the working folder.
 
     Raises:
-        UsageError: the module does not exist, or its import fails.
+        UsageError: the module does not exist, its import fails, or the module ends the interpreter.
     """
     folder = str(Path.cwd())
     if folder not in sys.path:
         sys.path.insert(0, folder)
     try:
-        return importlib.import_module(name)
+        with user_code(f"module {name!r}"):
+            return importlib.import_module(name)
+    except UsageError:
+        raise
     except Exception as error:
         reason = f"{type(error).__name__}: {one_sentence(error)}"
         raise UsageError(f"module {name!r} cannot be imported: {reason}") from error
@@ -71,9 +75,16 @@ def find_environment(env_id: str) -> EnvSpec:
     if name in gym.registry:
         return gym.registry[name]
     if module:
-        raise UsageError(f"unknown environment {name!r}: module {module!r} does not register it with Gymnasium")
-    ids = ", ".join(pnt_gym.ENV_IDS)
-    raise UsageError(f"unknown environment {name!r}; known are {ids}, and MODULE:ID for one that MODULE registers")
+        own = [key for key, spec in gym.registry.items() if _module_of(spec) == module]
+        raise UsageError(f"module {module!r}: {unknown_name('environment', name, own, ', registered with Gymnasium')}")
+    further = ", and MODULE:ID for one that MODULE registers"
+    raise UsageError(unknown_name("environment", name, pnt_gym.ENV_IDS, further))
+
+
+def _module_of(spec: EnvSpec) -> str:
+    """Module of an environment's class."""
+    entry = spec.entry_point
+    return entry.partition(":")[0] if isinstance(entry, str) else getattr(entry, "__module__", "")
 
 
 def make_vector(
@@ -155,7 +166,8 @@ def _translate_errors(env_id: str) -> Generator[None, None, None]:
         with warnings.catch_warnings():
             # Gymnasium warns of Box bounds and precision that are intended here.
             warnings.filterwarnings("ignore", category=UserWarning, module="gymnasium")
-            yield
+            with user_code(f"environment {env_id!r}"):
+                yield
     except (gym.error.Error, TypeError, ImportError, AttributeError) as error:
         raise UsageError(f"environment {env_id!r} cannot be made: {one_sentence(error)}") from error
 

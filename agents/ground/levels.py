@@ -13,6 +13,7 @@ from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
+from pnt_gym.names import unknown_name
 from pnt_gym.reading import ReadError, yaml_of, yaml_text
 
 from .cli import UsageError
@@ -53,8 +54,8 @@ def find_level(text: str) -> tuple[str, type[LevelConfig], str]:
         return families[0], FAMILIES[families[0]], text
     if families:
         raise UsageError(f"level {text!r} is one of {', '.join(f'{family}/{text}' for family in families)}; name one")
-    names = ", ".join(f"{family}/{name}" for family, _, name in shipped_levels())
-    raise UsageError(f"unknown level {text!r}; shipped levels are {names}, or give a YAML file")
+    names = [f"{family}/{name}" for family, _, name in shipped_levels()]
+    raise UsageError(unknown_name("level", text, names, ", or give a YAML file"))
 
 
 def _family_of(file: str) -> str:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Final
+
+from pnt_gym.names import unknown_name
 
 from .cli import UsageError
 from .places import POLICY, SHIPPED, at
@@ -65,9 +66,9 @@ def is_shipped(name: str) -> bool:
     return name.startswith(PREFIX)
 
 
-def shipped_names(policies: Mapping[str, ShippedPolicy]) -> str:
-    """Names of shipped policies, for the sentence of an error."""
-    return ", ".join(f"{PREFIX}{name}" for name in policies)
+def shipped_names(policies: Mapping[str, ShippedPolicy]) -> list[str]:
+    """Names of shipped policies as commands take them."""
+    return [f"{PREFIX}{name}" for name in policies]
 
 
 def policy_place(name: str | Path) -> Path:
@@ -80,9 +81,7 @@ def policy_place(name: str | Path) -> Path:
         return at(name) if str(name) else Path(name)
     short = name.removeprefix(PREFIX)
     if short not in POLICIES:
-        alike = get_close_matches(short, POLICIES, 1)
-        hint = f"; perhaps {PREFIX}{alike[0]}" if alike else ""
-        raise UsageError(f"unknown shipped policy {name!r}; shipped policies are {shipped_names(POLICIES)}{hint}")
+        raise UsageError(unknown_name("shipped policy", name, shipped_names(POLICIES)))
     return SHIPPED / "results" / "policies" / POLICIES[short].place
 
 

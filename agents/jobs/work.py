@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeAlias, final
 
 from ..ground.bars import throws_bar
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, user_code
 from ..ground.files import lock_folder, read_json, write_bytes
 from ..ground.outputs import check_writable
 from ..ground.signals import block_signals
@@ -175,7 +175,8 @@ def end_processes(pool: ProcessPoolExecutor) -> None:
 def run_job(job: Job, folder: Path) -> Completion:
     """Run a job; its result as file content, and its duration."""
     began = time.perf_counter()
-    outcome = job.run(folder)
+    with user_code(f"{job.name}: a module or class of yours"):
+        outcome = job.run(folder)
     seconds = time.perf_counter() - began
     if isinstance(outcome, bytes):
         return Completion(outcome, seconds)

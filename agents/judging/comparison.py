@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from inspect import signature
 from itertools import combinations
 from pathlib import Path
 from typing import Any, Final, final
@@ -12,7 +13,7 @@ from typing import Any, Final, final
 import gymnasium as gym
 
 from ..controllers.protocol import Controller
-from ..ground.cli import UsageError, at_least, typed
+from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.environments import Env, stream_seed
 from ..ground.metrics import CONFIDENCE, Interval
 from ..ground.versions import versions
@@ -49,13 +50,12 @@ class Rules:
         """Measures of the figures, the first of which has the cap.
 
         Raises:
-            UsageError: there is no such figure, or margin, cap or budget has no meaning.
+            UsageError: there is no such figure, a figure is given twice, or margin, cap or budget has no meaning.
         """
         known = record.measures()
-        names = list(dict.fromkeys(known if self.figures is None else self.figures))
-        for name in names:
-            if name not in known:
-                raise UsageError(f"unknown figure {name!r}; figures here are {', '.join(known)}")
+        names = list(known if self.figures is None else self.figures)
+        check_known("figure", names, known)
+        check_once({"figures": names})
         if not names:
             raise UsageError(f"no figure is given; figures here are {', '.join(known)}")
         at_least({"budget": self.budget}, budget=1)
@@ -320,7 +320,7 @@ def compare(
     """
     if isinstance(others, str):
         raise UsageError(f"others is {others!r}; it must be a list of policies, as in [{others!r}]")
-    with open_cells(env, options) as cells:
+    with open_cells(env, options, signature(compare).parameters) as cells:
         trial = trial_of(cells)
         rules = typed(Rules, {"figures": figures, "margin": margin, "cap": cap, "budget": budget})
         rules.measures(trial.record)  # a mistake is reported before the practice

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
+from inspect import signature
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ from ..controllers.protocol import Controller, Learner, learns
 from ..controllers.state import check_learns, practice_steps, save_state
 from ..ground.amounts import NUM_ENVS
 from ..ground.bars import throws_bar
-from ..ground.cli import UsageError, at_least
+from ..ground.cli import UsageError, at_least, check_known
 from ..ground.environments import OPTIONS, Env, as_vector, make_vector
 from ..ground.outputs import deliver_text
 from .loop import Progress
@@ -68,7 +69,7 @@ def evaluate(
         MetricError: no landing was measured.
     """
     at_least({"picks": picks, "seed": seed}, picks=1, seed=0)
-    with open_cells(env, options) as cells:
+    with open_cells(env, options, signature(evaluate).parameters) as cells:
         trial, tell = trial_of(cells), progress or (lambda name, count: None)
         controller = trial.controller(policy, trust=trust)
         if isinstance(policy, str | type):
@@ -90,16 +91,22 @@ def evaluate(
 
 
 @contextmanager
-def open_cells(env: str | gym.Env[Any, Any] | Env, options: Mapping[str, Any]) -> Generator[Env, None, None]:
+def open_cells(
+    env: str | gym.Env[Any, Any] | Env, options: Mapping[str, Any], further: Iterable[str] = ()
+) -> Generator[Env, None, None]:
     """Vector environment of an id, closed at the end, or of an environment that is made already.
+
+    Args:
+        env: the id or the environment.
+        options: options of `make_vector` by name.
+        further: names that the caller takes beside these options, for the error about an unknown name.
 
     Raises:
         UsageError: there is no such environment or option, or an environment with options is made already.
     """
+    check_known("argument", options, (*OPTIONS, *further))
     if options and not isinstance(env, str):
         raise UsageError(f"{next(iter(options))} cannot change an environment that is made already; give it with an id")
-    if strangers := [name for name in options if name not in OPTIONS]:
-        raise UsageError(f"there is no option {strangers[0]!r}; an environment is made with {', '.join(OPTIONS)}")
     cells = make_vector(env, **{"num_envs": NUM_ENVS, **options}) if isinstance(env, str) else as_vector(env)
     try:
         yield cells

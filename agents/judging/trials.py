@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.errors import PntGymError, one_sentence
+from pnt_gym.names import unknown_name
 
 from ..controllers.protocol import Controller
 from ..ground.amounts import NUM_ENVS
@@ -38,11 +39,8 @@ def trial_class(config: Any) -> type[Trial]:
     module, _, attribute = name.partition(":")
     kind = getattr(import_user_module(module), attribute, None) if attribute else None
     if not (inspect.isclass(kind) and issubclass(kind, Trial)):
-        names = ", ".join(TRIALS)
-        raise UsageError(
-            f"trial is {name!r}; it must be {names}, or MODULE:CLASS of a subclass of "
-            f"{module_name('agents.judging.trial')}.Trial"
-        )
+        further = f", or MODULE:CLASS of a subclass of {module_name('agents.judging.trial')}.Trial"
+        raise UsageError(unknown_name("trial", name, TRIALS, further))
     return kind
 
 
@@ -95,8 +93,6 @@ def controller_with(trial: Trial, policy: Any, settings: Mapping[str, Any], *, t
     except (TypeError, ValueError, AttributeError) as error:
         if not settings or isinstance(error, PntGymError):
             raise
-        if "unexpected keyword" in str(error):
-            raise UsageError(f"controller {policy!r} has no settings {', '.join(settings)}") from None
         values = ", ".join(f"{name}={one_sentence(repr(value), 80)}" for name, value in settings.items())
         raise UsageError(f"controller {policy!r} cannot have {values}: {one_sentence(error)}") from None
 

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from pnt_gym.cells.base.config import quotes_hint
 from pnt_gym.errors import one_sentence
+from pnt_gym.names import join_names
 
 from ..ground.cli import UsageError
 from ..ground.files import read_yaml
@@ -91,7 +92,7 @@ def hyperparameters(algo: str, env_id: str, file: Path | None = None) -> dict[st
     for name in (env_id, env_id.rpartition(":")[2], DEFAULT):
         if name in entries:
             return _settings(path, name, entries[name])
-    entry_names = ", ".join(map(str, entries)) or "none"
+    entry_names = join_names([env_id], [*map(str, entries)]) or "none"
     raise UsageError(f"hyperparameters {str(path)!r} have no entry for {env_id!r}; entries are {entry_names}")
 
 

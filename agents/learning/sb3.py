@@ -28,6 +28,7 @@ from stable_baselines3.common.save_util import recursive_getattr
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
 from pnt_gym.errors import PntGymError, one_sentence
+from pnt_gym.names import unknown_name
 from pnt_gym.reading import ReadError, archive, parsed_json
 
 from ..ground.cli import UsageError
@@ -134,7 +135,7 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
         return MaskablePPO
     classes: dict[str, type[BaseAlgorithm]] = {"sac": BanditSAC, "td3": TD3, "ppo": PPO, "a2c": A2C}
     if name not in classes:
-        raise UsageError(f"unknown algorithm {name!r}; known are {', '.join((*RESIDUAL, *MASKED))}")
+        raise UsageError(unknown_name("algorithm", name, (*RESIDUAL, *MASKED)))
     return classes[name]
 
 

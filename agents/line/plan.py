@@ -42,7 +42,8 @@ class Arguments:
     burst: Annotated[float | None, option("the level's own", "SHAPE")] = None
     """Shape of the gamma distribution of the gaps between objects: 1 is a Poisson process, less means bursts."""
     down: Annotated[str | None, option("no robot", "ROBOT:MINUTES")] = None
-    """Robot that stands still from the middle of the shift on, and the minutes for which the robot stands."""
+    """Robot that stands still from the middle of the shift on, by its name or counted from 1 upstream, and the minutes
+    for which the robot stands; plans without this robot have no standstill."""
     controller: str = "price"
     """The controller: one of fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam."""
     release: Annotated[str | None, option("analytic", "NAME|shipped:NAME|RUN_DIR")] = None

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.sections import Robot
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, about, check_known
 
 
 @dataclass(frozen=True)
@@ -27,9 +27,14 @@ class Sweep:
 
 
 def make_plans(level: LineConfig, sweep: Sweep) -> Iterator[tuple[dict[str, Any], LineConfig]]:
-    """Numbers and level of every plan."""
+    """Numbers and level of every plan.
+
+    Raises:
+        UsageError: no plan has the robot of `--down`.
+    """
     speeds = sweep.speeds or (level.cell.belt.speed,)
     percents = sweep.percents or (None,)
+    down = standstill(level, sweep)
     for count, speed, limit, skills in itertools.product(sweep.robots, speeds, percents, sweep.skills):
         changes = level.model_dump(mode="json", exclude_unset=True)
         changes |= {"name": f"{level.name}, a plan", "duration": 60.0 * sweep.minutes}
@@ -43,7 +48,7 @@ def make_plans(level: LineConfig, sweep: Sweep) -> Iterator[tuple[dict[str, Any]
             changes["arrivals"] = {**changes.get("arrivals", {}), "regularity": sweep.burst}
         config = LineConfig.load({"base": "nominal", **changes})
         numbers = {"robots": count, "belt_speed": speed, "percent": max(config.cell.limits.percent), "skills": skills}
-        yield numbers, down(config, sweep)
+        yield numbers, with_standstill(config, down)
 
 
 def line_up(level: LineConfig, count: int) -> list[Robot]:
@@ -57,15 +62,33 @@ def line_up(level: LineConfig, count: int) -> list[Robot]:
     return robots
 
 
-def down(config: LineConfig, sweep: Sweep) -> LineConfig:
-    """The line with a standstill of the robot of `--down`, if the line has this robot."""
+def standstill(level: LineConfig, sweep: Sweep) -> dict[str, Any] | None:
+    """The standstill of `--down`; None without one.
+
+    The robot is given by its name, or counted from 1 upstream, unless a robot has the number as its name.
+
+    Raises:
+        UsageError: the option has another form, or no plan has the robot.
+    """
     if sweep.down is None:
-        return config
-    name, _, minutes = sweep.down.partition(":")
+        return None
+    name, _, text = sweep.down.rpartition(":")
+    names = [robot.name for robot in line_up(level, max(sweep.robots))]
     try:
-        start, still = 30.0 * sweep.minutes, 60.0 * float(minutes)
+        minutes = float(text)
     except ValueError:
-        raise UsageError(f"--down is {sweep.down!r}; it must be ROBOT:MINUTES") from None
-    if name not in [robot.name for robot in config.robots]:
-        return config
-    return LineConfig.load(config, down=[{"robot": name, "start": start, "end": start + still}])
+        minutes = -1.0
+    if not name or not 0.0 < minutes < float("inf"):
+        raise UsageError(f"--down is {sweep.down!r}; it must be ROBOT:MINUTES with minutes above 0, as {names[0]}:0.5")
+    if name not in names and name.isdecimal() and 1 <= int(name) <= len(names):
+        name = names[int(name) - 1]
+    with about("--down"):
+        check_known("robot", [name], names, f", or a number from 1 to {len(names)}")
+    start = 30.0 * sweep.minutes
+    return {"robot": name, "start": start, "end": start + 60.0 * minutes}
+
+
+def with_standstill(config: LineConfig, down: dict[str, Any] | None) -> LineConfig:
+    """The line with a standstill, if the line has the robot."""
+    has_robot = down is not None and down["robot"] in [robot.name for robot in config.robots]
+    return LineConfig.load(config, down=[down]) if has_robot else config

@@ -11,7 +11,7 @@ from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 
 from ..dispatchers.registry import NAMES
 from ..dispatchers.release import make_release
-from ..ground.cli import UsageError, at_least, typed
+from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.versions import versions
 from .jets import stations_text
 from .planned import Conditions, Planned, check_plan, judge_plan, try_changes
@@ -132,9 +132,8 @@ def plan_line(
     Raises:
         PntGymError: the level, a plan or an option is unknown or impossible.
     """
-    known = (*Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
-    if strangers := [name for name in options if name not in known]:
-        raise UsageError(f"plan_line has no option {strangers[0]!r}; options are {', '.join(known)}")
+    known = ("level", "recovery", "release", *Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
+    check_known("argument", options, known)
     return judge_line(load_line(level, release), *read_options(options, recovery), recovery, release).entries
 
 
@@ -187,7 +186,8 @@ def check_plans(recovery: float, sweep: Sweep, conditions: Conditions) -> None:
         raise UsageError(f"--recovery is {recovery!r}; it must lie between 0 and 1")
     if not (sweep.robots and all(1 <= count <= MOST_ROBOTS for count in sweep.robots)):
         raise UsageError(f"--robots is {sweep.robots}; a line has 1 to {MOST_ROBOTS} robots")
-    if conditions.controller not in NAMES:
-        raise UsageError(f"--controller is {conditions.controller!r}; it must be one of {', '.join(NAMES)}")
+    sweeps = {name: getattr(sweep, name) or () for name in ("robots", "speeds", "percents", "skills")}
+    check_once(sweeps)
+    check_known("controller of a line", [conditions.controller], NAMES)
     if conditions.check == 1:
         raise UsageError("--check is 1; it must be 0 or at least 2, because one shift has no interval")

@@ -27,10 +27,9 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE
 from pnt_gym.cells.line.state import CHOICES
-from pnt_gym.errors import one_sentence
 from pnt_gym.reading import arrays_of
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, check_known
 from .networks import ACTIVATIONS, LAYER, Dense, Layers, arrays_by_name, layers_of, run_layers
 
 NAMES: Final = CHOICE_TABLE.names
@@ -88,8 +87,7 @@ class Scorer:
         """
         weight = np.zeros((1, INPUTS), dtype=np.float32)
         for name, value in (weights or {}).items():
-            if name not in NAMES:
-                raise UsageError(f"an index weighs {one_sentence(name, 40)!r}; entries are {', '.join(NAMES)}")
+            check_known("weight of an index", [name], NAMES)
             weight[0, NAMES.index(name)] = value
         return cls((Dense(weight, np.zeros(1, dtype=np.float32)),), patience)
 

@@ -8,6 +8,8 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final
 
+from pnt_gym.names import unknown_name
+
 from ..ground.cli import UsageError
 from ..ground.files import check_form
 from ..ground.outputs import deliver_text
@@ -130,7 +132,7 @@ def _table(name: str, results: Path) -> Grid:
             return make_table(read_results(results / file))
     grid = reproduced_table(results, name) if "/" in name else None
     if grid is None:
-        raise UsageError(f"no table {name!r} for a document; known are {', '.join(tables)}, and PAPER/TABLE")
+        raise UsageError(unknown_name("table", name, tables, ", and PAPER/TABLE"))
     return grid
 
 

@@ -13,7 +13,7 @@ from pydantic import Field, ValidationError, model_validator
 from pnt_gym.cells.base.config import Section
 from pnt_gym.cells.base.problems import describe_problems
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, check_known
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED
 
@@ -161,6 +161,5 @@ def shipped_study(name: str) -> StudyPlan:
         UsageError: none of that name does.
     """
     known = sorted(path.stem for path in STUDIES.glob("*.yaml"))
-    if name not in known:
-        raise UsageError(f"unknown study {name!r}; known are {', '.join(known)}")
+    check_known("study", [name], known)
     return read_study(STUDIES / f"{name}.yaml")

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import tyro
 
-from ..ground.cli import UsageError, at_least, check_libraries, option, run
+from ..ground.cli import about, at_least, check_known, check_libraries, check_once, option, run
 from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
@@ -81,8 +81,7 @@ def check(arguments: Arguments) -> tuple[str, ...]:
     Raises:
         UsageError: a paper is unknown, a number is out of its range, or a file cannot be written.
     """
-    if arguments.paper not in (*PAPERS, ALL):
-        raise UsageError(f"unknown paper {arguments.paper!r}; known are {', '.join((*PAPERS, ALL))}")
+    check_known("paper", [arguments.paper], (*PAPERS, ALL))
     at_least(vars(arguments), jobs=1)
     check_libraries("matplotlib")
     check_writable(arguments.json, arguments.figures and arguments.figures / "drawing.svg")
@@ -93,12 +92,12 @@ def select(planned: Sequence[Job], only: Sequence[str]) -> list[Job]:
     """Jobs of the parts asked for; all jobs when no part is named.
 
     Raises:
-        UsageError: there is no such part.
+        UsageError: there is no such part, or a part is given twice.
     """
     names = [job.name.split("/")[1] for job in planned]
-    unknown = [name for name in only if name not in names]
-    if unknown:
-        raise UsageError(f"unknown part {unknown[0]!r}; known are {', '.join(dict.fromkeys(names))}")
+    with about("--only"):
+        check_known("part", only, dict.fromkeys(names))
+    check_once({"only": only})
     return [job for job, name in zip(planned, names, strict=True) if not only or name in only]
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Final, Literal, Self, final
 from pydantic import Field, model_validator
 
 from pnt_gym.cells.base.config import FileName, Section
+from pnt_gym.names import unknown_name
 
 from ..controllers import NAMES
 from ..controllers.adaptive import PRETRAINED
@@ -70,25 +71,22 @@ class Entry(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        names = ", ".join(NAMES)
         if self.controller in TRAINED and (self.also or self.online or self.practice_envs):
             raise ValueError(
                 f"entry {self.label!r}: `also`, `online` and `practice_envs` cannot be used with {', '.join(TRAINED)}"
             )
         for name in self.also:
             if name not in NAMES:
-                raise ValueError(f"entry {self.label!r}: unknown controller {name!r} in also; known are {names}")
+                raise ValueError(f"entry {self.label!r}: also: {unknown_name('controller', name, NAMES)}")
         if module_of(self.controller) is None and not is_learned(self.controller):
             self._check_name()
         return self
 
     def _check_name(self) -> None:
         if self.controller not in (*NAMES, *DECIDING, *TRAINED):
-            correcting, deciding = ", ".join((*NAMES, *RESIDUAL, "MODULE:CLASS")), ", ".join((*DECIDING, *MASKED))
-            raise ValueError(
-                f"unknown controller {self.controller!r}; known are {correcting}, of a line {deciding}, a scorer's "
-                ".npz file, and a run folder"
-            )
+            known = dict.fromkeys((*NAMES, *RESIDUAL, *DECIDING, *MASKED))
+            further = ", MODULE:CLASS, of a line a scorer's .npz file, and a run folder"
+            raise ValueError(unknown_name("controller", self.controller, known, further))
         if self.config is not None and self.controller not in TRAINED:
             raise ValueError(f"entry {self.label!r}: `config` can be used only with {', '.join(TRAINED)}")
         if self.controller not in RESIDUAL and (self.stack, self.over, self.fidelity) != (1, PLANNER, "full"):

@@ -16,9 +16,10 @@ from pydantic import Field, ValidationError, model_validator
 
 from pnt_gym.cells.base.config import FileName, LevelConfig, Section
 from pnt_gym.cells.base.problems import describe_problems
+from pnt_gym.names import unknown_name
 
 from ..controllers.protocol import Controller
-from ..ground.cli import UsageError, check_libraries
+from ..ground.cli import UsageError, about, check_libraries
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
@@ -95,15 +96,14 @@ class Plan(Section):
         results = {(label, t) for entry in self.entries for label in labels_of(entry) for t in entry.throws}
         for choice in (*self.learned, *self.references):
             if (choice.label, choice.throws) not in results:
-                raise ValueError(f"no entry gives {choice.label!r} after {choice.throws} throws")
+                known = [f"{label} after {throws}" for label, throws in results]
+                raise ValueError(unknown_name("result", f"{choice.label} after {choice.throws}", known, " throws"))
         for level, label in self.floors.items():
             if label not in labels:
-                raise ValueError(f"floors.{level}: no entry is labelled {label!r}")
+                raise ValueError(f"floors.{level}: {unknown_name('label', label, labels)}")
         for level in self.picks_on:
             if level not in self.evaluation_levels:
-                raise ValueError(
-                    f"picks_on.{level}: no entry is evaluated there, but on {', '.join(self.evaluation_levels)}"
-                )
+                raise ValueError(f"picks_on: {unknown_name('level', level, self.evaluation_levels)}")
         return self
 
     @property
@@ -287,7 +287,7 @@ def _check_level(plan: Plan, level: str) -> None:
 
 def _check_entry(plan: Plan, entry: Entry, trial: Trial) -> None:
     """Make sure that the controllers of an entry can act, or its algorithm learn, in a trial."""
-    try:
+    with about(f"entry {entry.label!r}"):
         if entry.controller in TRAINED:
             trial.check_training({**entry.model_dump(), "algo": entry.controller, "env": plan.env})
             check_libraries("torch", "stable_baselines3", "sb3_contrib")
@@ -296,8 +296,6 @@ def _check_entry(plan: Plan, entry: Entry, trial: Trial) -> None:
             check_libraries(*LEARNED_BY.get(entry.controller, ()))
         for name in (entry.controller, *entry.also):
             entry_controller(trial, entry, name)
-    except UsageError as error:
-        raise UsageError(f"entry {entry.label!r}: {error}") from None
 
 
 def entry_controller(trial: Trial, entry: Entry, name: str) -> Controller:

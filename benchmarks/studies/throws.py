@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from agents.ground import metrics
-from agents.ground.cli import UsageError
+from agents.ground.cli import check_known
 from benchmarks.studies.cells import (
     CELLS,
     Amount,
@@ -141,9 +141,7 @@ def figures(settings: Settings, amount: Amount) -> Figures:
     Raises:
         UsageError: a figure is unknown.
     """
-    for name in settings["figures"]:
-        if name not in FIGURES:
-            raise UsageError(f"figure {name!r} is unknown; known are {', '.join(FIGURES)}")
+    check_known("figure", settings["figures"], FIGURES)
     if not settings.get("impossible", False):
         return _figures(settings, amount)
     with warnings.catch_warnings():

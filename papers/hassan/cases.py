@@ -11,6 +11,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.errors import PlanningError
+from pnt_gym.names import unknown_name
 from pnt_gym.planning import EllipticWorkspace, MotionLimits
 
 from .planning.cycle import Cycle, CycleRules, CycleTask, horizontal_throw, min_time_throw, pick_and_place
@@ -195,7 +196,7 @@ def cell_cycle(protocol: str, method: str, zone: str, percent: float) -> Cycle:
     arguments = (("protocol", protocol, PROTOCOLS), ("method", method, METHODS), ("zone", zone, TARGETS))
     for name, value, choices in arguments:
         if value not in choices:
-            raise PlanningError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
+            raise PlanningError(unknown_name(name, value, choices))
     return loop(method, zone, PROTOCOLS[protocol].limits(percent), PROTOCOLS[protocol].rules)
 
 

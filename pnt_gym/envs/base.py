@@ -28,6 +28,7 @@ from pnt_gym.cells.base.view import View
 from pnt_gym.engine import has_display
 from pnt_gym.envs.manual import ARGUMENTS, Entries, completed
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
+from pnt_gym.names import check_keywords, unknown_name
 
 Observation: TypeAlias = Any
 """Observations: an array (N, D), or several arrays (N, ...) by name; of one environment without N."""
@@ -79,7 +80,7 @@ def request_of(options: Any, core: BatchedCore, *others: str) -> Request:
     given, known = cast("dict[object, Any]", options or {}), (*REQUEST_OPTIONS, *others)
     for name in given:
         if name not in known:
-            raise ConfigError(f"options has {one_sentence(repr(name), 80)}; it may have {', '.join(known)}")
+            raise ConfigError(unknown_name("option", name, known))
     return {name: requested_name(core.cell, name, given[name]) for name in REQUEST_OPTIONS if name in given}
 
 
@@ -155,7 +156,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
         width, height, camera: see `Picture`.
 
     Raises:
-        ConfigError: an unknown action or render mode, no working cell, or no picture.
+        ConfigError: an unknown argument, action mode or render mode, no working cell, or no picture.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -170,6 +171,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
     def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> Any:
         """A `BatchedCore` with `count` rows of a level and one action mode."""
 
+    @check_keywords
     def __init__(
         self,
         level: Level = "nominal",
@@ -182,8 +184,7 @@ class CoreEnv(Facade, gym.Env[Observation, NDArray[Any]]):  # pyright: ignore[re
     ) -> None:
         offered: list[str] = type(self).metadata["render_modes"]
         if render_mode is not None and render_mode not in offered:
-            known = ", ".join([*offered, "None"])
-            raise ConfigError(f"render_mode is {render_mode!r}; it must be one of {known}")
+            raise ConfigError(unknown_name("render_mode", render_mode, [*offered, None]))
         if not has_display():  # what this machine can do; a class tells what there is
             modes = [mode for mode in offered if mode != "human"]
             vars(self)["metadata"] = {**self.metadata, "render_modes": modes}

@@ -15,7 +15,8 @@ from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.observation import TABLE
 from pnt_gym.envs.base import CoreEnv
 from pnt_gym.envs.vector import vector_form
-from pnt_gym.errors import ActionError, ConfigError, one_sentence
+from pnt_gym.errors import ActionError, ConfigError
+from pnt_gym.names import unknown_name
 
 
 @final
@@ -115,7 +116,7 @@ class PnTGraspEnv(CoreEnv, observes=TABLE):
     def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> GraspCore:
         """`count` cells of a level."""
         if action_mode not in (None, MODE):
-            raise ConfigError(f"action_mode is {one_sentence(repr(action_mode), 80)}; it must be {MODE!r}")
+            raise ConfigError(unknown_name("action_mode", action_mode, (MODE,)))
         with describes_a_cell():
             return GraspCore(cls.load_config(level), count, threads)
 

@@ -14,7 +14,8 @@ from pnt_gym.cells.line.core import MODE, LineCore
 from pnt_gym.cells.line.observation import LineTables
 from pnt_gym.envs.base import CoreEnv
 from pnt_gym.envs.vector import vector_form
-from pnt_gym.errors import ConfigError, one_sentence
+from pnt_gym.errors import ConfigError
+from pnt_gym.names import unknown_name
 
 
 @final
@@ -144,7 +145,7 @@ class PnTLineEnv(CoreEnv, observes=LineTables()):
     def make_core(cls, level: Level, action_mode: str | None, count: int, threads: int) -> LineCore:
         """`count` lines of a level."""
         if action_mode not in (None, MODE):
-            raise ConfigError(f"action_mode is {one_sentence(repr(action_mode), 80)}; it must be {MODE!r}")
+            raise ConfigError(unknown_name("action_mode", action_mode, (MODE,)))
         with describes_a_cell():
             return LineCore(cls.load_config(level), count, threads)
 

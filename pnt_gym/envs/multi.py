@@ -19,6 +19,7 @@ from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.state import CHOICES
 from pnt_gym.envs.base import seed_of
 from pnt_gym.errors import ActionError, OrderError
+from pnt_gym.names import check_keywords
 
 Observation = NDArray[np.float32]
 
@@ -43,6 +44,7 @@ class PnTLineAEC(AECEnv[str, Observation, int]):
 
     metadata: ClassVar[dict[str, Any]] = {"name": "pnt_line_v0", "render_modes": [], "is_parallelizable": False}  # pyright: ignore[reportIncompatibleVariableOverride]
 
+    @check_keywords
     def __init__(self, level: Level = "single", threads: int = 1) -> None:
         super().__init__()
         with describes_a_cell():

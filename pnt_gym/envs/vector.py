@@ -20,6 +20,7 @@ from pnt_gym.cells.base.config import Level
 from pnt_gym.cells.base.core import Step
 from pnt_gym.envs.base import NOTHING, CoreEnv, Facade, Observation, request_of, row_of, seed_of, warn_of_threads
 from pnt_gym.errors import ActionError, ConfigError, OrderError, one_sentence
+from pnt_gym.names import check_keywords, unknown_name
 
 
 class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -40,7 +41,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         disable_env_checker: True or None, as in calls of `gymnasium.make`; a vector environment has no checker.
 
     Raises:
-        ConfigError: an argument is out of its range, or the level describes no cell that works.
+        ConfigError: an argument is unknown or out of its range, or the level describes no cell that works.
     """
 
     single: ClassVar[type[CoreEnv]]
@@ -52,6 +53,7 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         "autoreset_mode": AutoresetMode.SAME_STEP,
     }
 
+    @check_keywords
     def __init__(
         self,
         num_envs: int = 1,
@@ -169,11 +171,10 @@ class ThrowVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride]
         """
         offered: list[str] = type(self).metadata["render_modes"]
         if render_mode is not None and render_mode not in offered:
-            said = " or ".join([*map(repr, offered), "None"])
-            raise ConfigError(f"render_mode is {render_mode!r}; a vector environment takes {said}")
+            further = "; a single environment may have further ones"
+            raise ConfigError(unknown_name("render_mode", render_mode, [*offered, None], further))
         if autoreset_mode not in [*AutoresetMode, *(mode.value for mode in AutoresetMode)]:
-            known = ", ".join(mode.value for mode in AutoresetMode)
-            raise ConfigError(f"autoreset_mode is {one_sentence(repr(autoreset_mode), 80)}; it must be one of {known}")
+            raise ConfigError(unknown_name("autoreset_mode", autoreset_mode, [mode.value for mode in AutoresetMode]))
         if disable_env_checker is not None and disable_env_checker is not True:
             said = one_sentence(repr(disable_env_checker), 80)
             raise ConfigError(

@@ -22,6 +22,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.errors import PlanningError
+from pnt_gym.names import unknown_name
 
 Rule = Literal["first", "soonest", "value_rate", "atc"]
 
@@ -63,7 +64,7 @@ def index(rule: Rule, candidates: Candidates, patience: float) -> Floats:
         PlanningError: there is no such rule.
     """
     if rule not in RULES:
-        raise PlanningError(f"rule is {rule!r}; it must be one of {', '.join(RULES)}")
+        raise PlanningError(unknown_name("rule", rule, RULES))
     # Impossible candidates may hold any number, NaN included.
     with np.errstate(all="ignore"):
         return np.where(candidates.possible, RULES[rule](candidates, patience), -np.inf)

@@ -84,7 +84,7 @@ def test_a_benchmark_in_a_users_environment(here: Path) -> None:
     [
         (("--controller", "nowhere:Mine"), "module 'nowhere' cannot be imported: ModuleNotFoundError"),
         (("--controller", "torn:Mine"), "module 'torn' cannot be imported: ModuleNotFoundError: No module named 'no_"),
-        (("--controller", "analytic", "--env", "lob:Nobody-v0"), "module 'lob' does not register it"),
+        (("--controller", "analytic", "--env", "lob:Nobody-v0"), "module 'lob': unknown environment 'Nobody-v0'"),
         (("--controller", "analytic", "--env", "lob:Lob-v0", "--action-mode", "x"), "takes no action mode but its own"),
     ],
 )
@@ -95,9 +95,9 @@ def test_mistakes_on_the_command_line_are_one_sentence(here: Path, arguments: tu
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("theirs:Nobody", "module 'theirs' has no class 'Nobody'"),
-        ("theirs:number", "module 'theirs' has no class 'number'"),
-        ("theirs:", "module 'theirs' has no class ''"),
+        ("theirs:Nobody", "module 'theirs': unknown class 'Nobody'; known are "),
+        ("theirs:number", "module 'theirs': unknown class 'number'"),
+        ("theirs:", "module 'theirs': unknown class ''"),
         (":Mine", "cannot be imported"),
         ("theirs:Mute", "controller 'theirs:Mute' has no reset and no learn"),
         ("theirs:Idle", "controller 'theirs:Idle' cannot be made: TypeError"),
@@ -116,7 +116,7 @@ def test_a_controller_that_is_none_says_what_it_lacks(here: Path, name: str, sai
     [
         ("nowhere:Lob-v0", "module 'nowhere' cannot be imported"),
         ("torn:Lob-v0", "module 'torn' cannot be imported"),
-        ("lob:Lob", "unknown environment 'Lob': module 'lob' does not register it"),
+        ("lob:Lob", "module 'lob': unknown environment 'Lob'; known are Lob-v0, "),
         ("lob:LobBare-v0", "environment 'lob:LobBare-v0' has no core"),
         ("lob:LobLost-v0", "environment 'LobLost-v0' cannot be loaded: .*Nobody"),
         ("Lobbed-v0", "unknown environment 'Lobbed-v0'; known are PnT.*MODULE:ID"),

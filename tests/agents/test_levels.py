@@ -43,7 +43,7 @@ def test_what_is_assumed_is_short_on_the_terminal_and_whole_in_a_file(desk: Path
 
 WRONG = {
     "--show nominal": "level 'nominal' is one of PnT/nominal, PnTLine/nominal, OneJoint/nominal, GripperToss/nominal",
-    "--show nowhere": "unknown level 'nowhere'; shipped levels are PnT/boxes",
+    "--show nowhere": "unknown level 'nowhere'; known are",
     "--show none.yaml": "cannot read level file 'none.yaml': No such file",
     "--like waste": "--like goes with --new FILE.yaml",
     "--new mine.txt": "--new is 'mine.txt'; it must end in .yaml or .yml",

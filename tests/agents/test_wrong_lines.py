@@ -23,16 +23,16 @@ evaluate --controller analytic --seed -1 | --seed is -1; it must be at least 0
 evaluate --controller analytic --num-envs 100001 | num_envs is 100001; it must be a whole number from 1 to 1000
 evaluate --controller analytic --threads 1025 | threads is 1025; it must be a whole number from 1 to 1024
 evaluate --controller analytic --practice -1 | --practice is -1; it must be at least 0
-evaluate --controller analytic --level "" | unknown level ''; shipped levels are
+evaluate --controller analytic --level "" | unknown level ''; known are
 evaluate --controller analytic --level waste.yaml | level file 'waste.yaml' does not exist
 evaluate --controller analytic --level text.yaml | level file 'text.yaml' must hold a mapping of settings, it h
 evaluate --controller analytic --level typo.yaml | level file 'typo.yaml': unknown key 'binz'
-evaluate --controller analytic --level . | unknown level '.'; shipped levels are
+evaluate --controller analytic --level . | unknown level '.'; known are
 evaluate --controller analytic --level day | level 'day' drifts, and the observations of this environment do not show
 evaluate --controller kalman | controller 'kalman' needs observations of the previous landing; u
-evaluate --controller analytic --env LONG | unknown environment 'LONG'; known are PnTConveyor-v0
+evaluate --controller analytic --env LONG | unknown environment 'x ... known are PnTConveyor-v0
 evaluate --controller analytic --env CartPole-v1 --level waste | environment 'CartPole-v1' takes no level
-evaluate --controller analytic --env OneJointThrow-v0 --level waste | unknown level 'waste'; shipped levels are contac
+evaluate --controller analytic --env OneJointThrow-v0 --level waste | unknown level 'waste'; known are contac
 evaluate --controller analytic --json folder | cannot write 'folder': it is a folder
 evaluate --controller analytic --json LONG/x.json | cannot write 'x ... File name too long
 evaluate --controller analytic --shifts 2 | --shifts goes with work shifts; PnTConveyor-v0 is judged by throws
@@ -45,11 +45,11 @@ evaluate --controller ridge --load LONG | 'LONG' holds no saved controller: File
 evaluate --controller ridge --load x.npz | 'x.npz' holds no saved controller
 evaluate --controller ridge --save file/x.npz | cannot write 'file/x.npz': File exists
 evaluate --controller none.zip --trust | model 'none.zip' does not exist
-evaluate --controller file | 'file' is neither a controller nor a run folder
+evaluate --controller file | unknown controller 'file'; ... a run folder
 evaluate --controller file.zip | 'file.zip' is not a run folder of `train`: loading it runs ... give --trust
 evaluate --controller file.zip --trust | 'file.zip' is damaged: file.zip is truncated or not a model
 evaluate --controller folder | 'folder' is not a run folder: it has no args.yml
-evaluate --controller LONG | 'x ... is neither a controller nor a run folder
+evaluate --controller LONG | unknown controller 'x ... a run folder
 evaluate --controller LONG.zip | cannot read or write 'x ... File name too long
 evaluate --controller analytic_height --env OneJointThrow-v0 | controller 'analytic_height' knows the physics of the c
 evaluate --controller mlp --action-mode release_xyz | controller 'mlp' shifts the landing and needs an action of 2
@@ -57,12 +57,12 @@ evaluate --controller policy --env OneJointThrow-v0 | level file 'policy/env.yam
 evaluate --controller policy --action-mode release_xyz | the policy of 'policy' takes observations (26,) and gives ac
 evaluate --controller foreign | 'foreign/policy.npz' is damaged: policy.npz is truncated or holds no policy
 evaluate --controller policy --level nominal.yaml | level file 'nominal.yaml': mismatch is 9: input should be le
-evaluate --env PnTLine-v0 --controller nobody | 'nobody' is no controller of a line; ... index, shipped:line/value
-evaluate --controller nobody | 'nobody' is neither a controller nor a run ... shipped:day-recurrent_ppo, MODULE:CLASS
+evaluate --env PnTLine-v0 --controller nobody | unknown controller of a line 'nobody'; ... index, shipped:line/value
+evaluate --controller nobody | unknown controller 'nobody'; known are ... more, MODULE:CLASS
 evaluate --env PnTLine-v0 --controller atc --picks 9 | --picks goes with throws; PnTLine-v0 is judged by work shifts
 evaluate --env PnTLine-v0 --controller atc --shifts 0 | --shifts is 0; it must be at least 1
 evaluate --env PnTLine-v0 --controller atc --release ridge | level 'single' ... set `throws` to 'flight' or 'full'
-evaluate --env PnTLine-v0 --controller atc --throws flight --release atc | 'atc' is neither a controller nor a run
+evaluate --env PnTLine-v0 --controller atc --throws flight --release atc | release: unknown controller 'atc'
 evaluate --env PnTLine-v0 --controller atc --video a.mpeg | --video is 'a.mpeg'; it must end in .mp4 or .gif
 train --steps 0 | --steps is 0; it must be at least 1
 train --seed -1 | --seed is -1; it must be at least 0
@@ -84,7 +84,7 @@ train --algo recurrent_ppo | algorithm 'recurrent_ppo' needs observations that m
 train --stack 101 --env PnTAdapt-v0 | stack is 101; a policy sees from 1 to 100 observations at once
 train --stack 8 | a stack of 8 observations needs observations that mark the beginning of a shift; use PnTA
 train --env OneJointThrow-v0 --stack 2 | a stack of 2 observations needs observations that mark the beginning of a shift
-train --over mlp --env PnTAdapt-v0 | over is 'mlp'; it must be a controller that needs no practice: analytic, analyt
+train --over mlp --env PnTAdapt-v0 | over: unknown controller that needs no practice 'mlp'; known are analytic, analyt
 train --over static | controller 'static' needs observations of the previous landing; use --env PnTAdapt-v0
 train --config other.yml | hyperparameters 'other.yml' have no entry for 'PnTConveyor-v0'; entries are PnTRelease-v0
 train --config none.yml | cannot read hyperparameters 'none.yml': No such file or dire
@@ -108,9 +108,9 @@ benchmark --config far_plan.yaml | benchmark 'far_plan.yaml': picks is -11111111
 benchmark --config idle_plan.yaml | benchmark 'idle_plan.yaml': unknown controller 'nobody'; known
 benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': `stack`, `over` and `fidelity` can be used only
 benchmark --config over.yaml | benchmark 'over.yaml': entry 'a' has stack 8 over 'mlp'; it must be 1 to 100 over one of
-benchmark --config nowhere.yaml | unknown level 'nowhere'; shipped levels are boxes, cubes, day, day_far
+benchmark --config nowhere.yaml | unknown level 'nowhere'; known are
 reproduce nobody | unknown paper 'nobody'; known are hassan, choe, miyashita, l
-reproduce hassan --only nothing | unknown part 'nothing'; known are table1, free-direction, fr
+reproduce hassan --only nothing | --only: unknown part 'nothing'; known are table1, free-direction, fr
 reproduce hassan --figures file | cannot write 'file/drawing.svg': File exists
 reproduce hassan --work file | cannot write 'file/piece.json': File exists
 report --results broken | cannot read 'broken/x.json': it is not valid JSON: Expecting
@@ -130,7 +130,7 @@ dataset --expert oracle --practice 5 | --practice has no effect: oracle and rand
 dataset --controller expert --expert oracle --practice 5 | --practice has no effect: oracle learns nothing that could be
 line tune --shifts 2 --out rules.yaml | --shifts is 2; settings are saved to --out from 32 shifts on
 play --video a.mp4 --throws full | --throws goes with work shifts
-play --video a.mp4 --env PnTLine-v0 --controller analytic | 'analytic' is no controller of a line
+play --video a.mp4 --env PnTLine-v0 --controller analytic | unknown controller of a line 'analytic'
 play --picture x.png --env Nowhere-v0 | unknown environment 'Nowhere-v0'; known are PnTConveyor-v0,
 publish none | run folder 'none' does not exist
 publish folder | 'folder' is not a run folder: it has no args.yml
@@ -143,7 +143,7 @@ dataset --name one/two-v0/three-v0 --root datasets | 'one/two-v0/three-v0' would
 dataset --root file | cannot read or write
 dataset --controller policy --action-mode release_xyz | the policy of
 dataset --env ToyThrow-v0 | environment 'ToyThrow-v0' has no single form
-dataset --env PnTLine-v0 --expert atc --controller oracle | 'oracle' is no controller of a line; controllers are
+dataset --env PnTLine-v0 --expert atc --controller oracle | unknown controller of a line 'oracle'; known are
 dataset --env PnTLine-v0 --expert atc --controller none.npz | scorer 'none.npz' does not exist
 evaluate --env OneJointThrow-v0 --controller analytic --log x.csv | --log goes with PnTConveyor-v0, PnTRelease-v0 and
 evaluate --controller analytic --log folder | cannot write 'folder': it is a folder
@@ -153,7 +153,7 @@ fit folder | cannot read log 'folder': Is a directory
 fit file | log 'file' lacks the columns 'item', 'pick_x'
 fit file --prior tau | 'tau' is no NAME=VALUE
 fit file --out x.txt | --out is 'x.txt'; it must end in .yaml or .yml
-fit file --level nowhere | unknown level 'nowhere'; shipped levels are
+fit file --level nowhere | unknown level 'nowhere'; known are
 fit --design 0 | --design is 0; it must be at least 1
 fit --design 3 --landings 30 | --landings goes with --twins, and has no effect here
 fit file --plan x.csv | --plan goes with --design, and has no effect here
@@ -169,19 +169,19 @@ line calibrate --throws 99 | --throws is 99; it must be at least 100
 line calibrate --seed -1 | --seed is -1; it must be at least 0
 line calibrate --num-envs 0 | --num-envs is 0; it must be at least 1
 line calibrate --threads 0 | --threads is 0; it must be at least 1
-line calibrate --level nowhere | unknown level 'nowhere'; shipped levels are line3, nominal, single
+line calibrate --level nowhere | unknown level 'nowhere'; known are line3, nominal, single
 line calibrate --level near.yaml | level file 'near.yaml': robots 'a' at x 0 m and 'b' at 0.5 m have windows
 line calibrate --level far.yaml --num-envs 2 | level 'far': no robot can throw an object into its bins
 line calibrate --out folder | cannot write 'folder': it is a folder
 line imitate --shifts 0 | --shifts is 0; it must be at least 1
 line imitate --hidden 0 | --hidden is 0; it must be at least 1
-line imitate --level nowhere | unknown level 'nowhere'; shipped levels are line3
+line imitate --level nowhere | unknown level 'nowhere'; known are line3
 line plan --recovery 1.5 | --recovery is 1.5; it must lie between 0 and 1
 line plan --robots 7 | --robots is (7,); a line has 1 to 4 robots
-line plan --controller best | --controller is 'best'; it must be one of random, fifo
+line plan --controller best | unknown controller of a line 'best'; known are random, fifo
 line plan --down second | --down is 'second'; it must be ROBOT:MINUTES
-line plan --level nowhere | unknown level 'nowhere'; shipped levels are line3
-line tune --level nowhere | unknown level 'nowhere'; shipped levels are line3
+line plan --level nowhere | unknown level 'nowhere'; known are line3
+line tune --level nowhere | unknown level 'nowhere'; known are line3
 line tune --shifts 0 | --shifts is 0; it must be at least 1
 line tune --seed -1 | --seed is -1; it must be at least 0
 line tune --out . | cannot write '.': it is a folder

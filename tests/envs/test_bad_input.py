@@ -49,6 +49,40 @@ def test_a_rejected_action_changes_nothing(env_id):
     assert same_step(hurt.step(zeros(env_id)), unhurt.step(zeros(env_id)))
 
 
+@pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "OneJointThrow-v0", "GripperToss-v0", "PnTGrasp-v0"])
+def test_the_sentence_about_numbers_says_what_becomes_of_large_ones(env_id):
+    one, other = (gym.make(env_id).unwrapped for _ in range(2))
+    for env in (one, other):
+        env.reset(seed=1)
+    with refusal("it must have finite numbers; numbers beyond [-1, 1] are clipped", error=ActionError):
+        one.step(np.full(one.action_space.shape, np.nan))
+    beyond, bound = np.full(one.action_space.shape, 1e30), np.ones(one.action_space.shape)
+    assert same_step(one.step(beyond), other.step(bound))
+
+
+@pytest.mark.parametrize(
+    ("keyword", "meant"),
+    [
+        ("levle", "level"),
+        ("action_mod", "action_mode"),
+        ("thread", "threads"),
+        ("Camera", "camera"),
+        ("nonesuch", None),
+    ],
+)
+@pytest.mark.parametrize("make", [gym.make, partial(gym.make_vec, num_envs=2)], ids=("one", "several"))
+@pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
+def test_an_unknown_argument_names_those_that_there_are(env_id, make, keyword, meant):
+    hint = "; known are" if meant is None else f"; did you mean {meant!r}? known are"
+    with refusal(f"unknown argument {keyword!r}{hint} ", "level, action_mode, threads, render_mode"):
+        make(env_id, **{keyword: "waste"})
+
+
+def test_a_misspelled_number_of_cells_is_named():
+    with refusal("unknown argument 'num_env'; did you mean 'num_envs'?"):
+        gym.make_vec("PnTConveyor-v0", num_env=3)
+
+
 BAD_ROWS = [
     np.full((2, 2), np.nan), np.zeros((3, 2)), np.zeros(2), np.zeros((2, 3)), np.zeros((2, 2, 1)), None,
     [[0.0], [0.0, 1.0]], np.ones((2, 2), dtype=bool), np.ones((2, 2), dtype=complex), np.full((2, 2), 10**400),
@@ -135,20 +169,20 @@ def test_a_level_in_which_nothing_can_be_thrown(env_id, level):
 @pytest.mark.parametrize("mode", ["telepathy", [], 5, {}, b"release_point", ("release_point",)], ids=named)
 @pytest.mark.parametrize("env_id", pnt_gym.ENV_IDS)
 def test_what_no_action_mode_can_be(env_id, mode, make):
-    with refusal(f"action_mode is {mode!r}", *MODES[env_id]):
+    with refusal(f"unknown action_mode {mode!r}", *MODES[env_id]):
         make(env_id, action_mode=mode)
 
 
 @pytest.mark.parametrize("env_id", ["PnTConveyor-v0", "OneJointThrow-v0", "GripperToss-v0"])
 def test_no_action_mode_but_a_known_one_corrects_errors(env_id):
-    with refusal("action_mode is 'telepathy'", *MODES[env_id]):
+    with refusal("unknown action_mode 'telepathy'", *MODES[env_id]):
         gym.make(env_id).unwrapped.core.cell.correction("telepathy")
 
 
 def test_unknown_render_modes():
-    with refusal("render_mode is 'hologram'", "rgb_array", "rgb_array_list", "human"):
+    with refusal("unknown render_mode 'hologram'", "rgb_array", "rgb_array_list", "human"):
         PnTConveyorEnv(render_mode="hologram")
-    with refusal("render_mode is 'human'", "rgb_array"):
+    with refusal("unknown render_mode 'human'", "rgb_array"):
         PnTConveyorVectorEnv(2, render_mode="human")
 
 

@@ -137,29 +137,29 @@ def test_items_that_a_level_lists_twice_are_one() -> None:
 
 
 REFUSED: list[tuple[str, Any, str]] = [
-    ("PnTRelease-v0", {"itme": "paper"}, "options has 'itme'; it may have item, target"),
-    ("PnTRelease-v0", {3: "paper"}, "options has 3"),
-    ("PnTRelease-v0", {"item": "stone"}, "item is 'stone'; it must be one of paper, metal_can, plastic_package, or an"),
-    ("PnTRelease-v0", {"item": 3}, "item is 3; it must be .* index from 0 to 2"),
-    ("PnTRelease-v0", {"item": -1}, "item is -1"),
-    ("PnTRelease-v0", {"item": True}, "item is True"),
-    ("PnTRelease-v0", {"item": None}, "item is None"),
-    ("PnTRelease-v0", {"item": 1.0}, "item is 1.0"),
-    ("PnTRelease-v0", {"item": ["paper"]}, r"item is \['paper'\]"),
-    ("PnTRelease-v0", {"item": "x" * 9999}, "item is 'xxx"),
-    ("PnTRelease-v0", {"target": "middle"}, "target is 'middle'; it must be one of left, right, or an index"),
+    ("PnTRelease-v0", {"itme": "paper"}, "unknown option 'itme'; did you mean 'item'. known are item, target"),
+    ("PnTRelease-v0", {3: "paper"}, "unknown option 3"),
+    ("PnTRelease-v0", {"item": "stone"}, "unknown item 'stone'; known are paper, metal_can, plastic_package, or an"),
+    ("PnTRelease-v0", {"item": 3}, "unknown item 3; known are .* index from 0 to 2"),
+    ("PnTRelease-v0", {"item": -1}, "unknown item -1"),
+    ("PnTRelease-v0", {"item": True}, "unknown item True"),
+    ("PnTRelease-v0", {"item": None}, "unknown item None"),
+    ("PnTRelease-v0", {"item": 1.0}, "unknown item 1.0"),
+    ("PnTRelease-v0", {"item": ["paper"]}, r"unknown item \['paper'\]"),
+    ("PnTRelease-v0", {"item": "x" * 9999}, "unknown item 'xxx"),
+    ("PnTRelease-v0", {"target": "middle"}, "unknown target 'middle'; known are left, right, or an index"),
     ("PnTRelease-v0", {"item": "paper", "target": "right"}, "item 'paper' and target 'right' did not come in 64 draws"
      " of level 'two', which has items paper, metal_can, plastic_package and targets left, right$"),
     ("PnTConveyor-v0", {"target": "left", "item": 2}, "item 'plastic_package' and target 'left' did not come"),
     ("PnTAdapt-v0", {"target": "left", "item": 2}, "item 'plastic_package' and target 'left' did not come"),
-    ("OneJointSort-v0", {"target": "pallet_4"}, "target is 'pallet_4'; it must be one of pallet_1, pallet_2, pallet_3"),
+    ("OneJointSort-v0", {"target": "pallet_4"}, "unknown target 'pallet_4'; known are pallet_1, pallet_2, pallet_3"),
     ("OneJointAssembly-v0", {"item": "tee"}, "item 'tee' did not come in .*, which has items aitch, tee"),
-    ("GripperToss-v0", {"item": "cork"}, "item is 'cork'; it must be one of paper_ball, yoghurt_cup, can_crushed"),
+    ("GripperToss-v0", {"item": "cork"}, "unknown item 'cork'; known are paper_ball, yoghurt_cup, can_crushed"),
     ("PnTLine-v0", {"item": "tray"}, "options ask for item; a line takes no requests for objects or bins"),
     ("PnTLine-v0", {"item": 1}, "options ask for item; a line takes no requests for objects or bins"),
-    ("PnTLine-v0", {"item": "stone"}, "item is 'stone'; it must be one of tray, can, paper_ball, yoghurt_cup"),
-    ("PnTLine-v0", {"target": "cans"}, "target is 'cans'; no target of level 'single' has a name"),
-    ("PnTLine-v0", {"seed": 1}, "options has 'seed'; it may have item, target"),
+    ("PnTLine-v0", {"item": "stone"}, "unknown item 'stone'; known are tray, can, paper_ball, yoghurt_cup"),
+    ("PnTLine-v0", {"target": "cans"}, "unknown target 'cans'; there is none with a name on level 'single'"),
+    ("PnTLine-v0", {"seed": 1}, "unknown option 'seed'; known are item, target"),
 ]  # fmt: skip
 
 
@@ -194,7 +194,7 @@ def test_what_does_not_come_in_4096_draws_is_refused() -> None:
 
 
 def test_bins_that_are_drawn_cannot_be_asked_for() -> None:
-    with pytest.raises(ConfigError, match="target is 'left'; no target of level 'waste' has a name"):
+    with pytest.raises(ConfigError, match="unknown target 'left'; there is none with a name on level 'waste'"):
         single("PnTRelease-v0", level="waste").reset(options={"target": "left"})
 
 

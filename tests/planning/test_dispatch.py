@@ -76,5 +76,5 @@ def test_numbers_of_the_impossible_may_be_none():
 
 
 def test_an_unknown_rule_is_one_sentence():
-    with pytest.raises(PlanningError, match="rule is 'dearest'; it must be one of first, soonest, value_rate, atc"):
+    with pytest.raises(PlanningError, match="unknown rule 'dearest'; known are first, soonest, value_rate, atc"):
         index("dearest", candidates([(1.0, 1.0, 1.0)]), 1.0)

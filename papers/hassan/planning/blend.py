@@ -15,6 +15,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats, concatenate_records
 from pnt_gym.errors import PlanningError
+from pnt_gym.names import unknown_name
 from pnt_gym.planning.motion.limits import MotionLimits
 from pnt_gym.planning.motion.scurve import accelerate, brake, speed_at
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
@@ -97,7 +98,7 @@ def _merge_close(times: Floats) -> Floats:
 
 def _check_moves(moves: Sequence[Segments], overlap: Overlap) -> None:
     if overlap not in get_args(Overlap):
-        raise PlanningError(f"overlap must be one of {', '.join(get_args(Overlap))}, got {overlap!r}")
+        raise PlanningError(unknown_name("overlap", overlap, get_args(Overlap)))
     if not moves:
         raise PlanningError("a path needs at least one move, got none")
     for move in moves:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, Ints, finite_points
 from pnt_gym.errors import PlanningError
+from pnt_gym.names import unknown_name
 from pnt_gym.planning.motion.limits import EllipticWorkspace, MotionLimits
 from pnt_gym.planning.motion.scurve import brake_distance, rest_to_rest
 from pnt_gym.planning.motion.trajectory import JerkTrajectory, PeakRatios, Segments
@@ -65,7 +66,7 @@ class CycleRules:
             raise PlanningError(f"rise must be finite, or None for no bound [m], got {self.rise}")
         for name, choices in (("overlap", get_args(Overlap)), ("returning", get_args(Return))):
             if getattr(self, name) not in choices:
-                raise PlanningError(f"{name} must be one of {', '.join(choices)}, got {getattr(self, name)!r}")
+                raise PlanningError(unknown_name(name, getattr(self, name), choices))
 
 
 class CycleSamples(NamedTuple):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.errors import ActionError, ConfigError, PlanningError, one_sentence
+from pnt_gym.names import unknown_name
 from pnt_gym.planning.motion.roots import bisect
 
 _HALVINGS: Final = 12
@@ -78,7 +79,7 @@ def mode_of(modes: Modes, name: str) -> ActionMode[Any, Any, Any]:
         ConfigError: no action mode has this name.
     """
     if not isinstance(name, str) or name not in modes:  # pyright: ignore[reportUnnecessaryIsInstance] - users' values
-        raise ConfigError(f"action_mode is {one_sentence(repr(name), 80)}; it must be one of {', '.join(modes)}")
+        raise ConfigError(unknown_name("action_mode", name, modes))
     return modes[name]
 
 
@@ -172,7 +173,10 @@ def clip_actions(actions: object, count: int, size: int, mode: str) -> Floats:
     bad = ~np.isfinite(array)
     if bad.any():
         row = int(np.argwhere(bad)[0][0])
-        raise ActionError(f"action of cell {row} is {array[row].tolist()}; it must be finite and within [-1, 1]")
+        raise ActionError(
+            f"action of cell {row} is {array[row].tolist()}; it must have finite numbers; numbers beyond [-1, 1] are "
+            "clipped"
+        )
     return np.minimum(np.maximum(array, -1.0), 1.0)
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from difflib import get_close_matches
 from pathlib import Path
 from statistics import median_low
 from types import MappingProxyType
@@ -19,8 +18,9 @@ from pydantic_core import PydanticCustomError
 
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.items import SHAPES, Item, Shape
-from pnt_gym.cells.base.problems import Checks, check_all, list_names
+from pnt_gym.cells.base.problems import Checks, check_all
 from pnt_gym.errors import one_sentence
+from pnt_gym.names import BRIEF, list_names, unknown_name, unknown_names
 from pnt_gym.reading import yaml_of
 
 
@@ -87,9 +87,9 @@ def complete_item(entry: Mapping[str, Any]) -> dict[str, Any]:
             values.pop("cup_radius")  # the cup is fitted to the size
     else:
         name = one_sentence(repr(entry.get("name")), 60)
-        alike = get_close_matches(str(like), CATALOGUE, 1, 0.7)
-        hint = f"perhaps {list_names(alike)}" if alike else f"items of the catalogue are {', '.join(sorted(CATALOGUE))}"
-        raise ValueError(f"extra_items: item {name} is like unknown item {one_sentence(repr(like), 60)}; {hint}")
+        raise ValueError(
+            f"extra_items: item {name} is like {unknown_name('item', like, sorted(CATALOGUE), room=BRIEF)}"
+        )
     physical = {key for key, value in values.items() if value != Item.model_fields[key].default} - {"source"}
     assumed = [key for key in Item.model_fields if key in physical | {*OF_ITEM} and key not in given]
     return {"assumed": tuple(assumed), **values, **given}
@@ -161,9 +161,7 @@ class ItemsConfig(LevelConfig):
         if twice := sorted({name for name in names if names.count(name) > 1}):
             yield f"extra_items: {list_names(twice)} {'stands' if len(twice) == 1 else 'stand'} there more than once"
         if unknown := [name for name in self.items if name not in definitions]:
-            alike = [match for name in unknown for match in get_close_matches(name, definitions, 1, 0.7)]
-            hint = f"perhaps {list_names(alike)}" if alike else f"known are {', '.join(sorted(definitions))}"
-            yield f"items: unknown {'item' if len(unknown) == 1 else 'items'} {list_names(unknown)}; {hint}"
+            yield f"items: {unknown_names('item', unknown, sorted(definitions), room=BRIEF)}"
 
     def assumed(self) -> dict[str, dict[str, Any]]:
         """Values of added items that are those of their shape or of a similar item, by item and key."""

@@ -22,6 +22,7 @@ from pydantic_core import PydanticCustomError, to_jsonable_python
 from pnt_gym.cells.base.merging import MergeRules, merge_levels
 from pnt_gym.cells.base.problems import FAILURES, Checks, construct_loosely, describe_problems, without_impossible
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
+from pnt_gym.names import unknown_name
 from pnt_gym.reading import ReadError, number_of, parsed_yaml, text_of
 
 LARGEST_NUMBER: Final = 1e6
@@ -333,7 +334,7 @@ def _level_file(files: Mapping[str, Path], level: str | Path) -> Path:
         return files[text]
     path = Path(level)
     if not path.suffix:
-        raise ConfigError(f"unknown level {text!r}; shipped levels are {', '.join(sorted(files))}, or give a YAML file")
+        raise ConfigError(unknown_name("level", text, sorted(files), ", or give a YAML file"))
     if not os.path.isfile(path):  # False, without an error, for a name that no file can have
         raise ConfigError(f"level file {text!r} does not exist")
     return path

@@ -18,6 +18,7 @@ from pnt_gym.cells.base.grip import CUP_RADIUS, SURFACES, Surface
 from pnt_gym.cells.base.zones import MOST_ZONES, PLAIN_LOOK, Look, Waves, Zone
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import ConfigError
+from pnt_gym.names import unknown_name
 
 Shape = Literal["ellipsoid", "cylinder", "box"]
 SHAPES: Final[tuple[Shape, ...]] = get_args(Shape)
@@ -53,7 +54,7 @@ def shape_index(shape: str) -> int:
     for index, name in enumerate(SHAPES):
         if shape == name:
             return index
-    raise ConfigError(f"shape {shape!r} is not one of {', '.join(SHAPES)}.")
+    raise ConfigError(unknown_name("shape", shape, SHAPES))
 
 
 @final

@@ -12,6 +12,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.engine import Batch, MjData, MjModel, mujoco
 from pnt_gym.errors import PhysicsError
+from pnt_gym.names import unknown_name
 from pnt_gym.planning.motion.ballistics import flight_state
 
 LONGEST_THROW: Final = 60.0
@@ -196,7 +197,7 @@ def _width(model: MjModel, name: str) -> int:
     """
     sizes = {"sensordata": model.nsensordata, "qpos": model.nq, "qvel": model.nv, "actuator_force": model.nactuator}
     if name not in sizes:
-        raise PhysicsError(f"recorded field is {name!r}; it must be one of {', '.join(sizes)}")
+        raise PhysicsError(unknown_name("recorded field", name, sizes))
     return int(sizes[name])
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from difflib import get_close_matches
 from typing import Any, ClassVar, Final, TypeAlias, TypeVar, cast, final, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from pnt_gym.errors import ConfigError, one_sentence
+from pnt_gym.names import BRIEF, closest_name, join_names
 
 MOST_TEXT: Final = 380
 """Characters of a sentence about a level, with room for the name of its file."""
@@ -39,7 +39,8 @@ def describe_problems(error: ValidationError, kind: type[BaseModel], further: Se
         further: clauses that the whole config would yield, which pydantic checks only if all values are possible.
     """
     problems = error.errors()
-    unknown = [_unknown_key(p["loc"], kind) for p in problems if p["type"] == "extra_forbidden"]
+    strangers = [p["loc"] for p in problems if p["type"] == "extra_forbidden"]
+    unknown = [_unknown_key(place, kind, alone=len(strangers) == 1) for place in strangers]
     missing = [repr(_text(p["loc"])) for p in problems if _is_missing_key(p)]
     clauses = [
         *([f"unknown {_keys(unknown)}"] if unknown else []),
@@ -58,12 +59,6 @@ def join_clauses(clauses: Sequence[str]) -> str:
             return f"{text}; and {len(following) - index} more"
         text = f"{text}; {clause}"
     return text
-
-
-def list_names(names: Sequence[object]) -> str:
-    """Names in quotes as a list of words: 'a', 'b' and 'c'."""
-    words = [one_sentence(repr(name), 60) for name in names]
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 def _keys(words: Sequence[str]) -> str:
@@ -139,13 +134,20 @@ def _first_keys(section: type[BaseModel]) -> str:
     return _keys((needed or list(section.model_fields))[:3])
 
 
-def _unknown_key(place: Place, kind: type[BaseModel]) -> str:
-    """An unknown key, with the key that was perhaps meant: one that is spelled alike, or that stands elsewhere."""
+def _unknown_key(place: Place, kind: type[BaseModel], *, alone: bool) -> str:
+    """An unknown key, with the key that was perhaps meant: one that is spelled alike, or that stands elsewhere.
+
+    A key that is alone and like no other is followed by keys that there are.
+    """
     key, section = str(place[-1]), _section_at(kind, place[:-1])
-    alike = get_close_matches(key, list(section.model_fields) if section else [], 1, 0.7)
-    hints = [_text((*place[:-1], alike[0]))] if alike else [path for path in _paths(kind) if path.split(".")[-1] == key]
-    hint = f" (perhaps {hints[0]})" if len(hints) == 1 else ""
-    return one_sentence(repr(_text(place)), 80) + hint
+    known = list(section.model_fields) if section else []
+    alike = closest_name(key, known)
+    hints = [_text((*place[:-1], alike))] if alike else [path for path in _paths(kind) if path.split(".")[-1] == key]
+    if len(hints) == 1:
+        further = f" (perhaps {hints[0]})"
+    else:
+        further = f"; known are {join_names([key], known, BRIEF)}" if alone and known else ""
+    return one_sentence(repr(_text(place)), 80) + further
 
 
 def _sections_in(annotation: Any) -> Iterator[type[BaseModel]]:

@@ -12,6 +12,7 @@ import numpy as np
 from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.cell import Cell, Generators
 from pnt_gym.errors import ConfigError, one_sentence
+from pnt_gym.names import unknown_name
 
 Request = Mapping[str, str]
 """Requested names by the options in `REQUEST_OPTIONS`; options without a request are absent."""
@@ -79,9 +80,8 @@ def requested_name(cell: Cell[Any, Any, Any, Any], option: str, value: Any) -> s
     is_index = not isinstance(value, bool) and isinstance(value, Integral)
     if is_index and 0 <= int(value) < len(names):
         return names[int(value)]
-    choices = f"it must be one of {_join_names(names)}, or an index from 0 to {len(names) - 1}"
-    value_text = f"{option} is {one_sentence(repr(value), 80)}"
-    raise ConfigError(f"{value_text}; {choices if names else f'no {option} of level {cell.config.name!r} has a name'}")
+    further = f", or an index from 0 to {len(names) - 1}" if names else f" with a name on level {cell.config.name!r}"
+    raise ConfigError(unknown_name(option, value, names, further))
 
 
 def _not_drawn_error(cell: Cell[Any, Any, Any, Any], request: Request) -> ConfigError:

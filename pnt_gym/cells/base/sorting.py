@@ -16,7 +16,8 @@ from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.catalogue import ItemsConfig
 from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Range, Section, check_ranges
 from pnt_gym.cells.base.merging import MergeRules
-from pnt_gym.cells.base.problems import Checks, list_names
+from pnt_gym.cells.base.problems import Checks
+from pnt_gym.names import BRIEF, list_names, unknown_names
 
 
 class Belt(Section):
@@ -280,18 +281,15 @@ class SortingLine(ItemsConfig):
 
     def strangers(self, where: str, names: Iterable[str]) -> Iterator[str]:
         """A clause on items that a part of the level names, and that do not come."""
-        if self.has_clear_items and (strangers := [name for name in names if name not in self.items]):
-            verb = "is" if len(strangers) == 1 else "are"
-            yield f"{where}: {list_names(strangers)} {verb} not among the items {self.items}"
+        if self.has_clear_items and (unknown := [name for name in names if name not in self.items]):
+            yield f"{where}: {unknown_names('item', unknown, self.items, room=BRIEF)}"
 
     def _wrong_acceptance(self) -> Iterator[str]:
         """Items that a bin accepts and that do not come, and items that come and that no bin accepts."""
         if not self.has_clear_items:
             return
         for b in self.bins.fixed:
-            if strangers := [name for name in b.accepts if name not in self.items]:
-                verb = "which is" if len(strangers) == 1 else "which are"
-                yield f"bin {b.name!r} accepts {list_names(strangers)}, {verb} not among the items {self.items}"
+            yield from self.strangers(f"bin {b.name!r}", b.accepts)
         if self.bins.fixed and all(b.accepts for b in self.bins.fixed):
             accepted = {name for b in self.bins.fixed for name in b.accepts}
             if homeless := [name for name in self.items if name not in accepted]:

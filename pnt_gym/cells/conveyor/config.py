@@ -15,10 +15,11 @@ from pydantic import Field
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Positive, Range
 from pnt_gym.cells.base.merging import MergeRules
-from pnt_gym.cells.base.problems import Checks, list_names
+from pnt_gym.cells.base.problems import Checks
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 from pnt_gym.cells.conveyor.drift import Bias, Drift, Feedback
 from pnt_gym.cells.conveyor.sections import ActionScale, Classifier, Cup, Grip, Limits, Motion, Pick, Suction, Throwable
+from pnt_gym.names import list_names
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import fastest_belt
 

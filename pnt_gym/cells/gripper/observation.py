@@ -18,6 +18,7 @@ from pnt_gym.cells.base.features import Feature, FeatureTable, Quantity
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.gripper.context import Context
 from pnt_gym.errors import ConfigError
+from pnt_gym.names import unknown_name
 
 
 def _elevation(context: Context) -> Floats:
@@ -82,7 +83,7 @@ def feature_table(config: GripperConfig) -> FeatureTable:
     custom_spans, names = config.observation, [feature.name for feature in FEATURES]
     for name in custom_spans:
         if name not in names:
-            raise ConfigError(f"observation: {name!r} is no feature; the features are {', '.join(names)}")
+            raise ConfigError(f"observation: {unknown_name('feature', name, names)}")
     spans = [custom_spans.get(feature.name, (feature.centre, feature.scale)) for feature in FEATURES]
     return FeatureTable([replace(f, centre=c, scale=s) for f, (c, s) in zip(FEATURES, spans, strict=True)])
 

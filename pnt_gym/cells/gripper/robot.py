@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from pnt_gym.cells.base.config import LARGEST_NUMBER, Positive, Section, leaves_of
 from pnt_gym.errors import ConfigError, one_sentence
+from pnt_gym.names import unknown_name
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD, Build, Claws, MotorServo
 from pnt_gym.robots.gripper.geometry import PROTOTYPE, Dimensions
 
@@ -86,7 +87,7 @@ def _check_values(part: str, values: _Part, names: tuple[str, ...]) -> dict[str,
     """The values, if all of them have a known name and are numbers."""
     for name, value in values.items():
         if name not in names:
-            raise ConfigError(f"robot.{part}: {name!r} is none of {', '.join(names)}")
+            raise ConfigError(f"robot.{part}: {unknown_name('key', name, names)}")
         is_sequence = name == "pad" and isinstance(value, list | tuple)
         numbers: list[object] = [*cast("list[object]", value)] if is_sequence else [value]
         count, form = (3, "three lengths in m") if name == "pad" else (1, "a number")

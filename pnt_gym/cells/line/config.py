@@ -13,11 +13,12 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate_files
 from pnt_gym.cells.base.merging import MergeRules
-from pnt_gym.cells.base.problems import Checks, check_all, construct_loosely, list_names, without_impossible
+from pnt_gym.cells.base.problems import Checks, check_all, construct_loosely, without_impossible
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, Value
 from pnt_gym.cells.line.table_name import MADE, table_name
 from pnt_gym.errors import ConfigError, one_sentence
+from pnt_gym.names import BRIEF, list_names, unknown_name
 
 MOST_ROBOTS: Final = 4
 FULLEST: Final = 0.5
@@ -245,7 +246,7 @@ class LineConfig(LevelConfig):
         names = [robot.name for robot in self.robots]
         for down in self.down:
             if down.robot not in names:
-                yield f"down names robot {down.robot!r}; the robots of this line are {names}"
+                yield f"down: {unknown_name('robot', down.robot, names, room=BRIEF)}"
             if down.start >= down.end:
                 yield f"down.start is {down.start:g} s; it must be smaller than down.end, {down.end:g} s"
 

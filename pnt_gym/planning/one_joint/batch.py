@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.errors import PlanningError
+from pnt_gym.names import unknown_name
 from pnt_gym.planning.one_joint.family import Objective, Task, best_motions, keeps_limits
 from pnt_gym.planning.one_joint.feasibility import ThrowReason, arm_radius, first_reason
 from pnt_gym.planning.one_joint.flight import land
@@ -97,7 +98,7 @@ def plan_releases(
     arm, block = arm_and_block(arm, block)
     releases = rows_of_four(u, "u")
     if objective not in get_args(Objective):
-        raise PlanningError(f"objective is {objective!r}; it must be one of {', '.join(get_args(Objective))}")
+        raise PlanningError(unknown_name("objective", objective, get_args(Objective)))
     reason, _ = first_reason(releases, arm, block)
     whole = releases[:, 2] > block.half_height
     goal = np.full_like(releases, np.nan)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats, numbers
 from pnt_gym.errors import PlanningError
+from pnt_gym.names import unknown_name
 
 WeightName = Literal["balanced", "torque", "bang", "grasp", "none"]
 
@@ -35,7 +36,7 @@ def weights_of(weights: str | ArrayLike) -> Floats:
     """
     if isinstance(weights, str):
         if weights not in WEIGHTS:
-            raise PlanningError(f"weights are called {weights!r}; known are {', '.join(WEIGHTS)}, or give six numbers")
+            raise PlanningError(unknown_name("weights", weights, WEIGHTS, ", or give six numbers"))
         return np.array(WEIGHTS[weights])
     values = numbers(weights, "weights")
     if values.shape != (6,) or not (np.isfinite(values).all() and (values >= 0.0).all()):

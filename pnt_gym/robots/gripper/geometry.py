@@ -16,6 +16,7 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.errors import ConfigError
+from pnt_gym.names import unknown_name
 
 N_ARMS = 4
 LENGTHS = ("k", "r", "l", "u", "v", "w")
@@ -75,7 +76,7 @@ class Dimensions:
         names = [field.name for field in fields(cls)]
         for name in values:
             if name not in names:
-                raise ConfigError(f"gripper robot: {name!r} is no dimension; the dimensions are {', '.join(names)}")
+                raise ConfigError(f"gripper robot: {unknown_name('dimension', name, names)}")
         return cls(**values)
 
     def with_scale(self, factor: float) -> Self:

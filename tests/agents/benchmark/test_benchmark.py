@@ -240,9 +240,9 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
             {"entries": [{"label": "../up", "controller": "analytic"}]},
             r"entries.0.label is '\.\./up': files are called so",
         ),
-        ({"learned": [{"label": "ridge", "throws": 7}]}, "no entry gives 'ridge' after 7 throws"),
-        ({"floors": {"waste": "nobody"}}, "no entry is labelled 'nobody'"),
-        ({"picks_on": {"tight": 500}}, "picks_on.tight: no entry is evaluated there, but on "),
+        ({"learned": [{"label": "ridge", "throws": 7}]}, "unknown result 'ridge after 7'"),
+        ({"floors": {"waste": "nobody"}}, "floors.waste: unknown label 'nobody'"),
+        ({"picks_on": {"tight": 500}}, "picks_on: unknown level 'tight'; known are "),
         (
             {"entries": [{"label": "a", "controller": "sac", "throws": [64], "practice_envs": 4}]},
             "entry 'a': `also`, `online` and `practice_envs` cannot be used with sac, td3",

@@ -63,7 +63,7 @@ def test_the_named_entries_are_computed_and_the_other_rows_are_kept(first: dict[
 @pytest.mark.parametrize(
     ("changes", "versions", "only", "words"),
     [
-        ({}, {}, "nobody", "--only is 'nobody'; labels of the plan's entries are analytic, goal"),
+        ({}, {}, "nobody", "--only: unknown label 'nobody'; known are analytic, goal"),
         ({}, {"numpy": "1.0"}, "goal", "'out.json' is of numpy 1.0, here is "),
         ({"picks": 32}, {}, "goal", "'out.json' is of a plan with other throws; drop --only"),
         ({"entries": [PLANNER, SLOW]}, {}, "analytic", "'out.json' has no rows of entry 'goal' as the plan has it"),

@@ -244,10 +244,13 @@ GUIDED = {"label": "guided", "controller": "guided_beam"}
         ({"picks": 100}, "picks goes with throws; 'PnTLine-v0' is judged by work shifts"),
         ({"floors": {"one.yaml": "fifo"}}, "floors goes with throws"),
         ({"shifts": 4, "entries": [{**FIFO, "shifts": 5}]}, "entry 'fifo' has shifts 5; the plan has 4"),
-        ({"entries": [{"label": "r", "controller": "ridge", "throws": [9]}]}, "'ridge' is no controller of a line"),
+        ({"entries": [{"label": "r", "controller": "ridge", "throws": [9]}]}, "unknown controller of a line 'ridge'"),
         ({"entries": [{"label": "o", "controller": "my:Own"}]}, "entry 'o': module 'my' cannot be imported"),
         ({"entries": [{"label": "s", "controller": "none.npz"}]}, "none.npz"),
-        ({"entries": [{**FIFO, "options": {"patience": 2}}]}, "controller 'fifo' has no settings patience"),
+        (
+            {"entries": [{**FIFO, "options": {"patience": 2}}]},
+            "'fifo': unknown setting 'patience'; there is none",
+        ),
         ({"entries": [{**GUIDED, "options": {"guide": "none.npz"}}]}, "scorer 'none.npz' does not exist"),
         ({"entries": [{**PPO, "config": "none.yml"}]}, "cannot read hyperparameters 'none.yml'"),
         ({"entries": [{**FIFO, "online": True}]}, "online goes with throws"),
@@ -267,7 +270,7 @@ def test_controllers_of_lines_throw_nothing(controller: str) -> None:
     entry = {"label": "a", "controller": controller, "throws": throws}
     plan = {"name": "x", "train_level": "waste", "levels": ["waste"], "entries": [entry]}
     with pytest.raises(
-        UsageError, match=f"entry 'a': .*{controller}.*(neither a controller|does not learn from throws)"
+        UsageError, match=f"entry 'a': (unknown controller '{controller}'|.*{controller}.* does not learn from throws)"
     ):
         pieces(Plan.model_validate(plan))
 

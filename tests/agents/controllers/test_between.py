@@ -164,8 +164,8 @@ def test_controllers_under_a_policy_are_those_that_need_no_practice() -> None:
 @pytest.mark.parametrize(
     ("stack", "over", "said"),
     [
-        (1, "oracle", "over is 'oracle'; it must be"),
-        (1, "runs/my", "over is 'runs/my'; it must be"),
+        (1, "oracle", "over: unknown controller that needs no practice 'oracle'"),
+        (1, "runs/my", "over: unknown controller that needs no practice 'runs/my'"),
         (0, "static", f"stack is 0; a policy sees from 1 to {MAX_STACK} observations at once"),
     ],
 )
@@ -269,7 +269,7 @@ def test_a_run_says_what_stands_between_and_older_ones_need_not(recipe: Argument
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
-        ("over", "os:system", "over is 'os:system'; it must be a controller that needs no practice"),
+        ("over", "os:system", "over: unknown controller that needs no practice 'os:system'"),
         ("stack", 10**9, "stack 1000000000; it must be from 1 to 100"),
         ("stack", -1, "stack -1; it must be from 1 to 100"),
         ("stack", 2, "takes observations"),

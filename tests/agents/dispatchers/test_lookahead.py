@@ -130,7 +130,7 @@ def test_it_has_the_price_and_share_of_the_beam_that_leaves_to_others():
     ("guide", "said"),
     [
         *[(name, f"guided_beam has guide '{name}'; guides are index") for name in ("atc", "beam", "random")],
-        ("nowhere", "'nowhere' is no controller of a line"),
+        ("nowhere", "unknown controller of a line 'nowhere'"),
     ],
 )
 def test_only_what_scores_choices_can_guide(guide, said):

@@ -124,6 +124,10 @@ def swapped(field: str) -> Callable[[Rows], Rows]:
     return lambda rows: [{**row, x: row[y], y: row[x]} for row in rows]
 
 
+def renamed(before: str, after: str) -> Callable[[Rows], Rows]:
+    return lambda rows: [{after if name == before else name: text for name, text in row.items()} for row in rows]
+
+
 def without(*names: str) -> Callable[[Rows], Rows]:
     return lambda rows: [{name: text for name, text in row.items() if name not in names} for row in rows]
 
@@ -154,7 +158,15 @@ MISTAKES: dict[str, tuple[Callable[[Rows], Rows], str]] = {
     "nan": (each(pick_x="nan"), "throw 1 of the log has no pick_x"),
     "infinite": (each(mass="inf"), "mass is inf; it must be finite"),
     "words": (each(mass="heavy"), "mass is 'heavy', no number"),
-    "unknown item": (each(item="brick"), "is of item 'brick'; items of the level are"),
+    "a misspelled column": (
+        renamed("belt_speed", "belt_sped"),
+        "unknown column 'belt_sped'; did you mean 'belt_speed'. known are .*; rename the column or drop it",
+    ),
+    "a needed column in capitals": (
+        renamed("pick_x", "Pick_X"),
+        "unknown column 'Pick_X'; did you mean 'pick_x'",
+    ),
+    "unknown item": (each(item="brick"), "unknown item 'brick'; known are"),
     "no setting": (without("percent"), "percent is empty, and the level has several speed settings"),
     "another setting": (each(percent="90"), "do not have the speed that the level's limits give"),
     "another belt": (each(belt_speed="0.5"), "belt.speed of the level is 0.25"),

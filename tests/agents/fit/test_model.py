@@ -126,7 +126,7 @@ def test_draws_of_hidden_values_hold_the_truth_as_often_as_they_should() -> None
 def test_levels_that_have_no_hidden_parameters_are_refused() -> None:
     with pytest.raises(UsageError, match="has mismatch 0"):
         priors(level(mismatch=0.0))
-    with pytest.raises(UsageError, match="'speed' is no parameter; parameters are valve"):
+    with pytest.raises(UsageError, match="free: unknown parameter 'speed'; known are valve"):
         priors(WASTE, ["speed"])
     with pytest.raises(UsageError, match="tau is 0 in level 'custom'; a free one must be above 0"):
         priors(level(suction={"tau": 0.0}), ["tau"])

@@ -43,7 +43,7 @@ def test_evaluate_writes_the_contract(tmp_path: Path, env: str, start: Start) ->
 def test_a_mistake_ends_the_process_in_one_sentence(tmp_path: Path) -> None:
     done = call("agents.evaluate", "--controller", "nobody", folder=tmp_path)
     assert done.returncode == 2, done.stderr
-    assert done.stderr.startswith("error: 'nobody' is neither a controller nor a run folder")
+    assert done.stderr.startswith("error: unknown controller 'nobody'; known are")
     assert done.stderr.count("\n") == 1
     assert not list(tmp_path.iterdir())
 

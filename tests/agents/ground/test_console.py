@@ -40,7 +40,7 @@ def test_an_unknown_command_is_one_sentence(say, words):
     code, _, error = say(*words.split(), *(["x"] if words == "line" else []))
     said = "line x" if words == "line" else words
     assert code == 2
-    assert error == f"error: {said!r} is no command; commands are {', '.join(console.COMMANDS)}\n"
+    assert error.startswith(f"error: unknown command {said!r}")
 
 
 @pytest.mark.parametrize("words", [["line"], ["line", "--help"]])

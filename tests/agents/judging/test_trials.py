@@ -63,7 +63,7 @@ def test_the_config_of_an_environment_that_cannot_tell_is_asked_of_its_core() ->
 
 
 def test_a_kind_of_task_that_there_is_not_is_one_sentence() -> None:
-    with pytest.raises(UsageError, match="trial is 'nowhere'; it must be throws, work_shifts, or MODULE:CLASS"):
+    with pytest.raises(UsageError, match="unknown trial 'nowhere'; known are throws, work_shifts, or MODULE:CLASS"):
         trial_class(Lost())
 
 

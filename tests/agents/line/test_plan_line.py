@@ -12,7 +12,7 @@ from agents.judging.work_shifts.data import Shifts
 from agents.judging.work_shifts.fates import FATES, Fates
 from agents.line import verdict
 from agents.line.planned import Conditions, Planned, money_per_hour, table_spread, try_changes
-from agents.line.plans import Sweep, down, line_up, make_plans
+from agents.line.plans import Sweep, line_up, make_plans, standstill, with_standstill
 from agents.line.reasons import check_text, chosen_plan, plans_table, reason
 from pnt_gym.cells.line.chances import shipped_table
 from pnt_gym.cells.line.config import LineConfig
@@ -44,9 +44,36 @@ def test_every_combination_is_a_plan_with_the_stream_of_the_level():
 
 
 def test_a_robot_is_down_from_the_middle_of_the_shift_on():
-    config = down(LEVEL, Sweep((3,), minutes=30.0, down="second:10"))
-    assert [(one.robot, one.start, one.end) for one in config.down] == [("second", 900.0, 1500.0)]
-    assert down(LEVEL, Sweep((3,), down="nobody:10")) is LEVEL
+    for robot in ("second", "2"):
+        config = with_standstill(LEVEL, standstill(LEVEL, Sweep((3,), minutes=30.0, down=f"{robot}:10")))
+        assert [(one.robot, one.start, one.end) for one in config.down] == [("second", 900.0, 1500.0)]
+    assert with_standstill(LEVEL, standstill(LEVEL, Sweep((3,)))) is LEVEL
+
+
+def test_plans_without_the_robot_that_stands_have_no_standstill() -> None:
+    plans = [config for _, config in make_plans(LEVEL, Sweep((1, 4), down="4:1"))]
+    assert [[one.robot for one in config.down] for config in plans] == [[], [plans[1].robots[3].name]]
+
+
+@pytest.mark.parametrize(
+    ("down", "said"),
+    [
+        (
+            "secnd:10",
+            "--down: unknown robot 'secnd'; did you mean 'second'? known are first, second, third, or",
+        ),
+        ("4:1", "--down: unknown robot '4'; known are first, second, third, or a number from 1 to 3"),
+        ("0:1", "--down: unknown robot '0'"),
+        ("second:0", "--down is 'second:0'; it must be ROBOT:MINUTES with minutes above 0"),
+        ("second:nan", "--down is 'second:nan'"),
+        (":1", "--down is ':1'"),
+        ("second", "--down is 'second'"),
+    ],
+)
+def test_a_robot_that_no_plan_has_cannot_stand_still(down: str, said: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        next(make_plans(LEVEL, Sweep((1, 3), down=down)))
+    assert str(caught.value).startswith(said)
 
 
 def planned(recovery, *items, robots=3, work=(0.95, 0.5, 0.5), **numbers):
@@ -176,7 +203,7 @@ def test_money_is_proceeds_less_hours_and_energy():
     money = 30.0 * (25 * 60e-6 * 300.0 + 25 * 8e-6 * 1000.0) - 3 * 12.0 - 1e-5 * 30.0 * 4000.0
     assert money_per_hour(shifts, config, None) == pytest.approx(money)
     assert money_per_hour(shifts, LineConfig.load(plant()), None) is None
-    with pytest.raises(ConfigError, match=r"cost\.per_tonne: 'tin' is not among the items"):
+    with pytest.raises(ConfigError, match=r"cost\.per_tonne: unknown item 'tin'"):
         LineConfig.load({**plant(), "cost": {"per_tonne": {"tin": 1.0}}})
 
 
@@ -252,12 +279,12 @@ def test_from_python(working_folder, monkeypatch):
     assert [plan["robots"] for plan in found["plans"]] == [2]
     assert (len(found["sentences"]), found["checked"]) == (3, None)
     for options, said in (
-        ({"robot": 2}, "no option 'robot'"),
+        ({"robot": 2}, "unknown argument 'robot'; did you mean 'robots'"),
         ({"recovery": 2.0}, "recovery is 2"),
         ({"check": 1}, "check is 1"),
         ({"tables": 5}, "tables is 5"),
         ({"robots": 2}, "robots is 2: input should be a valid list"),
-        ({"release": 5}, "'5' is neither a controller"),
+        ({"release": 5}, "unknown controller '5'"),
     ):
         with pytest.raises(UsageError, match=said):
             pnt_gym.plan_line("skills3", **options)

@@ -134,6 +134,6 @@ def test_a_tuned_index_and_a_file_are_controllers_of_a_line(tmp_path: Path) -> N
     random_scorer().save(tmp_path / "mine.npz")
     assert line_controller(str(tmp_path / "mine.npz"), core).name == "mine"
     assert line_controller("index", core, weights={"wait": -0.1}).name == "index"
-    with pytest.raises(UsageError, match="no controller of a line"):
+    with pytest.raises(UsageError, match="unknown controller of a line 'nobody'"):
         line_controller("nobody", core)
     env.close()

@@ -104,7 +104,7 @@ def test_a_readme_shows_a_table_of_an_overview_with_its_note(results: Path) -> N
     text = fill_blocks("<!-- table:one/table1 -->\n<!-- /table -->\n", results)
     assert text == f"<!-- table:one/table1 -->\n{OVERVIEW.markdown()}\n\nUnder it.\n<!-- /table -->\n"
     for unknown in ("one/none", "nobody/table1", "none"):
-        with pytest.raises(UsageError, match=f"no table '{unknown}'"):
+        with pytest.raises(UsageError, match=f"unknown table '{unknown}'"):
             fill_blocks(f"<!-- table:{unknown} -->\n<!-- /table -->\n", results)
 
 

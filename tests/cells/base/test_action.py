@@ -74,7 +74,7 @@ def test_modes_are_looked_up_by_their_names():
     assert list(modes) == ["reach", "shove"]
     assert mode_of(modes, "shove") is shove
     assert mode_of(modes, "shove").scale(SimpleNamespace(x=3.0)) == [3.0]
-    with pytest.raises(ConfigError, match=r"action_mode is 'pull'; it must be one of reach, shove"):
+    with pytest.raises(ConfigError, match=r"unknown action_mode 'pull'; known are reach, shove"):
         mode_of(modes, "pull")
 
 

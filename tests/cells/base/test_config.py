@@ -77,7 +77,7 @@ def test_every_cell_has_its_own_levels():
     assert Oven.load("nominal", heat=90.0).heat == 90.0
     assert Oven.file_of("hot").stem == "hot"
     for find in (Oven.load, Oven.file_of):
-        with pytest.raises(ConfigError, match=r"unknown level 'cold'; shipped levels are chicken, egg, .*, or give a"):
+        with pytest.raises(ConfigError, match=r"unknown level 'cold'; known are chicken, egg, .*, or give a"):
             find("cold")
 
 
@@ -144,7 +144,7 @@ def test_a_users_file_that_is_called_nominal_differs_from_the_shipped_one(tmp_pa
         ("egg", "levels are their own base: egg -> hen -> egg"),
         ("snake", "levels are their own base: snake -> snake"),
         ({"base": "hen"}, "levels are their own base: hen -> egg -> hen"),
-        ({"base": "cold"}, "unknown level 'cold'; shipped levels are"),
+        ({"base": "cold"}, "unknown level 'cold'; known are"),
         ({"base": "cold.yaml"}, "level file 'cold.yaml' does not exist"),
         ({"base": 3}, "base is 3; it must be the name of a level or a YAML file"),
         ({"base": None}, "base is None; it must be"),

@@ -142,7 +142,7 @@ def test_arrays_hold_the_items_row_by_row():
 
 def test_shape_index_knows_its_shapes_only():
     assert [shape_index(shape) for shape in SHAPES] == [0, 1, 2]
-    with pytest.raises(ValueError, match="'sphere' is not one of ellipsoid, cylinder, box"):
+    with pytest.raises(ValueError, match="unknown shape 'sphere'; known are ellipsoid, cylinder, box"):
         shape_index("sphere")
 
 

@@ -61,7 +61,7 @@ def test_a_level_written_in_full_says_what_is_assumed_and_is_the_level():
 
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
-    "unknown twin": ({"name": "x", "like": "cann"}, "item 'x' is like unknown item 'cann'; perhaps 'can'"),
+    "unknown twin": ({"name": "x", "like": "cann"}, "item 'x' is like unknown item 'cann'; did you mean 'can'?"),
     "no twin": ({"name": "x", "like": ["can"]}, "item 'x' is like unknown item"),
     "name alone": ({"name": "x"}, "keys 'extra_items.0.shape', 'extra_items.0.size' and 'extra_items.0.mass' are miss"),
     "grams": ({**LID, "mass": 60}, "extra_items.0.mass is 60: input should be less than or equal to 5 kg"),

@@ -138,7 +138,7 @@ WRONG = {
     "bin without a place": ({"bins": {"fixed": [{"name": "box", "y": 0.4}]}}, "key 'bins.fixed.0.x' is missing"),
     "no room": ({"bins": {"fixed": [{**BIN, "size": [0.0, 0.2]}]}}, "bins.fixed.0.size.0 is 0"),
     "thin wall": ({"bins": {"fixed": [BIN], "wall": 0.001}}, "bins.wall is 0.001"),
-    "bin for a stranger": ({"bins": {"fixed": [{**BIN, "accepts": ["sofa"]}]}}, "accepts 'sofa'"),
+    "bin for a stranger": ({"bins": {"fixed": [{**BIN, "accepts": ["sofa"]}]}}, "bin 'box': unknown item 'sofa'"),
     "item without a bin": ({"bins": {"fixed": [{**BIN, "accepts": ["paper"]}]}}, "no bin accepts items 'metal"),
     "item too heavy for its seal": ({"extra_items": [item("rock", mass=2.0)]}, "seal_force of 'rock'"),
     "item without a size": ({"extra_items": [item("thing", size=(0.1, 0.0, 0.1))]}, "extra_items.0.size.1 is 0"),
@@ -165,8 +165,8 @@ WRONG = {
         for case, confusion, message in (
             ("less than all", {"paper": {"paper": 0.9}}, "of 'paper' sums to 0.9; the shares of an item must sum to 1"),
             ("more than all", {"paper": {"paper": 0.9, "metal_can": 0.2}}, "sums to 1.1; the shares"),
-            ("a stranger", {"sofa": {"sofa": 1.0}}, "'sofa' is not among the items"),
-            ("taken for a stranger", {"paper": {"sofa": 1.0}}, "of 'paper': 'sofa' is not among"),
+            ("a stranger", {"sofa": {"sofa": 1.0}}, "unknown item 'sofa'"),
+            ("taken for a stranger", {"paper": {"sofa": 1.0}}, "of 'paper': unknown item 'sofa'"),
             ("a negative share", {"paper": {"paper": 1.5, "metal_can": -0.5}}, "confusion.paper.paper is 1.5"),
             ("no number", {"paper": {"paper": "most"}}, "confusion.paper.paper is 'most'"),
         )

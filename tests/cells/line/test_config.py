@@ -76,7 +76,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"robots": [{"name": "a", "x": 2.0}, {"name": "b", "x": 0.0}]}, "upstream robots come first"),
     (
         {"robots": [{"name": "a", "x": 0.0, "skills": ["tray", "stone"]}]},
-        "skills of robot 'a': 'stone' is not among the items",
+        "skills of robot 'a': unknown item 'stone'",
     ),
     (
         {"robots": [{"name": "a", "x": 0.0, "skills": ["tray"]}]},
@@ -89,10 +89,10 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     ({"robots": [{"name": "a", "x": 0.0, "bins": [FAR]}]}, "no robot can throw an object into its bins"),
     ({"robots": [{"name": "a", "x": 0.0, "bins": [RED]}]}, "no robot takes items 'can'"),
-    ({"value": {"of": {"stone": 1.0}}}, "value.of: 'stone' is not among the items"),
+    ({"value": {"of": {"stone": 1.0}}}, "value.of: unknown item 'stone'"),
     ({"value": {"of": {"can": -1.0}}}, "value.of.can is -1.0"),
     ({"value": {"spread": 3.0}}, "value.spread is 3.0: input should be less than or equal to 2"),
-    ({"down": [{"robot": "nobody", "start": 0.0, "end": 1.0}]}, "down names robot 'nobody'; the robots of this"),
+    ({"down": [{"robot": "nobody", "start": 0.0, "end": 1.0}]}, "down: unknown robot 'nobody'; known are first"),
     (
         {"down": [{"robot": "first", "start": 3.0, "end": 3.0}]},
         "down.start is 3 s; it must be smaller than down.end, 3 s",
@@ -109,7 +109,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"cell": {"grip": {"safety": "surface"}}}, "cell.grip.safety is 'surface'; on a line throws are not slowed"),
     ({"cell": {"grip": {"safety": 1.5}}}, "cell.grip.safety is 1.5; on a line throws are not slowed for the grip"),
     ({"cell": {"drift": {"delay": {"even": 0.005}}}}, "cell.drift is not zero; a line has no drift: leave"),
-    ({"cell": {"mix": {"stone": 1.0}}}, "cell: mix: 'stone' is not among the items"),
+    ({"cell": {"mix": {"stone": 1.0}}}, "cell: mix: unknown item 'stone'"),
     ({"cell": {"mix": {"can": 0.0}}}, "mix.can is 0.0"),
     (
         {

@@ -113,5 +113,5 @@ def test_what_cannot_be_reached_by_the_hand_is_thrown_all_the_same():
 
 def test_only_auto_has_the_choice():
     assert "throw_or_place" in modes_of(ConveyorConfig.load("light"))
-    with pytest.raises(ConfigError, match="action_mode is 'throw_or_place'; it must be one of release_point"):
+    with pytest.raises(ConfigError, match="unknown action_mode 'throw_or_place'; known are release_point"):
         gym.make("PnTRelease-v0", action_mode="throw_or_place")

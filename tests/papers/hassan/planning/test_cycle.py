@@ -96,7 +96,7 @@ def test_blending_refuses_what_is_no_move():
         begin_times([], "ramp")
     with pytest.raises(ValueError, match="7 segments"):
         begin_times([Segments(np.ones((1, 3)), np.ones((1, 3, 3)))], "ramp")
-    with pytest.raises(ValueError, match="overlap must be one of none, jerk, ramp"):
+    with pytest.raises(ValueError, match="unknown overlap 'half'; known are none, jerk, ramp"):
         begin_times([move], "half")
 
 
@@ -280,8 +280,8 @@ def test_points_outside_and_shapes_are_refused(builder):
         ({"approach": np.nan}, "approach must be finite"),
         ({"tolerance": -1e-9}, "tolerance must be finite"),
         ({"rise": np.inf}, "rise must be finite, or None"),
-        ({"overlap": "full"}, "overlap must be one of none, jerk, ramp"),
-        ({"returning": "slow"}, "returning must be one of straight, fastest"),
+        ({"overlap": "full"}, "unknown overlap 'full'; known are none, jerk, ramp"),
+        ({"returning": "slow"}, "unknown returning 'slow'; known are straight, fastest"),
     ],
 )
 def test_bad_rules_are_refused(change, word):
