@@ -9,6 +9,7 @@ import re
 import warnings
 from collections.abc import Mapping
 from copy import deepcopy
+from inspect import signature
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Final, final
@@ -31,7 +32,7 @@ from pnt_gym.errors import PntGymError, one_sentence
 from pnt_gym.names import unknown_name
 from pnt_gym.reading import ReadError, archive, parsed_json
 
-from ..ground.cli import UsageError
+from ..ground.cli import UsageError, about, check_known
 from .algorithms import MASKED, MOST_MODEL, RECURRENT, RESIDUAL
 from .bandit_sac import BanditSAC
 from .hyperparameters import FALLING, WIDEST, algorithm_arguments, initial_value
@@ -279,6 +280,8 @@ def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) 
     kind = PictureSAC if sees_pictures and algo == "sac" else algorithm_class(algo)
     if issubclass(kind, OffPolicyAlgorithm):
         chosen.setdefault("replay_buffer_class", PictureBuffer if sees_pictures else ThrownBuffer)
+    with about(f"hyperparameters do not fit {algo}"):
+        check_known("hyperparameter", chosen, _keywords(kind))
     try:
         return kind(policy, env, seed=seed, device="cpu", verbose=0, **chosen)
     except PntGymError:
@@ -286,6 +289,18 @@ def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) 
     except Exception as error:
         # A setting of the wrong type may raise anything in the library.
         raise UsageError(f"hyperparameters do not fit {algo}: {one_sentence(error)}") from error
+
+
+def _keywords(kind: type[Any]) -> list[str]:
+    """Names of the arguments of a class, and of classes below to which the class passes further ones."""
+    names: list[str] = []
+    for base in kind.__mro__:
+        if "__init__" in vars(base):
+            parameters = signature(base).parameters.values()
+            names += [part.name for part in parameters if part.kind not in (part.VAR_KEYWORD, part.VAR_POSITIONAL)]
+            if all(part.kind is not part.VAR_KEYWORD for part in parameters):
+                break
+    return names
 
 
 def _policy(algo: str, name: str | None, sees_pictures: bool) -> str | type[Any]:

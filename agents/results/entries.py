@@ -16,6 +16,7 @@ from ..controllers.adaptive import PRETRAINED
 from ..controllers.between import BASES, MAX_STACK, PLANNER
 from ..dispatchers.registry import NAMES as DECIDING
 from ..dispatchers.registry import SEARCHED
+from ..ground.cli import about, check_known, check_once
 from ..ground.shipped import is_shipped, module_of
 from ..learning.algorithms import MASKED, RESIDUAL
 from ..learning.hyperparameters import hyperparameters
@@ -71,6 +72,8 @@ class Entry(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        with about(f"entry {self.label!r}"):
+            check_once({name: getattr(self, name) or () for name in ("throws", "seeds", "levels", "also")})
         if self.controller in TRAINED and (self.also or self.online or self.practice_envs):
             raise ValueError(
                 f"entry {self.label!r}: `also`, `online` and `practice_envs` cannot be used with {', '.join(TRAINED)}"
@@ -93,11 +96,10 @@ class Entry(Section):
             raise ValueError(
                 f"entry {self.label!r}: `stack`, `over` and `fidelity` can be used only with {', '.join(RESIDUAL)}"
             )
-        if not 1 <= self.stack <= MAX_STACK or self.over not in BASES:
-            raise ValueError(
-                f"entry {self.label!r} has stack {self.stack} over {self.over!r}; it must be 1 to {MAX_STACK} over one "
-                f"of {', '.join(BASES)}"
-            )
+        with about(f"entry {self.label!r}: over"):
+            check_known("controller that needs no practice", [self.over], BASES)
+        if not 1 <= self.stack <= MAX_STACK:
+            raise ValueError(f"entry {self.label!r} has stack {self.stack}; it must be 1 to {MAX_STACK}")
         if self.controller in (*PRETRAINED, SEARCHED) or self.online:
             return
         if (self.controller in LEARNERS) != all(t > 0 for t in self.throws):

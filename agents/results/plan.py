@@ -19,7 +19,7 @@ from pnt_gym.cells.base.problems import describe_problems
 from pnt_gym.names import unknown_name
 
 from ..controllers.protocol import Controller
-from ..ground.cli import UsageError, about, check_libraries
+from ..ground.cli import UsageError, about, check_libraries, check_once
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
@@ -90,6 +90,7 @@ class Plan(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        check_once({"levels": self.levels, "seeds": self.seeds})
         labels = [label for entry in self.entries for label in labels_of(entry)]
         if len(set(labels)) != len(labels):
             raise ValueError(f"entries: labels {labels} must differ from one another")

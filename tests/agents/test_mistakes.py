@@ -75,8 +75,9 @@ HYPERPARAMETERS = [
     ({"ent_coef": "some"}, "do not fit sac"),
     ({"use_sde": "yes please"}, "hyperparameter use_sde is 'yes please'; it must be true or false"),
     ({"policy": "NobodysPolicy"}, "do not fit sac"),
-    ({"colour": "red"}, "do not fit sac"),
-    ({5: 6}, "do not fit sac"),
+    ({"colour": "red"}, "do not fit sac: unknown hyperparameter 'colour'; known are "),
+    ({"gama": 0.5}, "do not fit sac: unknown hyperparameter 'gama'; did you mean 'gamma'? known are "),
+    ({5: 6}, "do not fit sac: unknown hyperparameter 5; known are "),
 ]
 
 

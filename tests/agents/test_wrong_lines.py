@@ -107,7 +107,7 @@ benchmark --config plan.yaml --work file/x --out o.json | cannot write 'file/x/p
 benchmark --config far_plan.yaml | benchmark 'far_plan.yaml': picks is -1111111111 ... input should be greater
 benchmark --config idle_plan.yaml | benchmark 'idle_plan.yaml': unknown controller 'nobody'; known
 benchmark --config stacked.yaml | benchmark 'stacked.yaml': entry 'a': `stack`, `over` and `fidelity` can be used only
-benchmark --config over.yaml | benchmark 'over.yaml': entry 'a' has stack 8 over 'mlp'; it must be 1 to 100 over one of
+benchmark --config over.yaml | benchmark 'over.yaml': entry 'a': over: unknown controller that needs no practice 'mlp'
 benchmark --config nowhere.yaml | unknown level 'nowhere'; known are
 reproduce nobody | unknown paper 'nobody'; known are hassan, choe, miyashita, l
 reproduce hassan --only nothing | --only: unknown part 'nothing'; known are table1, free-direction, fr

@@ -113,7 +113,11 @@ def _message(problem: ErrorDetails, place: Place, kind: type[BaseModel]) -> str:
         return f"input should be a list{example}"
     unit = f" {_unit_at(kind, place)}" if problem["type"] in _BOUNDS else ""
     words = f"{problem['msg'][0].lower()}{problem['msg'][1:]}".removeprefix("tuple ").replace(" after validation", "")
-    return f"{'input ' if problem['type'] in _LENGTHS else ''}{words}{unit}".rstrip()
+    hint = ""
+    if problem["type"] == "literal_error":
+        meant = closest_name(problem["input"], re.findall(r"'([^']*)'", problem["msg"]))
+        hint = "" if meant is None else f"; did you mean {meant!r}?"
+    return f"{'input ' if problem['type'] in _LENGTHS else ''}{words}{unit}".rstrip() + hint
 
 
 def _unit_at(kind: type[BaseModel], place: Place) -> str:

@@ -242,6 +242,12 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
         ),
         ({"learned": [{"label": "ridge", "throws": 7}]}, "unknown result 'ridge after 7'"),
         ({"floors": {"waste": "nobody"}}, "floors.waste: unknown label 'nobody'"),
+        ({"levels": ["waste", "waste"]}, "levels: 'waste' is given 2 times; give it once"),
+        ({"seeds": [3, 3, 3]}, "seeds: 3 is given 3 times; give it once"),
+        (
+            {"entries": [{"label": "a", "controller": "ridge", "throws": [8, 8]}]},
+            "entry 'a': throws: 8 is given 2 times; give it once",
+        ),
         ({"picks_on": {"tight": 500}}, "picks_on: unknown level 'tight'; known are "),
         (
             {"entries": [{"label": "a", "controller": "sac", "throws": [64], "practice_envs": 4}]},

@@ -146,6 +146,7 @@ WRONG = {
     "emptied after a part": ({"bins": {"emptied": 2.5}}, "bins.emptied is 2.5"),
     "nothing but air": ({"bins": {"packing": 0.0}}, "bins.packing is 0"),
     "packed with more than all": ({"bins": {"packing": 1.1}}, "bins.packing is 1.1"),
+    "misspelled planner": ({"planner": "strait"}, "'ellipse' or 'auto'; did you mean 'straight'?"),
     "unknown planner": ({"planner": "curved"}, "planner is 'curved': input should be 'straight', 'straight_flying', "
      "'free_direction', 'horizontal', 'pick_and_place', 'ellipse' or 'auto'"),
     "unknown neighbours": ({"belt": {"neighbours": "walls"}}, "neighbours is 'walls': input should be 'ghosts' or "),
