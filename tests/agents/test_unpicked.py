@@ -20,8 +20,8 @@ from tests.tools.nightly import with_nightly
 
 LEVEL = {"base": "waste", "fidelity": "flight", "spread": {"seal": 1.0}}
 """Where some picks fail, and some seals are so weak that the object is lost on the way."""
-LEARNERS = ("mean_shift", "virtual_goal", "newton_goal", "ridge", "mlp")
-OF_THROWS = ("mean_shift", "virtual_goal", "ridge", "mlp")
+LEARNERS = ("virtual_goal", "newton_goal", "ridge", "mlp")
+OF_THROWS = ("virtual_goal", "ridge", "mlp")
 
 
 def outcomes(env, steps: int) -> tuple[list[Outcome], list[np.ndarray]]:
@@ -41,7 +41,7 @@ def outcomes(env, steps: int) -> tuple[list[Outcome], list[np.ndarray]]:
     return found, thrown
 
 
-@pytest.mark.parametrize("name", with_nightly(OF_THROWS, ["mean_shift", "ridge"]))
+@pytest.mark.parametrize("name", with_nightly(OF_THROWS, ["virtual_goal", "ridge"]))
 def test_learners_take_nothing_from_what_was_not_thrown(name: str) -> None:
     """The same knowledge, to the bit, as from the throws alone that were."""
     with closing(make_vector("PnTRelease-v0", LEVEL, 16, 1)) as env:
