@@ -23,7 +23,6 @@ from .goals import virtual_goal
 from .grasps import Centre, GraspController, Place, residual_width
 from .in_context import InContext
 from .mlp import Mlp
-from .newton import NewtonGoal
 from .oracle import Oracle
 from .places import OraclePlaces, PixelPlaces, centroid, flattest, local_mlp
 from .protocol import Controller
@@ -39,7 +38,6 @@ _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
 }
 _SHIFTS: Mapping[str, Callable[..., Controller]] = {
     "virtual_goal": lambda env, correction, **options: virtual_goal(correction, **options),
-    "newton_goal": lambda env, correction: NewtonGoal(correction),
     "ridge": lambda env, correction: OnPolicyRegression("ridge", correction, _features(env), Ridge()),
     "mlp": lambda env, correction, **options: OnPolicyRegression("mlp", correction, _features(env), Mlp(**options)),
     "oracle": lambda env, correction, **options: Oracle(_shared_core(env), correction, **options),

@@ -28,7 +28,7 @@ from tests.tools.toy_cell import POSE, POSE_BIAS, PoseVectorEnv, ToyVectorEnv, o
 
 WASTE, NOMINAL = ConveyorConfig.load("waste"), ConveyorConfig.load("nominal")
 ON_WASTE, ON_NOMINAL = correction(WASTE, "release_point"), correction(NOMINAL, "release_point")
-LEARNERS = ("virtual_goal", "newton_goal", "ridge", "mlp")
+LEARNERS = ("virtual_goal", "ridge", "mlp")
 
 
 def encode(**values: float) -> np.ndarray:
