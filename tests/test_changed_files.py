@@ -196,7 +196,7 @@ REFUSED: dict[str, list[tuple[tuple[str, Change], str]]] = {
     ],
     "state-file": [
         (arrays("virtual_goal.npz", "shift", lambda a: np.resize(a, (*a.shape, 7))), "no state of 'virtual_goal'"),
-        (arrays("mean_shift.npz", "count", complex_of), "'count' is complex128"),
+        (arrays("virtual_goal.npz", "shift", complex_of), "'shift' is complex128"),
         (arrays("ridge.npz", "weights", spoiled), "that are not finite"),
     ],
     "network-file": [

@@ -28,9 +28,7 @@ from .protocol import Actions, Controller, Observation
 
 PLANNER: Final = "analytic"
 """The controller whose action is zero."""
-BASES: Final = (
-    PLANNER, "analytic_height", "mean_lead", *PRETRAINED, *(name for name in GRASPING_NAMES if name != "oracle_grasp")
-)  # fmt: skip
+BASES: Final = (PLANNER, *PRETRAINED, *(name for name in GRASPING_NAMES if name != "oracle_grasp"))
 """Base controllers: they need no practice, read no hidden values, and draw no random numbers."""
 
 Stacked = NDArray[np.float32]

@@ -1,12 +1,12 @@
-"""Tables of corrections per item and place, as the running mean and the virtual goal use them.
+"""Tables of corrections per item and place, as the virtual goal uses them.
 
-Both use only item and place; differences from throw to throw (seal, mass, speed, grasp) act as noise. Buckets are
+A table uses only item and place; differences from throw to throw (seal, mass, speed, grasp) act as noise. Buckets are
 named, so a table learned on one level serves another level with the same items.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import final
 
 import numpy as np
@@ -16,9 +16,6 @@ from pnt_gym.cells.base.action import Correction
 
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .shift import check_width, ideal_offset, is_instructive, to_action
-
-Step = Callable[[int], float | Floats]
-"""Weight of the newest throw, one number or (E,), from the number of throws in a bucket, the newest one included."""
 
 ANY = "*"
 
@@ -30,20 +27,16 @@ class BucketTable(Learner):
     Args:
         name: name of the controller.
         correction: meaning of an action, and bucket of each throw.
-        step: weight of the newest throw.
-        share_all: whether an item without throws gets the correction over all items; otherwise zero.
+        step: weight of the newest throw, one number or (E,).
         threshold: size of an error, relative to the tolerances of the correction, below which a bucket stops learning;
             None: never.
     """
 
-    def __init__(
-        self, name: str, correction: Correction, step: Step, *, share_all: bool, threshold: float | None = None
-    ) -> None:
+    def __init__(self, name: str, correction: Correction, step: float | Floats, threshold: float | None = None) -> None:
         self.name = name
         self._threshold = threshold
         self._correction = correction
         self._step = step
-        self._share_all = share_all
         self.reset(0)
 
     def reset(self, seed: int) -> None:
@@ -53,7 +46,7 @@ class BucketTable(Learner):
         self._learned: set[str] = set()
 
     def act(self, observation: Observation) -> Actions:
-        """Action of each throw's bucket, else of its item, else of all items, else zero: (N, E)."""
+        """Action of each throw's bucket, else of its item, else zero: (N, E)."""
         return to_action(self.offsets(observation), self._correction)
 
     def offsets(self, observation: Observation) -> Floats:
@@ -107,8 +100,7 @@ class BucketTable(Learner):
 
     def _chain(self, item: str, place: str) -> list[str]:
         """Names of the buckets of a throw, from fine to coarse."""
-        chain = [f"{item}|{place}", f"{item}|{ANY}"]
-        return [*chain, f"{ANY}|{ANY}"] if self._share_all else chain
+        return [f"{item}|{place}", f"{item}|{ANY}"]
 
     def _find(self, chain: Sequence[str]) -> Floats:
         return next((self._shift[name] for name in chain if name in self._shift), np.zeros(self._correction.count))
@@ -118,9 +110,4 @@ class BucketTable(Learner):
             # A new bucket starts from the coarser bucket that would have been used.
             before = self._find(chain[depth:])
             self._count[bucket] = self._count.get(bucket, 0) + 1
-            self._shift[bucket] = before + self._step(self._count[bucket]) * (ideal - before)
-
-
-def mean_shift(correction: Correction) -> BucketTable:
-    """Mean of the ideal offsets, per item and place."""
-    return BucketTable("mean_shift", correction, lambda count: 1.0 / count, share_all=True)
+            self._shift[bucket] = before + self._step * (ideal - before)

@@ -6,13 +6,10 @@ import inspect
 from collections.abc import Mapping
 from typing import Any, Final
 
-from . import ballistic, bucket_table, goals, mlp, ridge
+from . import goals, mlp, ridge
 from .protocol import Controller
 
 DESCRIBED_IN: Final[Mapping[str, Any]] = {
-    "analytic_height": ballistic.AnalyticHeight,
-    "mean_lead": ballistic.MeanLead,
-    "mean_shift": bucket_table.mean_shift,
     "virtual_goal": goals.virtual_goal,
     "ridge": ridge,
     "mlp": mlp,

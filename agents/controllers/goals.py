@@ -51,7 +51,7 @@ def _table(correction: Correction, gain: ArrayLike, threshold: float | None) -> 
     if not ((gains > 0.0) & (gains < 2.0)).all():
         raise PntGymError(f"virtual_goal: gain is {gain}; it must lie between 0 and 2")
     step: Floats | float = gains if gains.ndim else float(gains)
-    return BucketTable(NAME, correction, lambda count: step, share_all=False, threshold=threshold)
+    return BucketTable(NAME, correction, step, threshold)
 
 
 @final

@@ -11,7 +11,6 @@ from gymnasium import Space
 
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
-from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.grasp.core import GraspCore
 
 from ..ground.cli import UsageError, about, check_known, settings_of
@@ -19,14 +18,11 @@ from ..ground.environments import Env, core_of
 from ..ground.places import ADAPTIVE, GRASPING
 from .adaptive import IN_CONTEXT, STATIC, Adaptive, has_feedback
 from .analytic import Analytic
-from .ballistic import AnalyticHeight, MeanLead
-from .bucket_table import mean_shift
 from .fitted_q import FittedQ
 from .goals import virtual_goal
 from .grasps import Centre, GraspController, Place, residual_width
 from .in_context import InContext
 from .mlp import Mlp
-from .newton import NewtonGoal
 from .oracle import Oracle
 from .places import OraclePlaces, PixelPlaces, centroid, flattest, local_mlp
 from .protocol import Controller
@@ -41,11 +37,7 @@ _ANY_ACTIONS: Mapping[str, Callable[..., Controller]] = {
     "random": lambda env: Random(_entry_count(env.single_action_space)),
 }
 _SHIFTS: Mapping[str, Callable[..., Controller]] = {
-    "analytic_height": lambda env, correction: AnalyticHeight(_conveyor(env, "analytic_height"), correction),
-    "mean_lead": lambda env, correction: MeanLead(_conveyor(env, "mean_lead"), correction),
-    "mean_shift": lambda env, correction: mean_shift(correction),
     "virtual_goal": lambda env, correction, **options: virtual_goal(correction, **options),
-    "newton_goal": lambda env, correction: NewtonGoal(correction),
     "ridge": lambda env, correction: OnPolicyRegression("ridge", correction, _features(env), Ridge()),
     "mlp": lambda env, correction, **options: OnPolicyRegression("mlp", correction, _features(env), Mlp(**options)),
     "oracle": lambda env, correction, **options: Oracle(_shared_core(env), correction, **options),
@@ -174,14 +166,6 @@ def _shared_core(env: Env) -> Core:
             "controller 'oracle' simulates all cells at once, and these are stepped one by one: use 1 cell"
         )
     return core
-
-
-def _conveyor(env: Env, name: str) -> ConveyorConfig:
-    """Level of an environment that has to be a conveyor."""
-    config = core_of(env).config
-    if not isinstance(config, ConveyorConfig):
-        raise UsageError(f"controller {name!r} knows the physics of the conveyor only; choose another one here")
-    return config
 
 
 def _features(env: Env) -> int:

@@ -16,8 +16,8 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.observation import FEATURES, TABLE
+from pnt_gym.constants import GRAVITY
 
-from .ballistic import later_release
 from .filters import BIN_CAMERA, NOISE, SURPRISE, Filters, landing_offset
 from .protocol import State
 
@@ -91,6 +91,24 @@ class RunningMean(Tracker):
     def effect(self, throws: Floats) -> Floats:
         """The mean (N, 2)."""
         return self._mean.copy()
+
+
+def later_release(plan: dict[str, Floats], delay: float) -> Floats:
+    """Change of the landing distance (N,) [m] for a release that is later on its line by `delay` [s], without drag.
+
+    Args:
+        plan: decoded observations; `release_speed`, `elevation` and `flight_time` are read.
+        delay: delay of the release [s].
+    """
+    speed, angle, flight = plan["release_speed"], plan["elevation"], plan["flight_time"]
+    late = speed * delay
+    # Drag-free flight from height z: t = (w + sqrt(w^2 + 2 g z)) / g with the vertical velocity w.
+    rise = speed * np.sin(angle)
+    drop = 0.5 * GRAVITY * flight**2 - rise * flight  # release height above the rim
+    # A release that never reaches the rim lands nowhere; the apex is used instead.
+    heights = (drop, drop + late * np.sin(angle))
+    before, after = (np.sqrt(np.maximum(rise**2 + 2.0 * GRAVITY * z, 0.0)) for z in heights)
+    return late * np.cos(angle) + speed * np.cos(angle) * (after - before) / GRAVITY
 
 
 def delay_effect(plan: dict[str, Floats]) -> Floats:

@@ -195,9 +195,8 @@ def _cloud_choices(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """The planner, the references after most throws, the first learner on the first level: one seed each."""
     plan = data["plan"]
     choices = [("analytic", 0)]
-    for label in ("virtual_goal", "mean_shift"):
-        throws = [c["throws"] for c in plan["references"] if c["label"] == label]
-        choices += [(label, max(throws))] if throws else []
+    throws = [c["throws"] for c in plan["references"] if c["label"] == "virtual_goal"]
+    choices += [("virtual_goal", max(throws))] if throws else []
     choices += [(c["label"], c["throws"]) for c in plan["learned"][:1]]
     on_first = [r for r in reversed(data["results"]) if r["level"] == plan["levels"][0] and "along_m" in r["columns"]]
     first = {(r["label"], r["throws"]): r for r in on_first}

@@ -18,7 +18,7 @@ SHOWN: Final[Mapping[str, str]] = {
     "oracle": "oracle: simulates each throw first",
 }
 """Controllers of the short table, each after the most throws that it has learned from."""
-LEARNERS: Final = ("virtual_goal", "mean_shift", "ridge", "mlp", "sac")
+LEARNERS: Final = ("virtual_goal", "ridge", "mlp", "sac")
 """Controllers whose curves are drawn."""
 LEVELS: Final = ("analytic", "floor", "oracle")
 """Controllers that are drawn as levels: where learning begins, what the observation allows, an oracle that aims."""

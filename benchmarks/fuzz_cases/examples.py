@@ -44,7 +44,7 @@ RULES: Final = ("atc", "price", "index", "beam", "price_beam", "guided_beam")
 CHECKPOINT: Final = "checkpoints/00000008"
 
 
-LEARNERS: Final = ("ridge", "mean_shift", "virtual_goal", "mlp")
+LEARNERS: Final = ("ridge", "virtual_goal", "mlp")
 
 
 LINE: Final = {"base": "single", "name": "mine"}

@@ -1,4 +1,4 @@
-"""Learning by our controllers when the stoppers push the block: goal by goal, and on the level `contact`."""
+"""Learning of the virtual goal when the stoppers push the block: goal by goal, and on the level `contact`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from pnt_gym.cells.one_joint.tasks import PUSHED
 from .cases import percent, round_values
 from .reach import SCALES, SCANNED, WITHIN, Search, errors, goals_above_arm, paths, size
 
-CONTROLLERS: Final = ("newton_goal", "virtual_goal")
+LEARNER: Final = "virtual_goal"
+"""The controller that learns as the paper does."""
 GOALS: Final = 34
 """Greatest number of goals to learn: the first reachable goals."""
 SEARCHED: Final = 100
@@ -55,13 +56,15 @@ def learning_findings(
     """Share of learned goals among the goals that a pushed block can reach, and the share that scatter would allow."""
     goal, floor = reachable_goals(searched, scanned)
     goal, floor = goal[:goals], floor[:, :goals]
-    courses = {name: learn_goals(name, goal, practice) for name in CONTROLLERS if len(goal) > 0}
-    rows = [row for name, course in courses.items() for row in _course_rows(name, course, practice)]
-    rows.append(_floor_row(floor))
-    curves = {name: round_values(100.0 * course.near.mean(axis=0), 4) for name, course in courses.items()}
-    figures = {"miyashita_contact_learning.svg": course_figure(courses, percent(floor))} if courses else {}
     headline = "Learning although the block is pushed, goals that some release reaches"
-    return table_findings(headline, rows, figures, {"miyashita_contact_learning": curves}, drop="miyashita/")
+    if len(goal) == 0:
+        return table_findings(headline, [_floor_row(floor)], drop="miyashita/")
+    course = learn_goals(goal, practice)
+    rows = [*_course_rows(course, practice), _floor_row(floor)]
+    near = 100.0 * course.near.mean(axis=0)
+    figures = {"miyashita_contact_learning.svg": course_figure(near, percent(floor))}
+    curves = {"miyashita_contact_learning": {LEARNER: round_values(near, 4)}}
+    return table_findings(headline, rows, figures, curves, drop="miyashita/")
 
 
 def reachable_goals(searched: int, scanned: int) -> tuple[Floats, Bools]:
@@ -73,9 +76,9 @@ def reachable_goals(searched: int, scanned: int) -> tuple[Floats, Bools]:
     return goal[rows], np.stack(near)
 
 
-def learn_goals(name: str, goal: Floats, practice: int) -> Course:
-    """Let a controller learn goals (G, 4), each goal with a new controller in a separate cell."""
-    throws = [_learn(name, target, row, practice) for row, target in enumerate(goal)]
+def learn_goals(goal: Floats, practice: int) -> Course:
+    """Let the learner learn goals (G, 4), each goal with a new learner in a separate cell."""
+    throws = [_learn(target, row, practice) for row, target in enumerate(goal)]
     return Course(np.array([t.is_success for t in throws]), np.array([t.clipped for t in throws]))
 
 
@@ -90,9 +93,9 @@ def level_config(goal: Floats) -> OneJointConfig:
     )
 
 
-def _learn(name: str, goal: Floats, seed: int, practice: int) -> Throws:
+def _learn(goal: Floats, seed: int, practice: int) -> Throws:
     with closing(make_vector("OneJointThrow-v0", level_config(goal), num_envs=1, threads=1)) as env:
-        controller: Any = make_controller(name, env)
+        controller: Any = make_controller(LEARNER, env)
         controller.reset(seed)
         controller.begin_practice(practice)
         parts = list(throw_batches(controller, env, practice, stream_seed("practice", seed), learn=True))
@@ -101,17 +104,16 @@ def _learn(name: str, goal: Floats, seed: int, practice: int) -> Throws:
     return concatenate_records(parts)
 
 
-def _course_rows(name: str, course: Course, practice: int) -> list[Row]:
+def _course_rows(course: Course, practice: int) -> list[Row]:
     goals, throws = course.near.shape
     is_reached, last = np.any(course.near, axis=1), course.near[:, -KEPT:]
     is_kept = last.sum(axis=1) > KEPT // 2
     refused = course.refused[:, :practice]
-    base = (
-        f"of {goals} random goals (seed 0) that some release reaches, a cell and a {name} each, the true state {NEAR}"
-    )
+    learned = f"of {goals} random goals (seed 0) that some release reaches, a cell and a {LEARNER} each"
+    base = f"{learned}, the true state {NEAR}"
     return [
         Row.ours(
-            f"miyashita/contact/{name}/once",
+            f"miyashita/contact/{LEARNER}/once",
             percent(is_reached),
             "%",
             note=f"{base} at one of {throws} throws at least",
@@ -120,7 +122,7 @@ def _course_rows(name: str, course: Course, practice: int) -> list[Row]:
             first=[int(k) + 1 for k in course.near.argmax(axis=1)[is_reached]],
         ),
         Row.ours(
-            f"miyashita/contact/{name}/kept",
+            f"miyashita/contact/{LEARNER}/kept",
             percent(is_kept),
             "%",
             note=f"{base} at most of the last {KEPT} of {throws} throws, after {practice} throws of practice. "
@@ -160,14 +162,12 @@ def _floor_row(near: Bools) -> Row:
     )
 
 
-def course_figure(courses: dict[str, Course], floor: float) -> Figure:
-    """Drawing of the share of goals at which each throw came near."""
+def course_figure(near: Floats, floor: float) -> Figure:
+    """Drawing of the share of goals [%] at which each throw came near (J,), and of the share that scatter allows."""
     figure, (panel,) = subplots(1, 1, (6.4, 3.6))
-    for colour, (name, course) in zip((COLOURS[0], COLOURS[3]), courses.items(), strict=False):
-        throws = np.arange(1, course.near.shape[1] + 1)
-        panel.plot(throws, 100.0 * course.near.mean(axis=0), ".-", color=colour, label=name)
+    panel.plot(np.arange(1, len(near) + 1), near, ".-", color=COLOURS[3], label=LEARNER)
     panel.axhline(floor, color="black", linestyle="--", linewidth=1, label="best release, with its scatter")
-    end = next(iter(courses.values())).near.shape[1] + 0.5
+    end = len(near) + 0.5
     panel.axvspan(end - KEPT, end, color="black", alpha=0.06, lw=0)
     panel.text(end - 0.1, 2.0, "kept", ha="right", fontsize=8)
     panel.set_ylim(0.0, 100.0)
@@ -179,10 +179,10 @@ def course_figure(courses: dict[str, Course], floor: float) -> Figure:
 
 
 def level_findings(seeds: Sequence[int] = SEEDS, practice: int = LEVEL_PRACTICE, picks: int = HELD) -> Findings:
-    """Success of held-out throws of each controller on the level `contact`, after practice."""
+    """Success of held-out throws on the level `contact`, of the planner alone and after practice of the learner."""
     rows: list[Row] = []
     with closing(make_vector("OneJointThrow-v0", "contact", ROWS, threads=1)) as env:
-        for name in ("analytic", *CONTROLLERS):
+        for name in ("analytic", LEARNER):
             controller, throws = make_controller(name, env), list[Throws]()
             for seed in seeds:
                 controller.reset(seed)

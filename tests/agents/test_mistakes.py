@@ -167,8 +167,6 @@ STATES: list[tuple[str, dict[str, Any]]] = [
     ("virtual_goal", {"shift": np.array("x"), "buckets": np.array(["a"]), "count": np.zeros(1)}),
     ("mlp", {"weight_0": np.zeros((2, 3))}),
     ("mlp", {"weight_0": np.zeros(3), "bias_0": np.zeros(3), "centre": np.zeros(2), "scale": np.zeros(1)}),
-    ("newton_goal", {"shift": np.zeros((1, 2))}),
-    ("newton_goal", {"shift": np.zeros(7), "buckets": np.zeros((2, 2)), "settled": np.zeros(3)}),
 ]
 
 

@@ -51,7 +51,6 @@ evaluate --controller file.zip --trust | 'file.zip' is damaged: file.zip is trun
 evaluate --controller folder | 'folder' is not a run folder: it has no args.yml
 evaluate --controller LONG | unknown controller 'x ... a run folder
 evaluate --controller LONG.zip | cannot read or write 'x ... File name too long
-evaluate --controller analytic_height --env OneJointThrow-v0 | controller 'analytic_height' knows the physics of the c
 evaluate --controller mlp --action-mode release_xyz | controller 'mlp' shifts the landing and needs an action of 2
 evaluate --controller policy --env OneJointThrow-v0 | level file 'policy/env.yaml': unknown keys 'action.along', 'act
 evaluate --controller policy --action-mode release_xyz | the policy of 'policy' takes observations (26,) and gives ac
@@ -84,7 +83,7 @@ train --algo recurrent_ppo | algorithm 'recurrent_ppo' needs observations that m
 train --stack 101 --env PnTAdapt-v0 | stack is 101; a policy sees from 1 to 100 observations at once
 train --stack 8 | a stack of 8 observations needs observations that mark the beginning of a shift; use PnTA
 train --env OneJointThrow-v0 --stack 2 | a stack of 2 observations needs observations that mark the beginning of a shift
-train --over mlp --env PnTAdapt-v0 | over: unknown controller that needs no practice 'mlp'; known are analytic, analyt
+train --over mlp --env PnTAdapt-v0 | over: unknown controller that needs no practice 'mlp'; known are analytic, static
 train --over static | controller 'static' needs observations of the previous landing; use --env PnTAdapt-v0
 train --config other.yml | hyperparameters 'other.yml' have no entry for 'PnTConveyor-v0'; entries are PnTRelease-v0
 train --config none.yml | cannot read hyperparameters 'none.yml': No such file or dire

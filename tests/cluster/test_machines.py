@@ -35,7 +35,7 @@ STUDY: dict[str, Any] = {
     "picks": 32,
     "num_envs": 16,
     "seeds": [*range(10)],
-    "entries": [{"label": "shift", "controller": "mean_shift", "throws": [16, 32]}],
+    "entries": [{"label": "shift", "controller": "virtual_goal", "throws": [16, 32]}],
 }
 """Twenty jobs of a second or two."""
 MILD = {"base": "waste", "mismatch": 0.5}

@@ -62,7 +62,6 @@ def test_every_controller_is_described_and_tried_everywhere():
     rows = dict(zip(NAMES, table.splitlines()[2:], strict=True))
     assert rows["ridge"].startswith("| `ridge` | yes | all that throw |")
     assert rows["oracle"].startswith("| `oracle` | no | all that throw |")
-    assert rows["mean_lead"].startswith("| `mean_lead` | no | `PnTConveyor-v0`, `PnTAdapt-v0`, `PnTRelease-v0` |")
     assert rows["kalman"].startswith("| `kalman` | yes | `PnTAdapt-v0` |")
     assert tuple(names(controllers.line_controller_table(""))) == LINE_NAMES
 

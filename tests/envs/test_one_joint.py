@@ -2,7 +2,6 @@
 
 import gymnasium as gym
 import numpy as np
-import pytest
 
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.observation import FEATURES, decode
@@ -84,18 +83,6 @@ def test_nothing_hidden_is_seen():
     assert len(seen[0]) == len(FEATURES)
     assert np.array_equal(seen[0], seen[1])
     assert np.array_equal(seen[0], seen[2])
-
-
-@pytest.mark.parametrize(("env_id", "level"), [("OneJointThrow-v0", "contact"), ("OneJointAssembly-v0", "nominal")])
-def test_the_correction_knows_which_shifts_have_a_plan(env_id, level):
-    env = gym.make_vec(env_id, num_envs=8, level=level)
-    core = env.unwrapped.core
-    features, info = env.reset(seed=2)
-    actions = np.random.default_rng(0).uniform(-0.5, 0.5, (8, 4))
-    told = [core.correction.possible(features[i], int(info["kind"][i]), actions[i : i + 1])[0] for i in range(8)]
-    *_, info = env.step(actions)
-    assert 0 < info["residual_clipped"].sum() < 8
-    assert (np.array(told) == ~info["residual_clipped"]).all()
 
 
 def test_a_pushed_block_is_thrown_at_goals_that_it_can_reach():

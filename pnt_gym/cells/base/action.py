@@ -19,7 +19,6 @@ _HALVINGS: Final = 12
 
 Buckets: TypeAlias = Callable[[NDArray[np.float32], Ints], list[tuple[str, str]]]
 """Function from observations (N, D) and kinds (N,) to a name of the item and a name of the target area, per throw."""
-Possible: TypeAlias = Callable[[NDArray[np.float32], int, Floats], Bools]
 """Function from observation (D,) and kind of one throw, and offsets (M, E) in units of actions, to whether each offset
 has a feasible plan (M,)."""
 
@@ -131,8 +130,6 @@ class Correction:
     """Equally bad errors (E,), in the errors' units: the size of an error is its length relative to these."""
     buckets: Buckets
     """Function that names the row of a table to which each throw belongs."""
-    possible: Possible | None = None
-    """Function that says which offsets have a feasible plan; None where only a shortened throw shows this."""
     info_errors: tuple[str, ...] = ()
     """Info keys with the measured errors, NaN where nothing was measured; if empty, `errors` are the keys."""
 

@@ -10,14 +10,13 @@ Two modes, on the same planner:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.action import ActionMode, Correction, by_name, mode_of, pad_residual, quarter_names
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.cells.one_joint.context import Context
@@ -69,26 +68,7 @@ def correction(config: OneJointConfig, job: Job, mode: str) -> Correction | None
         exploration=EXPLORATION * scale,
         tolerance=np.array([near.position, near.position, np.deg2rad(near.angle_deg), near.speed]),
         buckets=partial(_buckets, job),
-        possible=partial(
-            _offsets_have_plans, ThrowPlanner(config, job), scale, [target.part for target in job.targets]
-        ),
     )
-
-
-def _offsets_have_plans(
-    planner: ThrowPlanner, scale: Floats, parts: Sequence[int], features: NDArray[np.float32], kind: int, offset: Floats
-) -> Bools:
-    """Whether offsets (M, 4) of a throw's goal have a feasible plan, for the observed goal."""
-    features_by_name = decode(features)
-    goal = np.array(
-        [
-            features_by_name["goal_x"],
-            features_by_name["goal_y"],
-            features_by_name["goal_phi"],
-            features_by_name["goal_dy"],
-        ]
-    )
-    return planner.plan(goal + offset * scale, np.full(len(offset), parts[kind])).feasible
 
 
 def _buckets(job: Job, features: NDArray[np.float32], kind: Ints) -> list[tuple[str, str]]:

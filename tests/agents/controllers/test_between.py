@@ -183,16 +183,6 @@ def test_a_policy_with_a_memory_does_not_act_elsewhere() -> None:
             run_policy(an_actor(4 * FEATURES), asked(4), env, "it")
 
 
-def test_a_correction_of_a_controller_goes_without_feedback_too() -> None:
-    with closing(make_vector("PnTConveyor-v0", {"base": "waste", "fidelity": "flight"}, 4, 1)) as env:
-        zero = replace(an_actor(26), layers=(Dense(np.zeros((2, 26), np.float32), np.zeros(2, np.float32)),))
-        policy = run_policy(zero, asked(over="mean_lead"), env, "it")
-        own = throw_held_out(make_controller("mean_lead", env), env, 40, 0)
-        np.testing.assert_array_equal(
-            throw_held_out(policy, env, 40, 0).info["landing_along"], own.info["landing_along"]
-        )
-
-
 def test_wrappers_and_learners_of_others_go_with_the_single_form() -> None:
     env = gym.wrappers.FlattenObservation(FrameStackObservation(gym.make("PnTAdapt-v0", level=LEVEL), 4))
     settings = {name: value for name, value in SMALL.items() if name != "policy"}

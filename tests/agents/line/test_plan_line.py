@@ -264,10 +264,10 @@ def test_it_says_which_plan_is_enough(working_folder):
 
 def test_plans_may_have_a_release_and_a_wrong_one_is_told_before_the_work(working_folder):
     assert "unknown shipped policy 'shipped:nobody'" in refused("agents.line plan", "--release", "shipped:nobody")
-    line = "line plan --level skills3 --robots 3 --shifts 2 --minutes 0.1 --throws 100 --check 2 --release mean_lead"
+    line = "line plan --level skills3 --robots 3 --shifts 2 --minutes 0.1 --throws 100 --check 2 --release random"
     output_of(f"{line} --json plans.json", working_folder)
     told = json.loads((working_folder / "plans.json").read_text())
-    assert (told["release"], told["other_release"]["release"]) == ("mean_lead", "analytic")
+    assert (told["release"], told["other_release"]["release"]) == ("random", "analytic")
 
 
 def test_from_python(working_folder, monkeypatch):

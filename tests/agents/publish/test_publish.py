@@ -112,7 +112,7 @@ def test_a_folder_is_published_in_full_or_not_at_all(
     ("changes", "said"),
     [
         ({"algo": "recurrent_ppo"}, "a policy of recurrent_ppo has a memory, which policy.onnx cannot hold"),
-        ({"over": "mean_lead"}, "policy.onnx would lack the controller 'mean_lead' under the policy"),
+        ({"over": "static"}, "policy.onnx would lack the controller 'static' under the policy"),
     ],
 )
 def test_a_graph_that_is_not_the_whole_policy_is_not_written(
