@@ -24,7 +24,7 @@ def test_a_controller_takes_its_settings_and_refuses_others() -> None:
     with closing(open_trial("PnTRelease-v0", "ideal", 1, 1)) as trial:
         controller_with(trial, "virtual_goal", read_settings(["gain=0.1"]))
         for name, option in (("virtual_goal", "width=3"), ("analytic", "gain=0.1")):
-            with pytest.raises(UsageError, match=f"controller '{name}' has no settings {option.split('=')[0]}"):
+            with pytest.raises(UsageError, match=f"controller '{name}': unknown setting '{option.split('=')[0]}'"):
                 controller_with(trial, name, read_settings([option]))
         with pytest.raises(UsageError, match="controller 'virtual_goal' cannot have gain='fast': "):
             controller_with(trial, "virtual_goal", read_settings(["gain=fast"]))

@@ -251,7 +251,7 @@ def test_pictures_are_of_one_line():
     core = LineCore(LineConfig.load(LEVELS["one"]), 3)
     with pytest.raises(ConfigError, match="num_envs is 3; pictures show a single line: set num_envs to 1"):
         core.view()
-    with pytest.raises(ConfigError, match="render_mode is 'rgb_array'; a vector environment takes None"):
+    with pytest.raises(ConfigError, match="unknown render_mode 'rgb_array'; known are None"):
         gym.make_vec("PnTLine-v0", num_envs=3, render_mode="rgb_array")
 
 

@@ -58,7 +58,7 @@ def test_check_pose_accepts_what_the_robot_can_take():
         ({"home_z": 0.1}, "home_z"),
         ({"l": 0.1}, "cannot bridge"),
         ({"home_z": -0.4}, "cannot bridge"),
-        ({"colour": "red"}, "'colour' is no dimension; .*home_theta"),
+        ({"colour": "red"}, "unknown dimension 'colour'; .*home_theta"),
     ],
 )
 def test_impossible_dimensions_are_refused_by_name(changes, text):
