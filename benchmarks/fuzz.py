@@ -10,7 +10,9 @@ from __future__ import annotations
 import multiprocessing
 import os
 import resource
+import shutil
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import Connection
@@ -44,8 +46,12 @@ def cases(first: int, count: int) -> Iterator[tuple[str, int]]:
         numbers[kind] += 1
 
 
-def attempt(bunch: Sequence[tuple[str, int]], channel: Connection, judge: Judge) -> None:
-    """Try cases in a process of its own; report the number of each case before it, and the finding after it."""
+def attempt(bunch: Sequence[tuple[str, int]], channel: Connection, judge: Judge, place: str) -> None:
+    """Try cases in a process of its own, which leaves its files in a folder.
+
+    The process reports the number of each case before it, and the finding after it.
+    """
+    tempfile.tempdir = place
     pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
     resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY, resource.RLIM_INFINITY))
     silent = os.open(os.devnull, os.O_WRONLY)
@@ -62,8 +68,10 @@ def finds(bunch: Sequence[tuple[str, int]], judge: Judge = judge_case) -> Iterat
     # What takes seconds to import, before there is any thread.
     context.set_forkserver_preload(["benchmarks.fuzz_cases.cases"])
     while remaining:
+        place = tempfile.mkdtemp()
         receiver, sender = context.Pipe(duplex=False)
-        process = context.Process(target=attempt, args=(remaining, sender, judge))  # may have processes of its own
+        # The process may have processes of its own.
+        process = context.Process(target=attempt, args=(remaining, sender, judge, place))
         process.start()
         sender.close()
         while remaining:
@@ -81,6 +89,7 @@ def finds(bunch: Sequence[tuple[str, int]], judge: Judge = judge_case) -> Iterat
                 process.kill()
                 break
         process.join()
+        shutil.rmtree(place, ignore_errors=True)
 
 
 def main() -> int:

@@ -90,7 +90,7 @@ def test_what_must_not_be_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     for form, said in (
         (broken(None), None), (broken(refused), None), (broken(KeyError("x")), "KeyError"),
         (broken(hidden), "more memory"), (broken(gym.error.Error("a\nb")), "is no sentence"),
-        (broken(None, 31.0), "took 31 s"), (broken(None, 0.0, 2**26), "bytes"),
+        (broken(None, 61.0), "took 61 s"), (broken(None, 0.0, 2**26), "bytes"),
         (broken(MemoryError("x")), "MemoryError"),
     ):  # fmt: skip
         monkeypatch.setattr(changed.time, "monotonic", staticmethod(lambda: 0.0))

@@ -68,7 +68,7 @@ def settings_in(file: Path) -> dict[str, Any]:
     Raises:
         UsageError: the file cannot be read, or holds other data.
     """
-    content = (_content(file) or {}) if file.is_file() else {}
+    content = (_content(file) or {}) if file.exists() else {}
     if not isinstance(content, dict) or not all(map(_is_settings, content.values())):
         raise UsageError(f"{str(file)!r} is not a file of settings by level")
     return content

@@ -6,9 +6,11 @@ NAME --cases 2000` then changes one thing in it, 2,000 times. A test reads every
 
 from __future__ import annotations
 
+import atexit
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from shutil import rmtree
 from tempfile import mkdtemp
 from typing import Final, NamedTuple
 
@@ -39,6 +41,7 @@ class Format(NamedTuple):
 def example(name: str) -> Path:
     """A folder with the sound files of a form; nobody writes to them."""
     folder = Path(mkdtemp(prefix="example"))
+    atexit.register(rmtree, folder, ignore_errors=True)
     FORMATS[name].make(folder)
     return folder
 
