@@ -11,7 +11,7 @@ from pnt_gym.errors import one_sentence
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env
-from ..ground.shipped import CORRECTING, is_shipped, module_of, policy_place, shipped_names
+from ..ground.shipped import CORRECTING, DECIDING, PREFIX, is_shipped, module_of, policy_place, shipped_names
 from .named import GRASPING_NAMES, NAMES, make_named
 from .own import controller_of, import_controller, load_trained
 from .protocol import Controller, Learner, Observation, Outcome
@@ -51,12 +51,12 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
     if name in NAMES:
         return make_named(name, env, **options)
     place = policy_place(name)
+    if is_shipped(name) and name.removeprefix(PREFIX) in DECIDING:
+        raise UsageError(f"{name!r} decides on a line; here controllers correct throws")
     if os.path.isdir(place) or name.endswith(".zip"):
         return load_trained(place, env, trust=trust)
     if module_of(name) is not None:
         return import_controller(name, env, **options)
-    if is_shipped(name):
-        raise UsageError(f"{name!r} decides on a line; here controllers correct throws")
     raise UsageError(
         f"{one_sentence(name, 80)!r} is neither a controller nor a run folder; controllers are {', '.join(NAMES)}, "
         f"{shipped_names(CORRECTING)}, MODULE:CLASS and MODEL.zip; training leaves its run folders in runs/"

@@ -44,7 +44,7 @@ class Arguments:
     down: Annotated[str | None, option("no robot", "ROBOT:MINUTES")] = None
     """Robot that stands still from the middle of the shift on, and the minutes for which the robot stands."""
     controller: str = "price"
-    """The controller: one of fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam."""
+    """The controller: one of fifo, spt, value_rate, atc, price, beam, price_beam, guided_beam."""
     release: Annotated[str | None, option("analytic", "NAME|shipped:NAME|RUN_DIR")] = None
     """Controller that corrects the throws of all plans: a controller or a policy of PnTRelease-v0."""
     throws: int = 1000
