@@ -12,7 +12,7 @@ from pnt_gym.names import unknown_name
 
 from ..ground.cli import UsageError, about, check_known
 from ..ground.environments import Env
-from ..ground.shipped import CORRECTING, is_shipped, module_of, policy_place, shipped_names
+from ..ground.shipped import CORRECTING, DECIDING, PREFIX, is_shipped, module_of, policy_place, shipped_names
 from .named import GRASPING_NAMES, NAMES, make_named
 from .own import controller_of, import_controller, load_trained
 from .protocol import Controller, Learner, Observation, Outcome
@@ -52,13 +52,13 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
     if name in NAMES:
         return make_named(name, env, **options)
     place = policy_place(name)
+    if is_shipped(name) and name.removeprefix(PREFIX) in DECIDING:
+        raise UsageError(f"{name!r} decides on a line; here controllers correct throws")
     if os.path.isdir(place) or name.endswith(".zip"):
         with about(f"controller {name!r}"):
             check_known("setting", options, ())
         return load_trained(place, env, trust=trust)
     if module_of(name) is not None:
         return import_controller(name, env, **options)
-    if is_shipped(name):
-        raise UsageError(f"{name!r} decides on a line; here controllers correct throws")
     further = ", MODULE:CLASS, MODEL.zip, and a run folder, as training leaves them in runs/"
     raise UsageError(unknown_name("controller", name, (*NAMES, *shipped_names(CORRECTING)), further))

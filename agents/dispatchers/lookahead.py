@@ -36,15 +36,15 @@ class PartialPlans:
     first: Ints
     """The choice with which the plan begins (B,)."""
     free: Floats
-    """Time at which each robot is free again; infinity for robots that are not planned for (B, R) [s]."""
+    """Time at which the deciding robot is free again (B,) [s]."""
     hand: Floats
-    """Positions of the hands at `free` (B, R, 3) [m]."""
+    """Position of the robot's hand at `free` (B, 3) [m]."""
     taken: Bools
     """Whether the plan takes each object in sight (B, W)."""
     value: Floats
     """Expected value of the plan (B,)."""
     spent: Floats
-    """Time of robots that the plan takes (B,) [s]."""
+    """Time of the robot that the plan takes (B,) [s]."""
 
 
 @final
@@ -55,12 +55,10 @@ class Lookahead:
         price: value of a second of a robot's time, in the comparison of plans of different length [1/s].
         share: share of its value that an object loses if a robot downstream can take it too, as in the rule
             `price`.
-        joint: plan for all robots of a line, not only for the deciding robot.
         width: plans that are kept for each line.
         per_choice: keep `width` plans for each first choice instead of each line.
-        horizon: time until which a complete plan keeps its robots busy [s].
+        horizon: time until which a complete plan keeps its robot busy [s].
         depth: decisions after the first one, at most.
-        by_rate: compare plans by value / time instead, as the two-step rule does.
     """
 
     def __init__(
@@ -68,22 +66,20 @@ class Lookahead:
         *,
         price: float = 1.0,
         share: float = 0.0,
-        joint: bool = False,
         width: int = 20,
         per_choice: bool = False,
         horizon: float = 4.0,
         depth: int = MAX_DECISIONS,
-        by_rate: bool = False,
     ) -> None:
         self._price, self._share = price, share
-        self._joint, self._width, self._per_choice = joint, width, per_choice
-        self._horizon, self._depth, self._by_rate = horizon, depth, by_rate
+        self._width, self._per_choice = width, per_choice
+        self._horizon, self._depth = horizon, depth
 
     def plans(self, outlook: Outlook, among: Bools) -> PartialPlans:
         """The best plans that begin with some of the choices (N, CHOICES) of each line."""
         plans = self._begin(outlook, among)
         for _ in range(self._depth):
-            incomplete = np.flatnonzero(plans.free.min(axis=1) < self._horizon)
+            incomplete = np.flatnonzero(plans.free < self._horizon)
             if incomplete.size == 0:
                 break
             complete = take(plans, np.setdiff1d(np.arange(len(plans.line)), incomplete))
@@ -92,7 +88,7 @@ class Lookahead:
 
     def worth(self, plans: PartialPlans) -> Floats:
         """Figure of merit of plans (B,)."""
-        return plans.value / plans.spent if self._by_rate else plans.value - self._price * plans.spent
+        return plans.value - self._price * plans.spent
 
     def best(self, plans: PartialPlans, count: int, group: Ints) -> Ints:
         """Indices of the best `count` plans of each group; `group` gives each plan's group (B,)."""
@@ -110,44 +106,26 @@ class Lookahead:
         """Plans of one decision: some of the choices."""
         choices = outlook.choices
         line, first = np.nonzero(among)
-        robot, rows = outlook.robot[line], np.arange(len(line))
-        free = outlook.busy[line]
-        if not self._joint:
-            free = np.full_like(free, np.inf)
-        cycle = choices.cycle[line, first]
-        free[rows, robot] = cycle
-        hand = outlook.hand[line]
-        hand[rows, robot] = choices.stop[line, first]
+        cycle, hand = choices.cycle[line, first], choices.stop[line, first]
         is_taken = outlook.sight.object_index[line] == choices.index[line, first][:, None]
         value = choices.value[line, first] * choices.chance[line, first]
         value *= 1.0 - self._share * (choices.heirs[line, first] > 0.0)
-        return PartialPlans(line, first.astype(np.int64), free, hand, is_taken, value, cycle)
+        return PartialPlans(line, first.astype(np.int64), cycle, hand, is_taken, value, cycle)
 
     def _extend(self, outlook: Outlook, plans: PartialPlans) -> list[PartialPlans]:
         """Plans extended by every possible next decision; plans without one wait for a moment."""
-        robot, rows = plans.free.argmin(axis=1), np.arange(len(plans.line))
-        now = plans.free[rows, robot]
-        x = outlook.sight.x[plans.line] + outlook.speed * now[:, None]
+        x = outlook.sight.x[plans.line] + outlook.speed * plans.free[:, None]
         x = np.where(plans.taken, UNAVAILABLE_X, x)
-        options, worth, inherited = outlook.options(plans.line, x, robot, plans.hand[rows, robot])
+        options, worth, inherited = outlook.options(plans.line, x, outlook.robot[plans.line], plans.hand)
         parents = take(plans, options.row)
-        k, robots = np.arange(len(options.row)), robot[options.row]
-        free, hand, is_taken = parents.free.copy(), parents.hand.copy(), parents.taken.copy()
-        free[k, robots] += options.cycle
-        hand[k, robots] = options.stop
-        is_taken[k, options.place] = True
+        free, is_taken = parents.free + options.cycle, parents.taken.copy()
+        is_taken[np.arange(len(options.row)), options.place] = True
         value = parents.value + worth * (1.0 - self._share * inherited)
         extended = replace(
-            parents, free=free, hand=hand, taken=is_taken, value=value, spent=parents.spent + options.cycle
+            parents, free=free, hand=options.stop, taken=is_taken, value=value, spent=parents.spent + options.cycle
         )
-        return [extended, self._wait(plans, robot, np.setdiff1d(rows, options.row))]
-
-    def _wait(self, plans: PartialPlans, robot: Ints, rows: Ints) -> PartialPlans:
-        """Some plans in which the next robot waits for a moment."""
-        waiting, k = take(plans, rows), np.arange(len(rows))
-        free = waiting.free.copy()
-        free[k, robot[rows]] += IDLE_TIME
-        return replace(waiting, free=free, spent=waiting.spent + IDLE_TIME)
+        waiting = take(plans, np.setdiff1d(np.arange(len(plans.line)), options.row))
+        return [extended, replace(waiting, free=waiting.free + IDLE_TIME, spent=waiting.spent + IDLE_TIME)]
 
 
 @final

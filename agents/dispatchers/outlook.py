@@ -39,10 +39,6 @@ class Outlook:
     """Choices of the deciding robots."""
     robot: Ints
     """Index of the deciding robot (N,)."""
-    busy: Floats
-    """Time until each robot expects to be free (N, R) [s]."""
-    hand: Floats
-    """Positions of the hands at that time, from the bases (N, R, 3) [m]."""
     speed: float
     """Speed of the belt [m/s]."""
     chooser: Chooser
@@ -81,8 +77,6 @@ def observe_outlook(core: LineCore) -> Outlook:
         worth=stream.worth[objects],
         choices=state.choices,
         robot=state.robot,
-        busy=np.maximum(state.expected - state.clock[:, None], 0.0),
-        hand=state.hand,
         speed=core.config.cell.belt.speed,
         chooser=cell.chooser,
     )

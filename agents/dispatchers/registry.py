@@ -32,10 +32,8 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "value_rate": lambda core: IndexRule("value_rate", "value_rate"),
     "atc": lambda core, **found: IndexRule("atc", "atc", **found),
     "price": lambda core, **found: IndexRule("price", "atc", **found),
-    "pair": lambda core: Beam("pair", core, depth=1, width=10**6, by_rate=True),
     "beam": lambda core, **found: Beam("beam", core, **found),
     "price_beam": lambda core, **found: Beam("price_beam", core, **found),
-    "joint_beam": lambda core, **found: Beam("joint_beam", core, joint=True, **found),
     GUIDED: lambda core, guide=SEARCHED, **found: GuidedBeam(GUIDED, core, _guide_controller(guide, core), **found),
     SEARCHED: lambda core, **found: ScoreController(SEARCHED, Scorer.linear(**found)),
 }
@@ -55,10 +53,8 @@ CHOICES: Final[Mapping[str, str]] = {
     "atc": "the choice with the greatest value x chance / cycle x exp(-slack / k): among choices of equal worth the "
     "most urgent (Vepsalainen and Morton 1987)",
     "price": "as `atc`, with less value for an object that a robot downstream can take too",
-    "pair": "the first of the two picks that together earn the most value a second",
     "beam": "the first pick of the robot's best plan for its next 4 s, by beam search",
     "price_beam": "as `beam`, with less value for an object that a robot downstream can take too",
-    "joint_beam": "as `beam`, planned for all robots of the line at once",
     "guided_beam": "one of the four choices that a scorer (`index` or a training run) likes best: the choice with the "
     "greatest sum of its score and the value of the best plan of the next 3 s that begins with it",
     "index": "the choice with the greatest sum of the log of `atc`'s index and weighted entries, found by CMA-ES",

@@ -1,4 +1,4 @@
-"""Controllers of a line by scores: a tuned index, an imitation, or the policy of a training run."""
+"""Controllers of a line by scores: a tuned index, or the policy of a training run."""
 
 from __future__ import annotations
 

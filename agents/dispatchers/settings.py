@@ -22,7 +22,7 @@ MADE: Final = Path("runs") / "line_rules.yaml"
 """File of the settings that `pnt-gym line tune` finds, in the working folder; shipped ones come first."""
 USUAL: Final = {"atc": {"patience": 1.0}, "price": {"patience": 1.0, "share": 0.5}}
 """Settings on levels without tuned ones."""
-PLANNERS: Final = ("beam", "price_beam", "joint_beam", "guided_beam")
+PLANNERS: Final = ("beam", "price_beam", "guided_beam")
 """Planners that compare plans by a price of time."""
 
 

@@ -28,11 +28,10 @@ COMMANDS: Final = {
     "doctor": ("doctor", "print versions and rendering, and throw for a second: the text for a bug report"),
     "line plan": ("line.plan", "sweep robots and belt speeds: the line that a stream of objects needs"),
     "line tune": ("line.tune", "find the settings of rules and planners of a line"),
-    "line imitate": ("line.imitate", "train a quick policy that imitates a slow planner of a line"),
     "line calibrate": ("line.calibrate", "count the chances of throws in the full physics, for the table of a line"),
 }
 """Module below `agents` and purpose of each command."""
-FORMER: Final = {"plan_line": "line plan", **{name: f"line {name}" for name in ("tune", "imitate", "calibrate")}}
+FORMER: Final = {"plan_line": "line plan", **{name: f"line {name}" for name in ("tune", "calibrate")}}
 """Present names of commands by their former names."""
 
 

@@ -53,9 +53,6 @@ DECIDING: Final[Mapping[str, ShippedPolicy]] = {
         "PnTLine-v0",
         "decides who takes what next; residual PPO, trained on `skills3_burst`",
     ),
-    "line/value-imitation": ShippedPolicy(
-        "PnTLine-v0/value/imitation.npz", "PnTLine-v0", "decides who takes what next; imitates a planner on `value`"
-    ),
 }
 """The shipped policies of lines by name, without `PREFIX`."""
 POLICIES: Final = {**CORRECTING, **DECIDING}

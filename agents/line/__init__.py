@@ -1,1 +1,1 @@
-"""Tools of lines of robots: plan a line, tune controllers, train policies by imitation, count results of throws."""
+"""Tools of lines of robots: plan a line, tune controllers, count results of throws."""

@@ -1,4 +1,4 @@
-"""Tools of a line of robots: `python -m agents.line plan|tune|imitate|calibrate`."""
+"""Tools of a line of robots: `python -m agents.line plan|tune|calibrate`."""
 
 from __future__ import annotations
 

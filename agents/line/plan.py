@@ -45,7 +45,7 @@ class Arguments:
     """Robot that stands still from the middle of the shift on, by its name or counted from 1 upstream, and the minutes
     for which the robot stands; plans without this robot have no standstill."""
     controller: str = "price"
-    """The controller: one of fifo, spt, value_rate, atc, price, pair, beam, price_beam, joint_beam, guided_beam."""
+    """The controller: one of fifo, spt, value_rate, atc, price, beam, price_beam, guided_beam."""
     release: Annotated[str | None, option("analytic", "NAME|shipped:NAME|RUN_DIR")] = None
     """Controller that corrects the throws of all plans: a controller or a policy of PnTRelease-v0."""
     throws: int = 1000

@@ -23,7 +23,7 @@ from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.tables import console, settings_table
 from ..ground.versions import versions
 
-Tunable = Literal["atc", "price", "beam", "price_beam", "joint_beam", "index", "guided_beam"]
+Tunable = Literal["atc", "price", "beam", "price_beam", "index", "guided_beam"]
 ORDER: Final[tuple[Tunable, ...]] = get_args(Tunable)
 """Controllers in the order of tuning; each controller uses the settings of the first controller."""
 ENOUGH: Final = 32
@@ -35,8 +35,8 @@ HEAD: Final = (
 
 
 TUNABLE = (
-    "Controllers, and the settings to tune: atc (patience), price (patience, share), beam and joint_beam (price of "
-    "time), price_beam (price of time, share), index (weights, by evolution), guided_beam (trust in plans)."
+    "Controllers, and the settings to tune: atc (patience), price (patience, share), beam (price of time), "
+    "price_beam (price of time, share), index (weights, by evolution), guided_beam (trust in plans)."
 )
 
 

@@ -20,7 +20,7 @@ Data = Mapping[str, Any]
 WHO: Final = ("controller", "decisions to learn")
 """Names of the first columns."""
 FIRST: Final = "fifo"
-CLASS_BLIND: Final = ("spt", "value_rate", "atc", "pair")
+CLASS_BLIND: Final = ("spt", "value_rate", "atc")
 """Rules that do not look at what others can take."""
 NOT_LEARNED: Final = ("random", FIRST, *CLASS_BLIND, "price", *PLANNERS)
 """All others were learned, or found by search."""

@@ -172,9 +172,6 @@ line calibrate --level nowhere | unknown level 'nowhere'; known are line3, nomin
 line calibrate --level near.yaml | level file 'near.yaml': robots 'a' at x 0 m and 'b' at 0.5 m have windows
 line calibrate --level far.yaml --num-envs 2 | level 'far': no robot can throw an object into its bins
 line calibrate --out folder | cannot write 'folder': it is a folder
-line imitate --shifts 0 | --shifts is 0; it must be at least 1
-line imitate --hidden 0 | --hidden is 0; it must be at least 1
-line imitate --level nowhere | unknown level 'nowhere'; known are line3
 line plan --recovery 1.5 | --recovery is 1.5; it must lie between 0 and 1
 line plan --robots 7 | --robots is (7,); a line has 1 to 4 robots
 line plan --controller best | unknown controller of a line 'best'; known are random, fifo
@@ -198,7 +195,6 @@ dataset --throws x | --throws
 doctor extra | extra
 line calibrate --throws x | --throws
 line calibrate --typo 1 | --typo
-line imitate --of fifo | fifo
 line tune --what fifo | fifo
 """
 """`command | word`: what tyro finds in its own words, of which one names the mistake."""

@@ -1,7 +1,6 @@
 """The benchmark of lines: whole shifts, the same for all, compared shift by shift."""
 
 import json
-import shutil
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -20,6 +19,7 @@ from agents.judging.evaluation import evaluate
 from agents.judging.work_shifts.data import LISTS, MEANS, run_shifts
 from agents.judging.work_shifts.results import summarise
 from agents.learning.runs import RunFolder
+from agents.policies.scorer import Scorer
 from agents.report.__main__ import benchmark_chapter
 from agents.results.plan import Plan, needs, pieces
 from tests.tools.benchmark import carried_out
@@ -27,7 +27,7 @@ from tests.tools.commands import answered, output_of
 
 SMALL = {"n_envs": 2, "n_steps": 4, "batch_size": 8, "policy_kwargs": {"net_arch": [8]}}
 LONG = "configs/rl/residual_ppo_long.yml"
-SCORER = "results/policies/PnTLine-v0/value/imitation.npz"
+SCORER = "results/policies/PnTLine-v0/value/residual_ppo"
 pytestmark = pytest.mark.usefixtures("worker_here")
 PLAN: dict[str, Any] = {
     "name": "small",
@@ -198,7 +198,7 @@ def test_what_is_known_is_not_measured_again(levels: Path) -> None:
 
 @pytest.mark.usefixtures("levels")
 def test_keys_change_with_what_figures_depend_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    shutil.copy(SHIPPED / SCORER, "own.npz")
+    Scorer.linear().save(Path("own.npz"))
     scorer = {"label": "scorer", "controller": "own.npz", "levels": ["one.yaml"]}
     guided = {**scorer, "label": "guided", "controller": "guided_beam", "options": {"guide": "own.npz"}}
     entries = [*PLAN["entries"][:4], scorer, guided, *PLAN["entries"][5:]]
@@ -264,7 +264,7 @@ def test_plans_that_fit_no_line_are_explained(change: dict[str, Any], said: str)
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("controller", ["atc", "maskable_ppo", "x/imitation.npz"])
+@pytest.mark.parametrize("controller", ["atc", "maskable_ppo", "x/scorer.npz"])
 def test_controllers_of_lines_throw_nothing(controller: str) -> None:
     throws = [64] if controller == "maskable_ppo" else [0]
     entry = {"label": "a", "controller": controller, "throws": throws}
@@ -287,7 +287,7 @@ def test_what_was_learned_on_this_machine_stays_here() -> None:
     with pytest.raises(UsageError, match=r"entry 'scorer': controller .* lies on this machine alone"):
         needs(Plan.model_validate(alone))
     guided = {"label": "guided", "controller": "guided_beam", "options": {"guide": SCORER}, "levels": ["one.yaml"]}
-    shipped = {"label": "shipped", "controller": "shipped:line/value-imitation", "levels": ["one.yaml"]}
+    shipped = {"label": "shipped", "controller": "shipped:line/value", "levels": ["one.yaml"]}
     assert not needs(Plan.model_validate({**alone, "entries": [shipped]})).torch
     guided_by = {**shipped, "controller": "guided_beam", "options": {"guide": "shipped:line/value"}}
     assert not needs(Plan.model_validate({**alone, "entries": [guided_by]})).modules

@@ -15,6 +15,7 @@ import yaml
 from agents.dataset.collection import Collection, ControllerRecipe
 from agents.ground.places import SHIPPED
 from agents.jobs.work import Job
+from agents.policies.scorer import Scorer
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import refused
 from tests.tools.datasets import SMALL, collected, column, known, replayed
@@ -155,6 +156,7 @@ gym.register("LineCut-v0", entry_point="pnt_gym.envs.line:PnTLineEnv", max_episo
 def own(levels: Path) -> Iterator[Path]:
     """A module of the user's with a controller and environments."""
     (levels / "mine.py").write_text(OWN)
+    Scorer.linear().save(levels / "scorer.npz")
     yield levels
     for env_id in ("LineAlone-v0", "LineCut-v0"):
         gym.registry.pop(env_id, None)
@@ -166,7 +168,7 @@ def own(levels: Path) -> Iterator[Path]:
     ("controller", "name"),
     [
         (str(POLICIES / "residual_ppo"), "residual_ppo of residual_ppo"),
-        ("results/policies/PnTLine-v0/value/imitation.npz", "imitation"),
+        ("scorer.npz", "scorer"),
         ("mine:Last", "last"),
         ("guided_beam", "guided_beam"),
     ],

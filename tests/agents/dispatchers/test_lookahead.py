@@ -46,7 +46,7 @@ def test_a_beam_that_leaves_to_others_counts_their_objects_for_less():
 def test_a_beam_knows_nothing_that_is_hidden():
     env, core = vector_lines(THREE)
     env.reset(seed=3)
-    beams = [Beam("beam", core), Beam("joint_beam", core, joint=True)]
+    beams = [Beam("beam", core), Beam("price_beam", core, share=0.5)]
     before = [beam.act(None) for beam in beams]
     stream = core.cell.stream
     stream.luck[:] = 1.0 - stream.luck

@@ -48,7 +48,7 @@ def test_the_tools_of_lines_are_listed(say, words):
     code, out, _ = say(*words)
     assert code == 0
     assert [line.split()[:2] for line in out.splitlines() if line.startswith("  ")] == [
-        ["line", name] for name in ("plan", "tune", "imitate", "calibrate")
+        ["line", name] for name in ("plan", "tune", "calibrate")
     ]
 
 

@@ -1,13 +1,16 @@
 """Policies that ship have names that hold in a checkout and in an installed package."""
 
 import tomllib
+from contextlib import closing
 from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
 
 import pnt_gym
+from agents.controllers import make_controller
 from agents.ground.cli import UsageError
+from agents.ground.environments import make_vector
 from agents.ground.places import SHIPPED
 from agents.ground.shipped import POLICIES, PREFIX, is_shipped, module_of, policy_place
 from agents.learning.trained import resolve_task
@@ -55,7 +58,7 @@ def test_shipped_policies_decide_on_lines_and_release(tmp_path: Path) -> None:
     figures = figures_of(f"evaluate {line} --controller shipped:line/skills3", tmp_path)
     assert figures["controller"] == "shipped:line/skills3"
     assert figures["value_per_min"] > 100.0
-    scored = figures_of(f"evaluate {line} --controller shipped:line/value-imitation", tmp_path)
+    scored = figures_of(f"evaluate {line} --controller shipped:line/value", tmp_path)
     assert scored["value_per_min"] != figures["value_per_min"]
 
 
@@ -65,8 +68,9 @@ def test_a_wrong_shipped_name_is_one_sentence(tmp_path: Path, monkeypatch: pytes
     assert sentence in refused("agents.evaluate", "--controller", "shipped:nobody")
     assert sentence in refused("agents.evaluate", "--env", "PnTLine-v0", "--controller", "shipped:nobody")
     assert sentence in refused("agents.roster", "--where", "nobody")
-    on_throws = ("--env", "PnTRelease-v0", "--controller", "shipped:line/value-imitation")
-    assert "'shipped:line/value-imitation' decides on a line" in refused("agents.evaluate", *on_throws)
+    said = "'shipped:line/value' decides on a line; here controllers correct throws"
+    with closing(make_vector("PnTRelease-v0", "waste", 1, 1)) as env, pytest.raises(UsageError, match=said):
+        make_controller("shipped:line/value", env)
 
 
 def test_the_lists_of_controllers_and_levels(tmp_path: Path) -> None:

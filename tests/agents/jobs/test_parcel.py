@@ -12,7 +12,7 @@ from agents.jobs import parcel
 from agents.jobs.parcel import PARTS, check_identity, identity, pack, user_code_digest
 from tests.tools.commands import run_python
 
-SCORER = "results/policies/PnTLine-v0/value/imitation.npz"
+POLICY = "results/policies/PnTLine-v0/value/residual_ppo/policy.npz"
 SAY = "import json; from agents.jobs.parcel import identity; print(json.dumps(identity(['theirs'], True)))"
 
 
@@ -27,7 +27,7 @@ def test_code_and_modules_are_there_and_nothing_else(sent: Path) -> None:
     assert {path.name for path in sent.iterdir()} == {*(part.partition("/")[0] for part in PARTS), "theirs.py", "lob"}
     assert [path.name for path in (sent / "results").iterdir()] == ["policies"]
     assert not [*sent.rglob("__pycache__")]
-    for part in ("pnt_gym/cells/base/items.yaml", "configs/cells/conveyor/waste.yaml", "agents/jobs/work.py", SCORER):
+    for part in ("pnt_gym/cells/base/items.yaml", "configs/cells/conveyor/waste.yaml", "agents/jobs/work.py", POLICY):
         assert (sent / part).read_bytes() == (ROOT / part).read_bytes()
     assert sum(path.stat().st_size for path in sent.rglob("*") if path.is_file()) < 10e6
 

@@ -202,10 +202,10 @@ def test_a_damaged_file_of_settings_is_told_before_any_work(tmp_path: Path, shor
 
 def test_a_planner_that_nobody_tuned_has_the_price_that_the_rule_brings() -> None:
     told = yaml.safe_load(FILE.read_text())
-    told["line3"].pop("joint_beam", None)
+    told["line3"].pop("beam", None)
     with mock.patch("agents.dispatchers.settings.read_settings", return_value=told):
-        assert settings("line3", "joint_beam", 3) == {"price": round(told["line3"]["rate"] / 3, 3)}
-        assert settings("nowhere", "joint_beam", 3) == {}
+        assert settings("line3", "beam", 3) == {"price": round(told["line3"]["rate"] / 3, 3)}
+        assert settings("nowhere", "beam", 3) == {}
     told["skills3"].pop("price_beam", None)
     with mock.patch("agents.dispatchers.settings.read_settings", return_value=told):
         assert settings("skills3", "price_beam", 3)["share"] == told["skills3"]["price"]["share"]
@@ -219,6 +219,6 @@ def test_every_shipped_level_has_rules_that_were_tuned_for_it(level: str) -> Non
     assert settings(level, "price")["share"] in tuning.SHARE
     env = make_vector("PnTLine-v0", level, 1, 1)
     core = line_core(env)
-    for name in ("atc", "price", "beam", "price_beam", "joint_beam", "guided_beam", "index"):
+    for name in ("atc", "price", "beam", "price_beam", "guided_beam", "index"):
         assert line_controller(name, core).name == name
     env.close()

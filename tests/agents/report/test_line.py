@@ -25,7 +25,7 @@ def result(label: str, mean: float, controller: str = "", throws: int = 0, seed:
 
 
 RULES = [
-    result("random", 30.0), result("fifo", 60.0), result("spt", 70.0), result("atc", 72.0), result("pair", 71.0),
+    result("random", 30.0), result("fifo", 60.0), result("spt", 70.0), result("atc", 72.0), result("value_rate", 71.0),
     result("beam", 76.0, shifts=3), result("scorer", 74.0, "some/scorer.npz"),
 ]  # fmt: skip
 LEARNED = [
@@ -98,7 +98,7 @@ def test_who_has_worked_fewer_shifts_is_named_under_the_table() -> None:
 def test_the_figure_has_a_mark_for_everybody_but_the_first_and_the_one_by_chance() -> None:
     (panel,) = gains_figure(DATA).axes
     names = [label.get_text() for label in panel.get_yticklabels()]
-    assert names == ["spt", "atc", "pair", "beam", "scorer", "ppo (10)", "ppo (90)"]
+    assert names == ["spt", "atc", "value_rate", "beam", "scorer", "ppo (10)", "ppo (90)"]
     marks = [line.get_xdata()[0] for line in panel.lines if line.get_marker() == "o"]
     assert marks[:2] == [pytest.approx(100 * (70.0 / 60.0 - 1)), pytest.approx(20.0)]
     assert panel.get_xlabel() == "over fifo [%]"
