@@ -39,7 +39,7 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
 }
 _SETTINGS: Final[Mapping[str, Sequence[Callable[..., Any]]]] = {
     **dict.fromkeys(("atc", "price"), (IndexRule,)),
-    **dict.fromkeys(("beam", "price_beam", "joint_beam"), (Lookahead,)),
+    **dict.fromkeys(("beam", "price_beam"), (Lookahead,)),
     GUIDED: (_RULES[GUIDED], GuidedBeam, Lookahead),
     SEARCHED: (Scorer.linear,),
 }
