@@ -180,19 +180,23 @@ def test_a_saved_controller_of_another_shape(desk: Path, name: str, state: dict[
 
 
 RESULTS: list[tuple[Any, str]] = [
-    ({"plan": {}, "table": [], "comparisons": [], "results": []}, "of another form"),
-    ({"plan": 5, "table": 5, "comparisons": 5, "results": 5}, "of another form"),
-    ({"study": "physics", "rows": [{"part": 5}], "throws": 10}, "of another form"),
+    (
+        {"plan": {}, "table": [], "comparisons": [], "results": []},
+        "keys 'versions', 'seconds', 'trial', 'unit', 'step'",
+    ),
+    ({"plan": 5, "table": 5, "comparisons": 5, "results": 5}, "plan is 5: input should be"),
+    ({"study": "physics", "rows": [{"part": 5}], "throws": 10}, "keys 'version' and 'seed' are missing"),
     ({"plan_release_us": "fast", "batch_plans_per_s": 5}, "of another form"),
     ({"envs": {"a": {}}, "cpus": 1}, "of another form"),
-    ({"rows": [{}], "papers": ["p"], "figures": {}}, "of another form"),
-    ({"papers": ["p"], "rows": [], "figures": {"p": []}, "overview": {}}, "of another form"),
+    ({"rows": [{}], "papers": ["p"], "figures": {}}, "are missing"),
+    ({"papers": ["p"], "rows": [], "figures": {"p": []}, "overview": {}}, "'data' and 'grids' are missing"),
 ]
 DRAWINGS = ["/etc/hostname", "../secret.svg", "a/b.svg", "x.png", "", "<script>.svg", "](x).svg"]
-RESULTS += [
-    ({"papers": ["p"], "rows": [], "figures": {"p": [n]}, "overview": {}, "titles": {"p": ""}}, "is no name of an .svg")
-    for n in DRAWINGS
-]
+RECORD: dict[str, Any] = {
+    "command": "", "versions": {}, "seconds": {}, "papers": ["p"], "titles": {"p": ""}, "data": {"p": {}},
+    "overview": {"p": {"grids": {}, "notes": {}}}, "grids": {"p": []}, "rows": [],
+}  # fmt: skip
+RESULTS += [({**RECORD, "figures": {"p": [name]}}, "is no name of an .svg") for name in DRAWINGS]
 
 
 @pytest.mark.parametrize(("data", "said"), RESULTS, ids=str)

@@ -13,7 +13,7 @@ from tests.tools.commands import answered, refused
 
 MODULES: Final = {**{name: module for name, (module, _) in COMMANDS.items()}, "reproduce": "reproduce.__main__"}
 """Module below `agents` of each command."""
-TEXTS: Final = {"by", "about", "name", "author", "author_email", "code_permalink", "cluster"}
+TEXTS: Final = {"by", "about", "name", "author", "author_email", "code_permalink", "cluster", "address"}
 """Options whose text names nothing that exists."""
 LINE: Final = ("--env", "PnTLine-v0", "--controller", "atc")
 NEEDED: Final[dict[str, tuple[str, ...]]] = {

@@ -71,7 +71,7 @@ def test_a_vector_environment_says_how_it_resets(mode):
 
 @pytest.mark.parametrize("mode", ["never", None, 1, ["NextStep"]])
 def test_no_autoreset_mode(mode):
-    with pytest.raises(ConfigError, match=r"autoreset_mode is .*NextStep, SameStep, Disabled"):
+    with pytest.raises(ConfigError, match=r"unknown autoreset_mode .*NextStep, SameStep, Disabled"):
         gym.make_vec("PnTRelease-v0", num_envs=2, autoreset_mode=mode)
 
 

@@ -146,5 +146,5 @@ def test_a_prior_has_a_range_on_both_sides(sd: Any) -> None:
 
 @pytest.mark.parametrize("free", [5, "valve", {"valve": 1}, ["valve", 5], [["valve"]], b"valve"])
 def test_free_parameters_are_a_list_of_names(free: Any) -> None:
-    with pytest.raises(UsageError, match=r"must be a list of names|is no parameter"):
+    with pytest.raises(UsageError, match=r"must be a list of names|unknown parameter"):
         priors(WASTE, free)

@@ -142,7 +142,7 @@ def test_an_infeasible_residual_is_shortened_as_little_as_possible_and_reported(
 def test_a_number_that_is_none_is_refused_with_its_cell(mode, bad):
     action = np.zeros((4, SIZE[mode]))
     action[2, -1] = bad
-    with pytest.raises(ActionError, match=r"action of cell 2 is .* must be finite") as caught:
+    with pytest.raises(ActionError, match=r"action of cell 2 is .* must have finite numbers; .* are clipped") as caught:
         clip_actions(action, 4, SIZE[mode], mode)
     assert isinstance(caught.value, ValueError)
     assert "\n" not in str(caught.value)
