@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
+
+from pnt_gym.cells.base.problems import describe_problems
+
+from ..ground.cli import UsageError
 
 LARGEST: Final = 1e9
 """Largest absolute value of a number in a column, in SI units: sums of such numbers stay finite."""
@@ -48,3 +53,15 @@ class FigureColumns(Columns):
             if not isinstance(getattr(self, name, None), list):
                 raise ValueError(f"the list {name!r} is missing")
         return self
+
+
+def check_model(path: Path, form: type[BaseModel], data: Any) -> None:
+    """Make sure that the data of a file have a form.
+
+    Raises:
+        UsageError: the data have another one.
+    """
+    try:
+        form.model_validate(data)
+    except ValidationError as error:
+        raise UsageError(f"{str(path)!r}: {describe_problems(error, form)}") from None

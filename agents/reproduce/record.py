@@ -6,13 +6,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Self, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from pnt_gym.cells.base.problems import describe_problems
-
-from ..ground.cli import UsageError
 from ..ground.tables import Grid
 from ..ground.versions import versions
+from ..judging.form import check_model
 from .finding import Overview, Verdict, agree, judge_statements
 from .grids import Rows, plain
 from .papers import package
@@ -101,10 +99,7 @@ def check_record(path: Path, record: Record) -> None:
     Raises:
         UsageError: it has another form, or a verdict is another one.
     """
-    try:
-        RecordForm.model_validate(record)
-    except ValidationError as error:
-        raise UsageError(f"{str(path)!r}: {describe_problems(error, RecordForm)}") from None
+    check_model(path, RecordForm, record)
 
 
 def headlines(record: Record) -> list[Grid]:

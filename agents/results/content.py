@@ -22,7 +22,7 @@ from pnt_gym.errors import PntGymError, one_sentence
 from ..ground.cli import UsageError
 from ..ground.files import check_form, json_text, read_json
 from ..ground.shipped import module_of
-from ..judging.form import Amount, Count
+from ..judging.form import Amount, Count, check_model
 from .compare import assemble
 from .entries import labels_of
 from .plan import Plan, entries_by_level, seeds_of, trial_of_plan
@@ -88,19 +88,6 @@ def is_benchmark(data: Any) -> bool:
     return isinstance(data, dict) and "plan" in data
 
 
-def read_benchmark(path: Path, *, trust: bool = False) -> Content:
-    """Content of a benchmark's file, whose table and comparisons are those of its rows.
-
-    Args:
-        path: path of the file.
-        trust: import the module of the environment that the file names.
-
-    Raises:
-        UsageError: the file is missing or damaged, says other than its rows, or names a module.
-    """
-    return check_figures(path, read_form(path), trust=trust)
-
-
 def read_form(path: Path) -> Content:
     """Content of a benchmark's file of which the form alone is checked; no module is imported.
 
@@ -120,17 +107,22 @@ def form_of(path: Path, data: dict[str, Any]) -> Content:
     Raises:
         UsageError: the data are of another form.
     """
-    try:
-        BenchmarkFile.model_validate(data)
-    except ValidationError as error:
-        raise UsageError(f"{str(path)!r}: {describe_problems(error, BenchmarkFile)}") from None
+    check_model(path, BenchmarkFile, data)
     return Content(plan_of_file(path, data["plan"]), data)
 
 
 def check_figures(path: Path, content: Content, *, trust: bool = False) -> Content:
-    """The same content, if its figures are those of its rows; arguments and errors are those of `read_benchmark`.
+    """The same content, if its figures are those of its rows.
 
     The last digits of its figures stay: rounding differs from machine to machine, and drawings are named by digits.
+
+    Args:
+        path: path of the file.
+        content: content of the file, of which the form is checked.
+        trust: import the module of the environment that the file names.
+
+    Raises:
+        UsageError: the file says other than its rows, or names a module.
     """
     plan, data = content
     if module_of(plan.env) is not None and not trust:

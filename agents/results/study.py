@@ -5,12 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
-from pnt_gym.cells.base.problems import describe_problems
-
-from ..ground.cli import UsageError
-from ..judging.form import Count
+from ..judging.form import Count, check_model
 
 
 class StudyFile(BaseModel):
@@ -37,7 +34,4 @@ def check_study(path: Path, data: Any) -> None:
     Raises:
         UsageError: it has another one.
     """
-    try:
-        StudyFile.model_validate(data)
-    except ValidationError as error:
-        raise UsageError(f"{str(path)!r}: {describe_problems(error, StudyFile)}") from None
+    check_model(path, StudyFile, data)
