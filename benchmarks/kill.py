@@ -96,6 +96,8 @@ def main() -> int:
         chosen = [
             c for c in commands(folder, TOY if arguments.toy else REAL) if any(w in c.name for w in arguments.only)
         ]
+        if not chosen:
+            parser.error(f"--only is {' '.join(arguments.only)!r}; it must hold a word of a command's name")
         results = [trial(command, folder, arguments.every, arguments.chances) for command in chosen]
         if not arguments.toy and arguments.processes:
             results += [as_users_do(command, folder, arguments.processes) for command in chosen]

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 from pnt_gym.errors import PntGymError
+from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers import Learner
 from ..controllers.apart import SeparateControllers
@@ -171,9 +172,9 @@ def _train(piece: Piece, folder: Path) -> Iterator[Lesson]:
                     session.learn(model, run, Stop(), checkpoint_every=throws, until=throws, quiet=True)
                 seconds = round(time.perf_counter() - began, 1)
                 place = next(p for p in run.checkpoints if int(p.name) >= throws)
-                policy = bytes_digest(run.policy_file(place).read_bytes())
+                content = bytes_of(run.policy_file(place), MOST_NUMBERS)
                 make_controller = partial(_checkpoint_policy, run, place, session.run_args)
-                yield Lesson(throws, seconds, make_controller, policy, run.policy_file(place).read_bytes)
+                yield Lesson(throws, seconds, make_controller, bytes_digest(content), lambda content=content: content)
 
 
 def _training_arguments(piece: Piece, trial: Trial) -> dict[str, Any]:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.sections import Robot
+from pnt_gym.cells.line.sections import Down, Robot
+from pnt_gym.names import unknown_name
 
-from ..ground.cli import UsageError, about, check_known
+from ..ground.cli import UsageError
 
 
 @dataclass(frozen=True)
@@ -80,12 +81,13 @@ def standstill(level: LineConfig, sweep: Sweep) -> dict[str, Any] | None:
         minutes = -1.0
     if not name or not 0.0 < minutes < float("inf"):
         raise UsageError(f"--down is {sweep.down!r}; it must be ROBOT:MINUTES with minutes above 0, as {names[0]}:0.5")
-    if name not in names and name.isdecimal() and 1 <= int(name) <= len(names):
-        name = names[int(name) - 1]
-    with about("--down"):
-        check_known("robot", [name], names, f", or a number from 1 to {len(names)}")
     start = 30.0 * sweep.minutes
-    return {"robot": name, "start": start, "end": start + 60.0 * minutes}
+    down = Down(robot=name, start=start, end=start + 60.0 * minutes)
+    place = down.place(names)
+    if place is None:
+        numbers = f", or a number from 1 to {len(names)}"
+        raise UsageError(f"--down: {unknown_name('robot', name, names, numbers)}")
+    return down.model_dump() | {"robot": names[place]}
 
 
 def with_standstill(config: LineConfig, down: dict[str, Any] | None) -> LineConfig:

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from pnt_gym.names import unknown_name
+from pnt_gym.reading import text_of
 
 from ..ground.cli import UsageError
-from ..ground.files import check_form
+from ..ground.files import MOST_RESULTS, check_form
 from ..ground.outputs import deliver_text
 from ..ground.tables import Grid, markdown_text
 from .contents import read_results
@@ -77,8 +78,13 @@ def fill_blocks(text: str, results: Path) -> str:
 
 
 def rewrite_blocks(document: Path, results: Path) -> None:
-    """Write the marked blocks of a document anew."""
-    text = document.read_text(encoding="utf-8")
+    """Write the marked blocks of a document anew.
+
+    Raises:
+        UsageError: the document cannot be read, or a marked block cannot be made.
+    """
+    with check_form(document):
+        text = text_of(document, MOST_RESULTS)
     changed = fill_blocks(text, results)
     if changed != text:
         deliver_text(document, changed)

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Final
 
 from pnt_gym.errors import one_sentence
+from pnt_gym.reading import text_of
 
 from ..ground.cli import UsageError
-from ..ground.files import check_form
+from ..ground.files import MOST_RESULTS, check_form
 from ..ground.tables import Grid
 from ..reproduce.record import Record, all_grids, overview_grids, verdicts
 from .contents import read_results
@@ -43,9 +44,14 @@ def _chapter(record: Record, paper: str, drawings: Path) -> Chapter:
         if re.fullmatch(r"[\w.-]+\.svg", name) is None:
             raise UsageError(f"drawing {one_sentence(repr(name), 80)} is no name of an .svg file in {str(drawings)!r}")
     files = [drawings / name for name in names]
-    drawn = {file.name: file.read_text(encoding="utf-8") for file in files if file.is_file()}
+    drawn = {file.name: _drawing(file) for file in files if file.is_file()}
     grids = tuple(all_grids(record, paper))
     return Chapter(record["titles"][paper], grids, drawn, _note(record, paper), paper)
+
+
+def _drawing(file: Path) -> str:
+    with check_form(file):
+        return text_of(file, MOST_RESULTS)
 
 
 def _note(record: Record, paper: str) -> str:

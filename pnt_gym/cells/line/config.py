@@ -245,8 +245,9 @@ class LineConfig(LevelConfig):
     def _down_problems(self) -> Iterator[str]:
         names = [robot.name for robot in self.robots]
         for down in self.down:
-            if down.robot not in names:
-                yield f"down: {unknown_name('robot', down.robot, names, room=BRIEF)}"
+            if down.place(names) is None:
+                numbers = f", or a number from 1 to {len(names)}"
+                yield f"down: {unknown_name('robot', down.robot, names, numbers, room=BRIEF)}"
             if down.start >= down.end:
                 yield f"down.start is {down.start:g} s; it must be smaller than down.end, {down.end:g} s"
 
@@ -335,7 +336,7 @@ class LineConfig(LevelConfig):
     def standstills(self) -> tuple[Ints, Floats, Floats]:
         """Robots that stand still, with the begins and ends of their standstills, (D,) each."""
         names = [robot.name for robot in self.robots]
-        robots = np.array([names.index(down.robot) for down in self.down], dtype=np.int64)
+        robots = np.array([down.place(names) for down in self.down], dtype=np.int64)
         return robots, np.array([d.start for d in self.down]), np.array([d.end for d in self.down])
 
 

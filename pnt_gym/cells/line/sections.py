@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Annotated, Final, final
+from typing import Annotated, Any, Final, final
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Section
 from pnt_gym.cells.base.sorting import Bin
@@ -100,6 +100,21 @@ class Cost(Section):
 class Down(Section):
     """Standstill of one robot for a part of the work shift."""
 
-    robot: str = Field(min_length=1, description="Name of the robot that stands still.")
+    robot: str = Field(
+        min_length=1, description="Name of the robot that stands still, or its number, 1 for the most upstream one."
+    )
     start: NonNegative = Field(description="Start of the standstill, from the beginning of the work shift on [s].")
     end: Positive = Field(description="End of the standstill, from the beginning of the work shift on [s].")
+
+    @field_validator("robot", mode="before")
+    @classmethod
+    def _name(cls, value: Any) -> Any:
+        """The text of a number: a robot may be given by its number."""
+        return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+    def place(self, names: Sequence[str]) -> int | None:
+        """Index of the robot among the names of robots; None if no robot has the name or the number."""
+        if self.robot in names:
+            return names.index(self.robot)
+        number = int(self.robot) if self.robot.isdecimal() and len(self.robot) < 4 else 0
+        return number - 1 if 1 <= number <= len(names) else None

@@ -93,6 +93,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"value": {"of": {"can": -1.0}}}, "value.of.can is -1.0"),
     ({"value": {"spread": 3.0}}, "value.spread is 3.0: input should be less than or equal to 2"),
     ({"down": [{"robot": "nobody", "start": 0.0, "end": 1.0}]}, "down: unknown robot 'nobody'; known are first"),
+    ({"down": [{"robot": 9, "start": 0.0, "end": 1.0}]}, "unknown robot '9'; known are first, or a number from 1 to 1"),
     (
         {"down": [{"robot": "first", "start": 3.0, "end": 3.0}]},
         "down.start is 3 s; it must be smaller than down.end, 3 s",
@@ -258,3 +259,9 @@ def test_robots_may_have_bins_and_speeds_of_their_own(tmp_path: Path):
             cell.take(np.zeros(2, dtype=np.int64))
         assert bins == [{0}, {0, 1, 2, 3}, {0, 1}]
         assert speeds == [{40.0}, {30.0, 50.0}, {40.0}]
+
+
+@pytest.mark.parametrize("robot", ["second", 2, "2"])
+def test_a_robot_that_stands_still_is_given_by_its_name_or_its_number(robot):
+    level = LineConfig.load("skills3", down=[{"robot": robot, "start": 1.0, "end": 2.0}])
+    assert level.standstills()[0].tolist() == [[one.name for one in level.robots].index("second")]
