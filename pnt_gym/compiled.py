@@ -14,7 +14,7 @@ from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 from types import FunctionType
-from typing import Any, Final, TypeVar
+from typing import Annotated, Any, Final, TypeVar, get_args, get_origin, get_type_hints
 
 import numba
 import numba.core.dispatcher
@@ -30,7 +30,7 @@ No `fastmath`: every operation is rounded as written."""
 _DISPATCHER: Final[Any] = numba.core.dispatcher.Dispatcher
 """What numba makes of a function."""
 
-_CONSTANT: Final[Any] = (bool, int, float, tuple, np.generic)
+_CONSTANT: Final[Any] = (bool, int, float, tuple, np.generic, np.dtype)
 """What numba freezes into machine code where a function reads a global name."""
 
 
@@ -39,7 +39,29 @@ def kernel_part(function: FunctionT) -> FunctionT:
     return _NJIT(no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
 
 
-def compile_for(signature: str) -> Callable[[FunctionT], FunctionT]:
+def kernel(function: FunctionT) -> FunctionT:
+    """Compile a function for the types of its annotations, when its module is imported, and keep the machine code.
+
+    An annotation is float, int, bool, an array of `pnt_gym.rows` such as `Floats2` or `Rows1[Robot]`, or a NamedTuple
+    of these.
+    """
+    hints = get_type_hints(function, include_extras=True)
+    names = function.__code__.co_varnames[: function.__code__.co_argcount]
+    return compile_for(tuple([_numba_type(hints[name]) for name in names]))(function)
+
+
+def _numba_type(hint: Any) -> Any:
+    """Numba's type of an annotation."""
+    if get_origin(hint) is Annotated:
+        kind, form = get_args(hint)
+        return numba.types.Array(numba.from_dtype(form.dtype or get_args(kind)[0].dtype), form.axes, "C")
+    if hasattr(hint, "_fields"):
+        parts = get_type_hints(hint, include_extras=True).values()
+        return numba.types.NamedTuple([_numba_type(part) for part in parts], hint)
+    return {float: numba.float64, int: numba.int64, bool: numba.boolean}[hint]
+
+
+def compile_for(signature: Any) -> Callable[[FunctionT], FunctionT]:
     """Compile a function for one set of types, when its module is imported, and keep the machine code on disk.
 
     The machine code lies in the folder `NUMBA_CACHE_DIR`, next to the module, or in the user's cache: the first of
@@ -52,16 +74,16 @@ def compile_for(signature: str) -> Callable[[FunctionT], FunctionT]:
 
     def decorate(function: FunctionT) -> FunctionT:
         try:
-            kernel = _NJIT(function)
-            if not isinstance(kernel, _DISPATCHER):  # under NUMBA_DISABLE_JIT
+            compiled = _NJIT(function)
+            if not isinstance(compiled, _DISPATCHER):  # under NUMBA_DISABLE_JIT
                 # Machine code never warns of a sum that wraps around or of a division by zero.
-                return np.errstate(all="ignore")(kernel)
-            kernel.enable_caching()
+                return np.errstate(all="ignore")(compiled)
+            compiled.enable_caching()
             # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
-            kernel._cache._cache_file._source_stamp = source_digest(function)
-            kernel.compile(signature)
-            kernel.disable_compile()
-            return kernel
+            compiled._cache._cache_file._source_stamp = source_digest(function)
+            compiled.compile(signature)
+            compiled.disable_compile()
+            return compiled
         except Exception:  # any error of the cache folder; an error of the code is raised again below
             _warn()
             return _NJIT(signature)(function)
