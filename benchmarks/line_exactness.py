@@ -19,7 +19,7 @@ from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.planning.motion.limits import LimitRows
 
 FIGURES: Final = ("lift", "wait", "throwing", "stop")
@@ -50,7 +50,7 @@ def alone(cell: LineCell, planner: PickPlanner, index: int, into: int, percent: 
     objects = take(cell.stream.objects, (np.zeros(1, dtype=np.int64), np.array([index])))
     objects = replace(objects, percent=np.array([percent]))
     x = cell.stream.x[0, index] + config.belt.speed * state.clock[0] - cell.config.robots[robot].x
-    limits, hand = LimitRows.t3kr(objects.percent), state.hand[:1, robot]
+    limits, hand = LimitRows.t3kr(objects.percent), state.arms["hand"][:1, robot]
     met = planner.mover.meet(ThrowMotion.resting(hand), planner.pick_point(objects, np.array([x])), limits)
     if not met.feasible[0] or met.time[0] > cell.config.horizon:
         return None
@@ -74,7 +74,7 @@ def cases_of(cell: LineCell) -> list[tuple[int, int, float]]:
     kinds, able = cell.stream.objects.measured.kind[0], config.can_take()[robot]
     x = cell.stream.x[0] + cell_config.belt.speed * state.clock[0]
     low, high = config.reach
-    in_reach = (x >= low) & (x <= high) & (state.books.whole().since[0] <= state.clock[0]) & able[kinds]
+    in_reach = (x >= low) & (x <= high) & (state.accounts["since"][0] <= state.clock[0]) & able[kinds]
     accepts = cell_config.acceptance()
     return [
         (int(i), int(b), float(p))
@@ -88,7 +88,8 @@ def compare(cell: LineCell, planners: list[PickPlanner], comparison: Comparison)
     """All cases of the coming decision of the first line."""
     choices = take(cell.state.choices, 0)
     offered = {
-        (int(choices.index[k]), int(choices.bin[k]), float(choices.percent[k])): k for k in np.flatnonzero(choices.real)
+        (int(choices["index"][k]), int(choices["bin"][k]), float(choices["percent"][k])): k
+        for k in np.flatnonzero(choices["real"])
     }
     planner, met = planners[int(cell.state.robot[0])], 0
     for case in cases_of(cell):
@@ -99,8 +100,8 @@ def compare(cell: LineCell, planners: list[PickPlanner], comparison: Comparison)
             comparison.unlike += figures is None and k is not None
             continue
         for name in FIGURES:
-            comparison.worst = max(comparison.worst, float(np.abs(getattr(choices, name)[k] - figures[name]).max()))
-    comparison.unlike += len(offered) + abs(min(met, CHOICES) - int(choices.real.sum()))
+            comparison.worst = max(comparison.worst, float(np.abs(choices[name][k] - figures[name]).max()))
+    comparison.unlike += len(offered) + abs(min(met, CHOICES) - int(choices["real"].sum()))
     comparison.hidden += max(met - CHOICES, 0)
     comparison.feasible += met
 
@@ -113,7 +114,7 @@ def compare_shift(level: Any, cases: int, seed: int) -> Comparison:
     cell.reset(np.arange(1), [np.random.default_rng(seed)])
     while comparison.cases < cases:
         compare(cell, planners, comparison)
-        cell.take(choices(cell.state.choices.real, random))
+        cell.take(choices(cell.state.choices["real"], random))
         if cell.over.any():
             cell.reset(np.arange(1), cell.generators)
     return comparison

@@ -39,6 +39,12 @@ def kernel_part(function: FunctionT) -> FunctionT:
     return _NJIT(no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
 
 
+@kernel_part
+def empty_rows(shape: Any, dtype: Any) -> Any:
+    """Rows of a type whose values are arbitrary, in a compiled function."""
+    return np.empty(shape, dtype)
+
+
 def kernel(function: FunctionT) -> FunctionT:
     """Compile a function for the types of its annotations, when its module is imported, and keep the machine code.
 

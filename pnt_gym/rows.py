@@ -6,6 +6,8 @@ arrays, and read a row's fields by their names. `array["lift"]` is the column of
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import (
     TYPE_CHECKING,
     Annotated,
@@ -51,16 +53,14 @@ Triple: TypeAlias = Annotated[Floats, 3]
 Quadruple: TypeAlias = Annotated[Floats, 4]
 
 
-class Field(NamedTuple):
-    """A field of a row.
-
-    Attributes:
-        unit: unit of its values; "-" for none.
-        meaning: what the values tell.
-    """
+@dataclass(frozen=True)
+class Field:
+    """A field of a row."""
 
     unit: str
+    """Unit of its values; "-" for none."""
     meaning: str
+    """What the values tell."""
 
 
 def field(unit: str, meaning: str) -> Any:
@@ -131,6 +131,11 @@ def take(rows: ArrayT, index: Any) -> ArrayT:
         return cast("ArrayT", rows[index])
     taken = np.ascontiguousarray(_words(rows, rows.ndim)[index])
     return cast("ArrayT", taken.view(rows.dtype)[..., 0])
+
+
+def join(rows: Sequence[Rows[RowT]]) -> Rows[RowT]:
+    """The rows of all arrays, one after the other."""
+    return cast("Rows[RowT]", np.concatenate(rows))
 
 
 def put(rows: NDArray[Any], index: Any, source: NDArray[Any]) -> None:

@@ -12,10 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, take
-from pnt_gym.cells.line.choosing import IDLE_TIME
 from pnt_gym.cells.line.core import LineCore
-from pnt_gym.cells.line.options import UNAVAILABLE_X
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES, IDLE_TIME, UNAVAILABLE_X
 
 from ..controllers.protocol import Controller, Observation
 from .outlook import Outlook, observe_outlook
@@ -104,27 +102,27 @@ class Lookahead:
 
     def _begin(self, outlook: Outlook, among: Bools) -> PartialPlans:
         """Plans of one decision: some of the choices."""
-        choices = outlook.choices
         line, first = np.nonzero(among)
-        cycle, hand = choices.cycle[line, first], choices.stop[line, first]
-        is_taken = outlook.sight.object_index[line] == choices.index[line, first][:, None]
-        value = choices.value[line, first] * choices.chance[line, first]
-        value *= 1.0 - self._share * (choices.heirs[line, first] > 0.0)
+        chosen = take(outlook.choices, (line, first))
+        cycle, hand = chosen["cycle"], chosen["stop"]
+        is_taken = outlook.sight.seen["index"][line] == chosen["index"][:, None]
+        value = chosen["value"] * chosen["chance"]
+        value *= 1.0 - self._share * (chosen["heirs"] > 0.0)
         return PartialPlans(line, first.astype(np.int64), cycle, hand, is_taken, value, cycle)
 
     def _extend(self, outlook: Outlook, plans: PartialPlans) -> list[PartialPlans]:
         """Plans extended by every possible next decision; plans without one wait for a moment."""
-        x = outlook.sight.x[plans.line] + outlook.speed * plans.free[:, None]
+        x = outlook.sight.seen["x"][plans.line] + outlook.speed * plans.free[:, None]
         x = np.where(plans.taken, UNAVAILABLE_X, x)
-        options, worth, inherited = outlook.options(plans.line, x, outlook.robot[plans.line], plans.hand)
-        parents = take(plans, options.row)
-        free, is_taken = parents.free + options.cycle, parents.taken.copy()
-        is_taken[np.arange(len(options.row)), options.place] = True
-        value = parents.value + worth * (1.0 - self._share * inherited)
+        options, inherited = outlook.options(plans.line, x, outlook.robot[plans.line], plans.hand)
+        parents, cycle = take(plans, options["line"]), options["cycle"]
+        free, is_taken = parents.free + cycle, parents.taken.copy()
+        is_taken[np.arange(len(options)), options["place"]] = True
+        value = parents.value + options["value"] * options["chance"] * (1.0 - self._share * inherited)
         extended = replace(
-            parents, free=free, hand=options.stop, taken=is_taken, value=value, spent=parents.spent + options.cycle
+            parents, free=free, hand=options["stop"], taken=is_taken, value=value, spent=parents.spent + cycle
         )
-        waiting = take(plans, np.setdiff1d(np.arange(len(plans.line)), options.row))
+        waiting = take(plans, np.setdiff1d(np.arange(len(plans.line)), options["line"]))
         return [extended, replace(waiting, free=waiting.free + IDLE_TIME, spent=waiting.spent + IDLE_TIME)]
 
 
@@ -144,7 +142,7 @@ class Beam(Controller):
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """The first decision of the best plan of each line (N,)."""
         line_outlook = observe_outlook(self._core)
-        plans = self._ahead.plans(line_outlook, line_outlook.choices.real)
+        plans = self._ahead.plans(line_outlook, line_outlook.choices["real"])
         best = self._ahead.best(plans, 1, plans.line)
         choice = np.zeros(len(line_outlook.robot), dtype=np.int64)
         choice[plans.line[best]] = plans.first[best]

@@ -5,23 +5,16 @@ True properties of objects, results of throws, and objects upstream of the camer
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Final, final
+from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, take
-from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.cells.line.choosing import Chooser
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.cells.line.choosing import Chooser, Sight
 from pnt_gym.cells.line.core import LineCore
-from pnt_gym.cells.line.options import Options, Sight
-from pnt_gym.cells.line.state import Choices
-
-TRUTH: Final = (
-    "mass", "drag", "com_depth", "seal", "delay", "jitter", "friction", "cup_friction", "rolling_friction",
-    "pick_chance", "pick_draw",
-)  # fmt: skip
-"""Fields of an object that no sensor measures."""
+from pnt_gym.cells.line.rows import Choice, Rider, Seen
+from pnt_gym.rows import Rows1, Rows2, take
 
 
 @final
@@ -31,11 +24,9 @@ class Outlook:
 
     sight: Sight
     """Positions and classified items of the objects in sight."""
-    objects: Objects
+    riders: Rows2[Rider]
     """Objects in sight, as sensors report them (N, W)."""
-    worth: Floats
-    """Value of each object in a bin that takes the object (N, W)."""
-    choices: Choices
+    choices: Rows2[Choice]
     """Choices of the deciding robots."""
     robot: Ints
     """Index of the deciding robot (N,)."""
@@ -44,7 +35,7 @@ class Outlook:
     chooser: Chooser
     """Finds options by the robots' planner and the table of chances."""
 
-    def options(self, line: Ints, x: Floats, robot: Ints, hand: Floats) -> tuple[Options, Floats, Bools]:
+    def options(self, line: Ints, x: Floats, robot: Ints, hand: Floats) -> tuple[Rows1[Choice], Bools]:
         """Options at later decisions.
 
         Args:
@@ -55,49 +46,32 @@ class Outlook:
             hand: position of the robot's hand (P, 3) [m].
 
         Returns:
-            C options, the expected value of each (C,), and whether a robot downstream can take the object too (C,).
+            C options, and whether a robot downstream can take the object too (C,).
         """
-        places = np.broadcast_to(np.arange(x.shape[1]), x.shape)
-        sight = Sight(line, places, x, self.sight.kind[line])
-        options = self.chooser.options(self.objects, sight, robot, hand)
-        at = line[options.row], options.place
-        inherited = np.asarray(self.chooser.heirs(robot[options.row], self.sight.kind[at]).any(axis=1))
-        return options, self.worth[at] * self.chooser.chance(sight, options), inherited
+        seen = Seen.zeros(*x.shape, index=np.arange(x.shape[1]), x=x, kind=self.sight.seen["kind"][line])
+        options = self.chooser.options(self.riders, Sight(line, seen), robot, hand)
+        kind = seen["kind"][options["line"], options["place"]]
+        return options, np.asarray(self.chooser.heirs(robot[options["line"]], kind).any(axis=1))
 
 
 def observe_outlook(core: LineCore) -> Outlook:
     """Outlook of lines at their coming decisions."""
     cell = core.cell
-    state, stream = cell.state, cell.stream
-    sight = cell.chooser.sight(state, stream, np.arange(core.count))
-    objects = sight.line[:, None], sight.object_index
+    sight = cell.chooser.sight(cell.state, cell.stream, np.arange(core.count))
+    riders = take(cell.stream.riders, (sight.line[:, None], sight.seen["index"]))
     return Outlook(
         sight=sight,
-        objects=report_objects(take(stream.objects, objects)),
-        worth=stream.worth[objects],
-        choices=state.choices,
-        robot=state.robot,
+        riders=report_riders(riders),
+        choices=cell.state.choices,
+        robot=cell.state.robot,
         speed=core.config.cell.belt.speed,
         chooser=cell.chooser,
     )
 
 
-def report_objects(objects: Objects) -> Objects:
-    """Objects with measured values instead of true ones; NaN, or -1, where no sensor measures.
-
-    The error of the belt's speed stays, because the camera sees its effect on the grasp.
-    """
-    measured = objects.measured
-    missing = np.full(objects.mass.shape, np.nan)
-    return replace(
-        objects,
-        **dict.fromkeys(TRUTH, missing),
-        kind=np.full(objects.kind.shape, -1),
-        size=measured.size,
-        yaw=measured.yaw,
-        grasp=objects.grasp + measured.grasp_noise,
-        solref=np.full(objects.solref.shape, np.nan),
-        spin=np.full(objects.spin.shape, np.nan),
-        measured=replace(measured, grasp_noise=np.zeros_like(measured.grasp_noise)),
-        draws=replace(objects.draws, fill=np.zeros_like(objects.draws.fill)),
-    )
+def report_riders(riders: Rows2[Rider]) -> Rows2[Rider]:
+    """Objects with measured values instead of true ones; NaN, or -1, where no sensor measures."""
+    reported = riders.copy()
+    reported["height"], reported["kind"] = riders["measured_height"], -1
+    reported["seal"] = reported["luck"] = np.nan
+    return reported

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES
 
 from ..controllers.protocol import Controller, Observation
 from ..ground.cli import UsageError

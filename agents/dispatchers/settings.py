@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError
 
 from pnt_gym.cells.base.config import LARGEST_NUMBER, Finite, NonNegative, Section
 from pnt_gym.cells.base.problems import describe_problems
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.reading import ReadError, parsed_yaml, text_of
 
 from ..ground.cli import UsageError

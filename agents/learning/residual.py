@@ -10,7 +10,7 @@ from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
 from torch import Tensor, nn
 
 from pnt_gym.cells.line.observation import CHOICE_TABLE, LINE_TABLE
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES
 
 from ..policies.networks import layers_from_torch
 from ..policies.scorer import INPUTS, NAMES, Scorer, rule

@@ -151,7 +151,7 @@ def random_throws(
         task = bar.add_task("throws", total=throws)
         count = empty = 0
         while count < throws:
-            real = cell.state.choices.real
+            real = cell.state.choices["real"]
             attempts = cell.take(np.where(real, generator.random(real.shape), -1.0).argmax(axis=1))
             yield _table_columns(attempts)
             throws_now, over = int(attempts.valid.sum()), np.flatnonzero(cell.over)
@@ -203,8 +203,8 @@ def _table_columns(attempts: Decisions) -> dict[str, Any]:
         "kind": objects.kind,
         "percent": objects.percent,
         "distance": attempts.context.distance,
-        "hits": outcomes.is_success,
-        "picked": outcomes.picked,
-        **{name: getattr(outcomes, name) for name in ("lost", "ended_in", "energy", "miss")},
+        "hits": outcomes["is_success"],
+        "picked": outcomes["picked"],
+        **{name: outcomes[name] for name in ("lost", "ended_in", "energy", "miss")},
     }
     return {name: values[attempts.valid] for name, values in columns.items()}

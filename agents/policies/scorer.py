@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.reading import arrays_of
 
 from ..ground.cli import UsageError, check_known

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pnt_gym.cells.line.observation import ENTRIES, LINE_TABLE
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES
 
 from ..dispatchers.decisions import line_observation
 from ..dispatchers.rules import HALF

@@ -16,7 +16,7 @@ from pettingzoo import AECEnv  # pyright: ignore[reportMissingTypeStubs]
 from pnt_gym.cells.base.config import Level, describes_a_cell
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.envs.base import seed_of
 from pnt_gym.errors import ActionError, OrderError
 from pnt_gym.names import check_keywords

@@ -113,7 +113,7 @@ def test_an_action_that_the_mask_rules_out_is_standing_still_and_counted():
     assert reward == -info["dt"]
     after = env.core.cell.state
     assert after.clock[0] == before.clock[0] + info["dt"]
-    assert same_bits(after.books.whole().attempts, before.books.whole().attempts)
+    assert same_bits(after.accounts["attempts"], before.accounts["attempts"])
     assert env.step(0)[4]["invalid_action"] is False
 
 
@@ -209,9 +209,9 @@ def test_the_observation_is_read_with_no_more_than_the_manual_prints():
     observation, info = env.reset(seed=0)
     state = env.core.cell.state
     for rows, first, wanted in (
-        (line, 0, {"possible": info["action_mask"].sum(), "hand_y": state.hand[0, 0, 1], "turn_0": 1.0}),
-        (choice, head, {"lift": state.choices.lift[0, 0], "pick_y": state.choices.pick[0, 0, 1]}),
-        (choice, head + each, {"lift": state.choices.lift[0, 1], "stop_x": state.choices.stop[0, 1, 0]}),
+        (line, 0, {"possible": info["action_mask"].sum(), "hand_y": state.arms["hand"][0, 0, 1], "turn_0": 1.0}),
+        (choice, head, {"lift": state.choices["lift"][0, 0], "pick_y": state.choices["pick"][0, 0, 1]}),
+        (choice, head + each, {"lift": state.choices["lift"][0, 1], "stop_x": state.choices["stop"][0, 1, 0]}),
     ):
         for place, (number, name, unit, meaning, centre, scale, low, high) in enumerate(rows):
             assert int(number) == place

@@ -16,12 +16,14 @@ from agents.dispatchers.decisions import line_observation
 from agents.dispatchers.registry import line_core
 from agents.dispatchers.rules import IndexRule
 from agents.ground.environments import make_vector
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.line.cell import Decisions, LineCell
 from pnt_gym.cells.line.chances import Chances, digest, format_table
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.observation import MIN_RATE
-from pnt_gym.cells.line.state import Fate
+from pnt_gym.cells.line.rows import Fate
+from pnt_gym.cells.line.stream import Stream
 
 PICKED = (0.8, 0.9, 0.6, 0.85)
 """How often cups seal on each item of the shipped lines, in the tables made here."""
@@ -78,9 +80,15 @@ def begun(level: Any, count: int = 1, seed: int = 0, threads: int = 1) -> LineCe
     return cell
 
 
+def stream_with(stream: Stream, objects: Objects | None = None, **columns: Any) -> Stream:
+    """The stream with other objects, values or luck."""
+    known = {name: columns.get(name, stream.riders[name]) for name in ("x", "worth", "luck")}
+    return Stream.of(stream.objects if objects is None else objects, **known)
+
+
 def decided(cell: LineCell, random: np.random.Generator, invalid: float = 0.0) -> np.ndarray:
     """A choice for every line, any of those that there are, or now and then one that there is not (N,)."""
-    real = cell.state.choices.real
+    real = cell.state.choices["real"]
     score = random.random(real.shape) + np.where(real, 1.0, 0.0)
     score = np.where((random.random(len(real)) < invalid)[:, None], -score, score)
     return score.argmax(axis=1)
@@ -89,8 +97,8 @@ def decided(cell: LineCell, random: np.random.Generator, invalid: float = 0.0) -
 def seen_values(core: LineCore) -> tuple[dict[str, Any], dict[str, Any]]:
     """What the robots that decide next know, by name: of their lines (N,), and of each choice (N, CHOICES)."""
     state, choices, rows = core.cell.state, core.cell.state.choices, np.arange(core.cell.count)
-    hand, until = state.hand[rows, state.robot], np.zeros((core.cell.count, MOST_ROBOTS))
-    until[:, : state.expected.shape[1]] = np.maximum(state.expected - state.clock[:, None], 0.0)
+    hand, until = state.arms["hand"][rows, state.robot], np.zeros((core.cell.count, MOST_ROBOTS))
+    until[:, : state.arms["expected"].shape[1]] = np.maximum(state.arms["expected"] - state.clock[:, None], 0.0)
     line = {
         "gone": np.minimum(state.clock / core.config.duration, 1.0),
         **{f"turn_{robot}": state.robot == robot for robot in range(MOST_ROBOTS)},
@@ -98,19 +106,21 @@ def seen_values(core: LineCore) -> tuple[dict[str, Any], dict[str, Any]]:
         "hand_x": hand[:, 0],
         "hand_y": hand[:, 1],
         "coming": _coming(core.cell),
-        "possible": choices.real.sum(axis=1),
+        "possible": choices["real"].sum(axis=1),
     }
     plain = "real lift wait value chance percent crowd heirs reaches queue"
     return line, {
-        **{name: getattr(choices, name) for name in plain.split()},
-        "pick_x": choices.pick[..., 0],
-        "pick_y": choices.pick[..., 1],
-        "cycle": choices.lift + choices.throwing,
-        "slack": choices.leave - choices.lift,
-        "ln_rate": np.log(np.maximum(choices.value * choices.chance / (choices.lift + choices.throwing), MIN_RATE)),
-        "distance": np.hypot(choices.away[..., 0], choices.away[..., 1]),
-        "stop_x": choices.stop[..., 0],
-        "stop_y": choices.stop[..., 1],
+        **{name: choices[name] for name in plain.split()},
+        "pick_x": choices["pick"][..., 0],
+        "pick_y": choices["pick"][..., 1],
+        "cycle": choices["lift"] + choices["throwing"],
+        "slack": choices["leave"] - choices["lift"],
+        "ln_rate": np.log(
+            np.maximum(choices["value"] * choices["chance"] / (choices["lift"] + choices["throwing"]), MIN_RATE)
+        ),
+        "distance": np.hypot(choices["away"][..., 0], choices["away"][..., 1]),
+        "stop_x": choices["stop"][..., 0],
+        "stop_y": choices["stop"][..., 1],
     }
 
 
@@ -121,7 +131,7 @@ def _coming(cell: LineCell) -> Any:
     end = config.robot_x()[state.robot] + config.cell.belt.pick_x[1]
     in_sight = (x >= config.reach[0]) & (x <= np.minimum(config.reach[1], end)[:, None])
     takes = config.can_take()[state.robot[:, None], stream.objects.measured.kind]
-    return (in_sight & takes & (state.books.whole().since <= state.clock[:, None])).sum(axis=1)
+    return (in_sight & takes & (state.accounts["since"] <= state.clock[:, None])).sum(axis=1)
 
 
 @dataclass
@@ -136,29 +146,29 @@ class Ledger:
     def enter(self, taken: Decisions, row: int, duration: float) -> None:
         """One decision, of an object that nobody has taken before."""
         if not taken.valid[row]:
-            assert not taken.results.picked[row]
+            assert not taken.results["picked"][row]
             return
         index = int(taken.index[row])
         assert index not in self.taken, f"object {index} is taken twice"
         self.tries[index] = self.tries.get(index, 0) + 1
         self.value += float(taken.value[row])
-        if not taken.results.picked[row]:
+        if not taken.results["picked"][row]:
             return
         end, in_bin = Fate.HELD, -1
         if taken.end[row] <= duration:
-            in_bin = int(taken.results.ended_in[row])
-            end = Fate.SORTED if taken.results.sorted[row] else Fate.MISPLACED if in_bin >= 0 else Fate.FLOOR
+            in_bin = int(taken.results["ended_in"][row])
+            end = Fate.SORTED if taken.results["sorted"][row] else Fate.MISPLACED if in_bin >= 0 else Fate.FLOOR
         self.taken[index] = end, int(taken.robot[row]), in_bin
 
     def agrees(self, cell: LineCell, row: int) -> None:
         """Make sure that the cell's books say the same of every object of a line."""
-        accounts = cell.state.books.whole()
-        for index in range(accounts.fate.shape[1]):
+        accounts = cell.state.accounts
+        for index in range(accounts.shape[1]):
             fate, robot, in_bin = self.taken.get(index, (Fate.RIDES, -1, -1))
-            assert (accounts.fate[row, index], accounts.taker[row, index], accounts.ended_in[row, index]) == (
+            assert (accounts["fate"][row, index], accounts["taker"][row, index], accounts["ended_in"][row, index]) == (
                 fate,
                 robot,
                 in_bin,
             )
-            assert accounts.attempts[row, index] == self.tries.get(index, 0)
-            assert np.isinf(accounts.since[row, index]) == (index in self.taken)
+            assert accounts["attempts"][row, index] == self.tries.get(index, 0)
+            assert np.isinf(accounts["since"][row, index]) == (index in self.taken)

@@ -7,66 +7,55 @@ import numpy as np
 
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
-from pnt_gym.cells.line import choice_kernel, turn_kernel
+from pnt_gym.cells.line import choose, sight
 from pnt_gym.cells.line.cell import LineCell
-from pnt_gym.cells.line.options import Options, ThrowCandidates
-from pnt_gym.cells.line.state import Choices
+from pnt_gym.cells.line.choosing import Sight
+from pnt_gym.cells.line.rows import Candidate, Choice, LineState
 from pnt_gym.planning.motion.limits import LimitRows
 
 
-def choices_anew(cell: LineCell, by_movers: bool = False) -> Choices:
-    """The choices of the deciding robots of all lines, looked for once more.
+def choices_anew(cell: LineCell, by_movers: bool = False) -> LineState:
+    """The states of all lines with choices of the deciding robots that are looked for once more.
 
     Args:
         cell: the lines.
         by_movers: plan options by the robots' conveyor cells, and not by the stages of lines.
     """
-    chooser, state, stream = cell.chooser, cell.state, cell.stream
-    found, lines = take(state.choices, np.arange(cell.count)), np.arange(cell.count)
-    sight, robot = chooser.sight(state, stream, lines), state.robot[lines]
-    candidates = _candidates(chooser, sight, robot)
-    plan = _plan_by_movers if by_movers else _plan_by_stages
-    options = plan(chooser, candidates, sight, state.hand[lines, robot], stream.objects)
-    choice_kernel.choose_options(
-        chooser.tables[1], chooser.can_take, chooser.bases, lines, robot, sight.object_index, sight.x, sight.kind,
-        np.stack([options.row, options.place, options.bin]), options.numbers, stream.worth,
-        np.empty(cell.count, dtype=np.bool_), (found.real, found.index, found.bin, found.numbers),
-    )  # fmt: skip
-    return found
+    chooser, state, stream, lines = cell.chooser, cell.state.copy(), cell.stream, np.arange(cell.count)
+    look, robot = chooser.sight(state, stream, lines), np.ascontiguousarray(state.robot)
+    hand = state.arms["hand"][lines, robot]
+    if by_movers:
+        options = _plan_by_movers(chooser, look, robot, hand, stream.objects)
+    else:
+        options = chooser.options(stream.riders, look, robot, hand)
+    free = state.arms["free"].copy()
+    choose.write_choices(chooser.tables, state, stream.riders, lines, look.seen, options)
+    state.arms["free"] = free
+    return state
 
 
-def _candidates(chooser: Any, sight: Any, robot: Any) -> ThrowCandidates:
-    sites = chooser._sites
-    most = sight.x.size * sites.most
-    index, x = np.empty((4, most), dtype=np.int64), np.empty(most)
-    tables = chooser.can_take, chooser.bases, sites.ranges, sites.accepts
-    count = turn_kernel.list_candidates(chooser.numbers, sight.x, sight.kind, robot, *tables, index, x)
-    return ThrowCandidates(index[:, :count], x[:count])
-
-
-def _plan_by_stages(chooser: Any, candidates: ThrowCandidates, sight: Any, hand: Any, objects: Any) -> Options:
-    return chooser._option_planner.plan(candidates, sight, hand, objects)
-
-
-def _plan_by_movers(chooser: Any, candidates: ThrowCandidates, sight: Any, hand: Any, objects: Any) -> Options:
+def _plan_by_movers(chooser: Any, look: Sight, robot: Any, hand: Any, objects: Any) -> Any:
     """Options of all kinds of robots, merged in the order of the lines."""
-    kind, parts = chooser._sites.kind[candidates.indices[2]], []
-    for index, planner in enumerate(chooser._planners):
-        of_kind = take(candidates, np.s_[..., kind == index])
-        parts.append(_plan_kind(chooser, planner, of_kind, sight, hand, objects))
-    row, place, bins, numbers = (np.concatenate(values) for values in zip(*parts, strict=True))
-    order = np.argsort(row, kind="stable")
-    return Options(bin=bins[order], numbers=numbers[order], row=row[order], place=place[order])
+    tables = chooser.tables
+    candidates = Candidate.empty(look.seen.size * len(tables.sites) * len(tables.settings))
+    candidates = candidates[: sight.list_candidates(tables, look.seen, robot, candidates)]
+    kind = chooser._kind_of[robot[candidates["line"]]]
+    parts = [
+        _plan_kind(chooser, planner, candidates[kind == index], look, hand, objects)
+        for index, planner in enumerate(chooser._planners)
+    ]
+    options = np.concatenate(parts)
+    return options[np.argsort(options["line"], kind="stable")]
 
 
-def _plan_kind(chooser: Any, planner: Any, candidates: ThrowCandidates, sight: Any, hand: Any, objects: Any) -> Any:
-    """Row, place, bin and numbers of the options of one kind of robots."""
-    row, place, site, setting = candidates.indices
+def _plan_kind(chooser: Any, planner: Any, candidates: Any, look: Sight, hand: Any, objects: Any) -> Any:
+    """The options of one kind of robots."""
+    row, place, site, setting = (candidates[name] for name in ("line", "place", "site", "setting"))
     belt, mover, dwell = planner.config.belt, planner.mover, planner.config.motion.dwell
-    index, bins = (sight.line[row], sight.object_index[row, place]), chooser._sites.bin[site]
-    percent = chooser._sites.percent[setting]
+    index, bins = (look.line[row], look.seen["index"][row, place]), chooser.tables.sites["bin"][site]
+    percent = chooser.tables.settings["percent"][setting]
     height = planner.height(objects.size[index], objects.known_depth[index])
-    points = np.stack([candidates.x, objects.draws.lane_y[index], height], axis=-1)
+    points = np.stack([candidates["x"], objects.draws.lane_y[index], height], axis=-1)
     meeting = mover.reach(ThrowMotion.resting(hand[row]), points, LimitRows.t3kr(percent))
     met = np.flatnonzero(meeting.feasible & (meeting.time <= chooser._config.horizon))
     throws = replace(take(objects, (index[0][met], index[1][met])), percent=percent[met])
@@ -76,7 +65,20 @@ def _plan_kind(chooser: Any, planner: Any, candidates: ThrowCandidates, sight: A
         pick, take(context.plan, feasible), take(context.throw_limits, feasible), take(context.ceiling, feasible)
     )
     lift = meeting.time[rows] + dwell
-    leave = lift + (belt.pick_x[1] - pick[:, 0]) / belt.speed
-    away = target[:, :2] - pick[:, :2]
-    columns = percent[rows], pick, away, lift, meeting.wait[rows], leave, motion.stop_time, motion.stop
-    return row[rows], place[rows], bins[rows], np.column_stack(columns)
+    return Choice.zeros(
+        len(rows),
+        real=True,
+        line=row[rows],
+        place=place[rows],
+        index=index[1][rows],
+        bin=bins[rows],
+        percent=percent[rows],
+        pick=pick,
+        away=target[:, :2] - pick[:, :2],
+        lift=lift,
+        wait=meeting.wait[rows],
+        leave=lift + (belt.pick_x[1] - pick[:, 0]) / belt.speed,
+        throwing=motion.stop_time,
+        cycle=lift + motion.stop_time,
+        stop=motion.stop,
+    )

@@ -109,7 +109,7 @@ def _simulated(info: dict[str, Any], core: LineCore) -> dict[str, NDArray[Any]]:
     if "energy" not in info or core.last is None:
         return {}
     results = core.last.results
-    return {"lost": results.lost, "miss_x": results.miss[:, 0], "miss_y": results.miss[:, 1]}
+    return {"lost": results["lost"], "miss_x": results["miss"][:, 0], "miss_y": results["miss"][:, 1]}
 
 
 def mean(values: NDArray[Any]) -> NDArray[Any]:

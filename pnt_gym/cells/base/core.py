@@ -62,10 +62,10 @@ def restore_rows(cell: RandomCell, waiting: Bools) -> Generator[None]:
         cell: the cell that steps in the context.
         waiting: the waiting rows (N,).
     """
-    context, generators = cell.context, [cell.generators[row] for row in waiting.nonzero()[0]]
+    before, generators = take(cell.context, waiting), [cell.generators[row] for row in waiting.nonzero()[0]]
     states = [generator.bit_generator.state for generator in generators]
     yield
-    cell.context = replace_rows(cell.context, waiting, take(context, waiting))
+    cell.context = replace_rows(cell.context, waiting, before)
     for generator, state in zip(generators, states, strict=True):
         generator.bit_generator.state = state
 

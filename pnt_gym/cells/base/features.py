@@ -6,14 +6,15 @@ Hidden values of a throw, which no observation has, are described here too, by n
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, final
+from typing import Any, Final, Self, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pnt_gym.arrays import Floats, tuples
+from pnt_gym.rows import Field, Row
 
 CLIP: Final = 5.0
 """Bound of every entry of an observation."""
@@ -28,6 +29,26 @@ class ObservationEntry:
     centre: float
     scale: float
     meaning: str
+
+
+@final
+@dataclass(frozen=True)
+class ScaledField(Field):
+    """A field of a row whose values an observation has; a field of several values has one entry for each."""
+
+    centre: float
+    scale: float
+
+    def entries(self, name: str, shape: tuple[int, ...]) -> Iterator[ObservationEntry]:
+        """The entries of the field; "{k}" in its meaning stands for the number of each of several values."""
+        for k in range(*shape or (1,)):
+            numbered, meaning = f"{name}_{k}" if shape else name, self.meaning.format(k=k)
+            yield ObservationEntry(numbered, self.unit, self.centre, self.scale, meaning)
+
+
+def scaled(unit: str, centre: float, scale: float, meaning: str) -> Any:
+    """A field of a row class with unit, centre, scale and meaning, which stands as its value in the class."""
+    return ScaledField(unit, meaning, centre, scale)
 
 
 @final
@@ -73,6 +94,12 @@ class EntryTable:
         self._scale = np.array([entry.scale for entry in entries])
         self.scaling: Floats = np.stack([self._centre, self._scale])
         """Centre and scale of each entry (2, D)."""
+
+    @classmethod
+    def of_rows(cls, kind: type[Row]) -> Self:
+        """The entries of rows whose fields are all scaled; each row is as many doubles in the order of the entries."""
+        fields = [(name, field) for name, field in kind.fields.items() if isinstance(field, ScaledField)]
+        return cls([entry for name, field in fields for entry in field.entries(name, kind.dtype[name].shape)])
 
     def __len__(self) -> int:
         return len(self._entries)

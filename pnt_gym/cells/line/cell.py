@@ -10,33 +10,29 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, take
+from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import take as take_objects
 from pnt_gym.cells.base.cell import MOST_CELLS, Generators, check_whole_number
 from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.base.parallel import work_in_parts
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.line import act_kernel
+from pnt_gym.cells.line import simulate
 from pnt_gym.cells.line.acts import CycleHistory, Decision, RobotCycle, record_cycle
-from pnt_gym.cells.line.books import Accounts
 from pnt_gym.cells.line.chances import Chances, required_table
-from pnt_gym.cells.line.choosing import IDLE_TIME, Chooser
+from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.hidden import BY_TABLE, SIMULATED, Truth
-from pnt_gym.cells.line.observation import Observer, empty_observations
-from pnt_gym.cells.line.state import Fate, LineState
-from pnt_gym.cells.line.stream import Stream, StreamSampler, redraw
-from pnt_gym.cells.line.throws import Attempt, SimulatedThrows, TableThrows, ThrowExecutor, ThrowResults, redraw_picks
-from pnt_gym.cells.line.turns import Turns
+from pnt_gym.cells.line.observation import empty_observations, fill_observations
+from pnt_gym.cells.line.rows import LineState, Outcome, Result
+from pnt_gym.cells.line.stream import StreamSampler
+from pnt_gym.cells.line.throws import Attempt, SimulatedThrows, TableThrows, ThrowExecutor
 from pnt_gym.errors import ConfigError, OrderError
-from pnt_gym.planning.motion.limits import T3KR_ACCELERATION, T3KR_JERK, T3KR_VELOCITY
-from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED
+from pnt_gym.rows import Rows1, take
 
 USUAL_CYCLE: Final = 0.9
 """Typical time of a decision: 0.75 s with good planners, 1.4 s with random choices on the shipped levels [s]."""
 MOST_OBJECTS: Final = 5_000_000
 """Objects of all lines together at most: about 5 GB."""
-_FATES: Final = np.array([Fate.SORTED, Fate.MISPLACED, Fate.FLOOR, Fate.HELD])
-"""Fates of an object after its pick, as `act_kernel` takes them."""
 
 
 @final
@@ -46,7 +42,7 @@ class Decisions:
 
     attempt: Attempt
     """The choices."""
-    results: ThrowResults
+    results: Rows1[Result]
     """Results of the throws."""
     start: Floats
     """Time of the decision, since the begin of the shift (N,) [s]."""
@@ -72,12 +68,12 @@ class Decisions:
     @property
     def index(self) -> Ints:
         """Index of the object in the stream (N,)."""
-        return self.attempt.chosen.index
+        return self.attempt.chosen["index"]
 
     @property
     def wait(self) -> Floats:
         """Standstill of the hand above the belt (N,) [s]."""
-        return self.attempt.chosen.wait
+        return self.attempt.chosen["wait"]
 
     @property
     def context(self) -> Context:
@@ -107,50 +103,44 @@ class LineCell:
         cells = config.cells()
         self.chances: Chances = required_table(config)
         self.chooser = Chooser(config, cells, self.chances)
-        self.turns = Turns(config, self.chooser)
-        self.observer = Observer(self.chooser, config.duration)
         self._threads = threads
         self.arriving = StreamSampler(config, self.chooser.planner)
         _check_room(config, count, self.arriving.length)
-        self._numbers = _cycle_numbers(config)
         self.throws: ThrowExecutor = (
-            TableThrows(cells, self.chances) if config.throws == "table" else SimulatedThrows(cells, count, threads)
+            TableThrows(self.chooser.tables) if config.throws == "table" else SimulatedThrows(cells, count, threads)
         )
         self.generators: Generators = [np.random.default_rng(0) for _ in range(count)]
         self.watched: CycleHistory | None = None
         """Recorded cycles of the first line's robots, for pictures; None records nothing."""
-        self.live_stream = self.arriving.empty_streams(count)
-        """Objects that come along the belts in this shift; a reset may overwrite them, unlike `stream`."""
-        self._is_stream_kept = False
+        self.stream = self.arriving.empty_streams(count)
+        """Objects that come along the belts in this shift; a reset overwrites the streams of its lines."""
+        self.state = self._initial_state(count)
+        """States of the lines; each step has arrays of its own, but for the books of objects."""
         self._initial = self._initial_state(1)
         """State of a line at the begin of a shift."""
-        self.state = self._initial_state(count)
-        """States of the lines."""
         self.reset(np.arange(count), self.generators)
 
     def _initial_state(self, count: int) -> LineState:
-        hand, choices = self.chooser.initial_hand(), self.chooser.empty_choices(count)
-        return LineState.begin(count, len(self.config.robots), self.arriving.length, hand, choices)
+        hands = np.tile(self.chooser.initial_hand(), (len(self.config.robots), 1))
+        return LineState.begin(count, self.arriving.length, hands, self.chooser.tables.blank)
 
     def reset(self, rows: Ints, generators: Generators) -> None:
         """Begin shifts in some lines, each with its own generator."""
         for row, generator in zip(rows, generators, strict=True):
             self.generators[int(row)] = generator
-        self.live_stream = self.arriving.draw(self.live_stream, rows, generators, in_place=not self._is_stream_kept)
-        self._is_stream_kept = False
-        books = self.state.books.write(rows, self._initial.books.read())
-        fresh = replace(self.state.copy(), books=books)
-        fresh.overwrite(rows, self._initial)
-        work_in_parts(partial(self.turns.advance, self.live_stream, fresh), rows, self._threads)
-        self.state = fresh
+        self.arriving.draw(self.stream, rows, generators)
+        state = self.state.next()
+        state.put(rows, self._initial)
+        work_in_parts(partial(self.chooser.advance, self.stream, state), rows, self._threads)
+        self.state = state
         if self.watched is not None and (rows == 0).any():
-            self.watched = CycleHistory(self._initial.hand[0])
+            self.watched = CycleHistory(self._initial.arms["hand"][0])
 
     def watch(self) -> None:
         """Record the cycles of the first line's robots from now on, for pictures."""
         self.throws.watched = True
         if self.watched is None:
-            self.watched = CycleHistory(self.state.hand[0].copy(), float(self.state.clock[0]))
+            self.watched = CycleHistory(self.state.arms["hand"][0].copy(), float(self.state.clock[0]))
 
     def unwatch(self) -> None:
         """Stop recording cycles."""
@@ -166,16 +156,6 @@ class LineCell:
         if self.watched is None:
             raise OrderError("the cycles of this line are not recorded; open a view of the line first")
         return self.watched
-
-    @property
-    def stream(self) -> Stream:
-        """Objects that come along the belts in this shift; no later step or reset changes this record."""
-        self._is_stream_kept = True
-        return self.live_stream
-
-    @stream.setter
-    def stream(self, stream: Stream) -> None:
-        self.live_stream, self._is_stream_kept = stream, True
 
     @property
     def context(self) -> LineState:
@@ -200,17 +180,16 @@ class LineCell:
 
     def truth(self) -> Truth:
         """True objects of the coming choices, and the results of their throws where a table decides."""
-        state, stream, choices = self.state, self.live_stream, self.state.choices
-        index = np.arange(self.count)[:, None], choices.index
-        objects, worth = replace(take(stream.objects, index), percent=choices.percent), stream.worth[index]
-        attempts = state.books.at(index).attempts
-        attempted, luck = redraw_picks(objects, attempts), redraw(stream.luck[index], attempts)
-        distance = np.sqrt(choices.away[..., 0] ** 2 + choices.away[..., 1] ** 2)
-        results = self.throws.predict(state.robot[:, None], choices.bin, attempted, distance, luck)
-        if results is None:
-            return Truth(choices.real, objects, worth, None, np.full_like(worth, np.nan))
-        in_time = state.clock[:, None] + choices.cycle <= self.config.duration
-        return Truth(choices.real, objects, worth, results, np.where(results.sorted & in_time, worth, 0.0))
+        state, choices = self.state, self.state.choices
+        index = np.arange(self.count)[:, None], choices["index"]
+        objects = replace(take_objects(self.stream.objects, index), percent=choices["percent"])
+        riders = take(self.stream.riders, index)
+        if not isinstance(self.throws, TableThrows):
+            return Truth(choices["real"], objects, riders, None, np.full(choices.shape, np.nan))
+        results = self.throws.predict(state, self.stream, choices)
+        in_time = state.clock[:, None] + choices["cycle"] <= self.config.duration
+        value = np.where(results["sorted"] & in_time, riders["worth"], 0.0)
+        return Truth(choices["real"], objects, riders, results, value)
 
     @property
     def over(self) -> Bools:
@@ -232,34 +211,27 @@ class LineCell:
 
     def _carry_out(self, choice: Ints) -> Decisions:
         """Carry out N decisions."""
-        before, stream, rows = self.state, self.live_stream, np.arange(self.count)
-        chosen = before.choices.at((rows, choice))
-        attempt = Attempt(self.chooser, before.robot, stream, choice, chosen)
-        results, state = self.throws.execute(before, stream, attempt), before.copy()
-        entries, since, accounts = before.books.read(), np.empty(self.count), np.empty((4, self.count), dtype=np.int64)
-        end, value = cycles = np.empty((2, self.count))
-        act_kernel.end_cycles(
-            self._numbers, _FATES, state.robot, choice, state.choices.real, state.choices.index, state.choices.numbers,
-            results.picked, results.sorted, results.ended_in, state.clock, stream.worth, state.free, state.expected,
-            state.busy, state.hand, *entries, since, accounts, cycles,
-        )  # fmt: skip
-        books = before.books.overwritten(entries, (rows, chosen.index), Accounts(since, *accounts))
-        state = replace(state, books=books)
-        observation = self._advance(stream, state)
+        before, state = self.state, self.state.next()
+        chosen = take(before.choices, (np.arange(self.count), choice))
+        attempt = Attempt(self.chooser, before.robot, self.stream, chosen)
+        results, outcomes = self.throws.execute(before, attempt), Outcome.empty(self.count)
+        simulate.end_cycles(self.chooser.tables, state, self.stream.riders, chosen, results, outcomes)
+        observation = self._advance(state)
         self.state = state
         elapsed = np.maximum(np.minimum(self.state.clock, self.config.duration) - before.clock, 0.0)
         return Decisions(
-            attempt=attempt, results=results, start=before.clock, end=end, value=value, elapsed=elapsed,
-            observation=observation,
+            attempt=attempt, results=results, start=before.clock, end=outcomes["end"], value=outcomes["value"],
+            elapsed=elapsed, observation=observation,
         )  # fmt: skip
 
-    def _advance(self, stream: Stream, state: LineState) -> NDArray[np.float32]:
+    def _advance(self, state: LineState) -> NDArray[np.float32]:
         """Advance all lines in place; observations of the robots that decide next (N, ENTRIES)."""
         observations, goes_on = empty_observations(self.count), ~self.over
 
         def work(lines: Ints) -> None:
-            self.turns.advance(stream, state, lines[goes_on[lines]])
-            self.observer.write(observations, state, stream, state.robot, lines)
+            self.chooser.advance(self.stream, state, lines[goes_on[lines]])
+            robots = np.ascontiguousarray(state.robot)
+            fill_observations(self.chooser.tables, state, self.stream.riders, robots, lines, observations)
 
         draws = self._coming_draws(state, goes_on) if self._threads > 1 else []
         work_in_parts(work, np.arange(self.count), self._threads, draws)
@@ -267,7 +239,7 @@ class LineCell:
 
     def _coming_draws(self, state: LineState, goes_on: Bools) -> list[Callable[[], None]]:
         """Draws of the next shifts of lines in which no robot is free again before the end of the shift."""
-        ended = goes_on & (state.free.min(axis=1) >= self.config.duration)
+        ended = goes_on & (state.arms["free"].min(axis=1) >= self.config.duration)
         rows: list[int] = ended.nonzero()[0].tolist()
         return [partial(self.arriving.draw_ahead, row, self.generators[row]) for row in rows]
 
@@ -276,30 +248,24 @@ class LineCell:
         robot, start, context = (
             int(decisions.robot[0]),
             float(decisions.start[0]),
-            take(decisions.context, np.zeros(1, dtype=np.int64)),
+            take_objects(decisions.context, np.zeros(1, dtype=np.int64)),
         )
         planner, index = self.chooser.planner_of(robot), int(decisions.index[0])
-        x = self.live_stream.x[0, index] + self.config.cell.belt.speed * start - self.config.robot_x()[robot]
+        x = self.stream.x[0, index] + self.config.cell.belt.speed * start - self.config.robot_x()[robot]
         decision = Decision(
             robot=robot,
             number=index,
-            hand=before.hand[:1, robot],
+            hand=before.arms["hand"][:1, robot],
             place=planner.pick_point(context.objects, np.array([x])),
             start=start,
-            lift=start + float(before.choices.lift[0, choice]),
+            lift=start + float(before.choices["lift"][0, choice]),
             end=float(decisions.end[0]),
             context=context,
-            picked=bool(decisions.results.picked[0]),
-            in_bin=bool(decisions.results.ended_in[0] >= 0),
+            picked=bool(decisions.results["picked"][0]),
+            in_bin=bool(decisions.results["ended_in"][0] >= 0),
         )
-        tip = self.acts.tips(start)[robot] - before.hand[0, robot]
+        tip = self.acts.tips(start)[robot] - before.arms["hand"][0, robot]
         return record_cycle(decision, tip, planner.config, planner.mover, self.throws.recording)
-
-
-def _cycle_numbers(config: LineConfig) -> Floats:
-    """Numbers of a line as `act_kernel` names them."""
-    belt, limits = config.cell.belt, (T3KR_VELOCITY, T3KR_ACCELERATION, T3KR_JERK)
-    return np.array([*limits, belt.speed, float(belt.tracking), USUAL_SPEED, MOST_SHARE, IDLE_TIME, config.duration])
 
 
 def _check_room(config: LineConfig, count: int, objects: int) -> None:

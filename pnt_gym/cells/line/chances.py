@@ -17,6 +17,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.rows import ChanceTable
 from pnt_gym.cells.line.table_name import table_name
 from pnt_gym.errors import ConfigError
 from pnt_gym.reading import AccessError, json_of
@@ -90,14 +91,10 @@ class Chances:
         if not self.percent.size or (np.diff(self.edges) < 0.0).any():
             raise ValueError("no setting, or distances that do not rise")
 
-    def landing_chance(self, kind: Ints, percent: Floats, distance: Floats) -> Floats:
-        """Chance that a held object ends in its bin, S; at the nearest speed setting of the table."""
-        setting = np.abs(percent[..., None] - self.percent).argmin(axis=-1)
-        return self.landed[kind, setting, np.searchsorted(self.edges, distance)]
-
-    def success_chance(self, kind: Ints, percent: Floats, distance: Floats) -> Floats:
-        """Chance that an attempt ends in the bin, S."""
-        return self.picked[kind] * self.landing_chance(kind, percent, distance)
+    @property
+    def table(self) -> ChanceTable:
+        """The table for compiled functions."""
+        return ChanceTable(*(np.ascontiguousarray(shares) for shares in vars(self).values()))
 
 
 def digest(config: LineConfig) -> str:

@@ -16,9 +16,9 @@ from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.base.request import NO_REQUEST, Request
 from pnt_gym.cells.line.cell import Decisions, LineCell
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.observation import ENTRIES
+from pnt_gym.cells.line.observation import ENTRIES, observe_lines
 from pnt_gym.cells.line.outcome import shift_figures
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.cells.line.throws import Release, SimulatedThrows
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ActionError, ConfigError, one_sentence
@@ -94,12 +94,14 @@ class LineCore:
         return self._observe(np.full(self.count, robot))
 
     def _observe(self, robot: Ints) -> NDArray[np.float32]:
-        return self.cell.observer.observe(self.cell.state, self.cell.live_stream, robot)
+        return observe_lines(
+            self.cell.chooser.tables, self.cell.state, self.cell.stream.riders, np.ascontiguousarray(robot)
+        )
 
     def kinds(self) -> dict[str, NDArray[Any]]:
         """`action_mask`, the real choices (N, CHOICES), and `robot`, the deciding robot (N,)."""
         state = self.cell.state
-        return {"action_mask": state.choices.real.copy(), "robot": state.robot.copy()}
+        return {"action_mask": state.choices["real"].copy(), "robot": state.robot.copy()}
 
     def hidden(self) -> dict[str, Floats]:
         """Hidden quantities of the coming decisions by the names of the cell's `hidden`, (N,) each."""
@@ -108,7 +110,7 @@ class LineCore:
 
     def masks(self) -> Bools:
         """Mask of the real choices (N, CHOICES)."""
-        return self.cell.state.choices.real.copy()
+        return self.cell.state.choices["real"].copy()
 
     def step(self, actions: object, waiting: Bools | None = None) -> Step:
         """Carry out one decision in every line.
@@ -126,7 +128,7 @@ class LineCore:
             reward = decisions.value - self.config.price_of_time * decisions.elapsed
             ended = self.cell.over
             shift_info = self._shift_info(ended)
-            shift_info |= self._success_info(decisions.results.is_success, ended, waiting)
+            shift_info |= self._success_info(decisions.results["is_success"], ended, waiting)
             info = {**_decision_info(decisions), **self._simulation_info(decisions), **shift_info, **self.kinds()}
             return Step(decisions.observation, reward, ended, info, dict.fromkeys(shift_info, ended))
 
@@ -142,7 +144,7 @@ class LineCore:
         """Infos that only simulated throws have."""
         if not isinstance(self.cell.throws, SimulatedThrows):
             return {}
-        return {"landing_error": decisions.results.landing_error, "energy": decisions.results.energy}
+        return {"landing_error": decisions.results["landing_error"], "energy": decisions.results["energy"]}
 
     def _success_info(self, is_success: Bools, ended: Bools, waiting: Bools | None) -> dict[str, NDArray[Any]]:
         """Count the decisions that succeeded; their share in the shifts that are over, empty while none is."""
@@ -158,7 +160,7 @@ class LineCore:
         if rows.size == 0:
             return {}
         figures: dict[str, NDArray[Any]] = {}
-        for name, values in shift_figures(self.config, self.cell.state, self.cell.live_stream, rows).items():
+        for name, values in shift_figures(self.config, self.cell.state, self.cell.stream, rows).items():
             figures[name] = np.full((self.count, *values.shape[1:]), np.nan)
             figures[name][rows] = values
         return figures
@@ -177,10 +179,10 @@ def _decision_info(decisions: Decisions) -> dict[str, NDArray[Any]]:
         "bin": attempt.bin,
         "percent": attempt.percent,
         "value": decisions.value,
-        "picked": results.picked,
-        "is_success": results.is_success,
-        "sorted": results.sorted,
-        "ended_in": results.ended_in,
+        "picked": results["picked"],
+        "is_success": results["is_success"],
+        "sorted": results["sorted"],
+        "ended_in": results["ended_in"],
         "start": decisions.start,
         "cycle_time": decisions.end - decisions.start,
         "wait_time": np.where(decisions.valid, decisions.wait, 0.0),

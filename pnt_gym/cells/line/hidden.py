@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.conveyor.objects.records import Objects
-from pnt_gym.cells.line.state import CHOICES
-from pnt_gym.cells.line.throws import ThrowResults
+from pnt_gym.cells.line.rows import CHOICES, Result, Rider
+from pnt_gym.rows import Rows2
 
 
 @final
@@ -24,9 +24,8 @@ class Truth:
     real: Bools
     """Whether each choice exists; other rows hold arbitrary values."""
     objects: Objects
-    worth: Floats
-    """Value of each object in a bin that takes the object."""
-    results: ThrowResults | None
+    riders: Rows2[Rider]
+    results: Rows2[Result] | None
     """Results of each throw; None where only a simulation can tell."""
     value: Floats
     """Value that each choice would bring in; NaN where only a simulation can tell."""
@@ -43,7 +42,7 @@ def _per_choice(
     return tuple(Quantity(f"{name}_{choice}", unit, meaning, choice_value(choice)) for choice in range(CHOICES))
 
 
-def _results(truth: Truth) -> ThrowResults:
+def _results(truth: Truth) -> Rows2[Result]:
     """Results of the throws, by the table."""
     assert truth.results is not None
     return truth.results
@@ -51,25 +50,29 @@ def _results(truth: Truth) -> ThrowResults:
 
 OBJECTS: Final = (
     *_per_choice(
-        "true_kind", "-", "true item of the object of choice K, an index of `items`", lambda t: t.objects.kind
+        "true_kind", "-", "true item of the object of choice K, an index of `items`", lambda t: t.riders["kind"]
     ),
-    *_per_choice("worth", "-", "value of the object of choice K in a bin that takes the object", lambda t: t.worth),
+    *_per_choice(
+        "worth", "-", "value of the object of choice K in a bin that takes the object", lambda t: t.riders["worth"]
+    ),
 )
 """Quantities of every line."""
 BY_TABLE: Final = (
     *OBJECTS,
-    *_per_choice("picked", "-", "1 if the cup would seal on the object of choice K", lambda t: _results(t).picked),
+    *_per_choice("picked", "-", "1 if the cup would seal on the object of choice K", lambda t: _results(t)["picked"]),
     *_per_choice(
-        "is_success", "-", "1 if the object would lie in the bin of the choice", lambda t: _results(t).is_success
+        "is_success", "-", "1 if the object would lie in the bin of the choice", lambda t: _results(t)["is_success"]
     ),
-    *_per_choice("sorted", "-", "1 if is_success_K is 1 and the bin takes the true item", lambda t: _results(t).sorted),
+    *_per_choice(
+        "sorted", "-", "1 if is_success_K is 1 and the bin takes the true item", lambda t: _results(t)["sorted"]
+    ),
     *_per_choice("value", "-", "value that the choice would add before the shift ends", lambda t: t.value),
 )
 """Quantities of a line with a table of throws, which gives the result of every choice."""
 SIMULATED: Final = (
     *OBJECTS,
     *_per_choice("mass", "kg", "true mass of the object of choice K", lambda t: t.objects.mass),
-    *_per_choice("height", "m", "true height of the object of choice K", lambda t: t.objects.size[..., 2]),
+    *_per_choice("height", "m", "true height of the object of choice K", lambda t: t.riders["height"]),
     *_per_choice(
         "seal", "N", "true vacuum force F0 on the object of choice K before the release", lambda t: t.objects.seal
     ),

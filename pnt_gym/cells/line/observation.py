@@ -13,54 +13,55 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pnt_gym.arrays import Floats, Ints, tuples
-from pnt_gym.cells.base.features import CLIP, EntryTable, ObservationEntry
-from pnt_gym.cells.line import observation_kernel
-from pnt_gym.cells.line.choosing import Chooser
-from pnt_gym.cells.line.config import MOST_ROBOTS
-from pnt_gym.cells.line.state import CHOICES, LineState
-from pnt_gym.cells.line.stream import Stream
+from pnt_gym.cells.base.features import EntryTable, scaled
+from pnt_gym.cells.line import observe
+from pnt_gym.cells.line.rows import CHOICES, LineState, Rider, Tables
+from pnt_gym.rows import Quadruple, Row, Rows2
 
 MIN_RATE: Final = 1e-6
 """Value per second below which choices count as equal."""
-_ROBOTS: Final = range(MOST_ROBOTS)
 
-LINE_TABLE: Final = EntryTable(
-    (
-        ObservationEntry("gone", "-", 0.5, 0.5, "share of the shift that is over"),
-        *(
-            ObservationEntry(f"turn_{k}", "-", 0.5, 0.5, f"whether it is the turn of robot {k}, upstream first")
-            for k in _ROBOTS
-        ),
-        *(ObservationEntry(f"busy_{k}", "s", 0.5, 0.5, f"until robot {k} is expected to be free") for k in _ROBOTS),
-        ObservationEntry("hand_x", "m", 0.0, 0.30, "where the hand stands, from the robot's base"),
-        ObservationEntry("hand_y", "m", 0.0, 0.30, "where the hand stands, from the robot's base"),
-        ObservationEntry("coming", "-", 8.0, 8.0, "objects in the camera's sight that the robot takes"),
-        ObservationEntry("possible", "-", 8.0, 8.0, "choices that exist"),
-    )
-)
+
+@final
+class LineFeatures(Row):
+    """What a robot sees of its line."""
+
+    gone: float = scaled("-", 0.5, 0.5, "share of the shift that is over")
+    turn: Quadruple = scaled("-", 0.5, 0.5, "whether it is the turn of robot {k}, upstream first")
+    busy: Quadruple = scaled("s", 0.5, 0.5, "until robot {k} is expected to be free")
+    hand_x: float = scaled("m", 0.0, 0.30, "where the hand stands, from the robot's base")
+    hand_y: float = scaled("m", 0.0, 0.30, "where the hand stands, from the robot's base")
+    coming: float = scaled("-", 8.0, 8.0, "objects in the camera's sight that the robot takes")
+    possible: float = scaled("-", 8.0, 8.0, "choices that exist")
+
+
+@final
+class ChoiceFeatures(Row):
+    """What a robot sees of one choice."""
+
+    real: float = scaled("-", 0.0, 1.0, "1; all entries of a choice that does not exist are 0")
+    pick_x: float = scaled("m", 0.0, 0.30, "where the object is lifted")
+    pick_y: float = scaled("m", -0.33, 0.15, "where the object is lifted")
+    lift: float = scaled("s", 1.0, 0.6, "until the object is lifted")
+    cycle: float = scaled("s", 1.3, 0.6, "until the robot is free again")
+    wait: float = scaled("s", 0.0, 0.5, "standstill above the belt until the object comes")
+    slack: float = scaled("s", 1.0, 1.0, "how much later the object could be lifted")
+    value: float = scaled("-", 1.0, 1.0, "of the object in its bin")
+    ln_rate: float = scaled("ln 1/s", 0.0, 3.0, "value x chance / cycle, its logarithm")
+    chance: float = scaled("-", 0.5, 0.5, "that the object ends in its bin, by the table of throws")
+    percent: float = scaled("%", 40.0, 10.0, "speed setting")
+    distance: float = scaled("m", 0.8, 0.2, "horizontal distance from pick to bin")
+    stop_x: float = scaled("m", 0.0, 0.3, "where the hand stops after the throw")
+    stop_y: float = scaled("m", 0.1, 0.2, "where the hand stops after the throw")
+    crowd: float = scaled("-", 2.0, 2.0, "objects within 0.25 m of this stop that the robot can take then")
+    heirs: float = scaled("-", 0.0, 1.0, "robots downstream that take this item")
+    reaches: float = scaled("s", 0.0, 3.0, "until the first of these robots can reach it; 0 for none")
+    queue: float = scaled("-", 0.0, 6.0, "objects ahead of it that this downstream robot takes")
+
+
+LINE_TABLE: Final = EntryTable.of_rows(LineFeatures)
 """Features of the line; entries from 0 on."""
-CHOICE_TABLE: Final = EntryTable(
-    (
-        ObservationEntry("real", "-", 0.0, 1.0, "1; all entries of a choice that does not exist are 0"),
-        ObservationEntry("pick_x", "m", 0.0, 0.30, "where the object is lifted"),
-        ObservationEntry("pick_y", "m", -0.33, 0.15, "where the object is lifted"),
-        ObservationEntry("lift", "s", 1.0, 0.6, "until the object is lifted"),
-        ObservationEntry("cycle", "s", 1.3, 0.6, "until the robot is free again"),
-        ObservationEntry("wait", "s", 0.0, 0.5, "standstill above the belt until the object comes"),
-        ObservationEntry("slack", "s", 1.0, 1.0, "how much later the object could be lifted"),
-        ObservationEntry("value", "-", 1.0, 1.0, "of the object in its bin"),
-        ObservationEntry("ln_rate", "ln 1/s", 0.0, 3.0, "value x chance / cycle, its logarithm"),
-        ObservationEntry("chance", "-", 0.5, 0.5, "that the object ends in its bin, by the table of throws"),
-        ObservationEntry("percent", "%", 40.0, 10.0, "speed setting"),
-        ObservationEntry("distance", "m", 0.8, 0.2, "horizontal distance from pick to bin"),
-        ObservationEntry("stop_x", "m", 0.0, 0.3, "where the hand stops after the throw"),
-        ObservationEntry("stop_y", "m", 0.1, 0.2, "where the hand stops after the throw"),
-        ObservationEntry("crowd", "-", 2.0, 2.0, "objects within 0.25 m of this stop that the robot can take then"),
-        ObservationEntry("heirs", "-", 0.0, 1.0, "robots downstream that take this item"),
-        ObservationEntry("reaches", "s", 0.0, 3.0, "until the first of these robots can reach it; 0 for none"),
-        ObservationEntry("queue", "-", 0.0, 6.0, "objects ahead of it that this downstream robot takes"),
-    )
-)
+CHOICE_TABLE: Final = EntryTable.of_rows(ChoiceFeatures)
 """Features of one choice; the entries of all choices follow the entries of the line."""
 
 
@@ -83,33 +84,24 @@ class LineTables:
 ENTRIES: Final = len(LINE_TABLE) + CHOICES * len(CHOICE_TABLE)
 
 
-@final
-class Observer:
-    """Observes lines for robots.
+def observe_lines(tables: Tables, state: LineState, riders: Rows2[Rider], robots: Ints) -> NDArray[np.float32]:
+    """Observations (N, ENTRIES) of robots (N,), without choices where another robot decides."""
+    rows = empty_observations(len(robots))
+    fill_observations(tables, state, riders, robots, np.arange(len(robots)), rows)
+    return rows
 
-    Args:
-        chooser: chooser of the lines.
-        duration: length of a work shift [s].
-    """
 
-    def __init__(self, chooser: Chooser, duration: float) -> None:
-        self._numbers = chooser.numbers, chooser.can_take, chooser.bases, duration, CLIP, MIN_RATE
-
-    def observe(self, state: LineState, stream: Stream, robot: Ints) -> NDArray[np.float32]:
-        """Observations (N, ENTRIES) of robots (N,), without choices where another robot decides."""
-        observations = empty_observations(len(robot))
-        self.write(observations, state, stream, robot, np.arange(len(robot)))
-        return observations
-
-    def write(
-        self, observations: NDArray[np.float32], state: LineState, stream: Stream, robot: Ints, lines: Ints
-    ) -> None:
-        """Write the rows of `observe` for some lines (K,)."""
-        observation_kernel.write_observations(
-            *self._numbers, lines, state.clock, robot, state.robot == robot, state.hand, state.expected,
-            state.choices.real, state.choices.numbers, stream.x, state.books.read().since,
-            stream.objects.measured.kind, LINE_TABLE.scaling, CHOICE_TABLE.scaling, observations,
-        )  # fmt: skip
+def fill_observations(
+    tables: Tables,
+    state: LineState,
+    riders: Rows2[Rider],
+    robots: Ints,
+    lines: Ints,
+    rows: NDArray[np.float32],
+) -> None:
+    """Write the rows of `observe_lines` for some lines (K,)."""
+    scalings = LINE_TABLE.scaling, CHOICE_TABLE.scaling
+    observe.write_observations(tables, state, riders, robots, lines, *scalings, rows)
 
 
 def empty_observations(count: int) -> NDArray[np.float32]:

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.line import outcome_kernel
+from pnt_gym.cells.line import simulate
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.state import LineState
+from pnt_gym.cells.line.rows import LineState
 from pnt_gym.cells.line.stream import Stream
+from pnt_gym.rows import take
 
 
 def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: Ints) -> dict[str, NDArray[Any]]:
@@ -20,20 +21,18 @@ def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: In
     An object counts as arrived when it was lifted, or has passed the last window before the end of the shift. Objects
     that are still on their way or in a hand count neither as success nor as failure.
     """
-    books, end, worth = state.books.read(), np.minimum(state.clock[rows], config.duration), stream.worth
+    accounts, riders = take(state.accounts, rows), take(stream.riders, rows)
+    end = np.minimum(state.clock[rows], config.duration)
     fates = np.zeros((5, len(rows), len(config.cell.items)), dtype=np.int64)
-    picks, worths = np.zeros((len(rows), len(config.robots)), dtype=np.int64), np.zeros((3, len(rows), worth.shape[1]))
-    outcome_kernel.count_fates(
-        rows, config.cell.belt.speed * end, config.reach[1], stream.x, worth, stream.objects.kind, books.fate,
-        books.taker, books.attempts, fates, picks, worths,
-    )  # fmt: skip
+    picks, worths = np.zeros((len(rows), len(config.robots)), dtype=np.int64), np.zeros((3, *riders.shape))
+    simulate.count_fates(config.cell.belt.speed * end, config.reach[1], riders, accounts, fates, picks, worths)
     (in_right, in_wrong, on_floor, passed, tried), minutes = fates, end / 60.0
     value, arrived_value, passed_value = worths.sum(axis=-1)
     objects, arrived = fates.sum(axis=-1), fates[:4].sum(axis=0)
     return {
         "shift_value_per_min": value / minutes,
         "shift_sorted_per_min": objects[0] / minutes,
-        "shift_attempts": books.attempts[rows].sum(axis=1),
+        "shift_attempts": accounts["attempts"].sum(axis=1),
         "shift_objects": arrived.sum(axis=-1),
         "shift_sorted": objects[0],
         "shift_misplaced": objects[1],
@@ -51,7 +50,7 @@ def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: In
         "shift_passed_value_per_min": passed_value / minutes,
         "shift_passed_tried": _ratio(objects[4], objects[3]),
         "shift_picks_by_robot": picks,
-        "shift_utilisation": np.minimum(state.busy[rows] / end[:, None], 1.0),
+        "shift_utilisation": np.minimum(state.arms["busy"][rows] / end[:, None], 1.0),
     }
 
 

@@ -3,45 +3,51 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, final
+from typing import Any, Final, NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import take as take_objects
 from pnt_gym.cells.base.cell import Generators, Purpose, move_aside
 from pnt_gym.cells.conveyor.objects.records import Objects, half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line import lie
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.rows import Rider
 from pnt_gym.errors import ConfigError
-
-STRETCH: Final = 1000.0 + (np.sqrt(5.0) - 1.0) / 2.0
-"""A uniform draw times this number, modulo 1, is practically independent of the draw."""
+from pnt_gym.rows import Rows2, put, take
 
 _ALONG_AND_ACROSS: Final = np.array([0.0, np.pi / 2])[:, None, None]
 """Headings along and across the belt (2, 1, 1) [rad]."""
 
 
-@final
-@dataclass(frozen=True)
-class Stream:
+class Stream(NamedTuple):
     """M objects on each of N belts, in the order of their arrival (N, M)."""
 
     objects: Objects
-    x: Floats
-    """Position along the belt when the shift begins; x 0 is the base of a robot at 0 [m]."""
-    worth: Floats
-    """Value in a bin that takes the object."""
-    luck: Floats
-    """Uniform draws that decide the results of throws by the table."""
+    riders: Rows2[Rider]
+    """What decisions and the table of throws need of each object."""
 
+    @classmethod
+    def of(cls, objects: Objects, x: Floats, worth: Floats, luck: Floats) -> Self:
+        """Stream of objects with their positions when the shift begins [m], values, and draws of their luck."""
+        riders = Rider.empty(*x.shape)
+        riders["x"], riders["worth"], riders["luck"] = x, worth, luck
+        riders["lane_y"], riders["known_depth"] = objects.draws.lane_y, objects.known_depth
+        riders["height"], riders["measured_height"] = objects.size[..., 2], objects.measured.size[..., 2]
+        riders["kind"], riders["seen"], riders["seal"] = objects.kind, objects.measured.kind, objects.pick_draw
+        return cls(objects, riders)
 
-def redraw(draws: Floats, attempt: Ints) -> Floats:
-    """Uniform draws for later attempts; draws of 1, which stand for attempts that never fail, stay 1."""
-    redrawn = draws
-    for number in range(int(attempt.max(initial=0))):
-        redrawn = np.where((attempt > number) & (draws < 1.0), redrawn * STRETCH % 1.0, redrawn)
-    return redrawn
+    @property
+    def x(self) -> Floats:
+        """Positions along the belt when the shift begins (N, M) [m]."""
+        return self.riders["x"]
+
+    def write(self, lines: Ints, streams: Stream) -> None:
+        """Write the streams of some lines, in place."""
+        self.objects.overwrite(lines, streams.objects)
+        put(self.riders, lines, streams.riders)
 
 
 @final
@@ -52,12 +58,6 @@ class ComingStream:
     stream: Stream
     before: Any
     after: Any
-
-
-def _overwrite(streams: Stream, rows: Ints, fresh: Stream) -> None:
-    """Write some lines' streams, in place."""
-    streams.objects.overwrite(rows, fresh.objects)
-    streams.x[rows], streams.worth[rows], streams.luck[rows] = fresh.x, fresh.worth, fresh.luck
 
 
 @final
@@ -80,32 +80,27 @@ class StreamSampler:
 
     def empty_streams(self, count: int) -> Stream:
         """Arrays for N streams, filled with an arbitrary stream."""
-        return take(self._draw_streams([np.random.default_rng(0)]), np.zeros(count, dtype=np.int64))
+        objects, riders = self._draw_streams([np.random.default_rng(0)])
+        first = np.zeros(count, dtype=np.int64)
+        return Stream(take_objects(objects, first), take(riders, first))
 
-    def draw(self, streams: Stream, rows: Ints, generators: Generators, in_place: bool) -> Stream:
-        """The streams with newly drawn ones in some rows.
+    def draw(self, streams: Stream, rows: Ints, generators: Generators) -> None:
+        """Write newly drawn streams of some lines, in place.
 
         Args:
             streams: streams of N lines.
             rows: lines with new streams (K,).
             generators: one generator for each of these lines.
-            in_place: whether the streams may be overwritten; a copy takes longer than a step of the lines.
         """
-        fresh, missing = list[tuple[Ints, Stream]](), list[int]()
+        missing = list[int]()
         for place, (row, generator) in enumerate(zip(rows, generators, strict=True)):
             stream = self._take_drawn(int(row), generator)
             if stream is None:
                 missing.append(place)
             else:
-                fresh.append((rows[[place]], stream))
+                streams.write(rows[[place]], stream)
         if missing:
-            fresh.append((rows[missing], self._draw_streams([generators[place] for place in missing])))
-        if np.array_equal(fresh[0][0], np.arange(len(streams.x))):
-            return fresh[0][1]
-        streams = streams if in_place else take(streams, np.arange(len(streams.x)))
-        for fresh_rows, stream in fresh:
-            _overwrite(streams, fresh_rows, stream)
-        return streams
+            streams.write(rows[missing], self._draw_streams([generators[place] for place in missing]))
 
     def draw_ahead(self, row: int, generator: np.random.Generator) -> None:
         """Draw the stream that `draw` will give a line for its generator as it is, and leave the generator so."""
@@ -143,12 +138,8 @@ class StreamSampler:
         spread = config.value.spread
         # Lognormal factor of mean 1: exp(s z - s^2 / 2).
         factor = np.exp(spread * worth - 0.5 * spread * spread)
-        return Stream(
-            objects=take(objects, order),
-            x=x[order],
-            worth=(config.values()[objects.kind] * factor)[order],
-            luck=luck[order],
-        )
+        worth = config.values()[objects.kind] * factor
+        return Stream.of(take_objects(objects, order), x[order], worth[order], luck[order])
 
     def _settle(self, arrival_x: Floats, objects: Objects) -> Floats:
         """Positions of objects along the belt after giving way, from their arrivals, both (K, M) [m].

@@ -116,7 +116,7 @@ class LineView(View):
         """Markers of objects on the belt."""
         cell, (low, high) = self._cell, self._scene.belt
         stream, belt = cell.stream, cell.config.cell.belt
-        ride_times = np.where(np.isinf(cell.state.books.since(np.s_[0])), -np.inf, time)
+        ride_times = np.where(np.isinf(cell.state.accounts["since"][0]), -np.inf, time)
         for cycle in cell.acts.cycles:
             if cycle.object_track is not None:
                 ride_times[cycle.number] = min(time, cycle.off_belt) if time < cycle.lift else -np.inf

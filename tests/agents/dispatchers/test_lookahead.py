@@ -5,14 +5,14 @@ import pytest
 
 from agents.dispatchers.decisions import line_observation
 from agents.dispatchers.lookahead import Beam, GuidedBeam
-from agents.dispatchers.outlook import TRUTH, observe_outlook
+from agents.dispatchers.outlook import observe_outlook
 from agents.dispatchers.registry import line_controller
 from agents.dispatchers.scored import ScoreController
 from agents.dispatchers.settings import settings
 from agents.ground.cli import UsageError
 from pnt_gym.arrays import take
 from pnt_gym.cells.line.observation import decoded
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES
 from tests.tools.line import vector_lines
 
 LEVEL = {"base": "value", "duration": 10.0}
@@ -48,11 +48,10 @@ def test_a_beam_knows_nothing_that_is_hidden():
     env.reset(seed=3)
     beams = [Beam("beam", core), Beam("price_beam", core, share=0.5)]
     before = [beam.act(None) for beam in beams]
-    stream = core.cell.stream
-    stream.luck[:] = 1.0 - stream.luck
-    for hidden in ("pick_draw", "mass", "seal", "delay", "kind"):
-        values = getattr(stream.objects, hidden)
-        values[:] = np.roll(values, 1, axis=1)
+    riders = core.cell.stream.riders
+    riders["luck"] = 1.0 - riders["luck"]
+    for hidden in ("seal", "kind", "height"):
+        riders[hidden] = np.roll(riders[hidden], 1, axis=1)
     for beam, choice in zip(beams, before, strict=True):
         np.testing.assert_array_equal(beam.act(None), choice)
 
@@ -61,14 +60,12 @@ def test_an_outlook_holds_what_sensors_report_and_no_truth():
     env, core = vector_lines(THREE)
     env.reset(seed=3)
     known = observe_outlook(core)
-    objects, sight = known.objects, known.sight
-    assert np.isnan([getattr(objects, name) for name in TRUTH]).all()
-    assert np.isnan(objects.spin).all()
-    assert (objects.kind == -1).all()
-    true = take(core.cell.stream.objects, (np.arange(4)[:, None], sight.object_index))
-    np.testing.assert_array_equal(objects.size, true.measured.size)
-    np.testing.assert_array_equal(objects.yaw, true.measured.yaw)
-    np.testing.assert_array_equal(sight.kind, true.measured.kind)
+    riders, seen = known.riders, known.sight.seen
+    assert np.isnan([riders["seal"], riders["luck"]]).all()
+    assert (riders["kind"] == -1).all()
+    true = take(core.cell.stream.objects, (np.arange(4)[:, None], seen["index"]))
+    np.testing.assert_array_equal(riders["height"], true.measured.size[..., 2])
+    np.testing.assert_array_equal(seen["kind"], true.measured.kind)
 
 
 def met(env, seed, steps=12):
@@ -113,7 +110,7 @@ def test_what_is_added_to_the_scores_is_what_plans_are_worth():
         choices, there = core.cell.state.choices, decoded(seen.features).choices["real"] > 0.5
         scores = np.where(there, own.scores(seen.features), -np.inf)
         least = np.sort(scores, axis=1)[:, -3][:, None]
-        worth = choices.value * choices.chance - 0.5 * choices.cycle
+        worth = choices["value"] * choices["chance"] - 0.5 * choices["cycle"]
         wanted = np.where((scores >= least) & there, scores + 8.0 * worth, -np.inf).argmax(axis=1)
         np.testing.assert_array_equal(guided.act(seen), wanted)
         moved += int((wanted != own.act(seen)).sum())

@@ -26,7 +26,7 @@ from agents.publish.onnx_graph import save_onnx
 from pnt_gym.cells.base.canvas import Picture
 from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.line.observation import ENTRIES
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES
 from tests.tools.commands import output_of
 from tests.tools.line import observed, vector_lines
 from tests.tools.nightly import with_nightly

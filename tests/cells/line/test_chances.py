@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from pnt_gym.cells.line.chances import PRIOR, Chances, format_table, read_table
+from pnt_gym.cells.line.choose import write_values
 from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.rows import Choice, Rider, Seen
 from tests.tools.line import begun, chances, decided, with_table
 
 CONFIG = LineConfig.load({"base": "speed", "throws": "flight"})
@@ -45,19 +47,27 @@ def test_cups_that_never_fail_are_certain():
     assert made.picked.tolist() == [1.0] * 4
 
 
+def chances_of(table, kind, percent, distance):
+    """Chances of choices of one line, as planners see them."""
+    count = len(kind)
+    choices = Choice.zeros(count, place=np.arange(count), percent=percent, away=np.stack([distance, 0 * distance], -1))
+    tables = begun("single").chooser.tables._replace(chances=table.table)
+    first = np.zeros(1, dtype=np.int64)
+    write_values(tables, Rider.zeros(1, 1), first, Seen.zeros(1, count, kind=kind), choices)
+    return choices["chance"].tolist()
+
+
 def test_a_chance_is_looked_up_by_item_speed_and_distance():
     table = chances(CONFIG)
     kind, percent = np.array([0, 1, 2, 3, 3]), np.array([30.0, 40.0, 50.0, 33.0, 90.0])
     distance = np.array([0.1, 0.75, 0.85, 5.0, 0.7])
     at = [(0, 0, 0), (1, 1, 1), (2, 2, 2), (3, 0, 3), (3, 2, 0)]
-    assert table.landing_chance(kind, percent, distance).tolist() == [table.landed[i] for i in at]
-    wanted = [table.landed[i] * table.picked[i[0]] for i in at]
-    assert table.success_chance(kind, percent, distance).tolist() == wanted
+    assert chances_of(table, kind, percent, distance) == [table.landed[i] * table.picked[i[0]] for i in at]
 
 
 def test_nothing_fails_by_the_table_of_lines_that_throw():
     sure = Chances.certain(CONFIG.cell)
-    assert sure.success_chance(np.arange(4), np.full(4, 35.0), np.linspace(0.1, 3.0, 4)).tolist() == [1.0] * 4
+    assert chances_of(sure, np.arange(4), np.full(4, 35.0), np.linspace(0.1, 3.0, 4)) == [1.0] * 4
 
 
 def test_a_table_that_is_written_is_read_again(tmp_path):
@@ -82,14 +92,14 @@ def test_throws_come_out_as_often_as_the_table_has_it(tmp_path):
         kind, made = taken.context.objects.kind[rows], taken.results
         setting = np.searchsorted(table.percent, taken.context.objects.percent[rows])
         of = np.searchsorted(table.edges, taken.context.distance[rows])
-        held = made.picked[rows]
+        held = made["picked"][rows]
         np.add.at(wanted[0], (kind, 0), table.picked[kind])
         np.add.at(wanted[1], (kind, of), np.where(held, table.landed[kind, setting, of], 0.0))
         np.add.at(found[0], (kind, 0), held)
-        np.add.at(found[1], (kind, of), made.is_success[rows])
-        assert (made.ended_in[rows][made.is_success[rows]] >= 0).all()
-        assert (made.ended_in[rows][~made.is_success[rows]] == -1).all()
-        assert not (made.sorted & ~made.is_success).any()
+        np.add.at(found[1], (kind, of), made["is_success"][rows])
+        assert (made["ended_in"][rows][made["is_success"][rows]] >= 0).all()
+        assert (made["ended_in"][rows][~made["is_success"][rows]] == -1).all()
+        assert not (made["sorted"] & ~made["is_success"]).any()
         count += rows.size
     assert count > 700
     assert (np.abs(found - wanted) <= 4.0 * np.sqrt(np.maximum(wanted, 1.0))).all()

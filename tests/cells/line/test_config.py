@@ -253,9 +253,9 @@ def test_robots_may_have_bins_and_speeds_of_their_own(tmp_path: Path):
         while not cell.over.all():
             state = cell.state
             for row in range(2):
-                real = state.choices.real[row]
-                bins[state.robot[row]] |= set(state.choices.bin[row][real].tolist())
-                speeds[state.robot[row]] |= set(state.choices.percent[row][real].tolist())
+                real = state.choices["real"][row]
+                bins[state.robot[row]] |= set(state.choices["bin"][row][real].tolist())
+                speeds[state.robot[row]] |= set(state.choices["percent"][row][real].tolist())
             cell.take(np.zeros(2, dtype=np.int64))
         assert bins == [{0}, {0, 1, 2, 3}, {0, 1}]
         assert speeds == [{40.0}, {30.0, 50.0}, {40.0}]

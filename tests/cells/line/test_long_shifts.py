@@ -1,7 +1,5 @@
 """Shifts of hours and robots far away: they begin, stay the same lines, cost what short ones do, or are refused."""
 
-import copy
-import pickle
 import subprocess
 import sys
 import tracemalloc
@@ -16,10 +14,10 @@ from hypothesis import strategies as st
 
 from pnt_gym.cells.line import acts
 from pnt_gym.cells.line import cell as cells
-from pnt_gym.cells.line.books import Accounts, Books
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.lie import separate
-from pnt_gym.cells.line.turn_kernel import find_ends
+from pnt_gym.cells.line.rows import Line, Rider, Turn
+from pnt_gym.cells.line.sight import find_ends
 from pnt_gym.cells.line.view import LineView
 from pnt_gym.errors import ConfigError
 from tests.tools.line import BOXES, begun, decided
@@ -33,6 +31,7 @@ for duration, x in ((3600.0, 0.0), (14400.0, -1e5), (14400.0, 2e5)):
     env.reset(seed=0)
     assert not env.step(0)[4]["invalid_action"]
 """
+SINGLE = begun("single")
 FOUR_HOURS = {"base": "skills3", "duration": 14400.0}
 
 
@@ -73,8 +72,11 @@ def test_any_numbers_at_all_come_to_an_end(x, size, gap):
 @given(x=st.lists(st.floats(-10, 10), max_size=30), ride=st.floats(0, 10), low=st.floats(-5, 5), long=st.floats(0, 5))
 def test_what_is_in_sight_is_what_a_look_at_everything_finds(x, ride, low, long):
     places, ends = np.sort(np.array([x, x]), axis=1)[:, ::-1], np.empty((1, 2), dtype=np.int64)
-    numbers, clock = np.array([0.5, low, low + long]), np.array([0.0, 2.0 * ride])
-    assert find_ends(numbers, np.array([1]), clock, places, ends) == max(ends[0, 1] - ends[0, 0], 0)
+    seen = SINGLE.chooser.tables._replace(line=Line.zeros(1, speed=0.5, sight_low=low, sight_high=low + long))
+    state = SINGLE.state._replace(turns=Turn.zeros(2, clock=[0.0, 2.0 * ride]))
+    assert find_ends(seen, state, Rider.zeros(*places.shape, x=places), np.array([1]), ends) == max(
+        ends[0, 1] - ends[0, 0], 0
+    )
     then = places[1] + ride
     assert np.arange(*ends[0]).tolist() == np.flatnonzero((then >= low) & (then <= low + long)).tolist()
 
@@ -158,27 +160,3 @@ def test_so_many_lines_that_memory_would_not_hold_their_objects_are_one_sentence
         LineCore(config, 100_000)
     monkeypatch.setattr(cells, "MOST_OBJECTS", 2 * 676)
     assert LineCore(config, 2).cell.stream.x.shape == (2, 676)
-
-
-def entries(random: np.random.Generator, *shape: int) -> Accounts:
-    return Accounts(random.random(shape), *random.integers(-1, 9, (4, *shape)))
-
-
-def test_books_are_values_whoever_writes_after_whom():
-    """Against copies of everything; every third time in books that are not the latest."""
-    random, rows = np.random.default_rng(0), np.arange(3)
-    books = [Books(Accounts.fresh(3, 7))]
-    copies = [Accounts.fresh(3, 7)]
-    for number in range(40):
-        which = int(random.integers(len(books))) if number % 3 == 0 else len(books) - 1
-        at = (rows, random.integers(7, size=3)) if number % 5 else rows[:2]
-        fresh = entries(random, *np.zeros((3, 7))[at].shape)
-        books.append(books[which].write(at, fresh))
-        copies.append(copy.deepcopy(copies[which]))
-        for column, values in zip(copies[-1], fresh, strict=True):
-            column[at] = values
-    for one, wanted in zip(books, copies, strict=True):
-        for same in (one, copy.deepcopy(one), pickle.loads(pickle.dumps(one))):
-            assert all(map(same_bits, same.whole(), wanted))
-            assert same_bits(same.since(np.s_[1]), wanted.since[1])
-            assert same_bits(same.at((rows, rows)).fate, wanted.fate[rows, rows])

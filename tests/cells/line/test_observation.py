@@ -8,12 +8,11 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from pnt_gym.arrays import take
 from pnt_gym.cells.base.features import CLIP
 from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE, decoded
-from pnt_gym.cells.line.state import CHOICES
+from pnt_gym.cells.line.rows import CHOICES
 from tests.cells.conveyor.test_observation import HIDDEN, changed
-from tests.tools.line import decided, seen_values, with_table
+from tests.tools.line import decided, seen_values, stream_with, with_table
 from tests.tools.movers import choices_anew
 from tests.tools.throws import parts_of, same_bits, with_part
 
@@ -36,7 +35,7 @@ def line(tmp_path):
 def looked_again(core):
     """What is seen of the same state when choices are looked for anew."""
     cell = core.cell
-    cell.state = replace(cell.state, choices=choices_anew(cell))
+    cell.state = choices_anew(cell)
     return core.observe()
 
 
@@ -84,7 +83,7 @@ def test_a_hidden_value_of_objects_leaves_the_observation_as_it_is(line, name):
         objects = replace(stream.objects, **{name: turned})
     else:
         objects = changed(stream.objects, name)
-    line.cell.stream = replace(stream, objects=objects, luck=1.0 - stream.luck)
+    line.cell.stream = stream_with(stream, objects, luck=1.0 - stream.riders["luck"])
     after = looked_again(line)
     if name == "grasp":  # measured = true + noise: the sum is the same up to rounding
         np.testing.assert_allclose(after, before, atol=1e-6)
@@ -97,11 +96,11 @@ def test_what_is_known_does_reach_the_observation(line, name):
     """So that the test above can fail."""
     before, stream = line.observe(), line.cell.stream
     if name == "worth":
-        changes = {"worth": stream.worth * 1.1}
+        changes: dict[str, Any] = {"worth": stream.riders["worth"] * 1.1}
     else:
         values = np.roll(parts_of(stream.objects)[name], 1, axis=1)
         changes = {"objects": with_part(stream.objects, name, values)}
-    line.cell.stream = replace(stream, **changes)
+    line.cell.stream = stream_with(stream, **changes)
     assert not same_bits(looked_again(line), before)
 
 
@@ -112,9 +111,9 @@ def test_a_cup_that_will_not_seal_is_not_seen_before_it_fails(line):
     cores, known = (one, other), 0
     for core, draw in zip(cores, (1.0, 0.0), strict=True):
         objects = core.cell.stream.objects
-        core.cell.stream = replace(core.cell.stream, objects=replace(objects, pick_draw=0.0 * objects.mass + draw))
+        core.cell.stream = stream_with(core.cell.stream, replace(objects, pick_draw=0.0 * objects.mass + draw))
         looked_again(core)
-    start, lift = cell.state.clock.copy(), take(cell.state.choices, np.s_[:, 0]).lift
+    start, lift = cell.state.clock.copy(), cell.state.choices["lift"][:, 0].copy()
     steps = [core.step(np.zeros(4, dtype=np.int64)) for core in cores]
     assert steps[0].info["picked"].all()
     assert not steps[1].info["picked"].any()
@@ -134,9 +133,9 @@ def test_what_nobody_takes_and_what_is_past_or_not_yet_in_sight_is_not_seen(line
     before, stream, state = line.observe(), line.cell.stream, line.cell.state
     x = stream.x + line.config.cell.belt.speed * state.clock[:, None]
     low, high = line.config.reach
-    out = (x > high + 0.01) | (x < low - 0.3) | np.isinf(state.books.whole().since)
+    out = (x > high + 0.01) | (x < low - 0.3) | np.isinf(state.accounts["since"])
     assert out.any(axis=1).all()
-    worth = np.where(out, 77.0, stream.worth)
+    worth = np.where(out, 77.0, stream.riders["worth"])
     seen = np.where(out, 0, stream.objects.measured.kind)
-    line.cell.stream = replace(stream, worth=worth, objects=with_part(stream.objects, "measured.kind", seen))
+    line.cell.stream = stream_with(stream, with_part(stream.objects, "measured.kind", seen), worth=worth)
     assert same_bits(looked_again(line), before)

@@ -39,16 +39,16 @@ def test_what_is_done_is_planned_as_it_was_when_it_was_chosen(name, tables):
         choice, state = decided(cell, random), cell.state
         one = take(state.choices, (np.arange(5), choice))
         context = cell.take(choice).context
-        for row in np.flatnonzero(one.real):
+        for row in np.flatnonzero(one["real"]):
             planner, own = cell.chooser.planner_of(int(state.robot[row])), take(context, np.array([row]))
             motion = planner.mover.throw(own.pick, own.plan, own.throw_limits, own.ceiling)
             assert planner.mover.is_feasible(own.pick, own.plan, own.throw_limits).all()
-            assert motion.stop_time == one.throwing[row]
-            np.testing.assert_array_equal(motion.stop[0], one.stop[row])
-            np.testing.assert_array_equal(own.pick[0], one.pick[row])
-            np.testing.assert_array_equal((own.target - own.pick)[0, :2], one.away[row])
-            assert (own.bin, own.objects.percent) == (one.bin[row], one.percent[row])
-            assert own.objects.measured.kind == cell.stream.objects.measured.kind[row, one.index[row]]
+            assert motion.stop_time == one["throwing"][row]
+            np.testing.assert_array_equal(motion.stop[0], one["stop"][row])
+            np.testing.assert_array_equal(own.pick[0], one["pick"][row])
+            np.testing.assert_array_equal((own.target - own.pick)[0, :2], one["away"][row])
+            assert (own.bin, own.objects.percent) == (one["bin"][row], one["percent"][row])
+            assert own.objects.measured.kind == cell.stream.objects.measured.kind[row, one["index"][row]]
             seen += 1
     assert seen > 20
 
@@ -59,8 +59,8 @@ def test_an_object_of_a_class_that_a_robot_does_not_take_is_no_choice_of_its(tab
     while not cell.over.any():
         state = cell.state
         for row in range(2):
-            robot, real = int(state.robot[row]), state.choices.real[row]
-            kinds = {int(k) for k in cell.stream.objects.measured.kind[row, state.choices.index[row][real]]}
+            robot, real = int(state.robot[row]), state.choices["real"][row]
+            kinds = {int(k) for k in cell.stream.objects.measured.kind[row, state.choices["index"][row][real]]}
             assert kinds <= allowed[robot]
             met[robot] |= kinds
         cell.take(decided(cell, random))
@@ -76,37 +76,37 @@ def test_the_best_come_first_and_each_is_what_is_known_of_it(name, tables):
     while not cell.over.any():
         state, stream = cell.state, cell.stream
         for row in range(2):
-            choices, real = take(state.choices, row), state.choices.real[row]
+            choices, real = take(state.choices, row), state.choices["real"][row]
             assert (np.diff(real.astype(int)) <= 0).all()  # the first places are the real ones
-            score = choices.value * choices.chance - config.price_of_time * (choices.lift + choices.throwing)
+            score = choices["value"] * choices["chance"] - config.price_of_time * (
+                choices["lift"] + choices["throwing"]
+            )
             assert (np.diff(score[real]) <= 1e-12).all()
             robot, base = int(state.robot[row]), config.robot_x()
             x = stream.x[row] + speed * state.clock[row]
-            free = (
-                (state.books.whole().since[row] <= state.clock[row]) & (x >= config.reach[0]) & (x <= config.reach[1])
-            )
+            free = (state.accounts["since"][row] <= state.clock[row]) & (x >= config.reach[0]) & (x <= config.reach[1])
             for k in np.flatnonzero(real):
-                one, index = take(choices, k), int(choices.index[k])
+                one, index = take(choices, k), int(choices["index"][k])
                 kind = stream.objects.measured.kind[row, index]
                 assert free[index]
-                assert one.value == stream.worth[row, index]
-                setting = np.flatnonzero(table.percent == one.percent)[0]
-                into = config.cell_of(robot).bins.fixed[one.bin]
-                away = np.hypot(into.x - one.pick[0], into.y - one.pick[1])
+                assert one["value"] == stream.riders["worth"][row, index]
+                setting = np.flatnonzero(table.percent == one["percent"])[0]
+                into = config.cell_of(robot).bins.fixed[one["bin"]]
+                away = np.hypot(into.x - one["pick"][0], into.y - one["pick"][1])
                 of = int((away > table.edges).sum())
-                assert one.chance == pytest.approx(table.picked[kind] * table.landed[kind, setting, of])
+                assert one["chance"] == pytest.approx(table.picked[kind] * table.landed[kind, setting, of])
                 able = config.can_take()
-                then = x + speed * (one.lift + one.throwing)
-                near = np.abs(then - base[robot] - one.stop[0]) <= 0.25
+                then = x + speed * (one["lift"] + one["throwing"])
+                near = np.abs(then - base[robot] - one["stop"][0]) <= 0.25
                 own = free & able[robot, stream.objects.measured.kind[row]]
-                assert one.crowd == (near & own).sum() - int((near & own)[index])
+                assert one["crowd"] == (near & own).sum() - int((near & own)[index])
                 heirs = [r for r in range(robot + 1, len(base)) if able[r, kind]]
-                assert one.heirs == len(heirs)
+                assert one["heirs"] == len(heirs)
                 window = base[heirs[0]] + config.cell.belt.pick_x[0] if heirs else x[index]
-                assert one.reaches == pytest.approx(max(window - x[index], 0.0) / speed)
+                assert one["reaches"] == pytest.approx(max(window - x[index], 0.0) / speed)
                 heir = free & able[heirs[0], stream.objects.measured.kind[row]] if heirs else free & False
                 between = heir & (x >= x[index]) & (x <= window)
-                assert one.queue == between.sum()  # itself, too
+                assert one["queue"] == between.sum()  # itself, too
                 seen += 1
         cell.take(decided(cell, random))
     assert seen > 100

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pnt_gym.cells.conveyor.movers.tracking import stop_motion
 from pnt_gym.cells.line.outcome import shift_figures
-from pnt_gym.cells.line.state import Fate
+from pnt_gym.cells.line.rows import Fate
 from pnt_gym.planning.motion.limits import LimitRows
 from tests.tools.line import Ledger, begun, decided, with_table
 
@@ -41,7 +41,7 @@ def counted(cell, row):
     clock = min(float(state.clock[row]), config.duration)
     low, high = config.reach
     x = cell.stream.x[row] + config.cell.belt.speed * clock
-    fate = state.books.whole().fate[row]
+    fate = state.accounts["fate"][row]
     rides = fate == Fate.RIDES
     places = {
         "on the belt": int((rides & (x >= low) & (x <= high)).sum()),
@@ -79,13 +79,13 @@ def test_robots_act_in_the_order_in_which_they_become_free(name, tables):
         assert (taken.start[going] == before.clock[going]).all()
         rows = np.arange(3)
         # Whoever has just decided is free when it has done so, and nobody else became free before this decision.
-        assert (before.free[rows, before.robot] == before.clock)[going].all()
-        assert (before.clock == before.free.min(axis=1))[going].all()
+        assert (before.arms["free"][rows, before.robot] == before.clock)[going].all()
+        assert (before.clock == before.arms["free"].min(axis=1))[going].all()
         assert (taken.robot == before.robot).all()
         on = ~(after.clock >= cell.config.duration)
-        assert (after.free[rows, after.robot] == after.clock)[on].all()
-        assert after.choices.real[on].any(axis=1).all()
-        assert not after.choices.real[~on].any()
+        assert (after.arms["free"][rows, after.robot] == after.clock)[on].all()
+        assert after.choices["real"][on].any(axis=1).all()
+        assert not after.choices["real"][~on].any()
         many += int(going.sum())
     assert many > 10
 
@@ -94,8 +94,8 @@ def where(cell, state):
     """Where the objects of all choices are when each is to be lifted, from the base of the robot (N, CHOICES) [m]."""
     choices, config = state.choices, cell.config
     rows = np.arange(len(state.clock))[:, None]
-    then = state.clock[:, None] + choices.lift
-    x = cell.stream.x[rows, choices.index] + config.cell.belt.speed * then
+    then = state.clock[:, None] + choices["lift"]
+    x = cell.stream.x[rows, choices["index"]] + config.cell.belt.speed * then
     return x - config.robot_x()[state.robot][:, None]
 
 
@@ -104,21 +104,21 @@ def test_a_lift_is_where_the_object_then_is_in_the_window_and_in_time(name, tabl
     cell, random, config = begun(level_of(name, tables), 2, 3), np.random.default_rng(3), None
     found = 0
     for _, taken, state in shift(cell, random):
-        config, real = cell.config, state.choices.real
-        x, lift = where(cell, state)[real], state.choices.lift[real]
-        np.testing.assert_allclose(state.choices.pick[..., 0][real], x, rtol=0, atol=1e-9)
+        config, real = cell.config, state.choices["real"]
+        x, lift = where(cell, state)[real], state.choices["lift"][real]
+        np.testing.assert_allclose(state.choices["pick"][..., 0][real], x, rtol=0, atol=1e-9)
         low, high = config.cell.lift_x
         assert ((x > low - 1e-9) & (x < high + 1e-9)).all()
         assert (lift > config.cell.motion.dwell).all()
         assert (lift <= config.horizon + config.cell.motion.dwell).all()
-        assert (state.choices.wait[real] >= 0.0).all()
-        assert (state.choices.wait[real] < lift).all()
-        assert (state.choices.throwing[real] > 0.0).all()
+        assert (state.choices["wait"][real] >= 0.0).all()
+        assert (state.choices["wait"][real] < lift).all()
+        assert (state.choices["throwing"][real] > 0.0).all()
         # `leave`: then the object is at the end of the window.
-        end = x + config.cell.belt.speed * (state.choices.leave[real] - lift)
+        end = x + config.cell.belt.speed * (state.choices["leave"][real] - lift)
         np.testing.assert_allclose(end, config.cell.belt.pick_x[1], rtol=0, atol=1e-9)
         found += int(real.sum())
-        ends = taken.valid & taken.results.picked
+        ends = taken.valid & taken.results["picked"]
         assert (taken.end[ends] > taken.start[ends]).all()
     assert found > 50
 
@@ -130,11 +130,11 @@ def test_what_one_robot_has_chosen_is_never_offered_to_another(name, tables):
     offered = 0
     for before, taken, state in shift(cell, random):
         for row in np.flatnonzero(taken.valid):
-            lift = before.clock[row] + before.choices.lift[row][before.choices.index[row] == taken.index[row]]
-            until = np.inf if taken.results.picked[row] else float(lift.min())
+            lift = before.clock[row] + before.choices["lift"][row][before.choices["index"][row] == taken.index[row]]
+            until = np.inf if taken.results["picked"][row] else float(lift.min())
             reserved[row][int(taken.index[row])] = until
         for row in range(2):
-            for index in state.choices.index[row][state.choices.real[row]]:
+            for index in state.choices["index"][row][state.choices["real"][row]]:
                 assert reserved[row].get(int(index), 0.0) <= state.clock[row]
                 offered += 1
     assert offered > 50
@@ -145,19 +145,19 @@ def test_what_a_cup_did_not_lift_is_offered_again_here_and_downstream(tables):
     cell, random = begun(level, 2), np.random.default_rng(0)
     by = [dict[int, list[int]](), dict[int, list[int]]()]
     for before, taken, state in shift(cell, random):
-        assert not taken.results.picked.any()
+        assert not taken.results["picked"].any()
         for row in np.flatnonzero(taken.valid):
             index, robot = int(taken.index[row]), int(taken.robot[row])
             by[row].setdefault(index, []).append(robot)
-            one = before.choices.index[row] == index
-            limits = LimitRows.t3kr(before.choices.percent[row][one])
-            rode = stop_motion(before.choices.pick[row][one], limits, cell.config.cell.belt.speed)
+            one = before.choices["index"][row] == index
+            limits = LimitRows.t3kr(before.choices["percent"][row][one])
+            rode = stop_motion(before.choices["pick"][row][one], limits, cell.config.cell.belt.speed)
             # It costs the way there, the dwell, and what it takes to stand still.
-            spent = before.choices.lift[row][one] + rode.stop_time
+            spent = before.choices["lift"][row][one] + rode.stop_time
             assert np.abs(taken.end[row] - taken.start[row] - spent).min() < 1e-12
-            hand = state.hand[row, robot]
+            hand = state.arms["hand"][row, robot]
             assert np.abs(rode.stop - hand).max(axis=1).min() < 1e-12
-    assert (cell.state.books.whole().fate == Fate.RIDES).all()
+    assert (cell.state.accounts["fate"] == Fate.RIDES).all()
     robots = [found for row in by for found in row.values()]
     assert any(len(found) != len(set(found)) for found in robots)
     assert any(len(set(found)) > 1 for found in robots)
@@ -199,7 +199,7 @@ def test_lines_whose_robots_wait_and_stand_still_do_so_each_by_itself(tables):
     for _ in range(12):
         for row, one in enumerate(alone):
             assert together.state.clock[row] == one.state.clock[0]
-            assert (together.state.choices.real[row] == one.state.choices.real[0]).all()
+            assert (together.state.choices["real"][row] == one.state.choices["real"][0]).all()
         for cell in (together, *alone):
             cell.take(np.zeros(cell.count, dtype=np.int64))
 
@@ -224,7 +224,7 @@ def test_the_figures_of_a_shift_are_those_of_its_steps(name, tables):
         gone = [i for i in np.flatnonzero(cell.stream.x[row] > end) if i not in ledger.taken]
         ours = [i for i, fate in fates.items() if fate is Fate.SORTED]
         binned = [i for i, fate in fates.items() if fate in (Fate.SORTED, Fate.MISPLACED)]
-        worth, minutes = cell.stream.worth[row], config.duration / 60.0
+        worth, minutes = cell.stream.riders["worth"][row], config.duration / 60.0
         came = [*fates, *gone]
         assert one["shift_value_per_min"] == pytest.approx(ledger.value / minutes)
         assert one["shift_sorted_per_min"] == pytest.approx(len(ours) / minutes)

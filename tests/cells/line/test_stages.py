@@ -10,15 +10,13 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from pnt_gym.arrays import take
 from pnt_gym.cells.base import parallel
 from pnt_gym.cells.base.features import CLIP, EntryTable
 from pnt_gym.cells.line.cell import LineCell
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.observation import CHOICE_TABLE, LINE_TABLE
-from pnt_gym.cells.line.stream import redraw
-from pnt_gym.cells.line.throws import redraw_picks
+from pnt_gym.cells.line.rows import Choice
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.chase import earliest
 from tests.tools.line import THREE_BINS, begun, decided, seen_values, with_table
@@ -45,11 +43,11 @@ def test_compiled_options_are_those_of_the_movers(name, tables):
     cell, random = begun(with_table({**LEVELS[name], "duration": 15.0}, tables), 6, 4), np.random.default_rng(4)
     decisions = 0
     while not cell.over.all():
-        choices, anew, ongoing = cell.state.choices, choices_anew(cell, by_movers=True), ~cell.over
-        assert same_bits(choices.real[ongoing], anew.real[ongoing])
-        real = choices.real & ongoing[:, None]
-        for field in ("index", "bin", "numbers"):
-            assert same_bits(getattr(choices, field)[real], getattr(anew, field)[real]), field
+        choices, anew, ongoing = cell.state.choices, choices_anew(cell, by_movers=True).choices, ~cell.over
+        assert same_bits(choices["real"][ongoing], anew["real"][ongoing])
+        real = choices["real"] & ongoing[:, None]
+        for field in Choice.fields.keys() - {"line", "place"}:  # of the sight in which a choice was found
+            assert same_bits(choices[field][real], anew[field][real]), field
         cell.take(decided(cell, random, 0.1))
         decisions += 1
     assert decisions > 10
@@ -74,31 +72,31 @@ def encoded(table: EntryTable, values: dict[str, Any]) -> Any:
     return np.clip(scaled, -CLIP, CLIP).astype(np.float32)
 
 
-def test_compiled_results_are_those_of_the_table(tables):
-    """First and later attempts, by the prediction that planners of the oracle use."""
+def test_results_are_those_of_the_table(tables):
+    """First and later attempts, by hand."""
     level = with_table({"base": "line3", "duration": 40.0}, tables, picked=(0.4,) * 4)
     cell, random, again = begun(level, 16, 1), np.random.default_rng(1), 0
+    table = cell.chances
     while not cell.over.all():
         state, choice, rows = cell.state, decided(cell, random), np.arange(16)
-        objects = rows, state.choices.index[rows, choice]
-        attempts = state.books.at(objects).attempts
+        chosen = state.choices[rows, choice]
+        riders, attempts = cell.stream.riders[rows, chosen["index"]], state.accounts["attempts"][rows, chosen["index"]]
         decisions = cell.take(choice)
-        valid, context = decisions.valid, decisions.context
-        attempted = redraw_picks(take(cell.stream.objects, objects), attempts)
-        distance = np.hypot(*state.choices.away[rows, choice].T)
-        numbers = context.bin, attempted, distance, redraw(cell.stream.luck[objects], attempts)
-        object_speeds = context.objects.percent
-        predicted = cell.throws.predict(state.robot, numbers[0], _at(attempted, object_speeds), *numbers[2:])
-        assert predicted is not None
-        for field in ("picked", "is_success", "sorted", "ended_in"):
-            assert same_bits(getattr(decisions.results, field)[valid], getattr(predicted, field)[valid]), field
-        again += int((attempts[valid] > 0).sum())
+        for n in np.flatnonzero(decisions.valid):
+            seal, luck = float(riders["seal"][n]), float(riders["luck"][n])
+            for _ in range(attempts[n]):
+                seal, luck = (draw * (1000.0 + (math.sqrt(5.0) - 1.0) / 2.0) % 1.0 for draw in (seal, luck))
+            kind, part = riders["kind"][n], np.searchsorted(table.edges, math.hypot(*chosen["away"][n]))
+            setting = np.abs(table.percent - chosen["percent"][n]).argmin()
+            picked = seal >= 1.0 - table.picked[kind]
+            hit = picked and luck < table.landed[kind, setting, part]
+            result, accepts = decisions.results[n], cell.chooser.planner_of(state.robot[n]).config.acceptance()
+            fits = hit and accepts[kind, chosen["bin"][n]]
+            ended_in = chosen["bin"][n] if hit else -1
+            assert (result["picked"], result["is_success"], result["sorted"]) == (picked, hit, fits)
+            assert result["ended_in"] == ended_in
+            again += int(attempts[n] > 0)
     assert again > 20
-
-
-def _at(objects: Any, percent: Any) -> Any:
-    """Objects at speed settings."""
-    return type(objects)(**{**vars(objects), "percent": percent})
 
 
 @pytest.mark.parametrize(("threads", "name"), [(2, "settings"), (3, "mixed"), (3, "shares"), (5, "mixed")])
@@ -112,10 +110,8 @@ def test_threads_change_nothing(threads, name, tables):
         one, other = alone.take(choice), together.take(choice)
         for field in ("end", "value", "elapsed", "observation"):
             assert same_bits(getattr(one, field), getattr(other, field)), field
-        for field in ("clock", "robot", "free", "expected", "hand", "busy"):
-            assert same_bits(getattr(alone.state, field), getattr(together.state, field)), field
-        assert same_bits(alone.state.choices.real, together.state.choices.real)
-        assert same_bits(alone.state.choices.numbers, together.state.choices.numbers)
+        for rows, others in zip(alone.state, together.state, strict=True):
+            assert all(same_bits(rows[field], others[field]) for field in rows.dtype.names)
 
 
 def test_a_shift_by_table_is_that_of_whole_observations(tables):
@@ -234,6 +230,6 @@ def test_meetings_are_those_of_a_search_that_tries_every_time(speed, far):
 
 
 def test_robots_that_find_nothing_to_take_end_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pnt_gym.cells.line.turns.MOST_LOOKS", 0)
+    monkeypatch.setattr("pnt_gym.cells.line.choosing.MOST_LOOKS", 0)
     with pytest.raises(ConfigError, match="level 'single': the robots find no object that they can take"):
         gym.make("PnTLine-v0", level="single")

@@ -11,7 +11,7 @@ from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line.lie import Jam, separate
-from pnt_gym.cells.line.stream import redraw
+from pnt_gym.cells.line.simulate import redraw
 from pnt_gym.errors import ConfigError
 from tests.cells.base.test_records import arrays
 from tests.tools.line import BOXES, begun, decided, with_table
@@ -135,7 +135,7 @@ def test_values_scatter_about_their_items_mean(spread):
     of = {"tray": 1.0, "can": 1.5, "paper_ball": 0.3, "yoghurt_cup": 2.0}
     _, stream = drawn({"base": "single", "value": {"of": of, "spread": spread}, "duration": 1000.0}, 8)
     for item, mean in enumerate(of.values()):
-        worth = stream.worth[stream.objects.kind == item]
+        worth = stream.riders["worth"][stream.objects.kind == item]
         assert worth.size > 1000
         off = np.sqrt((np.exp(spread**2) - 1.0) / worth.size)
         assert worth.mean() == pytest.approx(mean, rel=5.0 * off + 1e-12)
@@ -144,7 +144,7 @@ def test_values_scatter_about_their_items_mean(spread):
 
 def test_an_item_without_a_value_is_worth_one():
     _, stream = drawn({"base": "single", "value": {"of": {"can": 7.0}}})
-    assert set(np.unique(stream.worth)) == {1.0, 7.0}
+    assert set(np.unique(stream.riders["worth"])) == {1.0, 7.0}
 
 
 def test_the_same_seed_gives_the_same_stream_however_throws_are_made_and_whatever_is_decided(tmp_path):
@@ -162,7 +162,7 @@ def test_the_same_seed_gives_the_same_stream_however_throws_are_made_and_whateve
             for _ in range(6 + k):
                 cell.take(decided(cell, random))
             cell.reset(np.arange(2), cell.generators)
-    assert not same_bits(first[".x"], arrays(begun(forms[1], 2, 7).stream)[".x"])
+    assert not same_bits(cells[0].stream.x, begun(forms[1], 2, 7).stream.x)
 
 
 def short(tmp_path, threads):
@@ -197,7 +197,7 @@ def test_a_shift_that_was_drawn_ahead_does_not_begin_for_another_generator(tmp_p
     row = next(iter(cells[1].arriving._coming))
     for cell in cells:
         cell.reset(np.array([row]), [np.random.default_rng(77)])
-    first, other = (arrays(cell.stream)[".x"][row] for cell in cells)
+    first, other = (cell.stream.x[row] for cell in cells)
     assert same_bits(first, other)
     assert row not in cells[1].arriving._coming
 
@@ -222,17 +222,20 @@ def test_a_shift_that_finds_no_room_is_told_when_it_begins_and_not_while_it_is_d
 
 def test_a_new_shift_is_another_and_the_other_lines_go_on():
     cell = begun({"base": "skills3_burst", "duration": 5.0, **FLIGHT}, 3)
-    before, state = arrays(cell.stream), cell.state
+    before, mass = cell.stream.riders.copy(), cell.stream.objects.mass.copy()
     cell.take(decided(cell, np.random.default_rng(0)))
     going = cell.state
     cell.reset(np.array([1]), [cell.generators[1]])
-    after = arrays(cell.stream)
-    for name in (".x", ".worth", ".luck", ".objects.mass"):
-        assert same_bits(before[name][[0, 2]], after[name][[0, 2]])
-        assert not same_bits(before[name][1], after[name][1])
+    after = cell.stream.riders
+    for old, new in [
+        (mass, cell.stream.objects.mass),
+        *((before[name], after[name]) for name in ("x", "worth", "luck")),
+    ]:
+        assert same_bits(old[[0, 2]], new[[0, 2]])
+        assert not same_bits(old[1], new[1])
     assert (cell.state.clock[[0, 2]] == going.clock[[0, 2]]).all()
-    assert cell.state.books.whole().attempts[1].sum() == 0
-    assert state.books.whole().attempts.sum() == 0
+    assert cell.state.accounts["attempts"][1].sum() == 0
+    assert cell.state.accounts["attempts"][[0, 2]].sum() == 2
 
 
 def test_draws_of_later_attempts_tell_nothing_of_earlier_ones():

@@ -67,7 +67,7 @@ def shift(request) -> tuple[LineCore, list[Seen], list[np.ndarray]]:
     view, seen, tips = core.view(), list[Seen](), list[np.ndarray]()
     while not core.cell.over[0]:
         before = core.cell.state
-        deep = core.cell.stream.objects.known_depth[0, before.choices.index[0, 0]]
+        deep = core.cell.stream.objects.known_depth[0, before.choices["index"][0, 0]]
         info = {name: values[0] for name, values in core.step(np.zeros(1, dtype=np.int64)).info.items()}
         for _, data, _ in view.scenes(round(1.0 / SAMPLE_TIME)):
             tips.append(np.array([data.site(f"{robot}_tcp").xpos for robot in range(len(core.config.robots))]))
@@ -76,8 +76,8 @@ def shift(request) -> tuple[LineCore, list[Seen], list[np.ndarray]]:
         act = core.cell.acts.cycles[-1]
         _, data, _ = view.scene(act.lift)
         shown = data.site(f"{act.robot}_tcp").xpos - [core.config.robots[act.robot].x, 0.0, 0.0]
-        pick = before.choices.pick[0, 0] + [0.0, 0.0, deep]
-        seen.append(Seen(act, pick, before.hand[0, act.robot], info, shown))
+        pick = before.choices["pick"][0, 0] + [0.0, 0.0, deep]
+        seen.append(Seen(act, pick, before.arms["hand"][0, act.robot], info, shown))
     view.close()
     return core, seen, tips
 
@@ -154,7 +154,7 @@ def test_every_object_is_shown_once_where_it_is(late):
     core = begun(LEVELS["three"])
     for _ in range(late):
         core.step(np.zeros(1, dtype=np.int64))
-    taken = set(np.flatnonzero(np.isinf(core.cell.state.books.whole().since[0])))
+    taken = set(np.flatnonzero(np.isinf(core.cell.state.accounts["since"][0])))
     lifted: dict[int, float] = {}
     view = core.view()
     low, high = belt_extent(core.config)

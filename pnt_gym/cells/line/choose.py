@@ -1,0 +1,159 @@
+"""Choices among the planned throws of robots, line by line. Compiled; see `pnt_gym.compiled`."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from pnt_gym.cells.line.rows import IDLE_TIME, ChanceTable, Choice, LineState, Rider, Seen, Tables
+from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.rows import Bools1, Floats1, Floats2, Ints1, Rows1, Rows2
+
+NEAR: Final = 0.25
+"""Objects within this distance along the belt from where a hand stops count as near it [m]."""
+
+
+@kernel_part
+def landing_chance(table: ChanceTable, kind: int, percent: float, distance: float) -> float:
+    """Chance that a held object ends in its bin, as `Chances.landing_chance`."""
+    setting = 0
+    for p in range(1, len(table.percent)):
+        if abs(percent - table.percent[p]) < abs(percent - table.percent[setting]):
+            setting = p
+    part = 0
+    while part < len(table.edges) and table.edges[part] < distance:
+        part += 1
+    return table.landed[kind, setting, part]
+
+
+@kernel_part
+def _write_places(seen: Rows1[Seen], can_take: Bools1, places: Floats1) -> None:
+    """Write the positions of objects that a robot takes; other objects lie at infinity."""
+    for j in range(len(seen)):
+        places[j] = seen[j].x if can_take[seen[j].kind] else math.inf
+
+
+@kernel_part
+def _count_near(places: Floats1, way: float, stop: float) -> int:
+    """Objects that lie near a place after a way; the loop becomes vector instructions."""
+    count = 0
+    for j in range(len(places)):
+        count += 1 if abs(places[j] + way - stop) <= NEAR else 0
+    return count
+
+
+@kernel_part
+def _count_between(places: Floats1, low: float, high: float) -> int:
+    """Objects from one place to another; the loop becomes vector instructions."""
+    count = 0
+    for j in range(len(places)):
+        count += 1 if (places[j] >= low) & (places[j] <= high) else 0
+    return count
+
+
+@kernel_part
+def _write_features(tables: Tables, robot: int, seen: Rows1[Seen], places: Floats2, choice: Choice) -> None:
+    """Write the features of a choice that depend on the other objects in sight.
+
+    Args:
+        tables: what the level says.
+        robot: deciding robot.
+        seen: objects in sight (W,).
+        places: positions of the objects that each robot takes, infinite for the other objects (R, W) [m].
+        choice: written.
+    """
+    line, stations, x, kind = tables.line[0], tables.stations, seen[choice.place].x, seen[choice.place].kind
+    way, stop, heirs, heir = line.speed * choice.cycle, stations[robot].base + choice.stop[0], 0, -1
+    for r in range(robot + 1, len(stations)):
+        if tables.can_take[r, kind]:
+            heirs += 1
+            heir = r if heir < 0 else heir
+    # The object itself does not count.
+    choice.crowd = _count_near(places[robot], way, stop) - (abs(x + way - stop) <= NEAR)
+    choice.heirs, choice.queue, choice.reaches = heirs, 0.0, 0.0
+    if heir >= 0:
+        window = stations[heir].base + line.window_low
+        choice.queue = _count_between(places[heir], x, window)
+        choice.reaches = max(window - x, 0.0) / line.speed
+
+
+@kernel_part
+def _place_by_score(scores: Floats1, best: Ints1, count: int, score: float, number: int) -> int:
+    """Insert a planned throw among the best so far, after those of the same score; returns the number of the best."""
+    if count == len(scores) and not score > scores[count - 1]:
+        return count
+    count = min(count + 1, len(scores))
+    k = count - 1
+    while k > 0 and score > scores[k - 1]:
+        scores[k], best[k] = scores[k - 1], best[k - 1]
+        k -= 1
+    scores[k], best[k] = score, number
+    return count
+
+
+@kernel_part
+def _score(tables: Tables, seen: Rows1[Seen], riders: Rows1[Rider], choice: Choice) -> float:
+    """Expected value of a planned throw less the price of its time; the value and the chance are written."""
+    kind, table = seen[choice.place].kind, tables.chances
+    distance = math.sqrt(choice.away[0] * choice.away[0] + choice.away[1] * choice.away[1])
+    choice.chance = float(table.picked[kind] * landing_chance(table, kind, choice.percent, distance))
+    choice.value = riders[choice.index].worth
+    return choice.value * choice.chance - tables.line[0].price * choice.cycle
+
+
+@kernel
+def write_choices(
+    tables: Tables,
+    state: LineState,
+    riders: Rows2[Rider],
+    lines: Ints1,
+    seen: Rows2[Seen],
+    planned: Rows1[Choice],
+) -> Ints1:
+    """Write the best planned throws of some lines to their choices, by expected value less the price of their time.
+
+    Args:
+        tables: what the level says.
+        state: state of the lines; choices are written, and the arms of robots without a choice.
+        riders: objects of all lines (N, M).
+        lines: indices of the lines (K,).
+        seen: objects in sight (K, W).
+        planned: planned throws in the order of the lines (G,).
+
+    Returns:
+        The lines without a choice, whose robots look again later.
+    """
+    most, robots = state.choices.shape[1], len(tables.stations)
+    scores, best, places = np.empty(most), np.empty(most, dtype=np.int64), np.empty((robots, seen.shape[1]))
+    left, lefts, begin = np.empty_like(lines), 0, 0
+    for k in range(len(lines)):
+        n, robot, count = lines[k], state.turns[lines[k]].robot, 0
+        while begin < len(planned) and planned[begin].line == k:
+            score = _score(tables, seen[k], riders[n], planned[begin])
+            count = _place_by_score(scores, best, count, score, begin)
+            begin += 1
+        for r in range(robot, robots if count > 0 else 0):
+            _write_places(seen[k], tables.can_take[r], places[r])
+        for c in range(most):
+            if c < count:
+                state.choices[n, c] = planned[best[c]]
+                state.choices[n, c].line = 0  # a state's choice is of its own line
+                _write_features(tables, robot, seen[k], places, state.choices[n, c])
+            else:
+                state.choices[n, c] = tables.blank[0]
+        if count == 0:
+            # An object is near, so a robot that cannot take one looks again after the shortest time.
+            state.arms[n, robot].free += IDLE_TIME
+            left[lefts] = n
+            lefts += 1
+    return left[:lefts]
+
+
+@kernel
+def write_values(tables: Tables, riders: Rows2[Rider], lines: Ints1, seen: Rows2[Seen], planned: Rows1[Choice]) -> None:
+    """Write values and chances of planned throws (G,) of some lines (K,), as `write_choices` does."""
+    for g in range(len(planned)):
+        k = planned[g].line
+        _score(tables, seen[k], riders[lines[k]], planned[g])

@@ -1,0 +1,120 @@
+"""Tables of a line for compiled functions, from its level."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pnt_gym.arrays import Ints, length
+from pnt_gym.cells.conveyor.config import ConveyorConfig
+from pnt_gym.cells.conveyor.planner import PickPlanner
+from pnt_gym.cells.line import plan
+from pnt_gym.cells.line.chances import Chances
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.rows import Choice, Line, Setting, Site, Standstill, Station, Tables
+from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.planning.motion.riding import Fading, arrival_time
+from pnt_gym.rows import Rows1, join
+
+
+def make_tables(config: LineConfig, planners: Sequence[PickPlanner], kind_of: Ints, chances: Chances) -> Tables:
+    """Tables of a line, with a choice of zeros for rows without a choice.
+
+    Args:
+        config: level of the line.
+        planners: planner of each kind of robots; the kinds differ in bins and speed settings alone.
+        kind_of: kind of each robot (R,).
+        chances: table of the robots' throws.
+    """
+    kinds = [planner.config for planner in planners]
+    robots, begins, ends = config.standstills()
+    return Tables(
+        line=_line_row(config, planners[0]),
+        stations=_stations(config, kinds, kind_of),
+        can_take=config.can_take(),
+        standstills=Standstill.zeros(len(robots), robot=robots, start=begins, end=ends),
+        sites=join([_sites(kind) for kind in kinds]),
+        accepts=np.ascontiguousarray(np.concatenate([kind.acceptance().T for kind in kinds])),
+        settings=join([_settings(kind) for kind in kinds]),
+        chances=chances.table,
+        blank=Choice.zeros(1),
+    )
+
+
+def _line_row(config: LineConfig, planner: PickPlanner) -> Rows1[Line]:
+    belt, motion, space = config.cell.belt, planner.config.motion, planner.workspace
+    share, (low, high), (upstream, downstream) = motion.follow_through.gravity_share, belt.pick_x, config.reach
+    return Line.zeros(
+        1,
+        speed=belt.speed,
+        pace=length(np.array([belt.speed, 0.0, 0.0])),
+        height=belt.height,
+        rides=belt.tracking,
+        sight_low=upstream,
+        sight_high=downstream,
+        near_low=low - belt.speed * config.horizon,
+        window_low=low,
+        window_high=high,
+        duration=config.duration,
+        price=config.price_of_time,
+        clearance=motion.clearance,
+        horizon=config.horizon,
+        dwell=motion.dwell,
+        ceiling=motion.ceiling,
+        coast=motion.follow_through.window,
+        gravity_share=np.nan if share is None else share,
+        reserve=motion.reserve,
+        workspace=[space.semi_x, space.semi_y, space.z_min, space.z_max],
+    )
+
+
+def _stations(config: LineConfig, kinds: Sequence[ConveyorConfig], kind_of: Ints) -> Rows1[Station]:
+    """The robots, with the ranges of the bins and settings of their kinds."""
+    sites = np.cumsum([0, *(len(kind.bins.fixed) for kind in kinds)])
+    settings = np.cumsum([0, *(len(kind.limits.percent) for kind in kinds)])
+    return Station.zeros(
+        len(kind_of),
+        base=config.robot_x(),
+        first_site=sites[kind_of],
+        end_site=sites[kind_of + 1],
+        first_setting=settings[kind_of],
+        end_setting=settings[kind_of + 1],
+    )
+
+
+def _sites(kind: ConveyorConfig) -> Rows1[Site]:
+    """The bins of a kind of robots."""
+    bins = kind.bins.fixed
+    centre = np.array([[bin_.x, bin_.y, kind.bins.rim] for bin_ in bins]).reshape(-1, 3)
+    return Site.zeros(len(bins), centre=centre, bin=np.arange(len(bins)))
+
+
+def _settings(kind: ConveyorConfig) -> Rows1[Setting]:
+    """The speed settings of a kind of robots."""
+    belt, motion = kind.belt, kind.motion
+    limits = LimitRows.t3kr(np.array(kind.limits.percent, dtype=np.float64))
+    way, least_time, early, behind = limits, -np.inf, 0.0, 0.0
+    if belt.tracking:
+        # The way of the hand ends upstream of the object, where the hand begins to ride.
+        arrival = arrival_time(limits, belt.speed, motion.clearance)
+        way = Fading(belt.speed, np.zeros(len(limits.velocity)) + arrival).planning_limits(limits)
+        least_time, early = arrival, belt.speed * arrival / 2.0
+        behind = belt.speed * (arrival / 2.0 + motion.dwell)
+    low, high = kind.lift_x
+    settings = Setting.zeros(
+        len(limits.velocity),
+        percent=kind.limits.percent,
+        velocity=limits.velocity,
+        acceleration=limits.acceleration,
+        jerk=limits.jerk,
+        way_acceleration=way.acceleration,
+        way_jerk=way.jerk,
+        least_time=least_time,
+        early=early,
+        behind=behind,
+        low=low - behind,
+        high=high - behind,
+    )
+    plan.write_descents(motion.clearance, settings)
+    return settings
