@@ -88,7 +88,7 @@ def plan_line(level: str | Path = "skills3", **options: Any) -> dict[str, Any]:
 
     Returns:
         `plans`, the figures of each plan; and `sentences`: the plan that is enough or the best one, some of its shifts
-        in the full physics, the reason why it does not sort more, and what air jets would sort.
+        in the full physics, and the reason why it does not sort more.
 
     Raises:
         PntGymError: the level, a plan or an option is unknown or impossible.

@@ -200,7 +200,6 @@ REFUSED: dict[str, list[tuple[tuple[str, Change], str]]] = {
         (arrays("ridge.npz", "weights", spoiled), "that are not finite"),
     ],
     "network-file": [
-        (arrays("fcn.npz", "weight_2", lambda a: a[..., :2]), "holds no network of pictures"),
         (arrays("local_mlp.npz", "centre", lambda a: a[:0]), "holds no networks that choose"),
         (arrays("local_mlp.npz", "scale", lambda a: 0.0 * a), "holds no networks that choose"),
     ],

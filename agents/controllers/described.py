@@ -26,7 +26,6 @@ WORDS: Final[Mapping[str, str]] = {
     "flattest": "Grasps where the picture is flat under the cup and around; `rule` is depth, colour or naive",
     "local_mlp": "Grasps where a network on features of the picture expects the most; it learned from tries on `grasp`",
     "fitted_q": "Grasps and throws by two networks of values, which learned on `grasp` from rewards alone",
-    "fcn": "Grasps where a fully convolutional network of the picture's pixels expects the most",
     "oracle_grasp": "Cheats: grasps where a try is worth most by the true surface, without the error of the cup",
     "oracle_drift": "Cheats: an MLP, minus the effect of the true drift; draught is not corrected",
 }

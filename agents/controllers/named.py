@@ -24,7 +24,7 @@ from .grasps import Centre, GraspController, Place, residual_width
 from .in_context import InContext
 from .mlp import Mlp
 from .oracle import Oracle
-from .places import OraclePlaces, PixelPlaces, centroid, flattest, local_mlp
+from .places import OraclePlaces, centroid, flattest, local_mlp
 from .protocol import Controller
 from .random import Random
 from .regression import OnPolicyRegression
@@ -68,7 +68,6 @@ _PLACES: Mapping[str, Callable[..., Place]] = {
     "centroid": centroid,
     "flattest": flattest,
     "local_mlp": local_mlp,
-    "fcn": PixelPlaces,
     "oracle_grasp": OraclePlaces,
 }
 """Rules where to grasp by controller; each throws with the same paces and the same residual."""

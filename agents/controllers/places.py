@@ -14,9 +14,7 @@ from pnt_gym.cells.grasp.core import GraspCore
 from pnt_gym.cells.grasp.observation import TABLE
 from pnt_gym.names import unknown_name
 
-from ..grasping.fcn import PlaceMaps, input_maps
 from ..grasping.features import PlaceFeatures, place_features
-from ..grasping.maps import best_places
 from ..grasping.network import PlaceNetwork
 from ..grasping.practice import network_places, worth_maps
 from ..grasping.rules import (
@@ -105,34 +103,6 @@ class PicturePlaces:
     def maps(self, observation: Observation, rows: Ints) -> Floats:
         """Scores by which the places for some rows are chosen (K, 48, 48)."""
         return self._choice.maps(self._sight.features(observation, rows))
-
-
-@final
-class PixelPlaces:
-    """Places that a fully convolutional network chooses in pictures.
-
-    Args:
-        core: the cells.
-        file: arrays of the network, as `agents.grasping --sees pixels` writes them; by default those that ship.
-        avoid: see `Sight`.
-
-    Raises:
-        UsageError: there is no such file, or the file holds no such network.
-    """
-
-    def __init__(self, core: GraspCore, file: str | Path = GRASPING / "fcn.npz", avoid: float = AVOID) -> None:
-        self._network, self._sight = PlaceMaps.load(at(file)), Sight(core, avoid)
-
-    def places(self, observation: Observation, rows: Ints) -> Floats:
-        """Places of the cups for some rows (K, 2) [m]."""
-        return best_places(self.maps(observation, rows))
-
-    def maps(self, observation: Observation, rows: Ints) -> Floats:
-        """Scores by which the places for some rows are chosen (K, 48, 48)."""
-        assert observation.image is not None  # of this environment
-        radius = TABLE.decode(observation.features)["cup_radius"][rows]
-        inputs = input_maps(observation.image[rows], radius)
-        return self._network.worth_maps(inputs, self._sight.features(observation, rows))
 
 
 @final

@@ -15,7 +15,6 @@ from ..ground.tables import Grid, console
 if TYPE_CHECKING:
     from pnt_gym.arrays import Floats
 
-    from .fcn import PlaceMaps
     from .features import PlaceFeatures
     from .network import PlaceNetwork
     from .scenes import Scenes
@@ -39,13 +38,12 @@ class Arguments:
     """Kinds that are drawn at random, each with a shape, a surface and a look, and tried beside those of the level."""
     tries: int = 20_000
     """Tries, of which the first 30 % are at random places."""
-    sees: Literal["all", "local", "depth", "pixels"] = "local"
-    """What the networks see: all features, those without the colours of the whole object, or depths alone; or pixels,
-    by a fully convolutional network that learns from the tries of networks of local features."""
+    sees: Literal["all", "local", "depth"] = "local"
+    """What the networks see: all features, those without the colours of the whole object, or depths alone."""
     seed: int = 0
     """Seed of objects, places and networks."""
     out: Annotated[Path | None, option("none", "FILE.npz")] = None
-    """File of the networks' arrays, which NumPy alone computes: the option `file` of local_mlp, for pixels of fcn."""
+    """File of the networks' arrays, which NumPy alone computes: the option `file` of local_mlp."""
     judge: int = 2000
     """Held-out objects, of seen and of unseen kinds, on which the places are compared; 0 for no table."""
 
@@ -56,29 +54,24 @@ def main(arguments: Arguments) -> None:
     check_ending("--out", arguments.out, (".npz",))
     check_writable(arguments.out)
     check_libraries("torch")
-    from .fcn import EPOCHS, learn_maps  # noqa: PLC0415 - help comes first
-    from .features import SIGHTS  # noqa: PLC0415 - as above
+    from .features import SIGHTS  # noqa: PLC0415 - help comes first
     from .kinds import with_drawn_kinds  # noqa: PLC0415 - as above
     from .practice import practise  # noqa: PLC0415 - as above
 
     level = with_drawn_kinds(arguments.level, arguments.drawn, arguments.seed)
-    sight = SIGHTS.get(arguments.sees, SIGHTS["local"])
     with throws_bar() as bar:
         advance = partial(bar.advance, bar.add_task("tries", total=arguments.tries))
-        practice = practise(level, arguments.tries, arguments.seed, sight, advance)
-        network = practice.network
-        if arguments.sees == "pixels":
-            network = learn_maps(practice, level, with_features=False, seed=arguments.seed, epochs=EPOCHS)
+        practice = practise(level, arguments.tries, arguments.seed, SIGHTS[arguments.sees], advance)
     count = max(arguments.tries // 5, 1)
     first, last = practice.held[:count].mean(), practice.held[-count:].mean()
     print(f"held: {first:.1%} of the first {count} tries, {last:.1%} of the last")
     if arguments.out is not None:
-        deliver(arguments.out, network.save)
+        deliver(arguments.out, practice.network.save)
     if arguments.judge > 0:
-        compare(network, arguments)
+        compare(practice.network, arguments)
 
 
-def compare(network: PlaceNetwork | PlaceMaps, arguments: Arguments) -> None:
+def compare(network: PlaceNetwork, arguments: Arguments) -> None:
     """Print how often cups hold at the places of the rules, of the network and of the oracle."""
     from .features import place_features  # noqa: PLC0415 - help comes first
     from .scenes import Scenes  # noqa: PLC0415 - as above
@@ -94,17 +87,13 @@ def compare(network: PlaceNetwork | PlaceMaps, arguments: Arguments) -> None:
     console().print(Grid(title, ("level", "places", "held", "kept at 45 %"), rows).terminal())
 
 
-def places_by_name(scenes: Scenes, features: PlaceFeatures, network: PlaceNetwork | PlaceMaps) -> dict[str, Floats]:
+def places_by_name(scenes: Scenes, features: PlaceFeatures, network: PlaceNetwork) -> dict[str, Floats]:
     """Places (N, 2) of the rules, of the oracle and of the network [m]."""
-    from .fcn import PlaceMaps, input_maps  # noqa: PLC0415 - as above
     from .practice import network_places  # noqa: PLC0415 - help comes first
     from .rules import PLACES  # noqa: PLC0415 - as above
 
-    if isinstance(network, PlaceMaps):
-        learned = network.places(input_maps(scenes.images, scenes.radius), features)
-    else:
-        learned = network_places(features, network)
-    return {**{name: place(scenes, features) for name, place in PLACES.items()}, "networks": learned}
+    by_rule = {name: place(scenes, features) for name, place in PLACES.items()}
+    return {**by_rule, "networks": network_places(features, network)}
 
 
 if __name__ == "__main__":

@@ -31,8 +31,6 @@ COMMANDS: Final = {
     "line calibrate": ("line.calibrate", "count the chances of throws in the full physics, for the table of a line"),
 }
 """Module below `agents` and purpose of each command."""
-FORMER: Final = {"plan_line": "line plan", **{name: f"line {name}" for name in ("tune", "calibrate")}}
-"""Present names of commands by their former names."""
 
 
 def main() -> None:
@@ -57,8 +55,6 @@ def choose(program: str, words: Sequence[str]) -> None:
         module = importlib.import_module(f"...{COMMANDS[name][0]}", __name__)
         run(module.main, module.Arguments, f"{program}{name}", words[len(name.split()) :])
     else:
-        sentence = unknown_name("command", name, [command for command in COMMANDS if command.startswith(room)])
-        if name in FORMER:
-            sentence = f"{name!r} is `{program}{FORMER[name]}` now"
-        print(f"error: {sentence}", file=sys.stderr)
+        known = [command for command in COMMANDS if command.startswith(room)]
+        print(f"error: {unknown_name('command', name, known)}", file=sys.stderr)
         sys.exit(BAD_USAGE)

@@ -59,7 +59,6 @@ REAL: Final = {
     "patience": (0.01, 1000.0),
     "sharpness": (0.01, 1000.0),
     "price_of_time": (0.0, 1e6),
-    "pull": (0.0, 1e6),
 }
 FALLING: Final = "learning_rate"
 """Hyperparameter that may fall linearly to 0 over the training: `lin_0.001` begins at 0.001."""

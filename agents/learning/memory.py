@@ -50,7 +50,10 @@ def load_memory(memory: Any, path: Path) -> None:
 
 
 def _arrays(memory: Any) -> dict[str, NDArray[Any]]:
-    return {name: value for name, value in vars(memory).items() if isinstance(value, np.ndarray)}
+    """Arrays of a replay buffer by name; of one for pictures beside vectors, those in its dictionaries too."""
+    parts = {name: value for name, value in vars(memory).items() if isinstance(value, dict)}
+    inner = {f"{name}_{key}": array for name, part in parts.items() for key, array in part.items()}
+    return {name: value for name, value in {**vars(memory), **inner}.items() if isinstance(value, np.ndarray)}
 
 
 def save_random(model: BaseAlgorithm, path: Path) -> None:

@@ -36,8 +36,6 @@ from ..ground.cli import UsageError, about, check_known
 from .algorithms import MASKED, MOST_MODEL, RECURRENT, RESIDUAL
 from .bandit_sac import BanditSAC
 from .hyperparameters import FALLING, WIDEST, algorithm_arguments, initial_value
-from .picture_sac import PicturePolicy, PictureSAC
-from .pictures import PictureBuffer, PictureExtractor
 from .vec_env import rows_thrown
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")
@@ -273,13 +271,11 @@ def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) 
     chosen = algorithm_arguments(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given
     sees_pictures = isinstance(env.observation_space, Dict)
     policy = _policy(algo, chosen.pop("policy", None), sees_pictures)
-    if sees_pictures:
-        chosen["policy_kwargs"].setdefault("features_extractor_class", PictureExtractor)
     if isinstance(chosen.get(FALLING), str):
         chosen[FALLING] = Falling(initial_value(chosen[FALLING]))
-    kind = PictureSAC if sees_pictures and algo == "sac" else algorithm_class(algo)
-    if issubclass(kind, OffPolicyAlgorithm):
-        chosen.setdefault("replay_buffer_class", PictureBuffer if sees_pictures else ThrownBuffer)
+    kind = algorithm_class(algo)
+    if issubclass(kind, OffPolicyAlgorithm) and not sees_pictures:  # a failed pick teaches who sees where to grasp
+        chosen.setdefault("replay_buffer_class", ThrownBuffer)
     with about(f"hyperparameters do not fit {algo}"):
         check_known("hyperparameter", chosen, _keywords(kind))
     try:
@@ -315,8 +311,6 @@ def _policy(algo: str, name: str | None, sees_pictures: bool) -> str | type[Any]
         if name is not None:
             raise UsageError(f"hyperparameter policy is {name!r}; residual_ppo has a policy of its own: leave it out")
         return ResidualPolicy
-    if sees_pictures and algo == "sac":
-        return PicturePolicy
     usual = "MultiInputPolicy" if sees_pictures else "MlpPolicy"
     return name or ("MlpLstmPolicy" if algo in RECURRENT else usual)
 

@@ -65,7 +65,7 @@ class Arguments:
 
 
 def main(arguments: Arguments) -> None:
-    """Judge every plan, and report the smallest one that reaches the recovery, the reason, and what air jets sort."""
+    """Judge every plan, and report the smallest one that reaches the recovery, and the reason."""
     sweep, conditions = read_options(vars(arguments), arguments.recovery)
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)

@@ -11,7 +11,6 @@ import numpy as np
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
-from pnt_gym.cells.line.stream import Stream
 from pnt_gym.cells.line.table_name import MADE
 
 from ..dispatchers.registry import ENV, line_controller, line_core
@@ -23,7 +22,6 @@ from ..judging.work_shifts.counted import Counted
 from ..judging.work_shifts.data import Shifts, run_shifts
 from ..judging.work_shifts.fates import FATES, Fates
 from ..judging.work_shifts.losses import decision_energy, energy_summary
-from .jets import compare_stations
 from .plans import line_up
 from .thrown import with_table
 
@@ -100,22 +98,21 @@ def judge_plan(
     line, counted = with_table(
         config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads, chooser
     )
-    shifts, stream = work(line, conditions)
+    shifts = work(line, conditions)
     figures = plan_figures(shifts, line, counted)
-    row = {**numbers, "chances_by": chooser or "random", **figures, "against": compare_stations(stream, line)}
+    row = {**numbers, "chances_by": chooser or "random", **figures}
     return Planned(line, counted, row, shifts.figures["shift_recovery"].astype(np.float64))
 
 
-def work(line: LineConfig, conditions: Conditions) -> tuple[Shifts, Stream]:
-    """The shifts of a line with throws by its table, and the stream of objects."""
+def work(line: LineConfig, conditions: Conditions) -> Shifts:
+    """The shifts of a line with throws by its table."""
     with closing(make_vector(ENV, line, conditions.shifts, conditions.threads)) as env, throws_bar() as bar:
         core = line_core(env)
         task = bar.add_task("shifts", total=conditions.shifts)
         controller = line_controller(conditions.controller, core)
         seed = stream_seed("evaluate", conditions.seed)
         env.reset(seed=seed)
-        stream = core.cell.stream
-        return run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count)), stream
+        return run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
 
 
 def try_changes(plan: Planned, conditions: Conditions) -> dict[str, float]:
@@ -131,7 +128,7 @@ def try_changes(plan: Planned, conditions: Conditions) -> dict[str, float]:
     changes["half as many objects"] = {"arrivals": {**line.arrivals.model_dump(mode="json"), "rate": rate / 2.0}}
     recovery: dict[str, float] = {}
     for words, change in changes.items():
-        shifts, _ = work(LineConfig.load(line, **change), conditions)
+        shifts = work(LineConfig.load(line, **change), conditions)
         recovery[words] = float(shifts.figures["shift_recovery"].mean())
     return recovery
 

@@ -1,4 +1,4 @@
-"""The verdict on a line's plans: which plan is enough, or why none is, and whether air jets could do it."""
+"""The verdict on a line's plans: which plan is enough, or why none is."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from ..dispatchers.registry import NAMES
 from ..dispatchers.release import make_release
 from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.versions import versions
-from .jets import stations_text
 from .planned import Conditions, Planned, check_plan, judge_plan, try_changes
 from .plans import Sweep, make_plans
 from .reasons import answer, check_text, chosen_plan, reason, throws_are_the_reason
@@ -40,7 +39,7 @@ class Verdict:
     changes: dict[str, float]
     """Recovery of the plan with one thing changed, by words for the change; none where throws are the reason."""
     sentences: tuple[str, ...]
-    """The plan, its shifts in the full physics, the reason why it does not sort more, and arm against jet."""
+    """The plan, its shifts in the full physics, and the reason why it does not sort more."""
 
     @property
     def entries(self) -> dict[str, Any]:
@@ -73,7 +72,6 @@ def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditio
         answer(plan, is_enough, recovery),
         *([] if checked is None else [check_text(checked)]),
         reason(plan, recovery, name, (other, twin), changes),
-        stations_text(plan.row["against"], plan.row["recovery"], plan.row["energy_per_sorted_j"]),
     )
     return Verdict(plan, name, twin, other, checked, changes, sentences)
 

@@ -90,38 +90,22 @@ Layers = tuple[Dense, ...]
 
 @final
 class Convolution(NamedTuple):
-    """A convolution from I to O maps by squares of K by K points, K odd, with zeros around the maps."""
+    """A convolution from I to O maps by windows of K by K points."""
 
     weight: Array
     """(O, I, K, K)"""
     bias: Array
     """(O,)"""
 
-    def __call__(self, value: Floats) -> Floats:
-        """Compute maps (N, O, H, W) of maps (N, I, H, W)."""
-        count, _, height, width = value.shape
+    def __call__(self, value: Floats, stride: int) -> Floats:
+        """Compute maps (N, O, H', W') of maps (N, I, H, W) by windows that lie `stride` points apart."""
         side = self.weight.shape[-1]
-        reach = side // 2
-        padded = np.pad(value, [(0, 0), (0, 0), (reach, reach), (reach, reach)])
+        windows = np.lib.stride_tricks.sliding_window_view(value, (side, side), axis=(2, 3))[:, :, ::stride, ::stride]
+        count, _, height, width = windows.shape[:4]
         # One product of matrices instead of sums over windows: it runs at the processor's full speed.
-        windows = np.lib.stride_tricks.sliding_window_view(padded, (side, side), axis=(2, 3))
         columns = windows.transpose(0, 2, 3, 1, 4, 5).reshape(count * height * width, -1)
         maps = columns @ self.weight.reshape(len(self.bias), -1).T + self.bias
         return maps.reshape(count, height, width, -1).transpose(0, 3, 1, 2)
-
-
-def join_squares(value: Floats, side: int) -> Floats:
-    """Maps (N, C * side * side, H / side, W / side) of maps (N, C, H, W), as torch.nn.PixelUnshuffle orders them."""
-    count, maps, height, width = value.shape
-    parts = value.reshape(count, maps, height // side, side, width // side, side)
-    return parts.transpose(0, 1, 3, 5, 2, 4).reshape(count, maps * side * side, height // side, width // side)
-
-
-def split_squares(value: Floats, side: int) -> Floats:
-    """Maps (N, C, H, W) of maps as of `join_squares`, as torch.nn.PixelShuffle orders them."""
-    count, maps, height, width = value.shape
-    parts = value.reshape(count, maps // (side * side), side, side, height, width)
-    return parts.transpose(0, 1, 4, 2, 5, 3).reshape(count, -1, height * side, width * side)
 
 
 @final
@@ -230,30 +214,6 @@ def dense_of(arrays: Mapping[str, NDArray[Any]], weight: str, bias: str, kind: D
         KeyError: an array is missing.
     """
     return Dense(numbers_of(arrays[weight], 2, kind), numbers_of(arrays[bias], 1, kind))
-
-
-def convolutions_of(arrays: Mapping[str, NDArray[Any]], begin: str, maps: int) -> tuple[Convolution, ...]:
-    """Find the convolutions among the arrays of a file.
-
-    Args:
-        arrays: of the file.
-        begin: beginning of the arrays' names, before `weight_0`.
-        maps: maps that the first convolution sees.
-
-    Raises:
-        ValueError: the convolutions do not fit together, or are no finite numbers.
-        KeyError: an array is missing.
-    """
-    convolutions = tuple(
-        Convolution(numbers_of(arrays[f"{begin}weight_{k}"], 4), numbers_of(arrays[f"{begin}bias_{k}"], 1))
-        for k in range(max(sum(name.startswith(f"{begin}weight_") for name in arrays), 1))
-    )
-    widths = [maps, *(len(layer.bias) for layer in convolutions)]
-    for layer, (before, after) in zip(convolutions, pairwise(widths), strict=True):
-        side = layer.weight.shape[-1]
-        if layer.weight.shape != (after, before, side, side) or side % 2 == 0:
-            raise ValueError("convolutions that do not fit together")
-    return convolutions
 
 
 def lstm_of(arrays: Mapping[str, NDArray[Any]]) -> Lstm | None:

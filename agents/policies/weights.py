@@ -10,11 +10,12 @@ from gymnasium.spaces import Box, Dict, Discrete
 from stable_baselines3 import TD3
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+from stable_baselines3.common.torch_layers import CombinedExtractor, NatureCNN
 
 from ..ground.cli import UsageError
 from .actor import Actor
 from .eye import Eye
-from .networks import ACTIVATIONS, Convolution, Lstm, layers_from_torch
+from .networks import ACTIVATIONS, Convolution, Dense, Lstm, layers_from_torch
 from .scorer import Scorer
 
 
@@ -53,14 +54,15 @@ def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
 
 
 def _eye_of(model: BaseAlgorithm) -> Eye | None:
-    """The convolutions of a policy that sees pictures by an extractor of ours; None for another extractor."""
+    """What a policy sees in pictures by the extractor that is stable-baselines3's default; None for another one."""
     policy: Any = model.policy
     extractor = policy.features_extractor if isinstance(model, OnPolicyAlgorithm) else policy.actor.features_extractor
-    convolutions = getattr(extractor, "convolutions", None)
-    if convolutions is None:
+    seeing = extractor.extractors["image"] if isinstance(extractor, CombinedExtractor) else None
+    if not isinstance(seeing, NatureCNN):
         return None
-    tensors = ((layer.weight, layer.bias) for layer in convolutions)
-    return Eye(tuple(Convolution(*(tensor.detach().numpy().copy() for tensor in pair)) for pair in tensors))
+    arrays = [tensor.detach().numpy().copy() for tensor in seeing.parameters()]
+    *convolutions, dense = zip(arrays[0::2], arrays[1::2], strict=True)
+    return Eye(tuple(Convolution(*pair) for pair in convolutions), Dense(*dense))
 
 
 def _is_plain(lstm: torch.nn.LSTM) -> bool:

@@ -113,8 +113,7 @@ def computes_with_torch(entry: Entry) -> bool:
 
     What a module of the user's computes with is not known.
     """
-    is_fitted = entry.controller in FITTED and (max(entry.throws) > 0 or entry.online)
-    return is_fitted or entry.controller == "fcn"
+    return entry.controller in FITTED and (max(entry.throws) > 0 or entry.online)
 
 
 def is_learned(name: str) -> bool:

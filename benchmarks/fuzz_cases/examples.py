@@ -20,7 +20,7 @@ from agents.ground.places import SHIPPED as ROOT
 from agents.judging.trials import open_trial
 from agents.learning.hyperparameters import hyperparameters
 from agents.policies.actor import Actor
-from agents.policies.eye import CHANNELS, SQUARE, Eye
+from agents.policies.eye import CHANNELS, Eye
 from agents.policies.networks import Convolution, Dense, Lstm
 from agents.policies.scorer import INPUTS, Scorer
 from benchmarks.fuzz_cases.levels import whole_level
@@ -123,9 +123,10 @@ def make_policies(folder: Path) -> None:
     Actor(layers, "ReLU", "scores", 3.0, *ends, lstm=Lstm(_array(20, 3), _array(20, 5), _array(20))).save(
         folder / "memory.npz"
     )
-    eye = Eye(
-        (Convolution(_array(2, CHANNELS * SQUARE**2, 3, 3), _array(2)), Convolution(_array(1, 2, 1, 1), _array(1)))
+    convolutions = tuple(
+        Convolution(_array(2, maps, side, side), _array(2)) for maps, side in ((CHANNELS, 8), (2, 4), (2, 3))
     )
+    eye = Eye(convolutions, Dense(_array(1, 8), _array(1)))
     Actor(layers, "SiLU", "clipped", np.inf, *ends, eye=eye).save(folder / "seeing.npz")
     Scorer((Dense(_array(3, INPUTS), _array(3)), Dense(_array(1, 3), _array(1))), 1.5).save(folder / "scorer.npz")
 
@@ -207,9 +208,8 @@ def make_zoo(folder: Path) -> None:
 
 
 def make_networks(folder: Path) -> None:
-    """Networks that choose places, one of features and one of pictures, as they ship."""
-    for name in ("local_mlp", "fcn"):
-        shutil.copyfile(GRASPING / f"{name}.npz", folder / f"{name}.npz")
+    """A network that chooses places, as it ships."""
+    shutil.copyfile(GRASPING / "local_mlp.npz", folder / "local_mlp.npz")
 
 
 def make_chunk(folder: Path) -> None:

@@ -72,7 +72,7 @@ FORMATS: Final[dict[str, Format]] = {
         examples.make_states, readers.read_learned, tuple(f"{name}.npz" for name in LEARNERS),
         f"agents.evaluate --env {TOY} --controller ridge --load FILE --picks 4 --num-envs 4",
     ),
-    "network-file": Format(examples.make_networks, readers.read_network, ("local_mlp.npz", "fcn.npz")),
+    "network-file": Format(examples.make_networks, readers.read_network, ("local_mlp.npz",)),
     "dataset-chunk": Format(examples.make_chunk, lambda path: list(unpack_episodes(path)), ("chunk.npz",)),
     "run-folder": Format(
         examples.make_run, readers.read_run, ("args.yml", "env.yaml", "policy.npz"),

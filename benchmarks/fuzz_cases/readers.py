@@ -20,7 +20,6 @@ from agents.fit.parameters import priors
 from agents.fit.reading import read_log
 from agents.fit.report import report
 from agents.fit.writing import level_text, page
-from agents.grasping.fcn import PlaceMaps
 from agents.grasping.features import NAMES
 from agents.grasping.network import PlaceNetwork
 from agents.ground.files import json_text
@@ -133,9 +132,6 @@ def _lines() -> tuple[Any, Any]:
 
 def read_network(path: Path) -> None:
     """Read a network that chooses places, and let it judge places."""
-    if path.name == "fcn.npz":
-        finite("worths", PlaceMaps.load(path).predict(np.zeros((1, 6, PIXELS, PIXELS), np.float32)))
-        return
     finite("worths", PlaceNetwork.load(path).predict(np.zeros((2, len(NAMES)))))
 
 

@@ -11,7 +11,6 @@ from typing import Any, Final, cast
 
 import numpy as np
 
-from agents.grasping.fcn import PlaceMaps, input_maps, learn_maps
 from agents.grasping.features import SIGHTS, PlaceFeatures, place_features
 from agents.grasping.kinds import with_drawn_kinds
 from agents.grasping.practice import Practice, network_places, practise
@@ -70,27 +69,6 @@ def network(settings: Settings, amount: Amount) -> Figures:
     places = network_places(features, practice.network)
     last = practice.held[-settings["tries"] // 5 :]
     return {**_figures(scenes, scenes.try_places(places)), "held_in_last_tries": float(last.mean())}
-
-
-@cache
-def _maps(tries: int, seed: int, with_features: bool, epochs: int) -> PlaceMaps:
-    """A fully convolutional network, fitted to the tries of a practice on seen kinds."""
-    practice = _practice(tries, seed, "all")
-    return learn_maps(practice, "grasp", with_features=with_features, seed=seed, epochs=epochs)
-
-
-def pixels(settings: Settings, amount: Amount) -> Figures:
-    """Tries at the places of a fully convolutional network, fitted to the same tries as `network`.
-
-    Args:
-        settings: `kinds`; `tries`; `seed`; `with_features`, whether the network sees the features of places beside the
-            pixels; `epochs` of the fit.
-        amount: objects.
-    """
-    scenes, features = _scenes(settings["kinds"], amount)
-    network = _maps(settings["tries"], settings["seed"], settings["with_features"], settings["epochs"])
-    maps = input_maps(scenes.images, scenes.radius, features if settings["with_features"] else None)
-    return _figures(scenes, scenes.try_places(network.places(maps, features)))
 
 
 def tuning(settings: Settings, amount: Amount) -> Figures:

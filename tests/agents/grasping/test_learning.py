@@ -1,13 +1,9 @@
 """Rules and networks: what they score, what they learn from tries alone, and what they keep in files."""
 
-from contextlib import closing
-
 import numpy as np
 import pytest
 
-from agents.controllers import make_controller
 from agents.grasping.__main__ import Arguments, main
-from agents.grasping.fcn import PATCH, PlaceMaps, cut_patches, input_maps
 from agents.grasping.features import NAMES, place_features
 from agents.grasping.network import PlaceNetwork
 from agents.grasping.practice import network_places, practise, worth_maps
@@ -15,10 +11,7 @@ from agents.grasping.rules import TUNED, Weights, centroid_places, flattest_plac
 from agents.grasping.scenes import Scenes
 from agents.grasping.tuning import DEPTH_SETTINGS, colour_settings, tune
 from agents.ground.cli import UsageError
-from agents.ground.environments import make_vector
-from agents.judging.loop import observed
 from pnt_gym.cells.grasp.images import pixel_places
-from pnt_gym.cells.grasp.observation import TABLE
 from tests.tools.throws import same_bits
 
 
@@ -128,68 +121,6 @@ def test_practice_finds_better_places_than_chance(scenes, features):
     assert maps.shape == (500, 48, 48)
     assert (maps >= 0.0).all()
     assert (maps <= 1.0).all()
-
-
-def test_patches_are_cut_around_their_pixels(scenes):
-    maps = input_maps(scenes.images[:40], scenes.radius[:40])
-    pixel = np.random.default_rng(0).integers(0, 48, (40, 2))
-    patches, inside = cut_patches(maps, pixel)
-    assert patches.shape == (40, 6, PATCH, PATCH)
-    for k, (row, column) in enumerate(inside):
-        assert same_bits(patches[k, :, row, column], maps[k, :, pixel[k, 0], pixel[k, 1]])
-        assert (pixel[k] - [row, column]).tolist() == ((pixel[k] - [row, column]) // 2 * 2).tolist()
-        assert min(row, column) >= 8
-        assert max(row, column) < PATCH - 8
-
-
-def test_maps_of_pixels_learn_what_a_pixel_shows(scenes, features, tmp_path):
-    """Tries succeed where the picture is bright: a map of whole pictures says so after a fit to patches.
-
-    Its file says the same, and files of other networks are refused.
-    """
-    pytest.importorskip("torch")
-    rng = np.random.default_rng(0)
-    maps = input_maps(scenes.images, scenes.radius)
-    pixel = features.pixel[features.best_rows(rng.random(len(features.picture)))]
-    bright = maps[:, 2:5].mean(axis=1)
-    worth = (bright[np.arange(500), pixel[:, 0], pixel[:, 1]] > 0.5).astype(np.float64)
-    patches, inside = cut_patches(maps, pixel)
-    network = PlaceMaps()
-    network.fit(patches, inside, worth, seed=0, epochs=16)
-    expected = network.predict(maps)
-    assert expected.shape == (500, 48, 48)
-    row, column = features.pixel.T
-    seen = expected[features.picture, row, column]
-    is_bright = bright[features.picture, row, column] > 0.5
-    assert seen[is_bright].mean() > seen[~is_bright].mean() + 0.35
-    assert network.places(maps, features).shape == (500, 2)
-    network.save(tmp_path / "pixels.npz")
-    assert same_bits(PlaceMaps.load(tmp_path / "pixels.npz").predict(maps), expected)
-    arrays = dict(np.load(tmp_path / "pixels.npz"))
-    np.savez(tmp_path / "narrow.npz", **{**arrays, "weight_0": arrays["weight_0"][:, 1:]})
-    np.savez(tmp_path / "short.npz", **{name: a for name, a in arrays.items() if not name.endswith("_4")})
-    for name in ("narrow.npz", "short.npz", "none.npz"):
-        with pytest.raises(UsageError, match=r"holds no network of pictures that chooses places\Z"):
-            PlaceMaps.load(tmp_path / name)
-
-
-@pytest.mark.usefixtures("few_steps")
-def test_the_command_learns_a_map_of_pixels_that_a_controller_takes(tmp_path, capsys, monkeypatch):
-    pytest.importorskip("torch")
-    monkeypatch.setattr("agents.grasping.fcn.EPOCHS", 2)
-    main(Arguments(tries=300, judge=20, sees="pixels", out=tmp_path / "pixels.npz"))
-    assert "networks" in capsys.readouterr().out
-    assert (tmp_path / "pixels.npz").stat().st_size < 300_000
-    with closing(make_vector("PnTGrasp-v0", "grasp", 4, 1)) as env:
-        features, info = env.reset(seed=0)
-        seen = observed(features, info["kind"])
-        controller = make_controller("fcn", env, file=tmp_path / "pixels.npz")
-        place = controller.act(seen)[:, :2] * env.core.config.grasp.reach
-        radius = TABLE.decode(seen.features)["cup_radius"]
-        best = PlaceMaps.load(tmp_path / "pixels.npz").places(
-            input_maps(seen.image, radius), place_features(seen.image, radius)
-        )
-        np.testing.assert_allclose(place, best, atol=1e-6)
 
 
 @pytest.mark.usefixtures("few_steps")

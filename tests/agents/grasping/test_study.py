@@ -13,7 +13,6 @@ LEARNED = {"kinds": "grasp_unseen", "tries": 300, "seed": 0}
     [
         (grasping.place, {"kinds": "grasp", "place": "oracle"}),
         (grasping.network, {**LEARNED, "sees": "depth"}),
-        (grasping.pixels, {**LEARNED, "with_features": True, "epochs": 1}),
     ],
 )
 def test_each_measurement_gives_shares_of_tries(measure, settings, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,14 +1,12 @@
 """The command `pnt-gym` and what only it has."""
 
 import sys
-from importlib import import_module
 
 import pytest
 
 from agents.ground import console
 from pnt_gym.__main__ import main
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from tests.tools.commands import call
 
 
 @pytest.fixture
@@ -50,28 +48,6 @@ def test_the_tools_of_lines_are_listed(say, words):
     assert [line.split()[:2] for line in out.splitlines() if line.startswith("  ")] == [
         ["line", name] for name in ("plan", "tune", "calibrate")
     ]
-
-
-@pytest.mark.parametrize("name", console.FORMER)
-def test_a_command_that_has_moved_names_its_new_place(say, name, tmp_path):
-    code, _, error = say(name, "--level", "value")
-    assert (code, error) == (2, f"error: {name!r} is `pnt-gym {console.FORMER[name]}` now\n")
-    done = call(f"agents.{name}", "--help", folder=tmp_path)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == f"error: agents.{name} is `python -m agents.{console.FORMER[name]}` now\n"
-
-
-@pytest.mark.parametrize(
-    ("former", "names"),
-    [
-        ("evaluation", ["evaluate"]), ("sb3", ["ThrownBuffer"]), ("tables", ["Grid"]),
-        ("episodes", ["Episode", "episodes", "episode_seeds"]),
-    ],
-)  # fmt: skip
-def test_documented_modules_that_have_moved_can_be_imported_by_their_former_names(former, names):
-    rooms = {"evaluation": "judging", "sb3": "learning", "tables": "ground", "episodes": "dataset"}
-    before, now = import_module(f"agents.{former}"), import_module(f"agents.{rooms[former]}.{former}")
-    assert [getattr(before, name) for name in names] == [getattr(now, name) for name in names]
 
 
 def test_the_levels_are_listed_with_their_purpose(say):

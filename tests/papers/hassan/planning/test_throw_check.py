@@ -1,10 +1,11 @@
+"""The check of free throws sees each violation of limits and rules by itself."""
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from papers.hassan.planning.throw_check import check_throw, least_gap, miss
-from pnt_gym.constants import GRAVITY
+from papers.hassan.planning.throw_check import check_throw
 from pnt_gym.planning import EllipticWorkspace, JerkTrajectory, MotionLimits, accelerate, brake, coast, rest_to_rest
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -80,129 +81,3 @@ def test_each_violation_is_found_by_itself(changes, name):
     check = GOOD.check(**changes)
     assert violated(check) == {name}
     assert check.keeps_rules().tolist() == [False]
-
-
-def test_the_numbers_are_ratios_and_distances():
-    check = GOOD.check(
-        MotionLimits(4.0, 20.0, 500.0),
-        replace(RULES, workspace=EllipticWorkspace(z_max=-0.80), hand_cap=0.0),
-        ceiling=-0.90,
-        targets=GOOD.target + np.array([0.03, -0.04, 0.0]),
-    )
-    peak = GOOD.path.peak_ratios(MotionLimits(4.0, 20.0, 500.0), samples=401)
-    for ours, known in zip(check[:3], peak, strict=True):
-        assert ours[0] == pytest.approx(known[0], rel=1e-4)
-    top = GOOD.path.sample(np.linspace(0.0, 2.0, 20001)).position[0, :, 2].max()
-    assert check.height[0] == pytest.approx(top + 0.90, abs=1e-7)
-    assert check.outside[0] == pytest.approx(top + 0.80, abs=1e-7)
-    assert check.landing[0] == pytest.approx(0.05, rel=1e-12)
-
-
-def test_without_a_workspace_nothing_is_outside():
-    assert GOOD.check(rules=replace(RULES, workspace=None)).outside[0] == -np.inf
-
-
-def test_the_object_may_land_within_the_given_distance():
-    check = GOOD.check(targets=GOOD.target + np.array([0.003, 0.0, 0.0]))
-    assert not check.keeps_rules()[0]
-    assert check.keeps_rules(landing=0.0031)[0]
-    assert not check.keeps_rules(landing=0.0029)[0]
-
-
-def test_rows_are_judged_one_by_one():
-    rows = np.arange(3)
-    many = JerkTrajectory(
-        np.repeat(GOOD.path.start, 3, axis=0),
-        np.repeat(GOOD.path.durations, 3, axis=0),
-        np.repeat(GOOD.path.jerks, 3, axis=0),
-    )
-    limits = MotionLimits(2.0, 40.0, np.array([1000.0, 900.0, 1000.0]))
-    ceiling = GOOD.ceiling - np.array([0.0, 0.0, 0.01])
-    check = check_throw(many, GOOD.time[rows * 0], GOOD.target[rows * 0], limits, ceiling, RULES)
-    assert check.keeps_rules().tolist() == [True, False, False]
-    for name, value in GOOD.check()._asdict().items():
-        assert getattr(check, name)[0] == value[0], name
-
-
-def gap_by_loop(position, since, start, velocity, rules):
-    """The rule read aloud, sample by sample."""
-    least = np.inf
-    for point, t in zip(position, since, strict=True):
-        if t < 0.0:
-            continue
-        thing = start + t * velocity - np.array([0.0, 0.0, 0.5 * GRAVITY * t * t])
-        if t > 0.0 and np.hypot(*(point - thing)[:2]) >= rules.clear_distance:
-            break
-        least = min(least, point[2] - thing[2] - rules.margin * 0.5 * GRAVITY * t * t)
-    return least
-
-
-@pytest.mark.parametrize(("margin", "clear"), [(0.0, 0.05), (0.3, 0.12), (0.9, 0.02), (0.5, 0.0), (0.2, 9.0)])
-def test_the_gap_agrees_with_a_loop(margin, clear):
-    rng = np.random.default_rng(2)
-    count, samples = 12, 60
-    rules = HandRules(margin=margin, clear_distance=clear)
-    since = np.sort(rng.uniform(-0.05, 0.3, (count, samples)), axis=1)
-    start, velocity = rng.normal(size=(count, 3)), rng.normal(size=(count, 3))
-    wander = np.cumsum(rng.normal(scale=0.01, size=(count, samples, 3)), axis=1)
-    position = start[:, None] + since[..., None] * velocity[:, None] + wander
-    ours = least_gap(position, since, start, velocity, rules)
-    loop = [gap_by_loop(*row, rules) for row in zip(position, since, start, velocity, strict=True)]
-    np.testing.assert_allclose(ours, loop, rtol=0, atol=1e-12)
-
-
-def test_a_hand_that_comes_back_is_clear_once_and_for_all():
-    start, velocity = np.zeros((1, 3)), np.zeros((1, 3))
-    since = np.array([[0.0, 0.1, 0.2, 0.3]])
-    position = np.array([[[0.0, 0, 0], [0.1, 0, 0], [0.2, 0, -5.0], [0.0, 0, -5.0]]])
-    assert least_gap(position, since, start, velocity, HandRules(clear_distance=0.1))[0] == 0.0
-    assert least_gap(position, since, start, velocity, HandRules(clear_distance=0.15))[0] == 0.0
-    assert least_gap(position, since, start, velocity, HandRules(clear_distance=0.25))[0] < -4.0
-
-
-def test_the_miss_is_measured_where_the_object_comes_down():
-    rng = np.random.default_rng(4)
-    start, velocity = rng.normal(size=(50, 3)), rng.normal(size=(50, 3), scale=2.0)
-    velocity[:, 2] = np.abs(velocity[:, 2])
-    level = start[:, 2] + rng.uniform(-1.0, 0.3, 50)
-    place = landing_point(start, velocity, level)
-    known = np.isfinite(place).all(axis=1)
-    assert known.sum() > 30
-    off = rng.normal(size=(50, 3), scale=0.1) * [1.0, 1.0, 0.0]
-    targets = np.where(known[:, None], place, 0.0) + off
-    targets[:, 2] = level
-    ours = miss(start, velocity, targets)
-    np.testing.assert_allclose(ours[known], np.hypot(off[known, 0], off[known, 1]), rtol=0, atol=1e-12)
-    assert np.isinf(ours[~known]).all()
-    assert (~known).any()
-
-
-def test_what_falls_from_below_the_target_never_comes_down_on_it():
-    start = np.array([[0.0, 0.0, -0.1], [0.0, 0.0, -0.1], [0.0, 0.0, 0.1]])
-    velocity = np.array([[1.0, 0.0, -3.0], [1.0, 0.0, 3.0], [1.0, 0.0, -3.0]])
-    # Each would be above the origin at the time that solves its flight, the first one in the past.
-    root = np.sqrt(9.0 + 2.0 * GRAVITY * start[:, 2])
-    start[:, 0] = -(velocity[:, 2] + root) / GRAVITY
-    assert start[0, 0] > 0.0
-    np.testing.assert_allclose(miss(start, velocity, np.zeros((3, 3))), [np.inf, 0.0, 0.0], rtol=0, atol=1e-12)
-
-
-def test_an_approach_of_no_height_is_refused():
-    with pytest.raises(ValueError, match=r"approach must be finite and above 0 \[m\], got 0"):
-        HandRules(approach=0.0)
-
-
-@pytest.mark.parametrize("name", ["approach", "window", "clear_distance", "hand_cap", "margin"])
-@pytest.mark.parametrize("value", [-0.01, np.nan, np.inf])
-def test_bad_rules_are_refused(name, value):
-    if name == "hand_cap" and value == np.inf:
-        assert HandRules(hand_cap=np.inf).hand_cap == np.inf
-        return
-    with pytest.raises(ValueError, match=f"{name} must") as caught:
-        HandRules(**{name: value})
-    assert str(value) in str(caught.value)
-
-
-def test_a_margin_of_one_is_refused():
-    with pytest.raises(ValueError, match=r"margin must lie in \[0, 1\), got 1.0"):
-        HandRules(margin=1.0)
