@@ -176,12 +176,11 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_a_wrong_value_is_named_in_one_sentence(case):
+def test_a_wrong_value_is_named(case):
     changes, message = WRONG[case]
     with pytest.raises(ConfigError, match=message) as caught:
         ConveyorConfig.load({**SMALLEST, **changes})
     assert isinstance(caught.value, ValueError)
-    assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 400
     assert caught.value.__suppress_context__  # no pydantic traceback in front of the sentence
 
