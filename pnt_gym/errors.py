@@ -20,10 +20,14 @@ def one_sentence(text: object, limit: int = 400) -> str:
 
 
 class PntGymError(ValueError):
-    """Base of every error that pnt_gym raises on purpose; the message is one sentence on one line."""
+    """Base of every error that pnt_gym raises on purpose.
+
+    The message is one sentence on one line. Of several problems, the first argument says where they are, and each
+    further argument is a problem with a line of its own.
+    """
 
     def __str__(self) -> str:
-        return one_sentence(super().__str__(), 500)
+        return "\n- ".join(one_sentence(part, 500) for part in self.args)
 
 
 class ConfigError(PntGymError):

@@ -8,7 +8,7 @@ from typing import Final
 
 from pydantic import ValidationError
 
-from pnt_gym.cells.base.problems import describe_problems
+from pnt_gym.cells.base.problems import list_problems
 
 from ..ground.cli import UsageError
 from ..ground.environments import import_user_module
@@ -40,7 +40,7 @@ def submission_plan(name: str, controller: str, throws: int, seeds: int) -> Plan
     try:
         return Plan.model_validate({**values, "name": name, "seeds": tuple(range(seeds)), "entries": (entry,)})
     except ValidationError as error:
-        raise UsageError(f"submission {name!r}: {describe_problems(error, Plan)}") from None
+        raise UsageError(*list_problems(f"submission {name!r}", error, Plan)) from None
 
 
 def submission_name(controller: str) -> str:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final, final
 from pydantic import Field, ValidationError
 
 from pnt_gym.cells.base.config import LARGEST_NUMBER, Finite, NonNegative, Section
-from pnt_gym.cells.base.problems import describe_problems
+from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.reading import ReadError, parsed_yaml, text_of
 
@@ -54,7 +54,7 @@ def check_settings(name: str, chosen: Mapping[str, Any]) -> None:
     try:
         RuleSettings.model_validate({key: value for key, value in chosen.items() if key in RuleSettings.model_fields})
     except ValidationError as error:
-        raise UsageError(f"settings of controller {name!r}: {describe_problems(error, RuleSettings)}") from None
+        raise UsageError(*list_problems(f"settings of controller {name!r}", error, RuleSettings)) from None
 
 
 def read_settings() -> dict[str, Any]:

@@ -37,7 +37,7 @@ def throws_bar(*columns: str, quiet: bool = False) -> Generator[Progress, None, 
         TimeRemainingColumn(),
         console=terminal,
         auto_refresh=is_seen,
-        disable=quiet,
+        disable=quiet or not is_seen,
     )
     with bar, nullcontext() if is_seen or quiet else _signs(bar):
         yield bar

@@ -265,13 +265,13 @@ def _parse(arguments: type[Arguments], program: str, command_line: Sequence[str]
 
 
 def describe_error(error: Exception) -> str:
-    """Message of an error as one sentence, for user's mistakes, disk errors and lack of memory."""
+    """Message of an error, one sentence or a list of problems, for user's mistakes, disk errors and lack of memory."""
     if isinstance(error, OSError):
         place = f" {one_sentence(repr(error.filename), 80)}" if error.filename is not None else ""
         return one_sentence(f"cannot read or write{place}: {error.strerror or error}")
     if isinstance(error, MemoryError):
         return one_sentence(f"not enough memory for so large a task: {error}".removesuffix(": "))
-    return one_sentence(error)
+    return str(error) if isinstance(error, PntGymError) else one_sentence(error)
 
 
 def at_least(options: Mapping[str, Any], **least: int) -> None:

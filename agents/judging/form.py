@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Final, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
 
-from pnt_gym.cells.base.problems import describe_problems
+from pnt_gym.cells.base.problems import list_problems
 
 from ..ground.cli import UsageError
 
@@ -64,4 +64,4 @@ def check_model(path: Path, form: type[BaseModel], data: Any) -> None:
     try:
         form.model_validate(data)
     except ValidationError as error:
-        raise UsageError(f"{str(path)!r}: {describe_problems(error, form)}") from None
+        raise UsageError(*list_problems(f"{str(path)!r}", error, form)) from None

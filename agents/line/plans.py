@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.sections import Down, Robot
+from pnt_gym.errors import ConfigError
 from pnt_gym.names import unknown_name
 
 from ..ground.cli import UsageError
@@ -31,7 +32,7 @@ def make_plans(level: LineConfig, sweep: Sweep) -> Iterator[tuple[dict[str, Any]
     """Numbers and level of every plan.
 
     Raises:
-        UsageError: no plan has the robot of `--down`.
+        UsageError: no plan has the robot of `--down`, or the values of a plan describe no line.
     """
     speeds = sweep.speeds or (level.cell.belt.speed,)
     percents = sweep.percents or (None,)
@@ -47,7 +48,12 @@ def make_plans(level: LineConfig, sweep: Sweep) -> Iterator[tuple[dict[str, Any]
             cell["limits"] = {"percent": [limit]}
         if sweep.burst is not None:
             changes["arrivals"] = {**changes.get("arrivals", {}), "regularity": sweep.burst}
-        config = LineConfig.load({"base": "nominal", **changes})
+        given = {"robots": count, "speeds": speed, "percents": limit, "minutes": sweep.minutes, "burst": sweep.burst}
+        try:
+            config = LineConfig.load({"base": "nominal", **changes})
+        except ConfigError as error:
+            words = " ".join(f"--{name} {value:g}" for name, value in given.items() if value is not None)
+            raise UsageError(f"plan {words}: {str(error).removeprefix('config: ')}") from None
         numbers = {"robots": count, "belt_speed": speed, "percent": max(config.cell.limits.percent), "skills": skills}
         yield numbers, with_standstill(config, down)
 

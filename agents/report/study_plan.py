@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple, Self, TypeAlias, final
 from pydantic import Field, ValidationError, model_validator
 
 from pnt_gym.cells.base.config import Section
-from pnt_gym.cells.base.problems import describe_problems
+from pnt_gym.cells.base.problems import list_problems
 
 from ..ground.cli import UsageError, check_known
 from ..ground.files import read_yaml
@@ -151,7 +151,7 @@ def read_study(path: Path) -> StudyPlan:
     try:
         return StudyPlan.model_validate(read_yaml(path, "study"))
     except ValidationError as error:
-        raise UsageError(f"study {str(path)!r}: {describe_problems(error, StudyPlan)}") from None
+        raise UsageError(*list_problems(f"study {str(path)!r}", error, StudyPlan)) from None
 
 
 def shipped_study(name: str) -> StudyPlan:

@@ -16,7 +16,7 @@ from typing import Annotated, Any, Final, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pnt_gym.cells.base.problems import describe_problems
+from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.errors import PntGymError, one_sentence
 
 from ..ground.cli import UsageError
@@ -145,7 +145,7 @@ def plan_of_file(file: Path, plan: Any) -> Plan:
         # A file holds every key of its plan; keys of other kinds of trials, at their defaults, must not count as given.
         return Plan.model_validate(Plan.model_validate(plan).model_dump(exclude_defaults=True))
     except ValidationError as error:
-        raise UsageError(f"plan in {str(file)!r}: {describe_problems(error, Plan)}") from None
+        raise UsageError(*list_problems(f"plan in {str(file)!r}", error, Plan)) from None
 
 
 def untrusted(path: Path, name: str) -> UsageError:
@@ -182,7 +182,7 @@ def _check_rows(path: Path, plan: Plan, rows: Sequence[Mapping[str, Any]]) -> No
         try:
             form.model_validate(row["columns"], context={"count": count})
         except ValidationError as error:
-            raise UsageError(f"{str(path)!r}: row {name_row(row)}: {describe_problems(error, form)}") from None
+            raise UsageError(*list_problems(f"{str(path)!r}: row {name_row(row)}", error, form)) from None
 
 
 def _expected_rows(plan: Plan) -> dict[tuple[Any, ...], tuple[str, int]]:

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Self, final
 from pydantic import Field, ValidationError, model_validator
 
 from pnt_gym.cells.base.config import FileName, LevelConfig, Section
-from pnt_gym.cells.base.problems import describe_problems
+from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.names import unknown_name
 
 from ..controllers.protocol import Controller
@@ -160,7 +160,7 @@ def read_plan(path: Path) -> Plan:
     try:
         return Plan.model_validate(read_yaml(path, "benchmark"))
     except ValidationError as error:
-        raise UsageError(f"benchmark {str(path)!r}: {describe_problems(error, Plan)}") from None
+        raise UsageError(*list_problems(f"benchmark {str(path)!r}", error, Plan)) from None
 
 
 def trial_of_plan(plan: Plan) -> type[Trial]:

@@ -42,7 +42,9 @@ def refusable(subject: str, *kinds: type[Exception]) -> Iterator[None]:
         sentence = str(error)
         if isinstance(error.__cause__ or error.__context__, MemoryError):
             raise Find(f"{subject}: wants more memory than there is: {sentence}") from error
-        if "\n" in sentence or not sentence or (isinstance(error, PntGymError) and len(sentence) > LONGEST):
+        head, *problems = sentence.split("\n")
+        is_long = isinstance(error, PntGymError) and len(head) > LONGEST
+        if not head or is_long or not all(problem.startswith("- ") for problem in problems):
             raise Find(f"{subject}: {type(error).__name__} is no sentence: {sentence!r}") from error
         raise Refused from error
     except (Refused, Find):

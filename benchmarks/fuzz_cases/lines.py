@@ -151,7 +151,7 @@ def complaint(process: Any) -> str | None:
         return None
     if process.returncode != 2 or "Traceback" in words or not words:
         return f"exit code {process.returncode}: {words[-300:]!r}"
-    last = words.splitlines()[-1]
+    *_, last = (line for line in words.splitlines() if not line.startswith("- "))
     if last.startswith("error: ") and len(last) < 700:
         return None
     return f"no sentence: {words[-300:]!r}"

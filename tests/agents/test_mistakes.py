@@ -182,14 +182,17 @@ def test_a_saved_controller_of_another_shape(desk: Path, name: str, state: dict[
 RESULTS: list[tuple[Any, str]] = [
     (
         {"plan": {}, "table": [], "comparisons": [], "results": []},
-        "keys 'versions', 'seconds', 'trial', 'unit', 'step'",
+        "key 'versions' is missing\n- key 'seconds' is missing\n- key 'trial' is missing",
     ),
     ({"plan": 5, "table": 5, "comparisons": 5, "results": 5}, "plan is 5: input should be"),
-    ({"study": "physics", "rows": [{"part": 5}], "throws": 10}, "keys 'version' and 'seed' are missing"),
+    (
+        {"study": "physics", "rows": [{"part": 5}], "throws": 10},
+        "2 problems:\n- key 'version' is missing\n- key 'seed' is missing\n",
+    ),
     ({"plan_release_us": "fast", "batch_plans_per_s": 5}, "of another form"),
     ({"envs": {"a": {}}, "cpus": 1}, "of another form"),
-    ({"rows": [{}], "papers": ["p"], "figures": {}}, "are missing"),
-    ({"papers": ["p"], "rows": [], "figures": {"p": []}, "overview": {}}, "'data' and 'grids' are missing"),
+    ({"rows": [{}], "papers": ["p"], "figures": {}}, "key 'command' is missing"),
+    ({"papers": ["p"], "rows": [], "figures": {"p": []}, "overview": {}}, "key 'grids' is missing"),
 ]
 DRAWINGS = ["/etc/hostname", "../secret.svg", "a/b.svg", "x.png", "", "<script>.svg", "](x).svg"]
 RECORD: dict[str, Any] = {

@@ -1,35 +1,16 @@
 """A name that nothing has is refused in one sentence, by every option of every command that takes names."""
 
-import dataclasses
-from importlib import import_module
 from pathlib import Path
-from typing import Any, Final, Literal, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Final, Literal, get_origin
 
 import pytest
 import yaml
 
-from agents.ground.console import COMMANDS
 from tests.tools.commands import answered, refused
+from tests.tools.wrong import NEEDED, Option, module_of, options
 
-MODULES: Final = {**{name: module for name, (module, _) in COMMANDS.items()}, "reproduce": "reproduce.__main__"}
-"""Module below `agents` of each command."""
 TEXTS: Final = {"by", "about", "name", "author", "author_email", "code_permalink", "cluster", "address"}
 """Options whose text names nothing that exists."""
-LINE: Final = ("--env", "PnTLine-v0", "--controller", "atc")
-NEEDED: Final[dict[str, tuple[str, ...]]] = {
-    "evaluate": ("--controller", "mlp"),
-    "evaluate --controller": (),
-    "evaluate --release": (*LINE, "--throws", "flight"),
-    "compare": ("analytic", "mlp"),
-    "play": ("--picture", "x.png"),
-    "publish": ("kept", "--no-onnx", "--no-video"),
-    "submit": ("analytic", "--by", "me"),
-    "reproduce": ("choe",),
-    "fit": ("--design", "1"),
-    "benchmark": ("--config", "plan.yaml"),
-    "levels --like": ("--new", "x.yaml"),
-}
-"""Further words that a command needs, or that a single option needs instead of these."""
 VALUES: Final = {"down": "{}:1", "settings": "{}=1", "prior": "{}=1"}
 """Form of the values of options that hold more than a name."""
 WORDS: Final = {
@@ -45,47 +26,20 @@ PLAN: Final = {
 }
 
 
-class Option(NamedTuple):
-    """An option, or a positional argument, of a command that takes names."""
-
-    command: str
-    name: str
-    words: tuple[str, ...]
-    """Words before the name."""
-    has_choices: bool
-
-    @property
-    def noun(self) -> str:
-        return WORDS.get(self.name, self.name.removesuffix("s").replace("_", "-"))
+def noun(option: Option) -> str:
+    """What the sentence calls what an option names."""
+    return WORDS.get(option.name, option.name.removesuffix("s").replace("_", "-"))
 
 
-def options() -> list[Option]:
-    """The options whose types hold texts or choices, of all commands."""
-    found: list[Option] = []
-    for command, module in MODULES.items():
-        kind = import_module(f"agents.{module}").Arguments
-        hints = get_type_hints(kind, include_extras=True)
-        for field in dataclasses.fields(kind):
-            parts = [*flat(hints[field.name])]
-            if field.name not in TEXTS and (str in parts or any(get_origin(part) is Literal for part in parts)):
-                found.append(Option(command, field.name, words_of(field, hints[field.name]), str not in parts))
-    return found
+def has_names(option: Option) -> bool:
+    """Whether an option takes names: texts or choices."""
+    is_choice = any(get_origin(part) is Literal for part in option.kinds)
+    return option.command != "report" and option.name not in TEXTS and (str in option.kinds or is_choice)
 
 
-def flat(hint: Any) -> list[Any]:
-    """A type and all types in it."""
-    inner = () if get_origin(hint) is Literal else get_args(hint)
-    return [hint, *(part for one in inner for part in flat(one))]
-
-
-def words_of(field: dataclasses.Field[Any], hint: Any) -> tuple[str, ...]:
-    """The word that begins an option; none for a positional argument."""
-    if "Positional" in repr(field.type) or "Positional" in repr(hint):
-        return ()
-    return ("--option",) if field.name == "settings" else (f"--{field.name.replace('_', '-')}",)
-
-
-OPTIONS: Final = [pytest.param(option, id=f"{option.command} {option.name}") for option in options()]
+OPTIONS: Final = [
+    pytest.param(option, id=f"{option.command} {option.name}") for option in options() if has_names(option)
+]
 
 
 @pytest.fixture
@@ -98,18 +52,17 @@ def here(desk: Path, toy_training: Path) -> Path:
 def line(option: Option, name: str) -> list[str]:
     """A command line that is right but for one name."""
     needed = NEEDED.get(f"{option.command} --{option.name}", NEEDED.get(option.command, ()))
-    if not option.words:  # instead of the positional argument that the command needs
+    if not option.word:  # instead of the positional argument that the command needs
         needed = needed[1:] if option.command != "compare" else needed[:1]
-    return [*needed, *option.words, VALUES.get(option.name, "{}").format(name)]
+    return [*needed, *([option.word] if option.word else []), VALUES.get(option.name, "{}").format(name)]
 
 
 @pytest.mark.parametrize("option", OPTIONS)
 def test_an_unknown_name_is_one_sentence_that_names_option_and_value(here: Path, option: Option) -> None:
     before = sorted(here.rglob("*"))
-    module = MODULES[option.command].removesuffix(".__main__")
-    said = refused(f"agents.{option.command if ' ' in option.command else module}", *line(option, "nonesuch"))
+    said = refused(module_of(option.command), *line(option, "nonesuch"))
     assert "'nonesuch'" in said or "'shipped:nonesuch'" in said
-    assert option.noun in said
+    assert noun(option) in said
     assert "unknown" in said
     assert "known are" in said or "there is none" in said
     assert sorted(here.rglob("*")) == before

@@ -25,7 +25,7 @@ def refusal(*parts, error=ConfigError):
     with pytest.raises(error) as caught:
         yield caught
     assert isinstance(caught.value, ValueError)
-    assert "\n" not in str(caught.value)
+    assert all(line.startswith("- ") for line in str(caught.value).split("\n")[1:])
     assert [part for part in parts if part not in str(caught.value)] == []
 
 

@@ -93,10 +93,11 @@ def answered(module: str, *arguments: str | Path) -> tuple[int, str]:
 
 
 def refused(module: str, *arguments: str | Path) -> str:
-    """The one sentence with which a command refuses to do something."""
+    """The words with which a command refuses to do something: one sentence, or a head and a line for each problem."""
     code, words = answered(module, *arguments)
     assert code == 2, words
-    assert words.startswith("error: "), words
-    assert words.count("\n") == 1, words
-    assert len(words) < 700, words
+    head, *problems = words.splitlines()
+    assert head.startswith("error: "), words
+    assert all(problem.startswith("- ") for problem in problems), words
+    assert max(map(len, words.splitlines())) < 700, words
     return words

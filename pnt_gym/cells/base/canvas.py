@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Finite, Positive, Section
-from pnt_gym.cells.base.problems import describe_problems
+from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.engine import MjData, MjModel, has_display, mujoco
 from pnt_gym.errors import ConfigError
 
@@ -70,7 +70,7 @@ class Picture(Section):
         try:
             return cls.model_validate({"width": width, "height": height, "camera": {} if camera is None else camera})
         except ValidationError as error:
-            raise ConfigError(describe_problems(error, cls)) from None
+            raise ConfigError(*list_problems("picture", error, cls)) from None
 
 
 @final

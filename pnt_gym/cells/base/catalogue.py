@@ -7,18 +7,16 @@ new items.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from statistics import median_low
 from types import MappingProxyType
-from typing import Any, Final, Self, cast
+from typing import Any, Final, cast
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.cells.base.items import SHAPES, Item, Shape
-from pnt_gym.cells.base.problems import Checks, check_all
 from pnt_gym.errors import one_sentence
 from pnt_gym.names import BRIEF, list_names, unknown_name, unknown_names
 from pnt_gym.reading import yaml_of
@@ -138,25 +136,9 @@ class ItemsConfig(LevelConfig):
         """The items with the defaults of their shape, or the values of the item that they are `like`."""
         return complete_items(value)
 
-    @model_validator(mode="after")
-    def _check_all(self) -> Self:
-        check_all(self.checks())
-        return self
-
-    @classmethod
-    def loose(cls, data: Mapping[str, Any]) -> Self:
-        """A config for its `checks` alone, with completed items of its own."""
-        with suppress(ValueError):
-            data = {**data, "extra_items": complete_items(data.get("extra_items", ()))}
-        return super().loose(data)
-
-    def checks(self) -> Checks:
-        """Checks of values against each other."""
-        yield from super().checks()
-        yield self._item_problems
-
-    def _item_problems(self) -> Iterator[str]:
-        """What is wrong with the names of items."""
+    def problems(self) -> Iterator[str]:
+        """A sentence for each problem of values that are possible alone, and not together; here in names of items."""
+        yield from super().problems()
         definitions, names = self.item_definitions(), [item.name for item in self.extra_items]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             yield f"extra_items: {list_names(twice)} {'stands' if len(twice) == 1 else 'stand'} there more than once"

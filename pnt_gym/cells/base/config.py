@@ -8,19 +8,28 @@ user's level is a file or a mapping of the same form.
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from copy import deepcopy
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, cast, get_args, get_origin
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError, to_jsonable_python
 
 from pnt_gym.cells.base.merging import MergeRules, merge_levels
-from pnt_gym.cells.base.problems import FAILURES, Checks, construct_loosely, describe_problems, without_impossible
+from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.errors import ConfigError, PntGymError, one_sentence
 from pnt_gym.names import unknown_name
 from pnt_gym.reading import ReadError, number_of, parsed_yaml, text_of
@@ -189,28 +198,17 @@ class LevelConfig(Section):
         try:
             return cls.model_validate(data)
         except ValidationError as error:
-            raise ConfigError(f"{source}: {describe_problems(error, cls, cls._further_problems(data))}") from None
+            raise ConfigError(*list_problems(source, error, cls)) from None
 
-    @classmethod
-    def _further_problems(cls, data: Mapping[str, Any]) -> list[str]:
-        """Mistakes that do not follow from impossible values elsewhere in the level, so that none hides another."""
-        clauses: list[str] = []
-        with suppress(*FAILURES), np.errstate(divide="raise", invalid="raise"):
-            for check in cls.loose(data).checks():
-                # A check that meets an impossible value ends; what the check said before stays.
-                with suppress(*FAILURES):
-                    for clause in check():
-                        clauses.append(clause)
-        return clauses
+    @model_validator(mode="after")
+    def _check_together(self) -> Self:
+        if problems := [*self.problems()]:
+            raise ValueError(*problems)
+        return self
 
-    @classmethod
-    def loose(cls, data: Mapping[str, Any]) -> Self:
-        """A config for its `checks` alone, in which every impossible value is `Impossible`."""
-        return construct_loosely(cls, without_impossible(cls, data))
-
-    def checks(self) -> Checks:
-        """Checks of values against each other."""
-        return iter(())
+    def problems(self) -> Iterator[str]:
+        """A sentence for each problem of values that are possible alone, and not together."""
+        yield from ()
 
     @classmethod
     def file_of(cls, name: str) -> Path:

@@ -1,21 +1,19 @@
-"""The complaints of pydantic about a level as one sentence that names everything that is wrong."""
+"""The complaints of pydantic about a level as sentences: one for each key that is wrong."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, ClassVar, Final, TypeAlias, TypeVar, cast, final, get_args, get_origin
+from collections.abc import Iterator, Sequence
+from typing import Any, Final, TypeAlias, cast, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from pnt_gym.errors import ConfigError, one_sentence
+from pnt_gym.errors import one_sentence
 from pnt_gym.names import BRIEF, closest_name, join_names
 
-MOST_TEXT: Final = 380
-"""Characters of a sentence about a level, with room for the name of its file."""
-MOST_KEYS: Final = 8
-"""Keys that a sentence names."""
+MOST_LINES: Final = 12
+"""Problems that an error lists; of more it says how many."""
 _FORM: Final = re.compile(r"(constrained-)?(float|int|str|bool)|[a-z-]+\[.*\]")
 """What pydantic adds to the place of a value that may have one of several forms: the form that it tried."""
 _UNIT: Final = re.compile(r"\[([^\]]+)\]\.?$")
@@ -24,48 +22,33 @@ _BOUNDS: Final = {"greater_than", "greater_than_equal", "less_than", "less_than_
 _LENGTHS: Final = {"too_short", "too_long"}
 """Kinds of pydantic's complaints about the length of a list."""
 Place: TypeAlias = tuple[int | str, ...]
-Checks: TypeAlias = Iterator[Callable[[], Iterator[str]]]
-"""Checks of a config; each yields a clause for every problem."""
-FAILURES: Final = (TypeError, ValueError, AttributeError, LookupError, ArithmeticError, ConfigError)
-"""What a check may raise that meets an impossible value."""
 
 
-def describe_problems(error: ValidationError, kind: type[BaseModel], further: Sequence[str] = ()) -> str:
-    """All complaints of pydantic as one sentence: unknown keys, missing keys, and values that are not possible.
+def list_problems(subject: str, error: ValidationError, kind: type[BaseModel]) -> tuple[str, ...]:
+    """Arguments of an error about a config: one sentence, or a head and a line for each problem.
 
     Args:
+        subject: where the config stands, for the beginning of the sentence or of the head.
         error: the complaints.
         kind: class of the config, for the keys that were perhaps meant.
-        further: clauses that the whole config would yield, which pydantic checks only if all values are possible.
     """
-    problems = error.errors()
-    strangers = [p["loc"] for p in problems if p["type"] == "extra_forbidden"]
-    unknown = [_unknown_key(place, kind, alone=len(strangers) == 1) for place in strangers]
-    missing = [repr(_text(p["loc"])) for p in problems if _is_missing_key(p)]
-    clauses = [
-        *([f"unknown {_keys(unknown)}"] if unknown else []),
-        *([f"{_keys(missing)} {'is' if len(missing) == 1 else 'are'} missing"] if missing else []),
-        *_wrong_values(problems, kind),
-        *(further if all(p["loc"] for p in problems) else ()),
-    ]
-    return join_clauses(clauses)
+    problems = [*dict.fromkeys(_problems(error.errors(), kind))]
+    if len(problems) == 1:
+        return (f"{subject}: {problems[0]}",)
+    rest = len(problems) - MOST_LINES
+    shown = problems if rest <= 0 else [*problems[:MOST_LINES], f"and {rest} more"]
+    return (f"{subject} has {len(problems)} problems:", *shown)
 
 
-def join_clauses(clauses: Sequence[str]) -> str:
-    """Clauses as one sentence of a bounded length; the first one always stands there, and the rest is counted."""
-    text, *following = dict.fromkeys(clauses)
-    for index, clause in enumerate(following):
-        if len(text) + len(clause) > MOST_TEXT:
-            return f"{text}; and {len(following) - index} more"
-        text = f"{text}; {clause}"
-    return text
-
-
-def _keys(words: Sequence[str]) -> str:
-    """Keys as a list of words; of very many the first ones."""
-    if len(words) > MOST_KEYS:
-        words = [*words[: MOST_KEYS - 1], f"{len(words) - MOST_KEYS + 1} more"]
-    return f"key {words[0]}" if len(words) == 1 else f"keys {', '.join(words[:-1])} and {words[-1]}"
+def _problems(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> Iterator[str]:
+    """A sentence about each unknown key, then about each missing key, then about each value that is not possible."""
+    for problem in problems:
+        if problem["type"] == "extra_forbidden":
+            yield f"unknown key {_unknown_key(problem['loc'], kind)}"
+    for problem in problems:
+        if _is_missing_key(problem):
+            yield f"key {_text(problem['loc'])!r} is missing"
+    yield from _wrong_values(problems, kind)
 
 
 def _text(place: Place) -> str:
@@ -90,7 +73,7 @@ def _wrong_values(problems: Sequence[ErrorDetails], kind: type[BaseModel]) -> It
         forms.setdefault(place[:-1] if is_form or is_short else place, []).append(problem)
     for place, complaints in forms.items():
         if complaints[0]["type"] == "value_error":
-            yield complaints[0]["msg"].removeprefix("Value error, ")
+            yield from map(str, complaints[0].get("ctx", {})["error"].args)  # of the check's own ValueError
         else:
             value = one_sentence(repr(complaints[0]["input"]), 80)
             if complaints[-1]["type"] == "missing":
@@ -135,13 +118,14 @@ def _unit_at(kind: type[BaseModel], place: Place) -> str:
 def _first_keys(section: type[BaseModel]) -> str:
     """Keys that make clear what a section is: those that are needed, or the first ones."""
     needed = [name for name, field in section.model_fields.items() if field.is_required()]
-    return _keys((needed or list(section.model_fields))[:3])
+    *before, last = (needed or list(section.model_fields))[:3]
+    return f"keys {', '.join(before)} and {last}" if before else f"key {last}"
 
 
-def _unknown_key(place: Place, kind: type[BaseModel], *, alone: bool) -> str:
+def _unknown_key(place: Place, kind: type[BaseModel]) -> str:
     """An unknown key, with the key that was perhaps meant: one that is spelled alike, or that stands elsewhere.
 
-    A key that is alone and like no other is followed by keys that there are.
+    A key that is like no other is followed by keys that there are.
     """
     key, section = str(place[-1]), _section_at(kind, place[:-1])
     known = list(section.model_fields) if section else []
@@ -150,7 +134,7 @@ def _unknown_key(place: Place, kind: type[BaseModel], *, alone: bool) -> str:
     if len(hints) == 1:
         further = f" (perhaps {hints[0]})"
     else:
-        further = f"; known are {join_names([key], known, BRIEF)}" if alone and known else ""
+        further = f"; known are {join_names([key], known, BRIEF)}" if known else ""
     return one_sentence(repr(_text(place)), 80) + further
 
 
@@ -179,84 +163,3 @@ def _paths(kind: type[BaseModel], above: str = "") -> Iterator[str]:
         section = next(_sections_in(field.annotation), None)
         if section is not None and get_origin(field.annotation) is not tuple:
             yield from _paths(section, f"{above}{name}.")
-
-
-@final
-class Impossible:
-    """Stands for a value that is not possible: whatever computes or compares with it fails."""
-
-    __hash__: ClassVar[None] = None  # type: ignore[assignment]
-
-    def __eq__(self, other: object) -> bool:
-        raise TypeError("the value is not possible")
-
-    def __bool__(self) -> bool:
-        raise TypeError("the value is not possible")
-
-
-def without_impossible(kind: type[BaseModel], data: Mapping[str, Any]) -> dict[str, Any]:
-    """A config's data with `Impossible` for every value of which pydantic complains.
-
-    Sections and lists whose own check fails stay, because their parts are possible.
-    """
-    values, problems = cast("dict[str, Any]", _open(data)), list[ErrorDetails]()
-    try:
-        kind.model_validate(data)
-    except ValidationError as error:
-        problems = error.errors()
-    for problem in problems:
-        above: Any = {}
-        part: Any = values
-        last: int | str = ""
-        for key in problem["loc"]:
-            if not _has(part, key):  # the form that pydantic tried
-                break
-            above, last, part = part, key, part[key]
-        if not (problem["type"] in ("missing", "value_error") and isinstance(part, dict | list)):
-            above[last] = Impossible()
-    return values
-
-
-def _open(value: Any) -> Any:
-    """A copy of a level's mappings and lists."""
-    if isinstance(value, Mapping):
-        return {key: _open(entry) for key, entry in cast("Mapping[Any, Any]", value).items()}
-    return [_open(entry) for entry in cast("Sequence[Any]", value)] if isinstance(value, list | tuple) else value
-
-
-def _has(part: Any, key: int | str) -> bool:
-    if isinstance(part, list):
-        return isinstance(key, int) and key < len(cast("list[Any]", part))
-    return isinstance(part, dict) and key in part
-
-
-LooseConfig = TypeVar("LooseConfig", bound=BaseModel)
-
-
-def construct_loosely(kind: type[LooseConfig], data: Mapping[str, Any]) -> LooseConfig:
-    """A config with sections and defaults, of values that are not validated."""
-    values: dict[str, Any] = {}
-    for name in kind.model_fields.keys() & data.keys():
-        section = next(_sections_in(kind.model_fields[name].annotation), None)
-        values[name] = _part(section, data[name])
-    return kind.model_construct(**values)
-
-
-def _part(section: type[BaseModel] | None, value: Any) -> Any:
-    """A value of a config that is not validated; mappings are sections where the config has sections."""
-    if isinstance(value, list | tuple):
-        return tuple(_part(section, entry) for entry in cast("Sequence[Any]", value))
-    if section is not None and isinstance(value, Mapping):
-        return construct_loosely(section, cast("Mapping[str, Any]", value))
-    return value
-
-
-def check_all(checks: Checks) -> None:
-    """Make sure that no check finds a problem.
-
-    Raises:
-        ValueError: one does; the message names all problems.
-    """
-    clauses = [clause for check in checks for clause in check()]
-    if clauses:
-        raise ValueError(join_clauses(clauses))

@@ -16,7 +16,6 @@ from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.catalogue import ItemsConfig
 from pnt_gym.cells.base.config import Finite, Label, NonNegative, Positive, Range, Section, check_ranges
 from pnt_gym.cells.base.merging import MergeRules
-from pnt_gym.cells.base.problems import Checks
 from pnt_gym.names import BRIEF, list_names, unknown_names
 
 
@@ -248,12 +247,12 @@ class SortingLine(ItemsConfig):
             merged["extra_items"] = [entry for entry in cast("list[Any]", entries) if _name_of(entry) in items]
         return merged
 
-    def checks(self) -> Checks:
-        """Checks of values against each other."""
-        yield from super().checks()
-        yield self._unused_items
-        yield self._wrong_acceptance
-        yield self.bin_place_problems
+    def problems(self) -> Iterator[str]:
+        """A sentence for each problem of values that are possible alone, and not together."""
+        yield from super().problems()
+        yield from self._unused_items()
+        yield from self._wrong_acceptance()
+        yield from self.bin_place_problems()
 
     def _unused_items(self) -> Iterator[str]:
         if unused := [item.name for item in self.extra_items if item.name not in self.items]:

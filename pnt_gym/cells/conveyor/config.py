@@ -15,7 +15,6 @@ from pydantic import Field
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import Positive, Range
 from pnt_gym.cells.base.merging import MergeRules
-from pnt_gym.cells.base.problems import Checks
 from pnt_gym.cells.base.sorting import SortingLine, SortingReward
 from pnt_gym.cells.conveyor.drift import Bias, Drift, Feedback
 from pnt_gym.cells.conveyor.sections import ActionScale, Classifier, Cup, Grip, Limits, Motion, Pick, Suction, Throwable
@@ -90,13 +89,13 @@ class ConveyorConfig(SortingLine):
     )
     picks_per_shift: Annotated[int, Field(ge=1)] = Field(default=50, description="Throws of an episode on the belt.")
 
-    def checks(self) -> Checks:
-        """Checks of values against each other."""
-        yield from super().checks()
-        yield self._mix_problems
-        yield self._cup_problems
-        yield self._confusion_problems
-        yield self.ride_problems
+    def problems(self) -> Iterator[str]:
+        """A sentence for each problem of values that are possible alone, and not together."""
+        yield from super().problems()
+        yield from self._mix_problems()
+        yield from self._cup_problems()
+        yield from self._confusion_problems()
+        yield from self.ride_problems()
 
     def _mix_problems(self) -> Iterator[str]:
         yield from self.strangers("mix", self.mix or ())

@@ -8,7 +8,6 @@ from typing import Annotated, ClassVar, Literal, final
 from pydantic import Field
 
 from pnt_gym.cells.base.config import Duration, LevelConfig, NonNegative, Positive, Section, Share
-from pnt_gym.cells.base.problems import Checks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 MOST_TRIES = 5
@@ -93,11 +92,11 @@ class GraspConfig(ConveyorConfig):
     camera: PictureCamera = PictureCamera()
     grasp: Grasping = Grasping()
 
-    def checks(self) -> Checks:
-        """Checks of values against each other."""
-        yield from super().checks()
-        yield self._pace_problems
-        yield self._grasp_problems
+    def problems(self) -> Iterator[str]:
+        """A sentence for each problem of values that are possible alone, and not together."""
+        yield from super().problems()
+        yield from self._pace_problems()
+        yield from self._grasp_problems()
 
     def _pace_problems(self) -> Iterator[str]:
         slow, fast = self.grasp.pace

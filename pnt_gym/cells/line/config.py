@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final, Literal, Self, cast, final
+from typing import Annotated, Any, ClassVar, Final, Literal, cast, final
 
 import numpy as np
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base.config import LevelConfig, NonNegative, Positive, locate_files
 from pnt_gym.cells.base.merging import MergeRules
-from pnt_gym.cells.base.problems import Checks, check_all, construct_loosely, without_impossible
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.sections import Arrivals, Cost, Down, Robot, Value
 from pnt_gym.cells.line.table_name import MADE, table_name
@@ -134,36 +132,22 @@ class LineConfig(LevelConfig):
         try:
             return ConveyorConfig.load(_with_ghosts(cell))
         except ConfigError as error:
-            raise ValueError(f"cell: {str(error).removeprefix('config: ')}") from None
+            problems = error.args[1:] or (str(error).removeprefix("config: "),)
+            raise ValueError(*(f"cell: {problem}" for problem in problems)) from None
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        check_all(self.checks())
-        return self
-
-    @classmethod
-    def loose(cls, data: Mapping[str, Any]) -> Self:
-        """A line for its `checks` alone; in its cell too every impossible value is `Impossible`."""
-        cell: Any = data.get("cell")
-        cell = {"base": cell} if isinstance(cell, str | Path) else cell
-        if isinstance(cell, Mapping):
-            cell = ConveyorConfig.loose(ConveyorConfig.completed(_with_ghosts(cast("Mapping[str, Any]", cell))))
-        values = without_impossible(cls, {name: value for name, value in data.items() if name != "cell"})
-        return construct_loosely(cls, {**values, "cell": cell})
-
-    def checks(self) -> Checks:
-        """Checks of values against each other."""
-        yield self._cell_problems
-        yield self._rate_problems
-        yield self._object_problems
-        yield self._window_problems
-        yield self._robot_name_problems
-        yield self._filling_problems
-        yield self._down_problems
-        yield self._value_problems
-        yield self._skill_problems
+    def problems(self) -> Iterator[str]:
+        """A sentence for each problem of values that are possible alone, and not together."""
+        yield from self._cell_problems()
+        yield from self._rate_problems()
+        yield from self._object_problems()
+        yield from self._window_problems()
+        yield from self._robot_name_problems()
+        yield from self._filling_problems()
+        yield from self._down_problems()
+        yield from self._value_problems()
+        yield from self._skill_problems()
         for robot in self.robots:
-            yield partial(self._robot_problems, robot)
+            yield from self._robot_problems(robot)
 
     def _cell_problems(self) -> Iterator[str]:
         cell = self.cell

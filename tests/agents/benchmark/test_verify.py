@@ -121,7 +121,7 @@ def test_differences_in_form_are_differences() -> None:
 @pytest.mark.parametrize(
     ("changes", "options", "words"),
     [
-        ({"plan": {"name": "x"}}, (), "plan in 'file.json': keys 'train_level', 'levels' and 'entries' are missing"),
+        ({"plan": {"name": "x"}}, (), "plan in 'file.json' has 3 problems:\n- key 'train_level' is missing"),
         ({"results": 3}, (), "'file.json': results is 3: input should be a valid list"),
         ({}, ("--rows", "0"), "--rows is 0; it must be at least 1"),
         ({}, ("--longest", "-1"), "--longest is -1; it must be above 0 s"),

@@ -63,7 +63,7 @@ def test_a_level_written_in_full_says_what_is_assumed_and_is_the_level():
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "unknown twin": ({"name": "x", "like": "cann"}, "item 'x' is like unknown item 'cann'; did you mean 'can'?"),
     "no twin": ({"name": "x", "like": ["can"]}, "item 'x' is like unknown item"),
-    "name alone": ({"name": "x"}, "keys 'extra_items.0.shape', 'extra_items.0.size' and 'extra_items.0.mass' are miss"),
+    "name alone": ({"name": "x"}, "3 problems:\n- key 'extra_items.0.shape' is missing\n- key"),
     "grams": ({**LID, "mass": 60}, "extra_items.0.mass is 60: input should be less than or equal to 5 kg"),
     "millimetres": ({**LID, "size": [70, 0.07, 0.012]}, "size.0 is 70: input should be less than or equal to 1 m"),
     "two sizes": ({**LID, "size": [0.07, 0.012]}, "extra_items.0.size is [0.07, 0.012]: input should have 3 values"),
@@ -73,12 +73,11 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_a_wrong_item_is_one_sentence(case):
+def test_a_wrong_item_is_named(case):
     entry, sentence = WRONG[case]
     with pytest.raises(ConfigError) as caught:
         load(entry)
     assert sentence in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_an_item_that_never_comes_is_told():
@@ -98,18 +97,20 @@ def test_new_items_leave_out_what_the_base_says_of_the_old_ones():
     assert [item.name for item in added.extra_items] == ["wet_paper"]
 
 
-def test_all_problems_are_told_at_once():
+def test_every_wrong_key_has_a_line():
     with pytest.raises(ConfigError) as caught:
         ConveyorConfig.load({"binz": 1, "percent": [40], "belt": {"sped": 1, "speed": -1}, "mismatch": 9})
     assert str(caught.value) == (
-        "config: unknown keys 'belt.sped' (perhaps belt.speed), 'binz' (perhaps bins) and 'percent' (perhaps "
-        "limits.percent); mismatch is 9: input should be less than or equal to 3; belt.speed is -1: input should be "
-        "greater than 0 m/s"
+        "config has 5 problems:\n"
+        "- unknown key 'belt.sped' (perhaps belt.speed)\n"
+        "- unknown key 'binz' (perhaps bins)\n"
+        "- unknown key 'percent' (perhaps limits.percent)\n"
+        "- mismatch is 9: input should be less than or equal to 3\n"
+        "- belt.speed is -1: input should be greater than 0 m/s"
     )
     with pytest.raises(ConfigError, match=r"limits.percent is 40: input should be a list, as in \[40\]"):
         ConveyorConfig.load({"limits": {"percent": 40}})
     with pytest.raises(ConfigError, match=r"bins is \[\]: input should be a section, with keys fixed, random and rim"):
         ConveyorConfig.load({"bins": []})
-    with pytest.raises(ConfigError, match=r"; and \d+ more$") as caught:
+    with pytest.raises(ConfigError, match=r"^config has 45 problems:\n(- .*\n){12}- and 33 more$"):
         ConveyorConfig.load({"bins": {"fixed": [{**BIN, "name": f"bin {i}", "y": -0.3} for i in range(9)]}})
-    assert len(str(caught.value)) < 450

