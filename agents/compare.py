@@ -105,7 +105,7 @@ def _run(comparison: Comparison) -> None:
 
 def _deliver(comparison: Comparison, head: dict[str, Any], arguments: Arguments) -> None:
     """Print the differences and the verdicts, and write the files asked for."""
-    pairs, labels = comparison.pairs, {name: measure.figure.label for name, measure in comparison.measures.items()}
+    pairs, labels = comparison.pairs, {name: measure.label for name, measure in comparison.measures.items()}
     rows = [(" minus ".join(pair.names), *(comparison.text(pair, name) for name in labels)) for pair in pairs]
     title = f"{head['env']}, level {head['level']}, {comparison.count:,} {comparison.trial.unit} each"
     console().print(Grid(title, ("mean difference (95 % interval)", *labels.values()), rows).terminal())

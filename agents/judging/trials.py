@@ -16,9 +16,9 @@ from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError
 from ..ground.environments import Env, config_of, core_of, import_user_module, make_vector
 from ..ground.places import module_name
-from .throws.trial import ThrowTrial
+from .shift_trial import ShiftTrial
+from .throw_trial import ThrowTrial
 from .trial import Trial
-from .work_shifts.trial import ShiftTrial
 
 TRIALS: Final[Mapping[str, type[Trial]]] = {"throws": ThrowTrial, "work_shifts": ShiftTrial}
 """Kinds of trials that ship, by the `trial` of a config."""
