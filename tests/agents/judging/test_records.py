@@ -1,6 +1,8 @@
 """Records of a user: truth values and whole numbers are numbers for every command, and all else is refused."""
 
+import sys
 from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,29 @@ from agents.judging.figures import Figure
 from agents.judging.record import Record
 from agents.judging.trials import open_trial
 from agents.results.compare import compare
+from tests.tools.commands import call_here, output_of
+
+TRIAL = '''
+"""A trial by bursts of four throws."""
+from agents.judging.loop import throw_held_out
+from agents.judging.record import Figure, Record
+from agents.judging.trial import Trial
+
+class Bursts(Record):
+    """Whether all throws of a burst are a success, and how many are."""
+    figures = {"whole": Figure("whole", "%", 100.0), "hits": Figure("hits")}
+
+class BurstTrial(Trial):
+    """Bursts of four throws."""
+    unit = "bursts"
+    usual = 8
+    record = Bursts
+
+    def run(self, controller, count, seed, *, online=False, progress=None):
+        success = throw_held_out(controller, self.env, 4 * count, seed).is_success.reshape(count, 4)
+        return Bursts({"whole": success.all(axis=1), "hits": success.sum(axis=1)})
+'''
+EVALUATE = "evaluate --env ToyThrow-v0 --controller analytic --num-envs 4 --picks 6 --trial"
 
 
 class Whole(Record):
@@ -73,3 +98,34 @@ def test_other_rows_are_refused_in_a_sentence(columns: dict[str, Any], words: st
     with pytest.raises(UsageError) as error:
         Whole(columns)
     assert words in str(error.value)
+
+
+@pytest.fixture
+def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a user's trial, which is forgotten afterwards."""
+    (tmp_path / "their_bursts.py").write_text(TRIAL, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "their_bursts", raising=False)
+    return tmp_path
+
+
+def test_an_environment_is_judged_by_another_trial(desk: Path) -> None:
+    shown = output_of(f"{EVALUATE} their_bursts:BurstTrial", desk)
+    assert "6 bursts" in shown
+    assert "whole" in shown
+    pair = "compare analytic random --env ToyThrow-v0 --num-envs 4 --budget 8 --trial their_bursts:BurstTrial"
+    assert "whole (sign)" in output_of(pair, desk)
+
+
+@pytest.mark.parametrize(
+    ("trial", "words"),
+    [
+        ("throws", "--trial is 'throws'; it must be MODULE:CLASS of a subclass of"),
+        ("their_bursts:Bursts", "--trial is 'their_bursts:Bursts'; it must be MODULE:CLASS of a subclass of"),
+        ("nowhere:Trial", "module 'nowhere' cannot be imported"),
+    ],
+)
+def test_a_trial_that_there_is_not_is_one_sentence(desk: Path, trial: str, words: str) -> None:
+    done = call_here("agents.evaluate", *f"{EVALUATE} {trial}".split()[1:], folder=desk)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert words in done.stderr
