@@ -42,6 +42,8 @@ class Arguments:
     """Load a stable-baselines3 model or an RL-Zoo folder, whose code then runs; run folders hold no code."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
     """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
+    trial: Annotated[str | None, option("the one that the levels name", "MODULE:CLASS")] = None
+    """Judge by another trial: a subclass of `Trial` in a module of yours, whose code then runs."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     figures: Annotated[tuple[str, ...] | None, option("all", "NAME ...", FIGURES)] = None
@@ -77,7 +79,8 @@ def main(arguments: Arguments) -> None:
     check_drawing(picture=arguments.picture)
     env_id, level, mode = resolve_shared_task(arguments.controllers, arguments.env, arguments.level)
     rules = Rules(arguments.figures, arguments.margin, arguments.cap, arguments.budget)
-    with closing(open_trial(env_id, level, arguments.num_envs, arguments.threads, mode)) as trial:
+    cells = env_id, level, arguments.num_envs, arguments.threads, mode
+    with closing(open_trial(*cells, trial=arguments.trial)) as trial:
         rules.measures(trial.record)  # a mistake is reported before the practice
         with throws_bar() as bar:
             controllers, steps = prepare(
@@ -105,7 +108,7 @@ def _run(comparison: Comparison) -> None:
 
 def _deliver(comparison: Comparison, head: dict[str, Any], arguments: Arguments) -> None:
     """Print the differences and the verdicts, and write the files asked for."""
-    pairs, labels = comparison.pairs, {name: measure.figure.label for name, measure in comparison.measures.items()}
+    pairs, labels = comparison.pairs, {name: measure.label for name, measure in comparison.measures.items()}
     rows = [(" minus ".join(pair.names), *(comparison.text(pair, name) for name in labels)) for pair in pairs]
     title = f"{head['env']}, level {head['level']}, {comparison.count:,} {comparison.trial.unit} each"
     console().print(Grid(title, ("mean difference (95 % interval)", *labels.values()), rows).terminal())

@@ -33,6 +33,8 @@ class Arguments:
     """Load a stable-baselines3 model or an RL-Zoo folder, whose code then runs; run folders hold no code."""
     env: Annotated[str | None, option("PnTConveyor-v0, or that of the run folder", "ID|MODULE:ID")] = None
     """Environment id; MODULE:ID imports a module of yours first, which registers the id."""
+    trial: Annotated[str | None, option("the one that the levels name", "MODULE:CLASS")] = None
+    """Judge by another trial: a subclass of `Trial` in a module of yours, whose code then runs."""
     level: Annotated[str | None, option("the environment's own, or that of the run folder", "NAME|FILE.yaml")] = None
     """A shipped level's name or a YAML file."""
     picks: Annotated[int | None, option("200; whole shifts on PnTAdapt-v0", "N")] = None
@@ -88,7 +90,8 @@ def main(arguments: Arguments) -> None:
     check_ending("video", arguments.video, VIDEOS)
     check_drawing(picture=arguments.picture, film=arguments.video)
     env_id, level, mode = resolve_task(arguments.controller, arguments.env, arguments.level, arguments.action_mode)
-    with closing(open_trial(env_id, level, arguments.num_envs, arguments.threads, mode, arguments.throws)) as trial:
+    cells = env_id, level, arguments.num_envs, arguments.threads, mode
+    with closing(open_trial(*cells, arguments.throws, arguments.trial)) as trial:
         check_options(trial, vars(arguments), env_id)
         trial.correct_throws(arguments.release)
         settings = read_settings(arguments.settings)

@@ -29,7 +29,7 @@ import numpy as np
 
 import pnt_gym
 from agents.ground.files import write_json
-from agents.judging.throws.data import results
+from agents.judging.throws import results
 from benchmarks.checks import check_parser, choices, end, growth, memory
 from benchmarks.soak_shifts import GROWTH, LONGEST, RULED_OUT, Books, no_numbers, random_level, work
 from benchmarks.soak_walls import through

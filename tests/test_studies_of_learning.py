@@ -9,7 +9,7 @@ import pytest
 from agents.controllers.protocol import Observation, Outcome
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import practise, throw_held_out
-from agents.judging.throws.data import summary
+from agents.judging.throw_record import summary
 from benchmarks.studies import curves, precise, processors
 from benchmarks.studies.cells import Amount
 from benchmarks.studies.learners import CmaEs, GaussianProcess, Gp

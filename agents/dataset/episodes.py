@@ -19,7 +19,7 @@ from pnt_gym.cells.base.core import EPISODE_SUCCESS
 from ..controllers.protocol import Controller
 from ..ground.environments import Env, Role, cores_of, get_hidden
 from ..judging.loop import observed
-from ..judging.throws.data import results
+from ..judging.throws import results
 
 LEAST_SEED: Final = 2**31
 """Least seed of an episode. `stream_seed` returns smaller seeds, so no training, practice or evaluation has this

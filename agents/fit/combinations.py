@@ -13,7 +13,7 @@ from pnt_gym.cells.base.items import ItemTable, item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.drawing import release_delay
 
-from ..judging.throws.log import ThrowLog
+from ..judging.log import ThrowLog
 
 
 class Combination(NamedTuple):

@@ -13,8 +13,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.environments import core_of, make_vector
 from ..ground.infos import results
-from ..judging.throws.log import ThrowLog
-from ..judging.throws.recorder import complete_log
+from ..judging.log import ThrowLog, complete_log
 from .density import Density
 from .finite import finite_numbers
 from .fitted import Fitted

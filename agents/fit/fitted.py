@@ -12,7 +12,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 from ..ground.fitting import on_one_thread
-from ..judging.throws.log import ThrowLog
+from ..judging.log import ThrowLog
 from .combinations import combinations
 from .finite import check_finite, finite_numbers
 from .misfit import LEVEL, TESTS, Finding, find_misfit, scatter_factor

@@ -18,7 +18,7 @@ from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.items import CYLINDER, ItemTable, item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..judging.throws.log import ThrowLog
+from ..judging.log import ThrowLog
 
 Draws: TypeAlias = Mapping[str, Floats]
 """Standard normal numbers (M,) by the names of `NORMALS`."""

@@ -28,7 +28,7 @@ from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.straight.plan import ReleaseBatch
 
 from ..ground.cli import UsageError
-from ..judging.throws.log import ThrowLog
+from ..judging.log import ThrowLog
 from .hidden import Hidden, draw_hidden, standard_draws
 
 PLANNERS: Final = ("straight", "straight_flying")

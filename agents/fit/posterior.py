@@ -17,7 +17,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-from ..judging.throws.log import ThrowLog
+from ..judging.log import ThrowLog
 from .density import Density, Mode, Node
 from .finite import finite_numbers
 from .model import ThrowModel

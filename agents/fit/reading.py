@@ -18,7 +18,7 @@ from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.reading import ReadError, lines_of
 
 from ..ground.cli import UsageError
-from ..judging.throws.log import COLUMNS, GROUPS, ThrowLog
+from ..judging.log import COLUMNS, GROUPS, ThrowLog
 from .ranges import check_ranges
 
 FEWEST: Final = 10

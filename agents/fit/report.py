@@ -16,7 +16,7 @@ from pnt_gym.names import check_keywords
 from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
 from ..ground.tables import Grid
-from ..judging.throws.log import ThrowLog
+from ..judging.log import ThrowLog
 from .fitted import Fitted, fit_log
 from .parameters import PARAMETERS, Parameter, priors
 from .reading import read_log
@@ -35,7 +35,7 @@ def fit(
     """Fit a conveyor level to a log of throws; return the figures that `agents.fit --json` writes.
 
     Args:
-        log: CSV file with a row for each throw, see `agents.judging.throws.log.COLUMNS`.
+        log: CSV file with a row for each throw, see `agents.judging.log.COLUMNS`.
         level: name or file of the level about whose values the priors lie.
         free: names of the parameters that are not known; None for all.
         prior: standard deviations of priors by name, in SI units; of the logarithm for tau, drag and stiffness.

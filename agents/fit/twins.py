@@ -16,8 +16,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from ..controllers import make_controller
 from ..controllers.protocol import Actions, Controller, Observation
 from ..ground.cli import UsageError
-from ..judging.throws.log import ThrowLog
-from ..judging.throws.recorder import Recorder
+from ..judging.log import Recorder, ThrowLog
 from ..judging.trials import open_trial
 from .combinations import combinations
 from .design import DesignPool, optimal_throws

@@ -18,7 +18,7 @@ from ..ground.environments import Env, stream_seed
 from ..ground.metrics import CONFIDENCE, Interval
 from ..ground.versions import versions
 from .evaluation import env_name, open_cells
-from .measures import Measure
+from .figures import Figure
 from .record import Record
 from .sequential import ConfidenceSequence
 from .trial import Trial
@@ -46,8 +46,8 @@ class Rules:
     budget: int | None = None
     """Largest number of units of each controller; None: five times the units of an evaluation."""
 
-    def measures(self, record: type[Record]) -> dict[str, Measure]:
-        """Measures of the figures, the first of which has the cap.
+    def measures(self, record: type[Record]) -> dict[str, Figure]:
+        """Figures as they are compared, the first of which has the cap.
 
         Raises:
             UsageError: there is no such figure, a figure is given twice, or margin, cap or budget has no meaning.
@@ -65,9 +65,9 @@ class Rules:
             if not 0.0 < self.cap < float("inf"):
                 raise UsageError(f"--cap is {self.cap:g}; it must be a number above 0")
             measures[names[0]] = first = first.with_cap(self.cap)
-        widest = first.bound * first.figure.scale
+        widest = first.bound * first.scale
         if self.margin is not None and not 0.0 <= self.margin < widest:
-            unit = f" {first.figure.unit}".rstrip()
+            unit = f" {first.unit}".rstrip()
             raise UsageError(f"--margin is {self.margin:g}; it must be from 0 to below the cap of {widest:g}{unit}")
         return measures
 
@@ -113,7 +113,7 @@ class Comparison:
         self.measures = rules.measures(trial.record)
         self.budget = BUDGET * trial.count() if rules.budget is None else rules.budget
         self._first = next(iter(self.measures.values()))
-        self._margin = None if rules.margin is None else rules.margin / self._first.figure.scale
+        self._margin = None if rules.margin is None else rules.margin / self._first.scale
         pairs = list(combinations(controllers, 2))
         alpha = (1.0 - CONFIDENCE) / (len(pairs) * len(self.measures))
         self.pairs = [
@@ -143,15 +143,15 @@ class Comparison:
         """Verdict about a pair as a sentence."""
         first, measure, (a, b), unit = pair.first, self._first, pair.names, self.trial.unit
         ends = f"{measure.number(first.low)} to {measure.number(first.high)}"
-        label = measure.figure.label
+        label = measure.label
         if pair.settled is None:
-            value = measure.figure.text(first.value)
+            value = measure.text(first.value)
             return f"not settled after {self.count:,} {unit}: {label} of {a} minus that of {b} is {value} ({ends})"
         after = f"settled after {pair.settled:,} {unit}"
         if first.excludes_zero:
             text = measure.sentence(pair.names, unit, first.value, first.low, first.high)
             return f"{text}, {after}{', and less than the margin' if self._is_small(pair) else ''}"
-        margin = measure.figure.text(self._margin)
+        margin = measure.text(self._margin)
         return f"{a} and {b} differ by less than the margin of {margin} in {label} ({ends}), {after}"
 
     def notes(self) -> list[str]:
@@ -161,7 +161,7 @@ class Comparison:
 
     def text(self, pair: Pair, figure: str) -> str:
         """Mean difference of a pair in a figure, with its interval and unit."""
-        sequence, shown = pair.sequences[figure], self.measures[figure].figure
+        sequence, shown = pair.sequences[figure], self.measures[figure]
         return shown.interval(Interval(sequence.value, sequence.low, sequence.high), "+")
 
     def report(self) -> dict[str, Any]:
@@ -173,7 +173,7 @@ class Comparison:
             "confidence": CONFIDENCE,
             "margin": self._margin,
             "settled": all(pair.settled is not None for pair in self.pairs),
-            "figures": {name: measure.as_json() for name, measure in self.measures.items()},
+            "figures": {name: _as_json(measure) for name, measure in self.measures.items()},
             "pairs": [self._pair_as_json(pair) for pair in self.pairs],
             "sentences": [self.sentence(pair) for pair in self.pairs],
             "notes": self.notes(),
@@ -197,7 +197,7 @@ class Comparison:
         side, chance = "above" if above else "below", f"{100 * (1.0 - CONFIDENCE):.0f} %"
         ends = f"{measure.number(sequence.low)} to {measure.number(sequence.high)}"
         return (
-            f"The mean of {a} minus {b} in {measure.figure.label}, {measure.figure.text(sequence.value)}, lies outside "
+            f"The mean of {a} minus {b} in {measure.label}, {measure.text(sequence.value)}, lies outside "
             f"of its interval ({ends}): an interval never widens, its {limit} limit dates from after {date:,} {unit}, "
             f"and later {unit} lie {side} this limit on average; either chance moved the mean, or the interval misses "
             f"the truth (a chance of at most {chance}), or later {unit} differ from earlier ones."
@@ -210,6 +210,11 @@ class Comparison:
         figures = {name: sequence.as_json() for name, sequence in pair.sequences.items()}
         head = {"a": pair.names[0], "b": pair.names[1], "settled": pair.settled, "within_margin": self._is_small(pair)}
         return {**head, "figures": figures, "trace": [list(entry) for entry in pair.trace]}
+
+
+def _as_json(figure: Figure) -> dict[str, Any]:
+    """Label, unit, factor from SI units to that unit, and cap in SI units, as JSON values."""
+    return {"label": figure.label, "unit": figure.unit, "scale": figure.scale, "cap": figure.cap}
 
 
 def prepare(

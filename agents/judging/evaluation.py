@@ -18,9 +18,9 @@ from ..ground.bars import throws_bar
 from ..ground.cli import UsageError, at_least, check_known
 from ..ground.environments import OPTIONS, Env, as_vector, make_vector
 from ..ground.outputs import deliver_text
+from .log import Recorder
 from .loop import Progress
 from .record import Record, Row
-from .throws.recorder import Recorder
 from .trial import Trial
 from .trials import trial_of
 

@@ -14,7 +14,7 @@ from ..controllers.protocol import Actions, Controller, Learner, Observation, Ou
 from ..ground.environments import Env, core_of, stream_seed
 from ..ground.fitting import on_one_thread
 from ..ground.infos import rows_thrown
-from .throws.data import Throws
+from .throws import Throws
 
 Progress: TypeAlias = Callable[[int], object]
 """Called with the number of throws, or other units, just done."""

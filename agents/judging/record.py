@@ -1,22 +1,21 @@
-"""Records of a controller's throws or work shifts in a trial, with summary, tables and JSON."""
+"""Records of a controller's throws or work shifts in a trial: rows, and every figure, table and comparison of them."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Final, TypeAlias, final
 
 import numpy as np
 from rich.table import Table
 
 from pnt_gym.arrays import Floats
 
-from ..ground import metrics
 from ..ground.files import jsonable
 from ..ground.tables import Grid, value_table
-from .figure import Figure
+from .figures import Figure, count, rate
 from .form import Columns, FigureColumns
-from .measures import Measure
+from .rows import Rows, Values, numbers
 
 Summary: TypeAlias = Mapping[str, Any]
 Result: TypeAlias = Mapping[str, Any]
@@ -27,64 +26,160 @@ DIGITS: Final = 6
 """Decimals that a benchmark keeps."""
 
 
-class Record(ABC):
-    """Abstract: results of a controller in U units of a trial, such as throws or work shifts.
+class Record:
+    """Results of a controller in U units of a trial, such as throws or work shifts, as rows.
 
-    A subclass needs `figures` and `values` alone; the other methods use these two. The first figure compares
-    controllers in tables.
+    A subclass needs `figures` alone. The first figure compares controllers in tables.
+
+    Args:
+        columns: numbers or truth values of every unit (U,) by name; None or NaN where a unit has none.
+
+    Raises:
+        UsageError: a column of a figure is missing, or a column holds other than one number for each unit.
     """
 
     figures: ClassVar[Mapping[str, Figure]]
     """Figures by which controllers are compared unit by unit."""
+    measured: ClassVar[Mapping[str, Figure]] = {}
+    """Figures of a sequential comparison, the first of which decides; empty: `figures`."""
+    shown: ClassVar[Mapping[str, Figure]] = {}
+    """Figures of a summary, in the order of its table; empty: the count and `figures`, with intervals."""
+    kept: ClassVar[Mapping[str, Figure]] = {}
+    """Figures of a benchmark's table; empty: those of a summary."""
+    heads: ClassVar[tuple[str, ...]] = ()
+    """Figures of a summary in tables of several controllers; empty: all of `figures`."""
+    step: ClassVar[str] = ""
+    """Name of the steps that controllers learn from, in the plural, for tables."""
     timings: ClassVar[frozenset[str]] = frozenset()
     """Columns with times of the computation, which no repetition gives again."""
 
-    @abstractmethod
-    def values(self) -> Mapping[str, Floats]:
-        """Each figure of `figures` for every unit (U,), in SI units; NaN where a unit has none."""
+    def __init__(self, columns: Mapping[str, Values]) -> None:
+        needed = [column for name, figure in self.figures.items() for column in figure.columns(name)]
+        self.rows = Rows.of(numbers(type(self).__name__, columns, needed))
 
-    def observations(self) -> Mapping[str, Floats]:
-        """Each figure of `measures` for units that do not depend on one another (U,), in SI units; NaN for none."""
-        return self.values()
-
-    @classmethod
-    def measures(cls) -> Mapping[str, Measure]:
-        """Figures of a sequential comparison, the first of which decides; by default only signs of differences count.
-
-        A subclass that knows how large a difference may be gives its figures a cap, which finds differences sooner.
-        """
-        return {name: Measure.of_signs(figure) for name, figure in cls.figures.items()}
+    # One record
 
     def summary(self) -> dict[str, Any]:
-        """Count of the units, and mean and 95 % interval of each figure as `NAME`, `NAME_low` and `NAME_high`."""
-        values = self.values()
-        return {"count": len(next(iter(values.values()))), **_means(values)}
+        """Every figure that the rows allow; a figure with an interval has its ends beside it."""
+        return summarise(self.of_summary(), self.rows)
+
+    def observations(self) -> dict[str, Floats]:
+        """Each figure of a sequential comparison for units that do not depend on one another (N,), in SI units."""
+        found: dict[str, Floats] = {}
+        for name, figure in (self.measured or self.figures).items():
+            (values,), *seconds = figure.units(name, self.rows)
+            found[name] = 60.0 * values / seconds[0][0] if figure.kind is rate else values
+        return found
 
     def report(self) -> dict[str, Any]:
         """Content of `agents.evaluate --json`: the summary, and under `throws` a mapping for each step."""
-        columns = {name: jsonable(column) for name, column in self.values().items()}
-        rows = zip(*columns.values(), strict=True)
-        return {**self.summary(), "throws": [dict(zip(columns, row, strict=True)) for row in rows]}
+        return {**self.summary(), "throws": mappings({name: rows[0] for name, rows in self.rows.columns.items()})}
 
     def columns(self) -> dict[str, Any]:
         """Columns that a benchmark keeps, rounded."""
-        return {name: jsonable(np.round(column, DIGITS)) for name, column in self.values().items()}
-
-    @classmethod
-    def form(cls) -> type[Columns]:
-        """Form of the columns that a benchmark keeps, for whoever reads a file of results."""
-        return type("RecordColumns", (FigureColumns,), {"figures": frozenset(cls.figures)})
+        return {name: jsonable(np.round(rows[0], DIGITS)) for name, rows in self.rows.columns.items()}
 
     def picture(self) -> str | None:
         """Drawing of the record as SVG; None where the kind of trial has no drawing."""
         return None
 
+    # All records of a kind
+
+    @classmethod
+    def of_summary(cls) -> Mapping[str, Figure]:
+        """Figures of a summary by name."""
+        if cls.shown:
+            return cls.shown
+        first, figure = next(iter(cls.figures.items()))
+        ends = {name: (f"{name}_low", f"{name}_high") for name in cls.figures}
+        figures = {name: replace(f, ends=ends[name], head=f.head or f.label) for name, f in cls.figures.items()}
+        return {"count": Figure(kind=count, of=figure.columns(first)[:1]), **figures}
+
+    @classmethod
+    def measures(cls) -> dict[str, Figure]:
+        """Figures of a sequential comparison as it takes them, the first of which decides."""
+        return {name: figure.compared() for name, figure in (cls.measured or cls.figures).items()}
+
+    @classmethod
+    def form(cls) -> type[Columns]:
+        """Form of the columns that a benchmark keeps, for whoever reads a file of results."""
+        needed = {column for name, figure in cls.figures.items() for column in figure.columns(name)}
+        return type("RecordColumns", (FigureColumns,), {"figures": frozenset(needed)})
+
+    @classmethod
+    def rows_of(cls, columns: Mapping[str, Any], num_envs: int) -> Rows:
+        """Rows of the columns that a benchmark keeps of one seed."""
+        del num_envs
+        return Rows.of({name: values for name, values in columns.items() if isinstance(values, list)})
+
+    @classmethod
+    def summarise(cls, results: Sequence[Result], num_envs: int) -> dict[str, Any]:
+        """Figures of one controller over its seeds; all seeds had the same units.
+
+        Args:
+            results: result of each seed.
+            num_envs: number of rows side by side in which the results were collected.
+        """
+        rows = Rows.join([cls.rows_of(result["columns"], num_envs) for result in results])
+        return {
+            "seeds": [result["seed"] for result in results],
+            **summarise(cls.kept or cls.of_summary(), rows),
+            **cls.further(results, rows),
+            "learn_seconds": float(np.mean([result["learn_seconds"] for result in results])),
+        }
+
+    @classmethod
+    def further(cls, results: Sequence[Result], rows: Rows) -> dict[str, Any]:
+        """Further entries of a benchmark's table, from the results of all seeds and their rows."""
+        del results, rows
+        return {}
+
+    @classmethod
+    def paired_columns(
+        cls, results: Sequence[Result], sides: Sequence[Sequence[Result]], num_envs: int
+    ) -> dict[str, tuple[Floats, ...]]:
+        """Columns of one controller for the paired comparison with another one.
+
+        Args:
+            results: results of the controller, one for each seed.
+            sides: the results of both controllers; the units that both have are compared.
+            num_envs: number of rows side by side in which the results were collected.
+
+        Returns:
+            Columns (S, N) of each figure, for S seeds and N pairs; for a rate two columns, the count and the time.
+        """
+        rows = Rows.join([cls.rows_of(result["columns"], num_envs) for result in results])
+        others = [cls.rows_of(side[0]["columns"], num_envs) for side in sides]
+        columns: dict[str, tuple[Floats, ...]] = {}
+        for name, figure in cls.figures.items():
+            common = min(figure.units(name, other)[0].shape[1] for other in others)
+            columns[name] = tuple(column[:, :common] for column in figure.units(name, rows))
+        return columns
+
+    @classmethod
+    def objects(cls, columns: Mapping[str, Any]) -> list[int] | None:
+        """Objects that must be equal for two results to be paired; None where streams do not depend on actions."""
+        del columns
+        return None
+
+    # Tables
+
+    @classmethod
+    def side_by_side(cls) -> dict[str, Figure]:
+        """Figures of tables of several controllers by name."""
+        figures = cls.of_summary()
+        return {name: figures[name] for name in cls.heads or cls.figures}
+
+    @classmethod
+    def lines(cls, summary: Summary) -> list[tuple[str, str]]:
+        """Lines of the table of one summary: label and text of each figure that the summary has."""
+        named = {name: figure for name, figure in cls.of_summary().items() if figure.label and name in summary}
+        return [(figure.label, figure.shown(name, summary)) for name, figure in named.items()]
+
     @classmethod
     def table(cls, title: str, summary: Summary) -> Table:
         """Table of one summary, one figure per line."""
-        return value_table(
-            title, [(figure.label, cls.interval_text(name, summary)) for name, figure in cls.figures.items()]
-        )
+        return value_table(title, cls.lines(summary))
 
     @classmethod
     def comparison(cls, title: str, rows: Sequence[Row], base: str | None = None) -> Table:
@@ -95,75 +190,87 @@ class Record(ABC):
             rows: name, number of learning steps and summary of each controller.
             base: name of the controller with which all others are compared, where units are paired.
         """
-        header = ("controller", "learned from", *(figure.label for figure in cls.figures.values()))
+        del base
+        heads = cls.side_by_side()
+        header = ("controller", "learned from", *(figure.head for figure in heads.values()))
         lines = [
-            [name, str(steps) if steps else "-", *(cls.interval_text(figure, summary) for figure in cls.figures)]
+            [name, cls.learned(steps), *(figure.shown(key, summary) for key, figure in heads.items())]
             for name, steps, summary in rows
         ]
         return Grid(title, header, lines).terminal()
 
     @classmethod
-    def summarise(cls, results: Sequence[Result], num_envs: int) -> dict[str, Any]:
-        """Figures of one controller over its seeds; all seeds had the same units.
-
-        Args:
-            results: result of each seed.
-            num_envs: number of rows side by side in which the results were collected.
-        """
-        del num_envs
-        seconds = float(np.mean([result["learn_seconds"] for result in results]))
-        values = {name: by_seed(results, name).mean(axis=0) for name in cls.figures}
-        count = len(next(iter(values.values())))
-        return {
-            "seeds": [result["seed"] for result in results],
-            "count": count,
-            **_means(values),
-            "learn_seconds": seconds,
-        }
-
-    @classmethod
-    def paired_columns(
-        cls, results: Sequence[Result], sides: Sequence[Sequence[Result]], num_envs: int
-    ) -> dict[str, tuple[Floats, ...]]:
-        """Columns of one controller for the paired comparison with another one.
-
-        Args:
-            results: results of the controller, one for each seed.
-            sides: the results of both controllers.
-            num_envs: number of rows side by side in which the results were collected.
-
-        Returns:
-            Columns (S, N) of each figure, for S seeds and N pairs; for a rate two columns, the count and the time.
-        """
-        del sides, num_envs
-        return {name: (by_seed(results, name),) for name in cls.figures}
-
-    @classmethod
-    def objects(cls, columns: Mapping[str, Any]) -> list[int] | None:
-        """Objects that must be equal for two results to be paired; None where streams do not depend on actions."""
-        del columns
-        return None
-
-    @classmethod
-    def interval_text(cls, name: str, summary: Summary) -> str:
-        """Text of a summary's figure with its interval; "-" for None."""
-        if summary[name] is None:
-            return "-"
-        interval = metrics.Interval(summary[name], summary[f"{name}_low"], summary[f"{name}_high"])
-        return cls.figures[name].interval(interval)
+    def learned(cls, steps: int) -> str:
+        """Text of the number of steps that a controller learned from."""
+        return f"{steps} {cls.step}".rstrip() if steps else "-"
 
 
-def by_seed(results: Sequence[Result], name: str) -> Floats:
-    """A column of all seeds and units (S, U), or by item or robot (S, U, K); NaN where a unit has no value."""
-    return np.array([result["columns"][name] for result in results], dtype=np.float64)
+def summarise(figures: Mapping[str, Figure], rows: Rows) -> dict[str, Any]:
+    """Every figure that rows allow, by name."""
+    found: dict[str, Any] = {}
+    for name, figure in figures.items():
+        found |= figure.summary(name, rows)
+    return found
 
 
-def _means(values: Mapping[str, Floats]) -> dict[str, Any]:
-    """Mean and 95 % interval of each figure (U,) over the units that have a value; None where no unit has one."""
-    means: dict[str, Any] = {}
-    for name, column in values.items():
-        finite = column[np.isfinite(column)]
-        interval = metrics.mean_interval(finite) if finite.size else None
-        means[name] = None if interval is None else interval.value
-        means |= {f"{name}_{end}": None if interval is None else getattr(interval, end) for end in ("low", "high")}
-    return means
+def mappings(columns: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Columns (U,) as a mapping of JSON values for each unit."""
+    rows = zip(*map(jsonable, columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
+
+
+@final
+@dataclass(frozen=True)
+class Card:
+    """Texts and figures of the cards of one kind of trial."""
+
+    judged: str
+    """Key of the number of evaluated units in a summary."""
+    figures: Mapping[str, Figure]
+    """Figures of the table of levels."""
+    reward: Callable[[Mapping[str, Any]], Sequence[float]]
+    """Rewards for model hubs, from the report of an evaluation."""
+    rewarded: str
+    """Name of that reward."""
+    metrics: Mapping[str, str]
+    """Names of further figures for model hubs, by key of the summary."""
+    film: str
+    """Text of the link to the film."""
+    use: tuple[str, ...]
+    """Commands that use the policy."""
+    graph: str = "`observation` (N, D) to `action` (N, A)"
+    """Inputs and outputs of the ONNX graph."""
+    actions: str = "(N, A) float32"
+    """Shape and type of the graph's actions."""
+
+    @property
+    def header(self) -> list[str]:
+        """Names of the columns of the table of levels, without the level."""
+        return [figure.head for figure in self.figures.values()]
+
+    def cells(self, summary: Summary) -> list[str]:
+        """Cells of one level's row in the table of figures, without the level."""
+        return [figure.shown(name, summary) for name, figure in self.figures.items()]
+
+
+def usual_card(record: type[Record], unit: str, option: str) -> Card:
+    """Default card of a kind of trial: the figures of its record.
+
+    Args:
+        record: record of the kind of trial.
+        unit: name of the counted unit, in the plural.
+        option: option of commands with the number of units.
+    """
+    first, figure = next(iter(record.figures.items()))
+    return Card(
+        judged="count",
+        figures=record.side_by_side(),
+        reward=lambda report: [row[figure.columns(first)[0]] for row in report["throws"]],
+        rewarded=f"{figure.label} of one of the {unit}",
+        metrics={name: shown.label for name, shown in record.figures.items()},
+        film=f"A film of some {unit}",
+        use=(
+            f"pnt-gym evaluate --controller {{name}} --{option} 200",
+            "pnt-gym play --controller {name} --video film.mp4",
+        ),
+    )

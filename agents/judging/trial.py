@@ -25,9 +25,8 @@ from ..ground.places import POLICY
 from ..learning.algorithms import RESIDUAL
 from ..learning.runs import RunFolder
 from ..learning.windows import ThrowWindow, Window
-from .card import Card, usual_card
 from .loop import Progress, practise
-from .record import Record
+from .record import Card, Record, usual_card
 
 EXPERTS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), str(POLICY)),

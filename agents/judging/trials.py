@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,9 +16,9 @@ from ..ground.amounts import NUM_ENVS
 from ..ground.cli import UsageError
 from ..ground.environments import Env, config_of, core_of, import_user_module, make_vector
 from ..ground.places import module_name
-from .throws.trial import ThrowTrial
+from .shift_trial import ShiftTrial
+from .throw_trial import ThrowTrial
 from .trial import Trial
-from .work_shifts.trial import ShiftTrial
 
 TRIALS: Final[Mapping[str, type[Trial]]] = {"throws": ThrowTrial, "work_shifts": ShiftTrial}
 """Kinds of trials that ship, by the `trial` of a config."""
@@ -34,19 +34,32 @@ def trial_class(config: Any) -> type[Trial]:
         UsageError: there is no such kind of trial.
     """
     name = str(getattr(config, "trial", "throws"))
-    if name in TRIALS:
-        return TRIALS[name]
+    return TRIALS[name] if name in TRIALS else user_trial(name, TRIALS)
+
+
+def user_trial(name: str, known: Collection[str] = ()) -> type[Trial]:
+    """A user's kind of trial, from MODULE:CLASS; the module is imported.
+
+    Args:
+        name: name of module and class.
+        known: other names that would do, for the error.
+
+    Raises:
+        UsageError: there is no such module, or no such subclass of `Trial` in it.
+    """
     module, _, attribute = name.partition(":")
     kind = getattr(import_user_module(module), attribute, None) if attribute else None
     if not (inspect.isclass(kind) and issubclass(kind, Trial)):
         further = f", or MODULE:CLASS of a subclass of {module_name('agents.judging.trial')}.Trial"
-        raise UsageError(unknown_name("trial", name, TRIALS, further))
+        if known:
+            raise UsageError(unknown_name("trial", name, known, further))
+        raise UsageError(f"--trial is {name!r}; it must be{further.removeprefix(', or')}")
     return kind
 
 
-def trial_of(env: Env) -> Trial:
-    """The trial of an open vector environment."""
-    return trial_class(core_of(env).config)(env)
+def trial_of(env: Env, kind: type[Trial] | None = None) -> Trial:
+    """The trial of an open vector environment: of a kind, by default of that which its levels name."""
+    return (kind or trial_class(core_of(env).config))(env)
 
 
 def open_trial(
@@ -56,6 +69,7 @@ def open_trial(
     threads: int = 2,
     action_mode: str | None = None,
     throws: str | None = None,
+    trial: str | None = None,
 ) -> Trial:
     """Open an environment as `make_vector` does, with its throws computed as asked for, and return its trial.
 
@@ -66,17 +80,19 @@ def open_trial(
         threads: threads of the simulation.
         action_mode: one of the environment's action modes; None for the default.
         throws: how throws are computed, for levels that leave the choice; None for the level's own setting.
+        trial: MODULE:CLASS of another kind of trial, whose module is imported; None for that which the level names.
 
     Raises:
-        UsageError: there is no such environment, or `throws` is given where levels leave no choice.
+        UsageError: there is no such environment or trial, or `throws` is given where levels leave no choice.
         ConfigError: there is no such level.
     """
+    kind = None if trial is None else user_trial(trial)
     if throws is not None:
         config = config_of(env_id, level)
-        level = trial_class(config).with_throws(config, throws)
+        level = (kind or trial_class(config)).with_throws(config, throws)
     env = make_vector(env_id, level, num_envs, threads, action_mode)
     try:
-        return trial_of(env)
+        return trial_of(env, kind)
     except BaseException:
         env.close()
         raise

@@ -11,7 +11,7 @@ from pnt_gym.arrays import Floats
 
 from ..ground.drawings import COLOURS, Axes, dress, stacked_panels, svg
 from ..ground.tables import percent
-from ..judging.work_shifts.fates import FATES, WORDS
+from ..judging.losses import FATES, WORDS
 from .plan_view import draw_line
 from .planned import Planned
 from .verdict import Verdict

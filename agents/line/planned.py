@@ -18,10 +18,8 @@ from ..dispatchers.release import make_release
 from ..ground.bars import throws_bar
 from ..ground.environments import make_vector, stream_seed
 from ..ground.metrics import mean_interval
-from ..judging.work_shifts.counted import Counted
-from ..judging.work_shifts.data import Shifts, run_shifts
-from ..judging.work_shifts.fates import FATES, Fates
-from ..judging.work_shifts.losses import decision_energy, energy_summary
+from ..judging.losses import FATES, Counted, Fates, decision_energy, energy_summary
+from ..judging.shifts import Shifts, run_shifts
 from .plans import line_up
 from .thrown import with_table
 

@@ -28,7 +28,7 @@ from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import deliver_text
 from ..ground.shipped import policy_place
 from ..ground.versions import versions
-from ..judging.work_shifts.counted import ENTRY, Counted, read_counted
+from ..judging.losses import ENTRY, Counted, read_counted
 from ..learning.runs import POLICY
 
 NUM_ENVS: Final = 32

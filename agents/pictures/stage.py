@@ -13,7 +13,7 @@ from pnt_gym.cells.grasp.core import GraspCore
 
 from ..controllers.protocol import Controller
 from ..ground.outputs import deliver, deliver_text
-from ..judging.throws.recorder import Recorder
+from ..judging.log import Recorder
 from ..judging.trials import open_trial
 from ..learning.trained import resolve_task
 from .seen import SeenController, SeenView

@@ -24,7 +24,7 @@ from ..controllers import NAMES
 from ..ground import metrics
 from ..ground.cli import UsageError
 from ..ground.tables import console
-from ..judging.throws.data import Throws
+from ..judging.throws import Throws
 from . import door, web
 from .stage import Stage
 

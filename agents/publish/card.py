@@ -15,7 +15,7 @@ from ..ground.cli import UsageError
 from ..ground.drawings import COLOURS, Figure, dress, subplots
 from ..ground.files import MOST_RESULTS
 from ..ground.tables import Grid, markdown_text
-from ..judging.card import Card
+from ..judging.record import Card
 from ..judging.trial import Trial
 from .onnx_graph import OPSET
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..ground.environments import config_of
 from ..ground.tables import Grid
-from ..judging.throws.columns import OUTCOMES
+from ..judging.throws import OUTCOMES
 
 Data = Mapping[str, Any]
 Cell = Callable[[Sequence[Data], int], str]

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 from ..ground.drawings import svg
 from ..ground.metrics import Interval
 from ..ground.tables import Grid
-from ..judging.record import Figure
+from ..judging.figures import Figure
 from .figures import Measure, learning_curves, line_figures, throw_figures
 from .line import line_grids
 from .profiles import improvement_grids

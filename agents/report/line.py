@@ -13,7 +13,7 @@ from ..dispatchers.settings import PLANNERS
 from ..ground import metrics
 from ..ground.drawings import COLOURS, Figure, dress, tile_panels
 from ..ground.tables import Grid, percent
-from ..judging.work_shifts.record import ShiftRecord
+from ..judging.shift_record import ShiftRecord
 from .tables import comparison_table, conditions, name_of, other_level_tables, rows_of, side_by_side, who
 
 Data = Mapping[str, Any]

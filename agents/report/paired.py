@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from ..ground import metrics
-from ..judging.throws.record import ThrowRecord
+from ..judging.throw_record import ThrowRecord
 
 Data = Mapping[str, Any]
 KEYS: Final = ("label", "throws")

@@ -11,7 +11,7 @@ from pnt_gym.arrays import Floats
 
 from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots
 from ..ground.tables import Grid
-from ..judging.throws.results import errors, successes
+from ..judging.throws import kept_rows
 from .runs_compared import improvement_text, performance_profile, profile_band
 from .tables import name_of
 
@@ -24,12 +24,12 @@ FEWEST: Final = 3
 
 def run_errors(data: Data) -> dict[str, Floats]:
     """Mean landing errors of runs by levels (R, T) [m], by learner, each after the most throws that it learned from."""
-    return _scores(data, lambda result: float(np.nanmean(errors(result))))
+    return _scores(data, lambda result: float(np.nanmean(kept_rows(result["columns"])["error_m"])))
 
 
 def run_failures(data: Data) -> dict[str, Floats]:
     """Shares of the throws that failed, of runs by levels (R, T), by learner, as `run_errors`."""
-    return _scores(data, lambda result: 1.0 - float(successes(result).mean()))
+    return _scores(data, lambda result: 1.0 - float(kept_rows(result["columns"])["success"].mean()))
 
 
 def profiles_figure(data: Data) -> Figure:

@@ -13,7 +13,7 @@ from pnt_gym.arrays import Floats
 from ..ground import metrics
 from ..ground.files import check_form
 from ..ground.tables import Grid, millimetres, percent
-from ..judging.throws.record import ThrowRecord
+from ..judging.throw_record import ThrowRecord
 from ..results.submission import read_submission
 from .contents import read_results
 

@@ -8,8 +8,8 @@ from typing import Any, Final
 
 from ..ground import metrics
 from ..ground.tables import Grid, percent
-from ..judging.record import Figure
-from ..judging.throws.record import ThrowRecord
+from ..judging.figures import Figure
+from ..judging.throw_record import ThrowRecord
 from .by_kind import kind_table, landing_table
 
 Data = Mapping[str, Any]

@@ -49,7 +49,7 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
         if learned and reference:
             head = {"level": level, "learned": candidate.model_dump(), "reference": baseline.model_dump()}
             comparisons.append({**head, **compare(record, learned, reference, plan.num_envs)})
-    figures = {name: asdict(figure) for name, figure in record.figures.items()}
+    figures = {name: figure.style() for name, figure in record.figures.items()}
     head = {"trial": trial_name(plan), "unit": trial.unit, "step": trial.step, "figures": figures}
     return {**head, "table": table, "comparisons": comparisons}
 

@@ -14,7 +14,7 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.metrics import mean_difference, mean_interval
 from agents.judging.loop import throw_held_out
-from agents.judging.throws.data import Throws
+from agents.judging.throws import Throws
 from benchmarks.studies.cells import Amount, Figures, Settings
 from pnt_gym.arrays import Floats, Ints
 

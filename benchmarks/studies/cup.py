@@ -14,7 +14,7 @@ from agents.ground.amounts import NUM_ENVS
 from agents.ground.environments import make_vector
 from agents.ground.metrics import throughput
 from agents.judging.loop import practise, throw_held_out
-from agents.judging.throws.data import summary
+from agents.judging.throw_record import summary
 from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, distance, make_seeded_cells, throw
 from pnt_gym.arrays import concatenate_records, length
 from pnt_gym.cells.base.rotations import vertical

@@ -12,7 +12,7 @@ from agents.controllers.protocol import Actions, Controller, Observation
 from agents.controllers.shift import to_action
 from agents.controllers.trackers import Kalman
 from agents.fit.twins import CELLS, ENV, Twin, study_twin
-from agents.judging.throws.log import ThrowLog
+from agents.judging.log import ThrowLog
 from agents.judging.trials import open_trial
 from benchmarks.studies.cells import Amount, Figures, Settings
 from benchmarks.studies.fits import LANDINGS, flight_level, mean_rows, seeds

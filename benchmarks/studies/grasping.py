@@ -19,8 +19,8 @@ from agents.grasping.scenes import Scenes, Tries
 from agents.grasping.tuning import DEPTH_SETTINGS, colour_settings, tune
 from agents.ground.metrics import rate_difference, throughput, wilson
 from agents.judging.evaluation import open_cells
-from agents.judging.throws.data import Throws
-from agents.judging.throws.record import ThrowRecord
+from agents.judging.throw_record import ThrowRecord
+from agents.judging.throws import Throws
 from agents.judging.trials import trial_of
 from benchmarks.studies.cells import Amount, Figures, Settings
 from pnt_gym.arrays import concatenate_records, take

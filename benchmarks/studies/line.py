@@ -12,7 +12,7 @@ from agents.dispatchers.release import make_release
 from agents.ground.environments import Env, make_vector, stream_seed
 from agents.ground.metrics import mean_interval
 from agents.ground.places import SHIPPED, at
-from agents.judging.work_shifts.data import Shifts, run_shifts
+from agents.judging.shifts import Shifts, run_shifts
 from benchmarks.studies.cells import Amount, Figures, Settings
 from pnt_gym.cells.line.core import LineCore
 

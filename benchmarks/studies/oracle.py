@@ -11,7 +11,7 @@ from agents.controllers import make_controller
 from agents.controllers.protocol import Actions, Controller, Observation
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import throw_held_out
-from agents.judging.throws.data import summary
+from agents.judging.throw_record import summary
 from benchmarks.studies.cells import CELLS, Amount, Figures, Settings
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core

@@ -15,10 +15,10 @@ from agents.ground import metrics
 from agents.ground.files import read_json
 from agents.ground.places import SHIPPED, at
 from agents.judging.comparison import compare
-from agents.judging.measures import Measure
+from agents.judging.figures import Figure
 from agents.judging.sequential import log_capital_path
-from agents.judging.throws.paired import MEASURES
-from agents.judging.throws.results import errors, successes
+from agents.judging.throw_record import ThrowRecord
+from agents.judging.throws import kept_rows
 from agents.judging.trials import open_trial
 from benchmarks.studies.cells import Amount, Figures, Settings
 from pnt_gym.arrays import Floats, Ints
@@ -27,6 +27,8 @@ CHUNK: Final = 250
 """Comparisons that are computed together."""
 ROWS: Final = 16
 """Throws between two looks at the intervals: one of every row."""
+MEASURES: Final = ThrowRecord.measures()
+"""Figures of throws as comparisons take them."""
 POWER: Final = 0.8
 """Probability with which a test of fixed size shall find the difference."""
 
@@ -39,9 +41,9 @@ def benchmark() -> Any:
 
 def columns(result: Mapping[str, Any]) -> dict[str, Floats]:
     """Figures of each throw of a result of the benchmark."""
-    pace = 60.0 / np.array(result["columns"]["cycle_s"], dtype=np.float64)
-    rate = successes(result, "sorted") * pace
-    return {"landing_error_m": errors(result), "success": successes(result), "sorted_per_min": rate}
+    rows = kept_rows(result["columns"])
+    success, rate = rows["success"].astype(np.float64), rows["sorted"] * (60.0 / rows["cycle_s"])
+    return {"landing_error_m": rows["error_m"], "success": success, "sorted_per_min": rate}
 
 
 def recorded(choice: Mapping[str, Any], level: str) -> list[dict[str, Floats]]:
@@ -61,7 +63,7 @@ def pairs() -> Iterator[tuple[Mapping[str, Any], list[dict[str, Floats]]]]:
         yield comparison, [{name: a[name] - b[name] for name in a} for a, b in both]
 
 
-def bounded(measure: Measure, difference: Floats) -> Floats:
+def bounded(measure: Figure, difference: Floats) -> Floats:
     """Differences up to the measure's cap; 0, on which no capital is bet, where a figure was not measured."""
     return np.nan_to_num(np.clip(difference, -measure.bound, measure.bound))
 
@@ -159,7 +161,7 @@ def drawn(settings: Settings, amount: Amount) -> Figures:
     return {"within": settings["within"], **needed(values, measure, 1.0, settings["within"])}
 
 
-def needed(values: Floats, measure: Measure, measured: float, within: float = np.inf) -> Figures:
+def needed(values: Floats, measure: Figure, measured: float, within: float = np.inf) -> Figures:
     """Throws that comparisons (C, N) need, and that a test of fixed size would need.
 
     Args:

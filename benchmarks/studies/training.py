@@ -18,7 +18,7 @@ from agents.controllers.protocol import Controller
 from agents.ground.amounts import NUM_ENVS
 from agents.ground.environments import Env, core_of, make_vector
 from agents.judging.loop import practise, throw_held_out
-from agents.judging.throws.data import summary
+from agents.judging.throw_record import summary
 from agents.learning.hyperparameters import hyperparameters
 from agents.learning.progress import Stop
 from agents.learning.runs import RunFolder

@@ -17,7 +17,8 @@ from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.metrics import wilson
 from agents.ground.tables import Grid
 from agents.judging.loop import practise, throw_held_out
-from agents.judging.throws.data import Throws, summary
+from agents.judging.throw_record import summary
+from agents.judging.throws import Throws
 from agents.reproduce.finding import Findings, Overview, Row
 from agents.reproduce.grids import JsonRow, Rows, below, number, plain
 from pnt_gym.arrays import Floats, concatenate_records

@@ -12,7 +12,7 @@ from agents.controllers import make_controller
 from agents.ground.drawings import COLOURS, Figure, dress, subplots
 from agents.ground.environments import make_vector, stream_seed
 from agents.judging.loop import practise, throw_batches, throw_held_out
-from agents.judging.throws.data import Throws
+from agents.judging.throws import Throws
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Bools, Floats, concatenate_records

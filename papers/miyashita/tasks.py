@@ -18,7 +18,7 @@ from agents.ground.drawings import COLOURS, WIDTH, Figure, frames_figure, subplo
 from agents.ground.environments import core_of, make_vector, stream_seed
 from agents.ground.metrics import wilson
 from agents.judging.loop import practise, throw_batches, throw_held_out
-from agents.judging.throws.data import Throws
+from agents.judging.throws import Throws
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
 from pnt_gym.arrays import Bools, Floats, take

@@ -17,7 +17,7 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
 from agents.judging.loop import practise, throw_held_out
-from agents.judging.throws.data import summary
+from agents.judging.throw_record import summary
 from agents.learning.trained import resolve_task
 from agents.publish import __main__ as publish
 from tests.tools.commands import answer, call, figures_of, output_of, refused

@@ -113,7 +113,7 @@ def test_a_table_of_fewer_throws_is_not_taken_for_that_of_more(run: Path, monkey
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("agents.judging.throws.trial.throw_held_out", killed)
+        patch.setattr("agents.judging.throw_trial.throw_held_out", killed)
         assert answered(*RESUME, "--steps", "24")[0] != 0
     assert RunFolder(run).load_model().num_timesteps == 24
     assert not (run / "evaluation.json").exists()

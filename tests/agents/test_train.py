@@ -15,7 +15,7 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.ground.files import read_json
 from agents.judging.loop import throw_held_out
-from agents.judging.throws.data import summary
+from agents.judging.throw_record import summary
 from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main

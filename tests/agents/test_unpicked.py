@@ -12,7 +12,7 @@ from agents.controllers import Observation, Outcome, make_controller
 from agents.ground.environments import make_vector
 from agents.judging.evaluation import evaluate
 from agents.judging.loop import practise
-from agents.judging.throws.data import Throws
+from agents.judging.throws import Throws
 from agents.learning.progress import ProgressCallback, Stop
 from agents.learning.windows import ThrowWindow
 from pnt_gym.arrays import take

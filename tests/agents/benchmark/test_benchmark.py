@@ -13,8 +13,8 @@ from agents.benchmark.run import jobs, run_piece
 from agents.ground.cli import UsageError
 from agents.ground.places import SHIPPED as ROOT
 from agents.jobs.cluster import Needs
-from agents.judging.throws.columns import OUTCOMES
-from agents.judging.throws.results import errors, successes, summarise
+from agents.judging.throw_record import ThrowRecord
+from agents.judging.throws import OUTCOMES, kept_rows
 from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
 from agents.report.blocks import fill_blocks
@@ -82,9 +82,10 @@ def test_unpaired_results_are_refused(done: dict[str, Any]) -> None:
 
 
 def test_unmeasured_throws_are_left_out_of_errors() -> None:
-    columns = {"along_m": [0.03, None], "across_m": [0.04, 0.0], "outcome": "sm"}
-    assert errors({"columns": columns}) == pytest.approx([0.05, np.nan], nan_ok=True)
-    assert successes({"columns": columns}).tolist() == [1.0, 0.0]
+    columns = {"along_m": [0.03, None], "across_m": [0.04, 0.0], "outcome": "sm", "cycle_s": [1.0, 1.0]}
+    rows = kept_rows(columns)
+    assert rows["error_m"] == pytest.approx([0.05, np.nan], nan_ok=True)
+    assert rows["success"].tolist() == [True, False]
 
 
 def judged(**more: Any) -> dict[str, Any]:
@@ -98,7 +99,7 @@ def judged(**more: Any) -> dict[str, Any]:
 
 def test_what_a_sorter_is_judged_by() -> None:
     counts = {"passed": 4, "ended": 4, "belong": 2, "dropped": 1, "energy_j": 240.0}
-    found = summarise([judged(**counts), judged(**counts)], 16)
+    found = ThrowRecord.summarise([judged(**counts), judged(**counts)], 16)
     assert (found["success_rate"], found["share_sorted"]) == (pytest.approx(2 / 6), pytest.approx(1 / 6))
     assert found["sorted_per_min"] == pytest.approx(10.0)
     assert found["recovery"] == pytest.approx(1 / 10)
@@ -120,7 +121,7 @@ def test_cells_that_practise_side_by_side_change_what_is_learned_and_not_the_hel
 
 
 def test_results_of_before_are_reported_without_what_they_do_not_tell(done: dict[str, Any]) -> None:
-    found = summarise([judged()], 16)
+    found = ThrowRecord.summarise([judged()], 16)
     assert not {"recovery", "purity", "pick_rate", "drop_rate", "energy_per_pick_j"} & found.keys()
     old = [{k: v for k, v in row.items() if k not in ("share_astray", "share_unpicked")} for row in done["table"]]
     before = {**done, "table": [{k: v for k, v in row.items() if k != "share_dropped"} for row in old]}
@@ -170,7 +171,7 @@ def test_keys_change_with_what_ships_where_that_is_known_beforehand(
 
     before = keys()
     (tmp_path / "static.npz").write_bytes(b"other knowledge")
-    monkeypatch.setattr("agents.judging.throws.trial.ADAPTIVE", tmp_path)
+    monkeypatch.setattr("agents.judging.throw_trial.ADAPTIVE", tmp_path)
     after = keys()
     assert {name for name in before if before[name] != after[name]} == {"given", "over"}
 

@@ -16,8 +16,8 @@ from agents.ground.environments import make_vector, stream_seed
 from agents.ground.files import write_json
 from agents.ground.places import SHIPPED
 from agents.judging.evaluation import evaluate
-from agents.judging.work_shifts.data import LISTS, MEANS, run_shifts
-from agents.judging.work_shifts.results import summarise
+from agents.judging.shift_record import ShiftRecord
+from agents.judging.shifts import LISTS, MEANS, run_shifts
 from agents.learning.runs import RunFolder
 from agents.policies.scorer import Scorer
 from agents.report.__main__ import benchmark_chapter
@@ -165,10 +165,11 @@ def result(seed: int, **figures: list[Any]) -> dict[str, Any]:
 
 
 def test_a_summary_by_hand() -> None:
-    found = summarise([
+    results = [
         result(0, value_per_min=[10.0, 30.0], recovery=[0.5, None], utilisation=[[1.0], [0.5]]),
         result(1, value_per_min=[20.0, 60.0], recovery=[0.1, 0.3], utilisation=[[0.25], [0.25]]),
-    ])  # fmt: skip
+    ]
+    found = ShiftRecord.summarise(results, 16)
     assert (found["value_per_min"], found["value_per_min_by_seed"]) == (30.0, [20.0, 40.0])
     assert found["by_shift"]["value_per_min"] == [15.0, 45.0]
     assert found["recovery"] == pytest.approx(0.3)
@@ -217,15 +218,12 @@ def test_keys_change_with_what_figures_depend_on(monkeypatch: pytest.MonkeyPatch
     # Whoever has fewer shifts than the plan depends on those alone.
     assert set(before.values()) & set(keys(shifts=6, learned=[]).values()) == {before["beam-one-0-seed0"]}
     tuned = {"atc": {"patience": 3.0}, "beam": {}}
-    told = "agents.judging.work_shifts.trial.tuned_settings"
+    told = "agents.judging.shift_trial.tuned_settings"
     assert changed(lambda p: p.setattr(told, lambda level, name, robots=1: tuned.get(name, {}))) == {
         "atc", "patient", "ppo", "found", "guided",
     }  # fmt: skip
     everybody = {"fifo", "atc", "patient", "beam", "scorer", "guided", "ppo", "found"}
-    assert (
-        changed(lambda p: p.setattr("agents.judging.work_shifts.trial.format_table", lambda chances: "other"))
-        == everybody
-    )
+    assert changed(lambda p: p.setattr("agents.judging.shift_trial.format_table", lambda chances: "other")) == everybody
     Path("own.npz").write_bytes(Path("own.npz").read_bytes() + b" ")
     assert changed(lambda p: None) == {"scorer", "guided"}
     before, entries[6] = keys(), {**entries[6], "config": LONG}

@@ -18,7 +18,7 @@ from agents.controllers.trackers import drift_effects
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import observed, practise, throw_held_out
-from agents.judging.throws.data import summary
+from agents.judging.throw_record import summary
 from agents.judging.trials import trial_of
 from pnt_gym.cells.conveyor.observation import SHIFT_TABLE
 from tests.agents.controllers.test_trackers import network, throws

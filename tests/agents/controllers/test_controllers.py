@@ -17,7 +17,7 @@ from agents.controllers.trackers import later_release
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import practise, throw_held_out
-from agents.judging.throws.data import summary
+from agents.judging.throw_record import summary
 from pnt_gym.cells.conveyor.action import correction
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.observation import FEATURES

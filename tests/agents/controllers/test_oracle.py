@@ -11,7 +11,7 @@ from agents.controllers import make_controller
 from agents.controllers.oracle import Oracle
 from agents.ground.environments import make_vector
 from agents.judging.loop import throw_held_out
-from agents.judging.throws.data import summary
+from agents.judging.throw_record import summary
 from tests.tools.toy_cell import POSE, ToyVectorEnv, observation_of
 
 Answer = Callable[[np.ndarray], np.ndarray]

@@ -17,7 +17,7 @@ from agents.dispatchers.scored import choice_mask, run_scores
 from agents.dispatchers.settings import rate, settings
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
-from agents.judging.work_shifts.data import run_shifts
+from agents.judging.shifts import run_shifts
 from agents.learning.algorithms import MASKED
 from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv

@@ -14,8 +14,7 @@ import pytest
 from agents.controllers import make_controller
 from agents.fit.reading import MOST, MOST_LINES, read_log
 from agents.ground.cli import UsageError
-from agents.judging.throws.log import COLUMNS, GROUPS, ThrowLog
-from agents.judging.throws.recorder import Recorder
+from agents.judging.log import COLUMNS, GROUPS, Recorder, ThrowLog
 from agents.judging.trials import open_trial
 from agents.pictures.stage import Stage
 from tests.tools.fitting import WASTE, level, same_logs, throw, usual_log

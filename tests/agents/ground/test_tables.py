@@ -9,7 +9,7 @@ from markdown_it import MarkdownIt
 from rich.console import Console
 
 from agents.ground.tables import Grid, html_text, markdown_text, settings_text
-from agents.judging.throws.tables import comparison_table
+from agents.judging.throw_record import ThrowRecord
 
 GRID = Grid("what [it] shows", ["name", "mm", "verdict", "note"], [["a|b", "1.5", "ours", "<b>x</b> & y"]], "under it")
 
@@ -132,7 +132,7 @@ def test_the_terminal_shows_brackets_and_aligns_long_text_to_the_left() -> None:
 def test_controllers_are_compared_side_by_side() -> None:
     figures = {"landing_error_mean_m": 0.012, "landing_error_p95_m": 0.03, "success_rate": 0.9, "success_low": 0.8}
     more = {"landing_near_share": 0.875, "success_high": 0.95, "picks_per_min": 41.26, "sorted_per_min": 37.1}
-    table = comparison_table("title", [("ridge", 30, {**figures, **more}), ("analytic", 0, {**figures, **more})])
+    table = ThrowRecord.comparison("title", [("ridge", 30, {**figures, **more}), ("analytic", 0, {**figures, **more})])
     assert [list(column.cells) for column in table.columns] == [
         ["ridge", "analytic"], ["30 throws", "-"], ["12.0 mm"] * 2, ["30.0 mm"] * 2, ["87.5 %"] * 2,
         ["90.0 % (80.0..95.0)"] * 2, ["41.3"] * 2, ["37.1"] * 2,

@@ -10,12 +10,11 @@ from agents.controllers.own import Policy
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector, stream_seed
 from agents.judging.comparison import EARLY, Comparison, Rules, compare
-from agents.judging.measures import Measure
-from agents.judging.record import Figure, Record
-from agents.judging.throws.paired import MEASURES, depend, observations, run_length
+from agents.judging.figures import Figure
+from agents.judging.record import Record
+from agents.judging.throw_record import ThrowRecord, depend, run_length
 from agents.judging.trial import Trial
 from agents.judging.trials import open_trial, trial_of
-from pnt_gym.arrays import Floats
 
 SMALL = {"level": "waste", "num_envs": 8}
 
@@ -134,10 +133,10 @@ def test_mistakes_are_one_sentence(options: dict[str, Any], words: str) -> None:
 
 def test_differences_count_up_to_the_cap_where_both_figures_are_known() -> None:
     a, b = np.array([0.5, 0.1, np.nan, 0.2]), np.array([0.1, 0.2, 0.1, np.nan])
-    measure = MEASURES["landing_error_m"]
+    measure = ThrowRecord.measures()["landing_error_m"]
     np.testing.assert_allclose(measure.differences(a, b), [0.1, -0.1])
     np.testing.assert_allclose(measure.with_cap(30.0).differences(a, b), [0.03, -0.03])
-    signs = Measure.of_signs(Figure("spread", "mm", 1000.0))
+    signs = Figure("spread", "mm", 1000.0).compared()
     np.testing.assert_array_equal(signs.differences(a, b), [1.0, -1.0])
     assert signs.bound == 1.0
 
@@ -152,7 +151,7 @@ def test_differences_count_up_to_the_cap_where_both_figures_are_known() -> None:
 )
 def test_the_better_controller_by_the_interval_is_the_subject(value: float, words: str) -> None:
     """The mean is told as it is, inside the interval or outside of it, and the interval alone says who is ahead."""
-    sentence = MEASURES["landing_error_m"].sentence
+    sentence = ThrowRecord.measures()["landing_error_m"].sentence
     assert sentence(("a", "b"), "throws", value, 0.003, 0.006) == words
     assert sentence(("b", "a"), "throws", -value, -0.006, -0.003) == words
 
@@ -161,12 +160,6 @@ class Salvos(Record):
     """One figure of each salvo, of which only is known that it is a number."""
 
     figures = {"spread_m": Figure("spread", "mm", 1000.0)}  # noqa: RUF012
-
-    def __init__(self, spread: Floats) -> None:
-        self._spread = spread
-
-    def values(self) -> dict[str, Floats]:
-        return {"spread_m": self._spread}
 
 
 class SalvoTrial(Trial):
@@ -177,7 +170,7 @@ class SalvoTrial(Trial):
 
     def run(self, controller: Any, count: int, seed: int, **_: Any) -> Salvos:
         wide = 10.0 if controller.name == "far" else 1.0
-        return Salvos(wide * np.random.default_rng(seed).random(count))
+        return Salvos({"spread_m": wide * np.random.default_rng(seed).random(count)})
 
 
 def test_a_third_kind_of_task_is_compared_by_signs() -> None:
@@ -198,7 +191,8 @@ class TurningTrial(SalvoTrial):
 
     def run(self, controller: Any, count: int, seed: int, **_: Any) -> Salvos:
         self.done = getattr(self, "done", 0) + count  # of both controllers
-        return Salvos(np.full(count, 2.0 if controller.name == "far" and self.done > 600 else 1.0))
+        wide = controller.name == "far" and self.done > 600
+        return Salvos({"spread_m": np.full(count, 2.0 if wide else 1.0)})
 
 
 def test_a_mean_outside_of_its_interval_is_announced_with_its_reason() -> None:
@@ -240,7 +234,7 @@ def test_throws_that_depend_on_one_another_are_one_observation(
         assert trial.block(3) == (2 * length if whole else min(2 * length, 3))
         if env_id == "OneJointAssembly-v0":
             record: Any = trial.run(trial.controller("analytic"), 4, 0)
-            columns, throws = observations(record.throws, core, 2), record.throws
+            columns, throws = record.observations(), record.throws
             np.testing.assert_allclose(columns["landing_error_m"], throws.landing_error.reshape(2, 2).mean(axis=0))
             sorted_, seconds = throws.sorted.reshape(2, 2).sum(axis=0), throws.cycle_time.reshape(2, 2).sum(axis=0)
             np.testing.assert_allclose(columns["sorted_per_min"], 60.0 * sorted_ / seconds)

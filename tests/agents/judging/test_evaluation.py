@@ -12,8 +12,10 @@ from agents.ground.environments import stream_seed
 from agents.ground.files import jsonable
 from agents.ground.tables import console
 from agents.judging.loop import practise, throw_held_out
-from agents.judging.throws.data import Throws, failures, purity_by_bin, scatter, sorting, summary, throw_records
-from agents.judging.throws.tables import summary_table
+from agents.judging.record import summarise
+from agents.judging.rows import Rows
+from agents.judging.throw_record import ThrowRecord, purity_by_bin, summary
+from agents.judging.throws import Throws, live_rows, throw_records
 from pnt_gym.arrays import take
 from tests.tools.toy_cell import PoseVectorEnv, ToyVectorEnv
 
@@ -132,6 +134,10 @@ def test_failures_sum_to_what_failed() -> None:
         reward=zeros,
         info={"recontact": flags[1], "rim": flags[2]},
     )
+
+    def failures(throws: Throws) -> dict[str, float]:
+        return {name: part for name, part in summary(throws).items() if name.startswith("failed_")}
+
     assert sum(failures(throws).values()) == pytest.approx(0.5)
     assert failures(replace(throws, info={"rim": flags[2]})) == {"failed_rim": 0.25, "failed_missed": 0.25}
     assert failures(replace(throws, info={"recontact": flags[1]})) == {"failed_recontact": 0.25}
@@ -172,13 +178,15 @@ def test_what_a_sorter_is_judged_by() -> None:
     assert figures["landing_near_share"] == pytest.approx(2 / 3)
     assert figures["landing_error_mean_m"] == pytest.approx(0.32 / 3)
     assert purity_by_bin(throws, ("a", "b", "c")) == {"a": 1.0, "b": 0.5, "c": None}
-    assert failures(throws) == {
+    assert {name: part for name, part in figures.items() if name.startswith("failed_")} == {
         "failed_unpicked": 0.2, "failed_dropped": 0.2, "failed_recontact": 0.2, "failed_rim": 0.0, "failed_missed": 0.0,
     }  # fmt: skip
 
 
 def test_a_shift_without_a_pick_has_no_drop_rate_and_no_purity() -> None:
-    figures = sorting(take(told_of_five(), slice(3, 4)))
+    rows = Rows.of(live_rows(take(told_of_five(), slice(3, 4))))
+    names = ("drop_rate", "purity", "pick_rate", "recovery")
+    figures = summarise({name: ThrowRecord.shown[name] for name in names}, rows)
     assert figures["drop_rate"] is figures["purity"] is None
     assert (figures["pick_rate"], figures["recovery"]) == (0.0, 0.0)
     json.dumps(figures, allow_nan=False)
@@ -219,7 +227,9 @@ def test_bias_and_spread_are_kept_apart_for_each_error() -> None:
         "unjudged": random.standard_normal(count),
     }
     told["error_phi"][7] = np.nan
-    found = scatter(replace(throw_held_out(Recorder(), ToyVectorEnv(4), 4, 0), info=told, errors=("error_phi",)))
+    throws = throw_held_out(make_controller("random", ToyVectorEnv(4)), ToyVectorEnv(4), count, 0)
+    figures = summary(replace(throws, info=told, errors=("error_phi",)))
+    found = {name: value for name, value in figures.items() if name.startswith(("bias_", "spread_"))}
     assert set(found) == {"bias_along_m", "spread_along_m", "bias_error_phi", "spread_error_phi"}
     assert found["bias_along_m"] == pytest.approx(0.03, abs=3e-4)
     assert found["spread_along_m"] == pytest.approx(0.01, rel=0.02)
@@ -247,4 +257,4 @@ def test_what_a_cell_does_not_tell_is_not_asked_for() -> None:
     assert not {"recovery", "purity", "drop_rate", "energy_per_pick_j"} & figures.keys()
     (record, *_) = throw_records(throws, env.core.item_names)
     assert set(record) == {"item", "landing_error_m", "success", "cycle_time_s", "clipped", "reward", "picked"}
-    console().print(summary_table("terse", figures))
+    console().print(ThrowRecord.table("terse", figures))

@@ -13,12 +13,12 @@ import pnt_gym
 from agents.ground.cli import UsageError
 from agents.ground.environments import config_of, core_of, make_vector
 from agents.judging.evaluation import evaluate, evaluate_all
-from agents.judging.record import Figure, Record
-from agents.judging.throws.trial import ThrowTrial
+from agents.judging.figures import Figure
+from agents.judging.record import Record
+from agents.judging.shift_trial import ShiftTrial
+from agents.judging.throw_trial import ThrowTrial
 from agents.judging.trial import Trial
 from agents.judging.trials import open_trial, trial_class, trial_of
-from agents.judging.work_shifts.trial import ShiftTrial
-from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.config import LevelConfig
 from tests.tools.commands import output_of
 
@@ -28,8 +28,8 @@ class Halves(Record):
 
     figures = {"share": Figure("share", "%", 100.0), "length_m": Figure("length", "mm", 1000.0)}  # noqa: RUF012
 
-    def values(self) -> dict[str, Floats]:
-        return {"share": np.array([0.0, 1.0, 0.5]), "length_m": np.array([0.1, np.nan, 0.3])}
+    def __init__(self) -> None:
+        super().__init__({"share": [0.0, 1.0, 0.5], "length_m": [0.1, None, 0.3]})
 
 
 class Lost(LevelConfig):

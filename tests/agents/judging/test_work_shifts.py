@@ -12,12 +12,10 @@ from agents.dispatchers.rules import IndexRule
 from agents.ground.cli import UsageError
 from agents.ground.files import json_text
 from agents.judging.evaluation import evaluate
+from agents.judging.losses import Counted, Fates, energy_summary
+from agents.judging.shift_record import ShiftRecord
+from agents.judging.shifts import Shifts, run_shifts
 from agents.judging.trials import trial_of
-from agents.judging.work_shifts.counted import Counted
-from agents.judging.work_shifts.data import Shifts, run_shifts
-from agents.judging.work_shifts.fates import Fates
-from agents.judging.work_shifts.losses import energy_summary
-from agents.judging.work_shifts.record import ShiftRecord
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.observation import decoded
 from pnt_gym.reading import parsed_json

@@ -7,9 +7,8 @@ import pytest
 
 import pnt_gym
 from agents.ground.cli import UsageError
-from agents.judging.work_shifts.counted import Counted
-from agents.judging.work_shifts.data import Shifts
-from agents.judging.work_shifts.fates import FATES, Fates
+from agents.judging.losses import FATES, Counted, Fates
+from agents.judging.shifts import Shifts
 from agents.line import verdict
 from agents.line.planned import Conditions, Planned, money_per_hour, table_spread, try_changes
 from agents.line.plans import Sweep, line_up, make_plans, standstill, with_standstill

@@ -8,9 +8,9 @@ import pytest
 
 from agents.dispatchers.registry import line_controller, line_core
 from agents.ground.environments import make_vector, stream_seed
+from agents.judging.shift_record import gantt
+from agents.judging.shifts import run_shifts
 from agents.judging.trials import open_trial, trial_of
-from agents.judging.work_shifts.data import run_shifts
-from agents.judging.work_shifts.gantt import gantt
 from pnt_gym.cells.line.view import LineView
 from tests.tools.commands import output_of
 
@@ -53,7 +53,7 @@ def test_without_a_bound_a_shift_is_worked_to_its_end():
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Films of a second, in small frames."""
-    monkeypatch.setattr("agents.judging.work_shifts.trial.SECONDS", 1.0)
+    monkeypatch.setattr("agents.judging.shift_trial.SECONDS", 1.0)
     monkeypatch.setattr(LineView.__init__, "__defaults__", ((64, 128),))
 
 

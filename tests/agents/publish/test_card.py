@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from agents.judging.throws.card import CARD
-from agents.judging.throws.trial import ThrowTrial
-from agents.judging.work_shifts.trial import ShiftTrial
+from agents.judging.shift_trial import ShiftTrial
+from agents.judging.throw_record import CARD
+from agents.judging.throw_trial import ThrowTrial
 from agents.publish.card import PARTS, card, curve, metadata
 
 ASKED: dict[str, Any] = {

@@ -129,7 +129,7 @@ def test_a_published_policy_works_as_the_run_did(run: Path, seen: np.ndarray, tm
 
 @pytest.mark.usefixtures("opengl")
 def test_the_film_shows_the_line(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("agents.judging.work_shifts.trial.SECONDS", 2.0)
+    monkeypatch.setattr("agents.judging.shift_trial.SECONDS", 2.0)
     monkeypatch.setattr("agents.publish.folder.FRAME", Picture(width=160, height=96))
     monkeypatch.setattr("agents.pictures.stage.record_video", partial(record_video, fps=5))
     film(run, "PnTLine-v0", 0, tmp_path / "replay.mp4")

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.judging.work_shifts.results import summarise
+from agents.judging.shift_record import ShiftRecord
 from agents.report.line import best, gains_figure, gains_table, line_grids, seeds_table, value
 from agents.report.tables import rows_of
 
@@ -40,7 +40,7 @@ def data_of(results: list[Any]) -> dict[str, Any]:
     for label, throws in dict.fromkeys((one["label"], one["throws"]) for one in results):
         same = [one for one in results if (one["label"], one["throws"]) == (label, throws)]
         head = {name: same[0][name] for name in ("label", "controller", "throws", "level")}
-        table.append({**head, **summarise(same)})
+        table.append({**head, **ShiftRecord.summarise(same, 16)})
     plan = {"levels": ["single"], "shifts": SHIFTS, "env": "PnTLine-v0", "seeds": [0, 1, 2], "train_level": "each"}
     return {"plan": plan, "table": table, "results": results, "comparisons": [], "versions": {"python": "3"}}
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from agents.ground.metrics import wilson
-from agents.judging.throws.data import Throws, purity_by_bin, summary
+from agents.judging.throw_record import purity_by_bin, summary
+from agents.judging.throws import Throws
 from pnt_gym.arrays import take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner

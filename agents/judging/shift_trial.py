@@ -15,30 +15,29 @@ from pnt_gym.cells.line.chances import format_table, required_table
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.core import LineCore
 
-from ...controllers.between import PLANNER
-from ...controllers.own import controller_of, import_controller
-from ...controllers.protocol import Controller
-from ...dispatchers.decisions import work_shifts
-from ...dispatchers.registry import FIRST, GUIDED, SEARCHED, line_controller
-from ...dispatchers.release import make_release
-from ...dispatchers.scored import ScoreController, run_scores
-from ...dispatchers.settings import PLANNERS, rate
-from ...dispatchers.settings import settings as tuned_settings
-from ...ground.amounts import SHIFTS
-from ...ground.cli import UsageError
-from ...ground.environments import Env, stream_seed
-from ...ground.shipped import module_of
-from ...learning.algorithms import MASKED, SCORING
-from ...learning.hyperparameters import algorithm_arguments
-from ...learning.runs import RunFolder
-from ...learning.windows import DecisionWindow
-from ...policies.scorer import Scorer
-from ..card import Card
-from ..loop import Progress
-from ..trial import Trial
-from .card import CARD
-from .data import run_shifts
-from .record import ShiftRecord
+from ..controllers.between import PLANNER
+from ..controllers.own import controller_of, import_controller
+from ..controllers.protocol import Controller
+from ..dispatchers.decisions import work_shifts
+from ..dispatchers.registry import FIRST, GUIDED, SEARCHED, line_controller
+from ..dispatchers.release import make_release
+from ..dispatchers.scored import ScoreController, run_scores
+from ..dispatchers.settings import PLANNERS, rate
+from ..dispatchers.settings import settings as tuned_settings
+from ..ground.amounts import SHIFTS
+from ..ground.cli import UsageError
+from ..ground.environments import Env, stream_seed
+from ..ground.shipped import module_of
+from ..learning.algorithms import MASKED, SCORING
+from ..learning.hyperparameters import algorithm_arguments
+from ..learning.runs import RunFolder
+from ..learning.windows import DecisionWindow
+from ..policies.scorer import Scorer
+from .loop import Progress
+from .record import Card
+from .shift_record import CARD, ShiftRecord
+from .shifts import run_shifts
+from .trial import Trial
 
 SECONDS: Final = 12.0
 """Default length of a film: the first seconds of a shift."""
@@ -119,8 +118,8 @@ class ShiftTrial(Trial):
         del progress
         if controller.name != SEARCHED or steps == 0:
             return controller
-        from ...dispatchers.scores import search_weights  # noqa: PLC0415 - needs a library that only a search does
-        from ...dispatchers.search import SEARCHED_SHIFTS, Bench, best_result  # noqa: PLC0415 - as above
+        from ..dispatchers.scores import search_weights  # noqa: PLC0415 - needs a library that only a search does
+        from ..dispatchers.search import SEARCHED_SHIFTS, Bench, best_result  # noqa: PLC0415 - as above
 
         level = LineConfig.load(self.core.config, throws="table")
         first = stream_seed("practice", seed)

@@ -9,20 +9,18 @@ from gymnasium.spaces import Box
 
 from pnt_gym.cells.grasp.action import MODE as GRASP
 
-from ...controllers.adaptive import PRETRAINED, has_feedback
-from ...controllers.protocol import Controller
-from ...ground.cli import UsageError
-from ...ground.environments import stream_seed
-from ...ground.places import ADAPTIVE
-from ...jobs.code import code_digest
-from ...learning.algorithms import SEEING
-from ..card import Card
-from ..loop import throw_batches, throw_held_out
-from ..trial import PRACTICE, Progress, Trial
-from .card import CARD
-from .data import Throws
-from .paired import depend, run_length
-from .record import ThrowRecord
+from ..controllers.adaptive import PRETRAINED, has_feedback
+from ..controllers.protocol import Controller
+from ..ground.cli import UsageError
+from ..ground.environments import stream_seed
+from ..ground.places import ADAPTIVE
+from ..jobs.code import code_digest
+from ..learning.algorithms import SEEING
+from .loop import throw_batches, throw_held_out
+from .record import Card
+from .throw_record import CARD, ThrowRecord, depend, run_length
+from .throws import Throws
+from .trial import PRACTICE, Progress, Trial
 
 ENDLESS: Final = 10**9
 """Number of throws of an endless trial."""

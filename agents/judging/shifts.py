@@ -1,22 +1,25 @@
-"""Work shifts of lines as arrays: whole shifts, with the same streams of objects for all controllers."""
+"""Work shifts of lines as rows: carried out, as the rounded columns that a benchmark keeps, and back."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, final
+from typing import Annotated, Any, ClassVar, Final, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, model_validator
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.core import LineCore
 
-from ...controllers.protocol import Controller
-from ...dispatchers.decisions import work_shifts
-from ...dispatchers.registry import line_core
-from ...ground.environments import Env
-from ...ground.infos import results
+from ..controllers.protocol import Controller
+from ..dispatchers.decisions import work_shifts
+from ..dispatchers.registry import line_core
+from ..ground.environments import Env
+from ..ground.files import jsonable
+from ..ground.infos import results
+from .form import Amount, Columns, Count, Number
 
 MEANS: Final = {
     "value_per_min": "shift_value_per_min",
@@ -40,6 +43,10 @@ RECORDED: Final = (
     "is_success", "sorted", "ended_in",
 )  # fmt: skip
 """Info keys that are kept for each decision."""
+BY_ROBOT: Final = ("utilisation", "picks_by_robot")
+"""Figures of `LISTS` with a value for each robot; the others have one for each item."""
+DIGITS: Final = 5
+"""Decimals of the figures that a benchmark keeps."""
 SIMULATED: Final = ("energy", "lost", "miss_x", "miss_y")
 """Columns of decisions that only simulated throws have."""
 
@@ -112,8 +119,79 @@ def _simulated(info: dict[str, Any], core: LineCore) -> dict[str, NDArray[Any]]:
     return {"lost": results["lost"], "miss_x": results["miss"][:, 0], "miss_y": results["miss"][:, 1]}
 
 
-def mean(values: NDArray[Any]) -> NDArray[Any]:
-    """Mean over the shifts (S, ...) that have a finite value; NaN where no shift has one."""
-    finite = np.isfinite(values)
-    total = np.where(finite, values, 0.0).sum(axis=0)
-    return np.divide(total, finite.sum(axis=0), out=np.full_like(total, np.nan), where=finite.any(axis=0))
+def live_rows(shifts: Shifts, duration: float) -> dict[str, NDArray[Any]]:
+    """Columns of shifts that have just been worked, of their decisions (T,), and of totals (1,).
+
+    Args:
+        shifts: the shifts.
+        duration: length of a shift [s].
+    """
+    decisions = shifts.decisions
+    return {
+        **{name: shifts.figures[key] for name, key in {**MEANS, **LISTS}.items()},
+        "decision": np.ones(len(decisions["picked"])),
+        "picked": decisions["picked"].astype(np.bool_),
+        "success": decisions["is_success"].astype(np.bool_),
+        "cycle_s": decisions["cycle_time"],
+        "wait_s": decisions["wait_time"],
+        "minutes": np.array([duration / 60.0 * len(shifts.value)]),
+        "invalid": np.array([shifts.invalid]),
+        "ms_per_decision": np.array([1e3 * shifts.seconds / shifts.decision_count]),
+    }
+
+
+def kept_columns(shifts: Shifts, core: LineCore) -> dict[str, Any]:
+    """Shifts as rounded columns, and totals of all their decisions."""
+    picked, success = (shifts.decisions[name].astype(np.bool_) for name in ("picked", "is_success"))
+    return {
+        **{name: jsonable(np.round(shifts.figures[key], DIGITS)) for name, key in {**MEANS, **LISTS}.items()},
+        "items": list(core.item_names),
+        "robots": [robot.name for robot in core.config.robots],
+        "picks": len(picked),
+        "picked": int(picked.sum()),
+        "success": int(success.sum()),
+        "invalid": shifts.invalid,
+        "ms_per_decision": round(1e3 * shifts.seconds / shifts.decision_count, 4),
+    }
+
+
+def kept_rows(columns: Mapping[str, Any]) -> dict[str, Any]:
+    """Columns of the shifts that a benchmark keeps (U,), and of their totals (1,)."""
+    totals = {"decision": "picks", **{name: name for name in ("picked", "success", "invalid", "ms_per_decision")}}
+    rows = {name: columns[name] for name in (*MEANS, *LISTS)}
+    return rows | {name: [columns[key]] for name, key in totals.items()}
+
+
+class ShiftColumns(Columns):
+    """Form of the columns of S work shifts; figures by robot or item are lists, totals of all decisions are numbers."""
+
+    names: ClassVar[frozenset[str]] = frozenset({"items", "robots"})
+
+    value_per_min: list[Number]
+    sorted_per_min: list[Number]
+    recovery: list[Number | None]
+    value_recovery: list[Number | None]
+    purity: list[Number | None]
+    passed_value_per_min: list[Number]
+    passed_tried: list[Number | None]
+    utilisation: list[list[Number]]
+    picks_by_robot: list[list[Number]]
+    recovery_by_item: list[list[Number | None]]
+    passed_by_item: list[list[Number]]
+    items: list[str]
+    robots: list[str]
+    picks: Annotated[Count, Field(ge=1)]
+    picked: Count
+    success: Count
+    invalid: Count
+    ms_per_decision: Amount
+
+    @model_validator(mode="after")
+    def _check_widths(self) -> Self:
+        for name in LISTS:
+            heads = self.robots if name in BY_ROBOT else self.items
+            if any(len(row) != len(heads) for row in getattr(self, name)):
+                raise ValueError(f"{name} must have {len(heads)} values of each shift")
+        if not self.success <= self.picked <= self.picks:
+            raise ValueError(f"{self.success} successes of {self.picked} picked objects in {self.picks} picks")
+        return self

@@ -1,1 +1,0 @@
-"""Trials by throws: a controller corrects single throws."""
