@@ -10,13 +10,13 @@ from agents.controllers.protocol import Observation, Outcome
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import practise, throw_held_out
 from agents.judging.throws.data import summary
+from agents.results.study import Amount
 from benchmarks.studies import curves, precise, processors
-from benchmarks.studies.cells import Amount
 from benchmarks.studies.learners import CmaEs, GaussianProcess, Gp
 from pnt_gym.arrays import Floats
 
 FLIGHT: dict[str, Any] = {"base": "waste_plain", "fidelity": "flight"}
-FEW = Amount(throws=32, seed=0, threads=1)
+FEW = Amount(throws=32, seed=0)
 
 
 def test_a_curve_has_a_row_for_each_number_of_throws() -> None:
@@ -38,7 +38,7 @@ def test_nothing_is_gained_in_the_planners_own_world_and_much_in_another_one() -
 
 def test_added_errors_have_the_size_that_is_asked_for_and_cost_success() -> None:
     level = {**FLIGHT, "items": ["cap", "cork"], "bins": {"random": {"side": [0.05, 0.06], "item_clearance": 0.03}}}
-    row = precise.figures({"level": level, "errors_m": [0.011, 0.05]}, Amount(200, 0, 1))
+    row = precise.figures({"level": level, "errors_m": [0.011, 0.05]}, Amount(200, 0))
     assert row["far"] < row["near"] <= row["oracle"]["value"]
     assert row["difference"]["value"] == pytest.approx(row["near"] - row["far"])
 

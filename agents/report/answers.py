@@ -8,9 +8,9 @@ from typing import Any, Final, NamedTuple
 from ..dispatchers.settings import PLANNERS
 from ..grasping.scenes import HELD, PERCENT
 from ..reproduce.record import verdicts
+from ..results.study import shipped_study
 from .line import CLASS_BLIND, FIRST, best, gain, learners, value
 from .paired import difference, interval
-from .study_plan import shipped_study
 from .tables import first_level, name_of, rows_of
 
 Data = Mapping[str, Any]

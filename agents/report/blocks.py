@@ -15,6 +15,7 @@ from ..ground.cli import UsageError
 from ..ground.files import MOST_RESULTS, check_form
 from ..ground.outputs import deliver_text
 from ..ground.tables import Grid, markdown_text
+from ..results.study import STUDIES, read_study
 from .contents import read_results
 from .headline import headline_failures, headline_table
 from .line import gains_table, line_table, seeds_table
@@ -33,7 +34,6 @@ from .speeds import (
     training_table,
 )
 from .study import study_grid
-from .study_plan import STUDIES, read_study
 from .submissions import BLOCK as SUBMISSIONS
 from .submissions import submissions_grid
 from .tables import benchmark_table, first_shift_table

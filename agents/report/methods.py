@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from ..ground.drawings import COLOURS, Axes, Figure, dress, svg, tile_panels
-from .study_plan import shipped_study
+from ..results.study import shipped_study
 
 Data = Mapping[str, Any]
 ACROSS: Final = {

@@ -13,7 +13,7 @@ from typing import Any, Final
 from ..ground.cli import UsageError
 from ..ground.metrics import wilson
 from ..ground.tables import Grid
-from .study_plan import StudyPlan, Table, shipped_study
+from ..results.study import StudyPlan, Table, shipped_study
 
 Data = Mapping[str, Any]
 UNITS: Final = {"%": 100.0, "mm": 1000.0, "deg": 180.0 / math.pi}

@@ -9,7 +9,7 @@ from typing import Any, Final
 from agents.benchmark.run import run_piece
 from agents.results.compare import assemble
 from agents.results.plan import Plan, pieces
-from benchmarks.studies.cells import Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings
 
 JUDGED: Final = "judged"
 """Name of the level on which controllers are judged, in full physics."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.studies.cells import CELLS, Amount, Figures, Settings, distance, throw
+from agents.results.study import Amount, Figures, Settings
+from benchmarks.studies.cells import CELLS, distance, throw
 
 
 def figures(settings: Settings, amount: Amount) -> Figures:

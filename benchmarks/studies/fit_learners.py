@@ -14,7 +14,7 @@ from agents.controllers.trackers import Kalman
 from agents.fit.twins import CELLS, ENV, Twin, study_twin
 from agents.judging.throws.log import ThrowLog
 from agents.judging.trials import open_trial
-from benchmarks.studies.cells import Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings
 from benchmarks.studies.fits import LANDINGS, flight_level, mean_rows, seeds
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction

@@ -6,7 +6,7 @@ from typing import Any
 
 from agents.ground.places import at
 from agents.judging.evaluation import evaluate
-from benchmarks.studies.cells import Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 
@@ -34,5 +34,5 @@ def figures(settings: Settings, amount: Amount) -> Figures:
     name = settings["controller"]
     controller = str(at(name)) if "/" in name else name
     config = ConveyorConfig.load(level)
-    report = evaluate(controller, settings["env"], amount.throws, amount.seed, level=config, threads=amount.threads)
+    report = evaluate(controller, settings["env"], amount.throws, amount.seed, level=config, threads=1)
     return {name: report[name] for name in settings["figures"] if name in report}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.studies.cells import CELLS, Amount, Figures, Settings, infos, make_seeded_cells
+from agents.results.study import Amount, Figures, Settings
+from benchmarks.studies.cells import CELLS, infos, make_seeded_cells
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.flight import Touchdown
 from pnt_gym.cells.base.settling import Airborne, FallEnd
@@ -60,7 +61,7 @@ def figures(settings: Settings, amount: Amount) -> Figures:
     """
     config = ConveyorConfig.load({**settings["level"], "fidelity": "flight"})
     seed, steps = amount.seed + settings["seed"], -(-amount.throws // CELLS)
-    core = make_seeded_cells(config, "independent", CELLS, seed, amount.threads)
+    core = make_seeded_cells(config, "independent", CELLS, seed)
     assert isinstance(core.cell, ConveyorCell)
     free = core.cell.plant.free
     check = EngineCheck(free, config)

@@ -12,7 +12,8 @@ from agents.controllers.protocol import Actions, Controller, Observation
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import throw_held_out
 from agents.judging.throws.data import summary
-from benchmarks.studies.cells import CELLS, Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings
+from benchmarks.studies.cells import CELLS
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
 
@@ -70,7 +71,7 @@ def figures(settings: Settings, amount: Amount) -> Figures:
         settings: `env`, `level`, and `controller`, a name or "fixed_point".
         amount: throws.
     """
-    with closing(make_vector(settings["env"], settings["level"], CELLS, amount.threads)) as env:
+    with closing(make_vector(settings["env"], settings["level"], CELLS, 1)) as env:
         core, name = core_of(env), settings["controller"]
         if core.correction is None:
             raise RuntimeError(f"level {core.config.name!r}: actions do not shift the landing")

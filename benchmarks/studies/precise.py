@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from agents.ground import metrics
-from benchmarks.studies.cells import Amount, Figures, Settings, oracle_actions, throw, zero_actions
+from agents.results.study import Amount, Figures, Settings
+from benchmarks.studies.cells import oracle_actions, throw, zero_actions
 from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.core import Core
 

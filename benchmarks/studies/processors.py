@@ -14,7 +14,7 @@ import numpy as np
 
 from agents.benchmark.run import run_piece
 from agents.results.plan import Plan, pieces
-from benchmarks.studies.cells import Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings
 from pnt_gym.arrays import Floats
 
 NUMBERS: Final = ("along_m", "across_m", "cycle_s")

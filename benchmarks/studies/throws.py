@@ -10,17 +10,8 @@ import numpy as np
 
 from agents.ground import metrics
 from agents.ground.cli import check_known
-from benchmarks.studies.cells import (
-    CELLS,
-    Amount,
-    Figures,
-    Infos,
-    Settings,
-    infos,
-    make_seeded_cells,
-    oracle_actions,
-    zero_actions,
-)
+from agents.results.study import Amount, Figures, Settings
+from benchmarks.studies.cells import CELLS, Infos, infos, make_seeded_cells, oracle_actions, zero_actions
 from benchmarks.studies.flown import Watch, time_ratio
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.core import Core
@@ -169,7 +160,7 @@ def throw(settings: Settings, amount: Amount) -> Thrown:
     level = settings["level"] | ({"picks_per_shift": amount.throws} if shifts else {})
     cells = shifts or settings.get("cells", CELLS)
     config = ConveyorConfig.load(level)
-    core = make_seeded_cells(config, settings.get("picks", "independent"), cells, amount.seed, amount.threads)
+    core = make_seeded_cells(config, settings.get("picks", "independent"), cells, amount.seed)
     act = oracle_actions(core) if settings.get("controller", "analytic") == "oracle" else zero_actions(core)
     watch = Watch(core.cell)
     return Thrown(infos(core, act, amount.throws * max(shifts, 1)), core, watch, shifts)

@@ -8,7 +8,7 @@ import pytest
 from agents.ground.cli import UsageError
 from agents.report.methods import methods_figure, methods_figures
 from agents.report.study import cell, mean, share, study_grid
-from agents.report.study_plan import StudyPlan, Table, shipped_study
+from agents.results.study import StudyPlan, Table, shipped_study
 
 ROW = {
     "part": "a",
