@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from functools import reduce
 from itertools import product
 from pathlib import Path
@@ -15,6 +16,7 @@ from pnt_gym.cells.base.problems import describe_problems
 
 from ..ground.cli import UsageError, check_known
 from ..ground.files import read_yaml
+from ..ground.metrics import wilson
 from ..ground.places import SHIPPED
 from ..judging.form import Count, check_model
 
@@ -62,24 +64,24 @@ class Case(NamedTuple):
 class Table(Section):
     """A table of the rows of some parts.
 
-    Cells are texts with figures in braces: `{success:.1%}`, `{landing.mean:.1mm}`, `{error_m.0:.1mm}`,
-    `{tilt:.1deg}`, or as Python formats numbers. A figure with an interval is shown with it, and a cell of which a
-    figure is missing is a dash.
+    What a cell shows is an expression of Jinja: a figure with a filter that writes it, such as `success|percent` or
+    `landing.mean|mm(2)`. A figure with an interval is shown with it, and a cell of which a figure is missing is a dash.
     """
 
     title: str
     block: str = Field("", description="Name of the table in pages, as in `<!-- table:NAME -->`; none shows it.")
     parts: tuple[str, ...] = Field((), description="Parts whose rows it shows; all of them without one.")
     where: Mapping[str, tuple[Any, ...]] = Field({}, description="Values of axes whose rows it shows.")
-    columns: Mapping[str, str] = Field(min_length=1, description="Cells by the names of their columns.")
-    across: str = Field("", description="Axis, or figure, that has a column for each of its values.")
-    cell: str = Field("", description="What these columns show; a mean where several rows meet in a cell.")
-    note: str = ""
+    index: Mapping[str, str] = Field({}, description="What names a line: expressions by the names of their columns.")
+    figures: Mapping[str, str] = Field({}, description="What each row has: expressions by the names of their columns.")
+    columns: str = Field("", description="Axis, or figure, that has a column for each of its values.")
+    figure: str = Field("", description="What these columns show; a mean where several rows meet in a cell.")
+    note: str = Field("", description="A template of Jinja, of what the file tells, and of the part's settings.")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if bool(self.across) != bool(self.cell):
-            raise ValueError("across and cell go together")
+        if bool(self.columns) != bool(self.figure) or bool(self.columns) == bool(self.figures):
+            raise ValueError(f"table {self.title!r}: figures are needed, or columns and a figure")
         return self
 
 
@@ -204,6 +206,27 @@ def shipped_study(name: str) -> StudyPlan:
     known = sorted(path.stem for path in STUDIES.glob("*.yaml"))
     check_known("study", [name], known)
     return read_study(STUDIES / f"{name}.yaml")
+
+
+def share(cases: Sequence[bool]) -> Figures:
+    """Share of true cases with Wilson's interval, as a figure of a row; shares of rows that meet are pooled."""
+    return _share(sum(cases), len(cases))
+
+
+def _share(true: int, count: int) -> Figures:
+    return {**asdict(wilson(true, count)), "true": true, "count": count}
+
+
+def pooled(rows: Sequence[Settings]) -> Settings:
+    """Rows as one, each number the mean of theirs, and each share that of all their cases."""
+    first = rows[0]
+    numbers = [name for name, value in first.items() if isinstance(value, float)]
+    shares = [name for name, value in first.items() if isinstance(value, Mapping) and "count" in value]
+    return {
+        **first,
+        **{name: sum(row[name] for row in rows) / len(rows) for name in numbers},
+        **{name: _share(*(sum(row[name][part] for row in rows) for part in ("true", "count"))) for name in shares},
+    }
 
 
 class StudyFile(BaseModel):

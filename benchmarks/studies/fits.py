@@ -13,8 +13,7 @@ from agents.fit.misfit import TESTS
 from agents.fit.parameters import PARAMETERS
 from agents.fit.twins import ENV, judge_fit, study_twin
 from agents.judging.trials import open_trial
-from agents.report.study import share
-from agents.results.study import Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings, share
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 LANDINGS: Final = 40
