@@ -16,7 +16,7 @@ from ..ground.tables import console
 from ..reproduce.record import is_reproduction
 from ..results.content import is_benchmark
 from ..results.study import is_study
-from .blocks import rewrite_blocks
+from .blocks import makers_from, rewrite
 from .contents import read_results
 from .kinds import kind_of
 from .methods import methods_figures
@@ -66,7 +66,7 @@ def main(arguments: Arguments) -> None:
         deliver_text(results / INDEX, index_page(parts))
         deliver_text(results / "report.html", html_page(parts))
         for document in _documents(arguments):
-            rewrite_blocks(document, results)
+            rewrite(document, makers_from(results))
     console().print(f"report of {len(chapters)} results in {results / 'report.html'}")
 
 

@@ -14,6 +14,7 @@ from agents.controllers import NAMES
 from agents.dispatchers.registry import NAMES as LINE_NAMES
 from agents.ground.console import COMMANDS
 from agents.ground.levels import FAMILIES
+from agents.report.blocks import fill
 from agents.reproduce.papers import PAPERS, package
 from docs.pages import breaks, cite, commands, controllers, docstrings, environments, items, levels, made, papers
 from pnt_gym.arrays import Floats
@@ -166,9 +167,10 @@ def test_marked_blocks_are_filled_and_unknown_ones_refused():
 def test_a_page_holds_what_is_made(page):
     """`make pages` writes it; each mark has its end, so that the site makes all of it."""
     text = page.read_text(encoding="utf-8")
-    assert made.render_page(text) == text
-    assert text.count("<!-- made: ") == text.count("<!-- /made -->") == len(made.BLOCK.findall(text))
-    assert "<!-- made: " not in made.fill_page(text)
+    assert fill(text, made.KINDS) == text
+    for kind in made.KINDS:
+        assert text.count(f"<!-- {kind}:") == text.count(f"<!-- /{kind} -->")
+        assert f"<!-- {kind}:" not in made.fill_page(text)
 
 
 @pytest.mark.parametrize("paper", PAPERS)
