@@ -51,9 +51,9 @@ COMPUTED = {"curves": (improvement_grid,), "mismatch": (crossover_grid,)}
 
 def main(arguments: Arguments) -> None:
     """Write everything; files are replaced one by one, each at once."""
+    check_libraries("matplotlib", "jinja2")
     results = arguments.results
     chapters = read_chapters(results, trust=arguments.trust)
-    check_libraries("matplotlib", "jinja2")
     if not chapters:
         raise UsageError(f"{str(results)!r} holds no results yet; `python -m agents.benchmark` makes some")
     parts = sections(chapters, results)

@@ -13,6 +13,10 @@ NONE: Final = "-"
 """Text of a figure that is missing."""
 
 
+class NoFigure(LookupError):
+    """The results lack a controller, a level, a case or a figure that a text needs: they are of another plan."""
+
+
 @cache
 def environment() -> Any:
     """Jinja's environment of the report; a name that nobody has given is an error."""
@@ -24,8 +28,17 @@ def environment() -> Any:
 
 
 def filled(template: str, values: Mapping[str, Any]) -> str:
-    """A template with values in it."""
-    return environment().from_string(template).render(values)
+    """A template with values in it.
+
+    Raises:
+        NoFigure: the template names something that is not among the values.
+    """
+    from jinja2 import UndefinedError  # noqa: PLC0415 - needed for reports only
+
+    try:
+        return environment().from_string(template).render(values)
+    except UndefinedError as error:
+        raise NoFigure(str(error)) from None
 
 
 def shown(expression: str, values: Mapping[str, Any]) -> str:
