@@ -19,9 +19,9 @@ from ..results.study import is_study
 from .blocks import makers_from, rewrite
 from .contents import read_results
 from .kinds import kind_of
-from .methods import methods_figures
 from .page import Chapter, html_page, index_page, sections, tables_page
 from .pays import crossover_grid, curves_figures, improvement_grid, mismatch_figures
+from .pictures import methods_figures
 from .questions import DRAWINGS, QUESTIONS
 from .reproduction import paper_chapters
 from .speeds import TABLES

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from agents.ground.cli import UsageError
-from agents.report.methods import methods_figure, methods_figures
+from agents.report.pictures import methods_figure, methods_figures
 from agents.report.study import study_grid
 from agents.report.templates import shown
 from agents.results.study import StudyPlan, Table, pooled, share, shipped_study
