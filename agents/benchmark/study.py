@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, cast, final
 
 import pnt_gym
 
 from ..ground.cli import UsageError, about, check_known
-from ..ground.environments import import_user_module
 from ..ground.files import json_text, read_json
 from ..ground.outputs import deliver_json
 from ..ground.places import SHIPPED
@@ -57,7 +58,7 @@ class Study:
             measurement(measure)
         code = code_digest(CODE)
         self.jobs = [_job(case, code) for case in cases]
-        self._kept = self._keep_rows(out, parts) if out.exists() else []
+        self._kept = self._keep_rows(out, parts) if out.is_file() else []
 
     def needs(self) -> Needs:
         """Requirements of the jobs on another machine; which of them train networks, the plan does not say."""
@@ -128,7 +129,12 @@ def measurement(measure: str) -> Callable[[Settings, Amount], Figures | Iterable
         raise UsageError("studies are measured in a checkout: the installed package is without benchmarks/studies")
     with about("measure"):
         check_known("module of benchmarks/studies", [module], known)
-    function = getattr(import_user_module(f"{MEASURES}.{module}"), name, None)
+    if str(SHIPPED) not in sys.path:
+        sys.path.insert(0, str(SHIPPED))
+    try:
+        function = getattr(import_module(f"{MEASURES}.{module}"), name, None)
+    except ImportError as error:
+        raise UsageError(f"measure is {measure!r}, which needs more than is installed: {error}") from None
     if function is None:
         raise UsageError(f"measure is {measure!r}; {module} has no function {name}")
     return cast("Any", function)

@@ -182,7 +182,8 @@ def merged(settings: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str,
 
 def is_study_plan(path: Path) -> bool:
     """Whether a YAML file holds the plan of a study, and not that of a benchmark."""
-    return "study" in read_yaml(path, "benchmark")
+    data = read_yaml(path, "benchmark")
+    return isinstance(data, Mapping) and "study" in data
 
 
 def read_study(path: Path) -> StudyPlan:
