@@ -70,7 +70,7 @@ class Study:
         rows = [row for case in self._plan.cases() for row in case.rows_of(new) or case.rows_of(self._kept)]
         deliver_json(out, {**self._head, "rows": rows})
         for row in new:
-            console().print(_line(row), markup=False)
+            console().print(_line(row), markup=False, soft_wrap=True)
 
     def _keep_rows(self, out: Path, parts: Collection[str]) -> list[Figures]:
         """Rows of an earlier file of the study that stay; none where every part is measured.

@@ -157,6 +157,9 @@ def test_marked_blocks_are_filled_and_unknown_ones_refused():
     stale = "a\n<!-- made: levels PnT -->\nold\n<!-- /made -->\nb"
     assert made.fill_page(stale) == f"a\n{levels.level_table('PnT')}\nb"
     assert made.hand_text(stale) == "a\n\nb"
+    assert fill(stale, made.KINDS) == f"a\n<!-- made: levels PnT -->\n{levels.level_table('PnT')}\n<!-- /made -->\nb"
+    other = "<!-- other: PnT -->\nold\n<!-- /other -->"
+    assert fill(other, made.KINDS) == other
     assert made.fill_page('```python title="x/y.py"\n1\n```') == "```{code-block} python\n:caption: x/y.py\n\n1\n```"
     assert "| analytic |" in made.fill_page("<!-- table:benchmark -->\n<!-- /table -->")
     with pytest.raises(KeyError):
