@@ -25,6 +25,8 @@ STUDIES: Final = SHIPPED / "configs" / "studies"
 LEVEL: Final = "level"
 """The axis whose values are labels of the plan's levels, or names of levels that ship."""
 Scalar: TypeAlias = str | int | float | bool | None
+SCALARS: Final = (str, int, float, bool)
+"""Types of the values of an axis, beside none."""
 Settings: TypeAlias = Mapping[str, Any]
 Figures: TypeAlias = dict[str, Any]
 """Figures of a case by name; a row is the labels of a case and figures."""
@@ -85,12 +87,19 @@ class Table(Section):
         return self
 
 
+def _is_axis(values: Any) -> bool:
+    """Whether an axis has a mapping of values to settings, or a list of values."""
+    if isinstance(values, Mapping):
+        return all(settings is None or isinstance(settings, Mapping) for settings in values.values())
+    return isinstance(values, list | tuple) and all(value is None or isinstance(value, SCALARS) for value in values)
+
+
 @final
 class Part(Section):
     """Cases that are measured alike: every combination of the values of the axes."""
 
     measure: str = Field(pattern=r"^\w+\.\w+$", description="MODULE.FUNCTION of benchmarks/studies.")
-    share: float = Field(1.0, gt=0.0, description="Of the throws of the plan that each case has.")
+    share: float = Field(1.0, gt=0.0, le=1.0, description="Of the throws of the plan that each case has.")
     settings: Mapping[str, Any] = Field({}, description="What the measurement is given in every case.")
     axes: Mapping[str, Any] = Field(
         {},
@@ -104,7 +113,7 @@ class Part(Section):
         if len(set(names)) != len(names):
             raise ValueError(f"axes: names {names} must differ from one another")
         for name, values in self.axes.items():
-            if not (isinstance(values, Mapping | list | tuple) and values):
+            if not (values and _is_axis(values)):
                 raise ValueError(f"axes.{name}: a list of values or a mapping of values to settings is needed")
             if not isinstance(values, Mapping) and len(set(map(str, values))) != len(values):
                 raise ValueError(f"axes.{name}: values {list(values)} must differ from one another")
@@ -121,7 +130,7 @@ class StudyPlan(Section):
 
     study: str = Field(pattern=r"^\w+$", description="Its name.")
     about: str = Field(description="What it finds out.")
-    throws: int = Field(ge=1, description="Of each case, or work shifts where these are judged.")
+    throws: int = Field(ge=1, le=10**9, description="Of each case, or work shifts where these are judged.")
     seed: int = Field(0, ge=0)
     levels: Mapping[str, Mapping[str, Any]] = Field({}, description="By label, as a level's file would say them.")
     parts: Mapping[str, Part] = Field(min_length=1)

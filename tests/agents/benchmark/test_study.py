@@ -109,6 +109,7 @@ def test_a_file_that_an_earlier_version_has_not_finished_is_refused_in_one_sente
         ("throws.figures", "throws.nothing", "measure is 'throws.nothing'; throws has no function nothing"),
         ("throws.figures", "throws", "measure"),
         ("[0.0, 1.0]", "[1.0, 1.0]", "axes.level.mismatch: values [1.0, 1.0] must differ from one another"),
+        ("[0.0, 1.0]", "[[0.0], [1.0]]", "axes.level.mismatch: a list of values or a mapping of values to settings"),
         ("[0.0, 1.0]", "[]", "axes.level.mismatch: a list of values or a mapping of values to settings is needed"),
         ("[waste_plain, soft]", "[moon]", "moon"),
         ("[success,", "[luck,", "unknown figure 'luck'"),
