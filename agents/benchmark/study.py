@@ -109,7 +109,8 @@ def measure_case(case: Case, _folder: Path) -> dict[str, list[Figures]]:
     """
     with about(str(case)):
         figures = measurement(case.measure)(case.settings, case.amount)
-        rows = [{**case.labels, **row} for row in ([figures] if isinstance(figures, dict) else figures)]
+        several = cast("Iterable[Figures]", [figures] if isinstance(figures, dict) else figures)
+        rows = [{**case.labels, **row} for row in several]
         try:
             json_text(rows)
         except ValueError:
