@@ -24,7 +24,7 @@ from .pays import crossover_grid, curves_figures, improvement_grid, mismatch_fig
 from .pictures import methods_figures
 from .questions import DRAWINGS, QUESTIONS
 from .reproduction import paper_chapters
-from .speeds import TABLES
+from .speeds import KNOWN
 from .study import study_grids
 from .submissions import BLOCK, TITLE, submissions_grid
 
@@ -125,7 +125,7 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
         drawn = DRAWN[data["study"]](data) if data["study"] in DRAWN else {}
         computed = [table(data) for table in COMPUTED.get(data["study"], ())]
         return [Chapter(name, (*study_grids(data), *computed), drawn)]
-    if grids := tuple(table(data) for names, table in TABLES if names <= set(data)):
+    if grids := tuple(table(data) for names, table in KNOWN if names <= set(data)):
         return [Chapter(name, grids)]
     return []
 

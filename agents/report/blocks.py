@@ -24,15 +24,7 @@ from .pays import crossover_grid
 from .peers import peers_table
 from .questions import QUESTIONS, Question
 from .reproduction import table as reproduced_table
-from .speeds import (
-    before_table,
-    environment_table,
-    goals_table,
-    paired_steps_table,
-    planner_table,
-    shares_table,
-    training_table,
-)
+from .speeds import speed_grid
 from .study import study_grid
 from .submissions import BLOCK as SUBMISSIONS
 from .submissions import submissions_grid
@@ -42,13 +34,13 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "headline": ("benchmark.json", headline_table),
     "benchmark": ("benchmark.json", benchmark_table),
     "grasp": ("benchmark_grasp.json", benchmark_table),
-    "planner": ("perf_planner.json", planner_table),
-    "environments": ("perf_envs.json", environment_table),
-    "speed-goals": ("perf_envs.json", goals_table),
-    "shares": ("perf_shares.json", shares_table),
-    "training-shares": ("perf_training.json", training_table),
-    "training-before": ("perf_before.json", before_table),
-    "steps-before": ("perf_before.json", paired_steps_table),
+    "planner": ("perf_planner.json", partial(speed_grid, "planner")),
+    "environments": ("perf_envs.json", partial(speed_grid, "environments")),
+    "speed-goals": ("perf_envs.json", partial(speed_grid, "speed-goals")),
+    "shares": ("perf_shares.json", partial(speed_grid, "shares")),
+    "training-shares": ("perf_training.json", partial(speed_grid, "training-shares")),
+    "training-before": ("perf_before.json", partial(speed_grid, "training-before")),
+    "steps-before": ("perf_before.json", partial(speed_grid, "steps-before")),
     "line": ("benchmark_line.json", line_table),
     "line-gains": ("benchmark_line.json", gains_table),
     "line-learned": ("benchmark_line.json", seeds_table),

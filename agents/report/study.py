@@ -1,8 +1,9 @@
-"""The tables of a study, as its plan declares them, from the rows that were measured."""
+"""Tables as they are declared, in the plan of a study for instance, from the rows that were measured."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from ..ground.cli import UsageError
@@ -11,6 +12,7 @@ from ..results.study import StudyPlan, Table, pooled, shipped_study
 from .templates import NONE, filled, shown
 
 Data = Mapping[str, Any]
+Names = Mapping[str, Mapping[Any, str]]
 
 
 def study_grids(data: Data) -> list[Grid]:
@@ -20,36 +22,49 @@ def study_grids(data: Data) -> list[Grid]:
 
 
 def study_grid(plan: StudyPlan, table: Table, data: Data) -> Grid:
-    """A table of a study: a line for each row, or for those that agree in the index."""
+    """A table of a study; its note tells of its first part."""
     part = plan.parts[table.parts[0] if table.parts else next(iter(plan.parts))]
-    note = filled(table.note, {**data, "throws": part.count(data["throws"]), "settings": part.settings})
+    values = {**data, "throws": part.count(data["throws"]), "settings": part.settings}
     rows = [row for row in data["rows"] if _is_shown(row, table)]
+    return declared_grid(table, rows, values, plan.names)
+
+
+def declared_grid(table: Table, rows: Sequence[Data], values: Data, names: Names = MappingProxyType({})) -> Grid:
+    """A table as it is declared: a line for each row, or for those that agree in the index.
+
+    Args:
+        table: the declaration.
+        rows: figures by name.
+        values: what the note tells.
+        names: what cells and columns call values, by axis.
+    """
+    note = filled(table.note, values)
     if not table.columns:
         texts = [*table.index.values(), *table.figures.values()]
-        lines = [[_text(plan, text, row) for text in texts] for row in rows]
+        lines = [[_text(text, row, names) for text in texts] for row in rows]
         return Grid(table.title, [*table.index, *table.figures], lines, note)
-    header = dict.fromkeys(_heading(plan, table.columns, row) for row in _in_order(rows, table.columns))
+    header = dict.fromkeys(_heading(table.columns, row, names) for row in _in_order(rows, table.columns))
     meeting: dict[tuple[str, ...], dict[str, list[Data]]] = {}
     for row in rows:
-        line = meeting.setdefault(tuple(_text(plan, text, row) for text in table.index.values()), {})
-        line.setdefault(_heading(plan, table.columns, row), []).append(row)
+        line = meeting.setdefault(tuple(_text(text, row, names) for text in table.index.values()), {})
+        line.setdefault(_heading(table.columns, row, names), []).append(row)
     lines = [
-        [*index, *(_text(plan, table.figure, _pooled(line[name], table)) if name in line else NONE for name in header)]
+        [*index, *(_text(table.figure, _pooled(line[name], table), names) if name in line else NONE for name in header)]
         for index, line in meeting.items()
     ]
     return Grid(table.title, [*table.index, *header], lines, note)
 
 
-def _text(plan: StudyPlan, expression: str, row: Data) -> str:
-    """A cell: what an expression makes of a row, whose values the plan may call by other names."""
-    names = {axis: known[row[axis]] for axis, known in plan.names.items() if axis in row and row[axis] in known}
-    return shown(expression, {**row, **names, "row": row})
+def _text(expression: str, row: Data, names: Names) -> str:
+    """A cell: what an expression makes of a row, whose values may have other names."""
+    named = {axis: known[row[axis]] for axis, known in names.items() if axis in row and row[axis] in known}
+    return shown(expression, {**row, **named, "row": row})
 
 
-def _heading(plan: StudyPlan, axis: str, row: Data) -> str:
-    """What a column of an axis is called: a name of the plan's, or the value, whole numbers without a point."""
+def _heading(axis: str, row: Data, names: Names) -> str:
+    """What a column of an axis is called: a name, or the value, whole numbers without a point."""
     value = row[axis]
-    return plan.names.get(axis, {}).get(value) or (f"{value:g}" if isinstance(value, float) else str(value))
+    return names.get(axis, {}).get(value) or (f"{value:g}" if isinstance(value, float) else str(value))
 
 
 def _in_order(rows: Sequence[Data], axis: str) -> Sequence[Data]:

@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any, Final
 
-from ..ground.tables import html_text
-
 NONE: Final = "-"
 """Text of a figure that is missing."""
 
@@ -23,7 +21,7 @@ def environment() -> Any:
     from jinja2 import Environment, StrictUndefined  # noqa: PLC0415 - needed for reports only
 
     made = Environment(autoescape=False, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
-    made.filters |= {"mm": mm, "percent": percent, "deg": deg, "number": number, "code": code, "text": html_text}
+    made.filters |= {write.__name__: write for write in (number, mm, percent, deg, count, code)}
     return made
 
 
@@ -77,6 +75,11 @@ def percent(value: Any, digits: int = 1, *, sign: bool = False) -> str:
 def deg(value: Any, digits: int = 1) -> str:
     """An angle [rad] in degrees."""
     return number(value, digits, unit=" deg", factor=180.0 / math.pi)
+
+
+def count(value: Any) -> str:
+    """A whole number, with commas between its thousands."""
+    return f"{value:,.0f}"
 
 
 def code(value: Any) -> str:
