@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from agents.benchmark.study import measurement
-from agents.results.study import STUDIES, StudyPlan, merged, read_study
+from agents.results.study import STUDIES, StudyPlan, merge, read_study
 
 SCRIPTS = sorted((Path(__file__).resolve().parents[1] / "benchmarks").rglob("*.py"))
 ROOT = Path(__file__).resolve().parents[1]
@@ -65,4 +65,4 @@ def test_axes_set_what_their_path_names_and_keep_the_settings_beside_it():
     assert first.settings == {"cells": 4, "level": level}
     assert second.settings["level"] == {"timestep": 0.001, "base": "dense", "cup": {"stiffness": 1.0}}
     assert [case.amount for case in (first, second)] == [(2, 0), (2, 0)]
-    assert merged({"a": {"b": 1, "c": 2}}, {"a": {"c": 3}, "d": 4}) == {"a": {"b": 1, "c": 3}, "d": 4}
+    assert merge({"a": {"b": 1, "c": 2}}, {"a": {"c": 3}, "d": 4}) == {"a": {"b": 1, "c": 3}, "d": 4}

@@ -10,7 +10,7 @@ from ..ground.drawings import Figure
 from ..ground.files import check_form, read_yaml
 from . import answers, pays, pictures
 from .contents import read_results
-from .templates import NoFigure, filled
+from .templates import NoFigure, fill_template
 
 Results = Mapping[str, Any]
 """Contents of files of results by name, without ".json"."""
@@ -89,7 +89,7 @@ class Question(NamedTuple):
         """
         with check_form(folder / f"{self.sources[0]}.json"):
             try:
-                return filled(self.answer, {**answers.WORDS, **VALUES[self.name](results)})
+                return fill_template(self.answer, {**answers.WORDS, **VALUES[self.name](results)})
             except NoFigure:
                 return None
 

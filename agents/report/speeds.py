@@ -10,7 +10,7 @@ from typing import Any, Final
 from ..ground.files import read_yaml
 from ..ground.tables import Grid
 from ..results.study import Table
-from .study import declared_grid
+from .study import make_grid
 
 Data = Mapping[str, Any]
 Rows = list[dict[str, Any]]
@@ -82,7 +82,7 @@ ROWS: Final[Mapping[str, Callable[[Data], Rows]]] = {
 
 def speed_grid(name: str, data: Data) -> Grid:
     """A table of speeds by its name."""
-    return declared_grid(TABLES[name], ROWS[name](data), data)
+    return make_grid(TABLES[name], ROWS[name](data), data)
 
 
 KNOWN: Final = (

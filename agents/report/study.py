@@ -8,8 +8,8 @@ from typing import Any
 
 from ..ground.cli import UsageError
 from ..ground.tables import Grid
-from ..results.study import StudyPlan, Table, pooled, shipped_study
-from .templates import NONE, filled, shown
+from ..results.study import StudyPlan, Table, pool, shipped_study
+from .templates import NONE, cell_text, fill_template
 
 Data = Mapping[str, Any]
 Names = Mapping[str, Mapping[Any, str]]
@@ -26,10 +26,10 @@ def study_grid(plan: StudyPlan, table: Table, data: Data) -> Grid:
     part = plan.parts[table.parts[0] if table.parts else next(iter(plan.parts))]
     values = {**data, "throws": part.count(data["throws"]), "settings": part.settings}
     rows = [row for row in data["rows"] if _is_shown(row, table)]
-    return declared_grid(table, rows, values, plan.names)
+    return make_grid(table, rows, values, plan.names)
 
 
-def declared_grid(table: Table, rows: Sequence[Data], values: Data, names: Names = MappingProxyType({})) -> Grid:
+def make_grid(table: Table, rows: Sequence[Data], values: Data, names: Names = MappingProxyType({})) -> Grid:
     """A table as it is declared: a line for each row, or for those that agree in the index.
 
     Args:
@@ -38,7 +38,7 @@ def declared_grid(table: Table, rows: Sequence[Data], values: Data, names: Names
         values: what the note tells.
         names: what cells and columns call values, by axis.
     """
-    note = filled(table.note, values)
+    note = fill_template(table.note, values)
     if not table.columns:
         texts = [*table.index.values(), *table.figures.values()]
         lines = [[_text(text, row, names) for text in texts] for row in rows]
@@ -58,7 +58,7 @@ def declared_grid(table: Table, rows: Sequence[Data], values: Data, names: Names
 def _text(expression: str, row: Data, names: Names) -> str:
     """A cell: what an expression makes of a row, whose values may have other names."""
     named = {axis: known[row[axis]] for axis, known in names.items() if axis in row and row[axis] in known}
-    return shown(expression, {**row, **named, "row": row})
+    return cell_text(expression, {**row, **named, "row": row})
 
 
 def _heading(axis: str, row: Data, names: Names) -> str:
@@ -82,7 +82,7 @@ def _pooled(rows: Sequence[Data], table: Table) -> Data:
     if len(values) > 1:
         met = ", ".join(map(str, sorted(values)))
         raise UsageError(f"table {table.title!r}: {table.columns} {met} meet in a cell; they need different names")
-    return pooled(rows)
+    return pool(rows)
 
 
 def _is_shown(row: Data, table: Table) -> bool:

@@ -25,7 +25,7 @@ def environment() -> Any:
     return made
 
 
-def filled(template: str, values: Mapping[str, Any]) -> str:
+def fill_template(template: str, values: Mapping[str, Any]) -> str:
     """A template with values in it.
 
     Raises:
@@ -39,7 +39,7 @@ def filled(template: str, values: Mapping[str, Any]) -> str:
         raise NoFigure(str(error)) from None
 
 
-def shown(expression: str, values: Mapping[str, Any]) -> str:
+def cell_text(expression: str, values: Mapping[str, Any]) -> str:
     """What an expression comes to, as text; a dash where a figure is missing."""
     from jinja2 import UndefinedError  # noqa: PLC0415 - needed for reports only
 

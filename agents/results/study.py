@@ -165,7 +165,7 @@ class StudyPlan(Section):
         part = self.parts[name]
         for choice in product(*(self._values(path, values) for path, values in part.axes.items())):
             labels = {"part": name, **{axis: label for axis, label, _ in choice}}
-            settings = reduce(merged, (settings for _, _, settings in choice), dict(part.settings))
+            settings = reduce(merge, (settings for _, _, settings in choice), dict(part.settings))
             yield Case(labels, settings, part.measure, Amount(part.count(self.throws), self.seed))
 
     def _values(self, path: str, values: Any) -> Iterator[tuple[str, Scalar, Mapping[str, Any]]]:
@@ -179,11 +179,11 @@ class StudyPlan(Section):
             yield name, label, reduce(lambda inner, key: {key: inner}, [*reversed(folders)], {name: settings})
 
 
-def merged(settings: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+def merge(settings: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Settings with changes, mapping by mapping."""
     both = {name: (settings[name], value) for name, value in changes.items() if name in settings}
     inner = {
-        name: merged(old, new) if isinstance(old, Mapping) and isinstance(new, Mapping) else new
+        name: merge(old, new) if isinstance(old, Mapping) and isinstance(new, Mapping) else new
         for name, (old, new) in both.items()
     }
     return {**settings, **changes, **inner}
@@ -227,7 +227,7 @@ def _share(true: int, count: int) -> Figures:
     return {**asdict(wilson(true, count)), "true": true, "count": count}
 
 
-def pooled(rows: Sequence[Settings]) -> Settings:
+def pool(rows: Sequence[Settings]) -> Settings:
     """Rows as one, each number the mean of theirs, and each share that of all their cases."""
     first = rows[0]
     numbers = [name for name, value in first.items() if isinstance(value, float)]

@@ -32,7 +32,7 @@ def curve(settings: Settings, amount: Amount) -> list[Figures]:
         settings: `level`; `seed` of the learning; and the keys of a benchmark's entry: `controller`, `throws`, ...
         amount: held-out throws.
     """
-    table = _assembled(settings, [_entry(settings, "learner")], amount)["table"]
+    table = _assemble(settings, [_entry(settings, "learner")], amount)["table"]
     return [{"throws": row["throws"], **{name: row[name] for name in KEPT}} for row in table]
 
 
@@ -46,7 +46,7 @@ def gain(settings: Settings, amount: Amount) -> Figures:
     entries = [_entry(settings, "learner"), {"label": "analytic", "controller": "analytic", "levels": [JUDGED]}]
     (throws,) = settings["throws"]
     pairs = {"learned": [{"label": "learner", "throws": throws}], "references": [{"label": "analytic"}]}
-    data = _assembled(settings, entries, amount, **pairs)
+    data = _assemble(settings, entries, amount, **pairs)
     rows = {row["label"]: row for row in data["table"]}
     (pair,) = data["comparisons"]
     return {
@@ -62,7 +62,7 @@ def _entry(settings: Settings, label: str) -> dict[str, Any]:
     return {"label": label, "levels": [JUDGED], **{name: value for name, value in settings.items() if name not in own}}
 
 
-def _assembled(settings: Settings, entries: list[dict[str, Any]], amount: Amount, **pairs: Any) -> dict[str, Any]:
+def _assemble(settings: Settings, entries: list[dict[str, Any]], amount: Amount, **pairs: Any) -> dict[str, Any]:
     """Table and comparisons of a plan of one level."""
     level = settings["level"]
     plan = Plan.model_validate(

@@ -214,7 +214,7 @@ def confusion(materials: dict[str, list[str]], wrong: float) -> dict[str, dict[s
     return shares
 
 
-def judged(settings: Settings, amount: Amount) -> Figures:
+def evaluation(settings: Settings, amount: Amount) -> Figures:
     """Figures of a controller.
 
     Args:

@@ -8,8 +8,8 @@ import pytest
 from agents.ground.cli import UsageError
 from agents.report.pictures import methods_figure, methods_figures
 from agents.report.study import study_grid
-from agents.report.templates import shown
-from agents.results.study import StudyPlan, Table, pooled, share, shipped_study
+from agents.report.templates import cell_text
+from agents.results.study import StudyPlan, Table, pool, share, shipped_study
 
 ROW = {
     "part": "a",
@@ -47,7 +47,7 @@ ROW = {
     ],
 )
 def test_a_cell_is_what_its_expression_makes_of_a_row(expression: str, text: str) -> None:
-    assert shown(expression, {**ROW, "row": ROW}) == text
+    assert cell_text(expression, {**ROW, "row": ROW}) == text
 
 
 def plan() -> StudyPlan:
@@ -105,10 +105,10 @@ def test_a_table_shows_the_rows_that_it_asks_for_and_its_note_tells_counts_and_s
 
 def test_shares_that_meet_are_those_of_all_cases() -> None:
     rows = [{"part": "one", "share": share([True] * 3)}, {"part": "one", "share": share([True, False, False])}]
-    whole = pooled(rows)["share"]
+    whole = pool(rows)["share"]
     assert (whole["true"], whole["count"]) == (4, 6)
     assert whole == share([True] * 4 + [False] * 2)
-    assert shown("share|percent(0)", {"share": whole}) == "67 % (30..90)"
+    assert cell_text("share|percent(0)", {"share": whole}) == "67 % (30..90)"
 
 
 @pytest.mark.parametrize("changes", [{"figure": ""}, {"columns": ""}, {"figures": {"pace": "pace"}}])
