@@ -83,14 +83,14 @@ perf: dev ## planner and environment speed and the checks of physics in results/
 	$(BIN)/python benchmarks/perf.py planner --json results/perf_planner.json
 	$(BIN)/python benchmarks/perf.py envs --json results/perf_envs.json
 	$(BIN)/python benchmarks/perf.py shares --json results/perf_shares.json
-	$(BIN)/python benchmarks/study.py physics --json results/physics.json
-	$(BIN)/python benchmarks/study.py fidelity --json results/fidelity.json
+	$(BIN)/python -m agents.benchmark --config configs/studies/physics.yaml
+	$(BIN)/python -m agents.benchmark --config configs/studies/fidelity.yaml
 	$(BIN)/python benchmarks/line_exactness.py
 
 STUDIES ?= $(basename $(notdir $(wildcard configs/studies/*.yaml)))
 
 studies: dev ## what plans in configs/studies find out, into results/ (hours; stop and resume): make studies STUDIES="grip cup"
-	for study in $(STUDIES); do $(BIN)/python benchmarks/study.py $$study --json results/$$study.json || exit 1; done
+	for study in $(STUDIES); do $(BIN)/python -m agents.benchmark --config configs/studies/$$study.yaml || exit 1; done
 
 reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (half an hour of processor time, which it says; stop and resume)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures

@@ -10,18 +10,18 @@ from agents.controllers.protocol import Observation, Outcome
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import practise, throw_held_out
 from agents.judging.throw_record import summary
-from benchmarks.studies import curves, precise, processors
-from benchmarks.studies.cells import Amount
+from agents.results.study import Amount
+from benchmarks.studies import oracle, pieces
 from benchmarks.studies.learners import CmaEs, GaussianProcess, Gp
 from pnt_gym.arrays import Floats
 
 FLIGHT: dict[str, Any] = {"base": "waste_plain", "fidelity": "flight"}
-FEW = Amount(throws=32, seed=0, threads=1)
+FEW = Amount(throws=32, seed=0)
 
 
 def test_a_curve_has_a_row_for_each_number_of_throws() -> None:
     settings = {"env": "PnTRelease-v0", "level": FLIGHT, "seed": 1, "controller": "ridge", "throws": [16, 160]}
-    rows = curves.figures(settings, FEW)
+    rows = pieces.curve(settings, FEW)
     assert [row["throws"] for row in rows] == [16, 160]
     assert all(0.0 < row["landing_error_mean_m"] < 0.2 for row in rows)
     assert rows[1]["landing_error_mean_m"] < rows[0]["landing_error_mean_m"]
@@ -29,7 +29,7 @@ def test_a_curve_has_a_row_for_each_number_of_throws() -> None:
 
 def test_nothing_is_gained_in_the_planners_own_world_and_much_in_another_one() -> None:
     settings = {"env": "PnTRelease-v0", "seeds": [0], "controller": "ridge", "throws": [160]}
-    ideal, real = (curves.gain({**settings, "level": {**FLIGHT, "mismatch": m}}, FEW) for m in (0.0, 1.0))
+    ideal, real = (pieces.gain({**settings, "level": {**FLIGHT, "mismatch": m}}, FEW) for m in (0.0, 1.0))
     assert ideal["analytic_m"] < 0.002 < ideal["learned_m"] + 0.002
     assert real["landing_error_m"]["high"] < 0.0
     assert real["learned_m"] < 0.7 * real["analytic_m"]
@@ -38,13 +38,13 @@ def test_nothing_is_gained_in_the_planners_own_world_and_much_in_another_one() -
 
 def test_added_errors_have_the_size_that_is_asked_for_and_cost_success() -> None:
     level = {**FLIGHT, "items": ["cap", "cork"], "bins": {"random": {"side": [0.05, 0.06], "item_clearance": 0.03}}}
-    row = precise.figures({"level": level, "errors_m": [0.011, 0.05]}, Amount(200, 0, 1))
+    row = oracle.errors({"level": level, "errors_m": [0.011, 0.05]}, Amount(200, 0))
     assert row["far"] < row["near"] <= row["oracle"]["value"]
     assert row["difference"]["value"] == pytest.approx(row["near"] - row["far"])
 
 
 def test_a_process_for_the_same_processor_has_the_same_throws() -> None:
-    row = processors.figures({"level": FLIGHT, "controller": "analytic", "variables": {}}, FEW)
+    row = pieces.processors({"level": FLIGHT, "controller": "analytic", "variables": {}}, FEW)
     assert row == {"throws": 32, **dict.fromkeys(list(row)[1:], 0.0)}
 
 

@@ -1,25 +1,23 @@
-"""Measure every controller on the same held-out throws, or work shifts of a line: `python -m agents.benchmark`."""
+"""Measure what a plan asks for: controllers on the same held-out throws or work shifts, or a study of cases."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import tyro
 
 from ..ground.cli import at_least, option, run
-from ..ground.outputs import check_writable, deliver_json
+from ..ground.outputs import check_writable
 from ..ground.places import MADE, SHIPPED
 from ..ground.tables import console
-from ..ground.versions import versions
 from ..jobs.cluster import Needs, pool
 from ..jobs.work import do_missing
-from ..results.compare import assemble
-from ..results.plan import Plan, needs, pieces, read_plan, trial_of_plan
-from .kept import KeptRows, choose_pieces, keep_rows
-from .run import jobs
-from .stored import POLICIES, stored_policies
+from ..results.plan import read_plan
+from ..results.study import StudyPlan, is_study_plan, read_study
+from .comparison import Comparison
+from .study import Study
 
 
 @dataclass(frozen=True)
@@ -27,7 +25,8 @@ class Arguments:
     """Let every controller of a plan learn, evaluate all controllers on the same objects, and compare throw by throw.
 
     Controllers of a line work the same held-out shifts and are compared shift by shift. Finished pieces are kept and
-    not computed again, so an interrupted benchmark goes on where it stopped.
+    not computed again, so an interrupted benchmark goes on where it stopped. In a checkout the plan may be that of a
+    study, whose cases functions of benchmarks/studies measure.
     """
 
     config: Path = SHIPPED / "configs" / "benchmark.yaml"
@@ -41,38 +40,23 @@ class Arguments:
     work: Annotated[Path | None, option("runs/benchmark/NAME", "DIR")] = None
     """Folder of the finished pieces."""
     only: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, option("all entries", "LABEL")] = ()
-    """Compute only the entry of this label, and keep the other rows of --out; may be given more than once."""
+    """Compute only the entry of this label, of a study the part of this name, and keep the other rows of --out; may be
+    given more than once."""
 
 
 def main(arguments: Arguments) -> None:
-    """Compute the missing pieces, write the results, print the tables."""
+    """Compute the missing pieces, write the results, print them."""
     at_least(vars(arguments), jobs=1)
-    plan = read_plan(arguments.config)
+    plan = read_study(arguments.config) if is_study_plan(arguments.config) else read_plan(arguments.config)
     out = arguments.out or MADE / "results" / f"{plan.name}.json"
     check_writable(out)
     work = arguments.work or MADE / "runs" / "benchmark" / plan.name
-    planned = jobs(choose_pieces(pieces(plan), arguments.only))
-    kept = keep_rows(out, plan, arguments.only) if arguments.only else KeptRows((), 0.0, {})
-    workers = pool(arguments.jobs, arguments.cluster, needs(plan) if arguments.cluster else Needs())
-    parts = do_missing(planned, work, workers, unit=f"{trial_of_plan(plan).step}s")
-    results = [*kept.rows, *(result for part in parts for result in part["results"])]
-    policies = {**kept.policies, **stored_policies(parts)}
-    comparison = assemble(plan, results)
-    head = {"plan": plan.model_dump(mode="json"), "versions": versions()}
-    seconds = kept.seconds + sum(part["seconds"] for part in parts)
-    deliver_json(out, {**head, "seconds": seconds, **comparison, POLICIES: policies, "results": results}, indent=None)
-    show(plan, comparison["table"])
+    only = arguments.only
+    planned = Study(plan, out, only) if isinstance(plan, StudyPlan) else Comparison(plan, out, only)
+    workers = pool(arguments.jobs, arguments.cluster, planned.needs() if arguments.cluster else Needs())
+    parts = do_missing(planned.jobs, work, workers, unit=planned.unit)
+    planned.write(out, parts)
     console().print(f"all figures and throws are in {out}")
-
-
-def show(plan: Plan, table: list[dict[str, Any]]) -> None:
-    """Print one table per level, with gains over the first reference, or over the first entry."""
-    base = next(iter((*plan.references, *plan.entries))).label
-    trial = trial_of_plan(plan)
-    for level in plan.levels:
-        rows = [(row["label"], row["throws"], row) for row in table if row["level"] == level]
-        title = f"level {level}, {plan.count_of(trial, level)} {trial.unit} per seed"
-        console().print(trial.record.comparison(title, rows, base))
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from ..jobs.cluster import Needs, pool
 from ..jobs.work import do_missing
 from ..results.compare import assemble
 from ..results.plan import pieces
-from .__main__ import show
+from .comparison import show
 from .run import jobs
 from .stored import POLICIES, stored_policies
 from .submission import submission_name, submission_plan, take_along

@@ -21,9 +21,19 @@ from ..ground.places import CHECKOUT, CODE
 from ..ground.versions import versions
 from .code import code_digest
 
-PARTS: Final = ("pnt_gym", "agents", "configs", "results/policies", "pyproject.toml") if CHECKOUT else ("pnt_gym",)
+PARTS: Final = (
+    ("pnt_gym", "agents", "benchmarks/studies", "configs", "results/policies", "pyproject.toml")
+    if CHECKOUT
+    else ("pnt_gym",)
+)
 """Parts below `CODE` that are sent: the code, the files it reads and the shipped policies, but no other results."""
-_TEXTS: Final = ("pnt_gym/**/*.py", "pnt_gym/**/*.y*ml", "agents/**/*.py", "configs/**/*.y*ml")
+_TEXTS: Final = (
+    "pnt_gym/**/*.py",
+    "pnt_gym/**/*.y*ml",
+    "agents/**/*.py",
+    "benchmarks/studies/*.py",
+    "configs/**/*.y*ml",
+)
 _MOST: Final = 200_000_000
 """Largest size of a user's module that is sent [bytes]."""
 

@@ -16,15 +16,15 @@ from ..ground.tables import console
 from ..reproduce.record import is_reproduction
 from ..results.content import is_benchmark
 from ..results.study import is_study
-from .blocks import rewrite_blocks
+from .blocks import makers_from, rewrite
 from .contents import read_results
 from .kinds import kind_of
-from .methods import methods_figures
 from .page import Chapter, html_page, index_page, sections, tables_page
 from .pays import crossover_grid, curves_figures, improvement_grid, mismatch_figures
+from .pictures import methods_figures
 from .questions import DRAWINGS, QUESTIONS
 from .reproduction import paper_chapters
-from .speeds import TABLES
+from .speeds import KNOWN
 from .study import study_grids
 from .submissions import BLOCK, TITLE, submissions_grid
 
@@ -51,9 +51,9 @@ COMPUTED = {"curves": (improvement_grid,), "mismatch": (crossover_grid,)}
 
 def main(arguments: Arguments) -> None:
     """Write everything; files are replaced one by one, each at once."""
+    check_libraries("matplotlib", "jinja2")
     results = arguments.results
     chapters = read_chapters(results, trust=arguments.trust)
-    check_libraries("matplotlib", "jinja2")
     if not chapters:
         raise UsageError(f"{str(results)!r} holds no results yet; `python -m agents.benchmark` makes some")
     parts = sections(chapters, results)
@@ -66,7 +66,7 @@ def main(arguments: Arguments) -> None:
         deliver_text(results / INDEX, index_page(parts))
         deliver_text(results / "report.html", html_page(parts))
         for document in _documents(arguments):
-            rewrite_blocks(document, results)
+            rewrite(document, makers_from(results))
     console().print(f"report of {len(chapters)} results in {results / 'report.html'}")
 
 
@@ -125,7 +125,7 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
         drawn = DRAWN[data["study"]](data) if data["study"] in DRAWN else {}
         computed = [table(data) for table in COMPUTED.get(data["study"], ())]
         return [Chapter(name, (*study_grids(data), *computed), drawn)]
-    if grids := tuple(table(data) for names, table in TABLES if names <= set(data)):
+    if grids := tuple(table(data) for names, table in KNOWN if names <= set(data)):
         return [Chapter(name, grids)]
     return []
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from pnt_gym.names import unknown_name
 from pnt_gym.reading import text_of
@@ -15,6 +15,7 @@ from ..ground.cli import UsageError
 from ..ground.files import MOST_RESULTS, check_form
 from ..ground.outputs import deliver_text
 from ..ground.tables import Grid, markdown_text
+from ..results.study import STUDIES, read_study
 from .contents import read_results
 from .headline import headline_failures, headline_table
 from .line import gains_table, line_table, seeds_table
@@ -23,17 +24,8 @@ from .pays import crossover_grid
 from .peers import peers_table
 from .questions import QUESTIONS, Question
 from .reproduction import table as reproduced_table
-from .speeds import (
-    before_table,
-    environment_table,
-    goals_table,
-    paired_steps_table,
-    planner_table,
-    shares_table,
-    training_table,
-)
+from .speeds import speed_grid
 from .study import study_grid
-from .study_plan import STUDIES, read_study
 from .submissions import BLOCK as SUBMISSIONS
 from .submissions import submissions_grid
 from .tables import benchmark_table, first_shift_table
@@ -42,13 +34,13 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "headline": ("benchmark.json", headline_table),
     "benchmark": ("benchmark.json", benchmark_table),
     "grasp": ("benchmark_grasp.json", benchmark_table),
-    "planner": ("perf_planner.json", planner_table),
-    "environments": ("perf_envs.json", environment_table),
-    "speed-goals": ("perf_envs.json", goals_table),
-    "shares": ("perf_shares.json", shares_table),
-    "training-shares": ("perf_training.json", training_table),
-    "training-before": ("perf_before.json", before_table),
-    "steps-before": ("perf_before.json", paired_steps_table),
+    "planner": ("perf_planner.json", partial(speed_grid, "planner")),
+    "environments": ("perf_envs.json", partial(speed_grid, "environments")),
+    "speed-goals": ("perf_envs.json", partial(speed_grid, "speed-goals")),
+    "shares": ("perf_shares.json", partial(speed_grid, "shares")),
+    "training-shares": ("perf_training.json", partial(speed_grid, "training-shares")),
+    "training-before": ("perf_before.json", partial(speed_grid, "training-before")),
+    "steps-before": ("perf_before.json", partial(speed_grid, "steps-before")),
     "line": ("benchmark_line.json", line_table),
     "line-gains": ("benchmark_line.json", gains_table),
     "line-learned": ("benchmark_line.json", seeds_table),
@@ -59,35 +51,51 @@ BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
 }
 """Tables in documents by name: the file of results, and what makes the table; plans of studies name further ones, and
 those of papers are "paper/table"."""
-_BLOCK: Final = re.compile(r"(<!-- (table|question|answer):(\S+) -->\n).*?(<!-- /\2 -->)", re.DOTALL)
-"""A marked block, with its markers, kind and name."""
+Maker: TypeAlias = Callable[[str], str]
+"""Returns the text of a block from the words after its kind."""
+_BLOCK: Final = re.compile(r"<!-- (\w+): ?([^\n]*?) ?-->\n(.*?)<!-- /\1 -->", re.DOTALL)
+"""A marked block: its kind, the words after the kind, and its text."""
 
 
-def fill_blocks(text: str, results: Path) -> str:
-    """A document with its marked blocks replaced by what the results give.
+def fill(text: str, makers: Mapping[str, Maker], *, is_marked: bool = True) -> str:
+    """A document with its blocks `<!-- KIND:WORDS --> ... <!-- /KIND -->` made anew.
 
-    Raises:
-        UsageError: a marked block has no such table, question or answer, or its results are missing.
+    Args:
+        text: the document.
+        makers: what makes the text of a block, by its kind; blocks of other kinds stay.
+        is_marked: keep the marks, between which the document is made again.
     """
 
-    def block(marked: re.Match[str]) -> str:
-        make = {"table": _table_text, "question": _question_text, "answer": _answer_text}[marked[2]]
-        return f"{marked[1]}{make(marked[3], results)}\n{marked[4]}"
+    def block(old: re.Match[str]) -> str:
+        if old[1] not in makers:
+            return old[0]
+        made = makers[old[1]](old[2])
+        return f"{old[0].partition(chr(10))[0]}\n{made}\n<!-- /{old[1]} -->" if is_marked else made
 
     return _BLOCK.sub(block, text)
 
 
-def rewrite_blocks(document: Path, results: Path) -> None:
-    """Write the marked blocks of a document anew.
+def makers_from(results: Path) -> dict[str, Maker]:
+    """What makes tables, questions and answers from a folder of results.
+
+    A maker raises a UsageError if there is no such table, question or answer, or its results are missing.
+    """
+    makers = {"table": _table_text, "question": _question_text, "answer": _answer_text}
+    return {kind: partial(make, results=results) for kind, make in makers.items()}
+
+
+def rewrite(document: Path, makers: Mapping[str, Maker]) -> bool:
+    """Write the marked blocks of a document anew; whether anything changed.
 
     Raises:
         UsageError: the document cannot be read, or a marked block cannot be made.
     """
     with check_form(document):
         text = text_of(document, MOST_RESULTS)
-    changed = fill_blocks(text, results)
+    changed = fill(text, makers)
     if changed != text:
         deliver_text(document, changed)
+    return changed != text
 
 
 def _question_text(name: str, results: Path) -> str:

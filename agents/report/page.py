@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import final
+from typing import Final, final
 
+from ..ground.files import read_yaml
 from ..ground.tables import Grid, html_text, markdown_text
-from .captions import caption
 from .questions import QUESTIONS, Question
 
 TEMPLATE = Path(__file__).with_name("page.html")
@@ -17,6 +17,8 @@ OPENING = (
     "training used. Differences between controllers have 95 % intervals from throws that are paired by seed. Commands "
     "of the repository made every number on these pages from seeded simulations."
 )
+CAPTIONS: Final = read_yaml(Path(__file__).with_name("captions.yaml"), "captions")
+"""Words for drawings, by the kind of what they belong to and the name of the file."""
 UNASKED = "Further results"
 """Title of the chapters that belong to no question: a user's own benchmarks."""
 
@@ -128,3 +130,10 @@ def tables_page(chapter: Chapter, section: Section) -> str:
     for name in chapter.figures:
         lines += [caption(name), "", f"![{caption(name)}](../figures/{name})", ""]
     return "\n".join(lines)
+
+
+def caption(file: str) -> str:
+    """Words for a drawing; the words of its name where it has no others."""
+    name, known = Path(file).stem, {name: words for of in CAPTIONS.values() for name, words in of.items()}
+    ending = next((ending for ending in CAPTIONS["benchmarks"] if name.endswith(f"_{ending}")), name)
+    return known.get(name) or known.get(ending) or name.replace("_", " ")

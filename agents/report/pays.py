@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from operator import itemgetter
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg
-from ..ground.tables import Grid, millimetres
-from .answers import NoAnswer
+from ..ground.tables import Grid
 from .runs_compared import improvement_text, performance_profile
+from .templates import NoFigure
 
 Data = Mapping[str, Any]
 FIXED: Final = "fixed"
@@ -51,57 +51,46 @@ def mismatch_figures(data: Data) -> dict[str, str]:
     return {"mismatch.svg": svg(mismatch_figure(data))}
 
 
-def curves_answer(results: Data) -> str:
-    """The nearest learner after few throws, the first near the floor, and the error of a learner without a planner."""
+class Point(NamedTuple):
+    """A learner after a number of throws, with its mean landing error [m]."""
+
+    throws: int
+    error: float
+    label: str
+
+
+def curves_values(results: Data) -> dict[str, Any]:
+    """The nearest learner after few throws, the first near the floor, and a learner without a planner at its end."""
     data = _study_rows(results["curves"], "controller", "throws", "landing_error_mean_m")
     fixed = {row["controller"]: row["landing_error_mean_m"] for row in data["rows"] if row["part"] == FIXED}
     if not {"analytic", "floor"} <= set(fixed):
-        raise NoAnswer("no planner and no floor")
+        raise NoFigure("no planner and no floor")
     points = sorted(
-        (count, float(np.mean(errors)), label)
+        Point(count, float(np.mean(errors)), label)
         for label, of_counts in _curves(data, "landing_error_mean_m").items()
         for count, errors in of_counts.items()
     )
-    few = min((point for point in points if point[0] <= FEW), key=lambda point: point[1])
-    near = next((point for point in points if point[1] <= NEAR * fixed["floor"]), None)
-    bound = f"{NEAR:g} times the floor of {millimetres(fixed['floor'])}"
-    who = "no learner" if near is None else near[2]
-    when = "" if near is None else f" first, with {millimetres(near[1])} after {near[0]:,} throws"
-    text = (
-        f"The planner lands {millimetres(fixed['analytic'])} off. After {FEW} throws, {few[2]} is nearest with "
-        f"{millimetres(few[1])}. Of all learners, {who} comes within {bound}{when}."
-    )
-    return f"{text}{_without_planner(data, points, fixed['analytic'])}"
-
-
-def _without_planner(data: Data, points: Sequence[tuple[int, float, str]], planner: float) -> str:
-    """What a learner without a planner reaches after its most throws; nothing where the study has none."""
     blind = {row["controller"] for row in data["rows"] if row["part"] == WITHOUT}
-    reached = [point for point in points if point[2] in blind]
-    if not reached:
-        return ""
-    count, error, label = reached[-1]
-    far = "farther" if error > planner else "less far"
-    return (
-        f" {label} lands {millimetres(error)} off after {count:,} throws, {far} than the planner, which learns nothing."
-    )
+    return {
+        "planner": fixed["analytic"],
+        "floor": fixed["floor"],
+        "few": FEW,
+        "times": f"{NEAR:g}",
+        "nearest": min((point for point in points if point.throws <= FEW), key=lambda point: point.error),
+        "near": next((point for point in points if point.error <= NEAR * fixed["floor"]), None),
+        "blind": next((point for point in reversed(points) if point.label in blind), None),
+    }
 
 
-def mismatch_answer(results: Data) -> str:
-    """From which mismatch learning sorts more, for each effect, and what it gains with all of them."""
+def mismatch_values(results: Data) -> dict[str, Any]:
+    """From which mismatch learning sorts more, for each effect, and the best learner with all of them."""
     data = _study_rows(results["mismatch"], "effect", "mismatch", "landing_error_m", "sorted_per_min")
     pays = {effect: _soonest(data, effect) for effect in _effects(data)}
     known = sorted((start, effect) for effect, start in pays.items() if start is not None)
     if TOGETHER not in pays or not known:
-        raise NoAnswer("no effect with a gain")
-    last = max(_by_learner(data, TOGETHER).items(), key=lambda learner: -learner[1][-1]["learned_m"])
-    row = last[1][-1]
-    return (
-        f"The smallest mismatch from which on learning sorts more than the planner depends on the effect: it is "
-        f"{known[0][0]:g} at best ({known[0][1]}) and {known[-1][0]:g} at worst ({known[-1][1]}). At a mismatch of "
-        f"{row['mismatch']:g} with all effects together, the planner lands {millimetres(row['analytic_m'])} off, and "
-        f"{last[0]} after 1,000 flights {millimetres(row['learned_m'])}."
-    )
+        raise NoFigure("no effect with a gain")
+    ends = [rows[-1] for rows in _by_learner(data, TOGETHER).values()]
+    return {"least": known[0], "most": known[-1], "row": min(ends, key=itemgetter("learned_m"))}
 
 
 def _soonest(data: Data, effect: str) -> float | None:
@@ -114,11 +103,11 @@ def _study_rows(data: Data, *names: str) -> Data:
     """A study whose rows have figures of these names.
 
     Raises:
-        NoAnswer: the results are of another plan.
+        NoFigure: the results are of another plan.
     """
     rows = data.get("rows", ())
     if not rows or not all({"part", *names} <= set(row) for row in rows):
-        raise NoAnswer(f"no rows with {', '.join(names)}")
+        raise NoFigure(f"no rows with {', '.join(names)}")
     return data
 
 

@@ -10,13 +10,14 @@ from ..ground.drawings import Figure
 from ..ground.files import check_form, read_yaml
 from . import answers, pays, pictures
 from .contents import read_results
+from .templates import NoFigure, fill_template
 
 Results = Mapping[str, Any]
 """Contents of files of results by name, without ".json"."""
-ANSWERS: Final[Mapping[str, Callable[[Results], str]]] = {
+VALUES: Final[Mapping[str, Callable[[Results], Mapping[str, Any]]]] = {
     "learning": answers.learning,
-    "curves": pays.curves_answer,
-    "mismatch": pays.mismatch_answer,
+    "curves": pays.curves_values,
+    "mismatch": pays.mismatch_values,
     "drift": answers.drift,
     "order": answers.order,
     "grasp": answers.grasp,
@@ -28,7 +29,7 @@ ANSWERS: Final[Mapping[str, Callable[[Results], str]]] = {
     "speed": answers.speed,
     "papers": answers.papers,
 }
-"""By the name of a question, the function that writes one or two sentences with the numbers."""
+"""By the name of a question, the function that computes the values of its answer."""
 DRAWINGS: Final[Mapping[str, Callable[[Results], Figure]]] = {
     "drift": pictures.drift,
     "grasp": pictures.grasp,
@@ -49,6 +50,7 @@ class Question(NamedTuple):
     Attributes:
         name: of the page, `NAME.md`.
         title: the question itself.
+        answer: template of the sentences with the numbers.
         picture: file of the drawing that the page begins with.
         sources: files of results that the answer needs, without ".json".
         command: what makes them.
@@ -57,6 +59,7 @@ class Question(NamedTuple):
 
     name: str
     title: str
+    answer: str
     picture: str
     sources: Sequence[str]
     command: str
@@ -86,8 +89,8 @@ class Question(NamedTuple):
         """
         with check_form(folder / f"{self.sources[0]}.json"):
             try:
-                return ANSWERS[self.name](results)
-            except answers.NoAnswer:
+                return fill_template(self.answer, {**answers.WORDS, **VALUES[self.name](results)})
+            except NoFigure:
                 return None
 
 

@@ -169,6 +169,11 @@ def make_benchmark(folder: Path) -> None:
         (folder / name / "results.json").write_text(json_text(carried_out(plan, folder / "work")))
 
 
+def make_study_plan(folder: Path) -> None:
+    """The plan of a study that ships."""
+    shutil.copyfile(ROOT / "configs" / "studies" / "cup.yaml", folder / "plan.yaml")
+
+
 def make_study(folder: Path) -> None:
     """Results of a study that ships."""
     shutil.copyfile(ROOT / "results" / "cup.json", folder / "results.json")

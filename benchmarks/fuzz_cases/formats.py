@@ -18,6 +18,7 @@ from agents.dataset.collection import unpack_episodes
 from agents.dispatchers.settings import MADE
 from agents.learning.trained import find_policy
 from agents.results.plan import pieces, read_plan
+from agents.results.study import read_study
 from benchmarks.fuzz_cases import examples, readers
 from benchmarks.fuzz_cases.examples import CHECKPOINT, CONFIGS, LEARNERS, TOY
 
@@ -55,6 +56,7 @@ FORMATS: Final[dict[str, Format]] = {
     "level-file": Format(
         examples.make_levels, readers.read_level, tuple(f"{name}.yaml" for name in CONFIGS), "agents.levels --show FILE"
     ),
+    "study-plan": Format(examples.make_study_plan, lambda path: read_study(path).cases(), ("plan.yaml",)),
     "plan-file": Format(examples.make_plan, lambda path: pieces(read_plan(path)), ("plan.yaml",)),
     "chances-file": Format(
         examples.make_chances, readers.read_chances, ("table.json",),

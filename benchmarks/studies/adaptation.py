@@ -15,7 +15,7 @@ from agents.ground.environments import Env, core_of, make_vector
 from agents.ground.metrics import mean_difference, mean_interval
 from agents.judging.loop import throw_held_out
 from agents.judging.throws import Throws
-from benchmarks.studies.cells import Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings
 from pnt_gym.arrays import Floats, Ints
 
 ENV: Final = "PnTAdapt-v0"
@@ -39,7 +39,7 @@ def camera(settings: Settings, amount: Amount) -> list[Figures]:
     """
     if amount.throws % settings["rows"] > 0:
         raise UsageError(f"throws is {amount.throws}; shifts come {settings['rows']} at a time")
-    with closing(make_vector(ENV, settings["level"], settings["rows"], amount.threads)) as env:
+    with closing(make_vector(ENV, settings["level"], settings["rows"], 1)) as env:
         picks = core_of(env).cell.episode
         errors = {
             name: _by_shift(throw_held_out(make_controller(name, env), env, amount.throws * picks, amount.seed), env)
@@ -66,10 +66,10 @@ def newcomers(settings: Settings, amount: Amount) -> Iterator[Figures]:
     Args:
         settings: `level`, the names of the `controllers` and of the `new` kinds, how many `rows` there are
             side by side, and how many `trials` each has.
-        amount: seed and threads.
+        amount: the seed alone.
     """
     rows, count = settings["rows"], settings["trials"]
-    with closing(make_vector(ENV, settings["level"], rows, amount.threads)) as env:
+    with closing(make_vector(ENV, settings["level"], rows, 1)) as env:
         names, controllers = core_of(env).item_names, settings["controllers"]
         trials = {name: _trials(make_controller(name, env), env, count, amount.seed) for name in controllers}
     new = [names.index(name) for name in settings["new"]]

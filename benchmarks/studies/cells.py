@@ -1,9 +1,9 @@
-"""What measurements share: seeded cells and their throws, and how much is measured."""
+"""What measurements share: seeded cells and their throws."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, Final, NamedTuple, TypeAlias
+from collections.abc import Callable
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from agents.controllers.oracle import Oracle
 from agents.controllers.protocol import Observation
 from agents.ground.infos import results
+from agents.results.study import Amount, Settings
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.cell import ConveyorCell, Picks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
-Settings: TypeAlias = Mapping[str, Any]
-Figures: TypeAlias = dict[str, Any]
 Infos: TypeAlias = dict[str, NDArray[Any]]
 CELLS = 50
 """Rows side by side unless a plan has other settings; a part of what a seed means."""
@@ -25,17 +24,9 @@ MEAN_OF_RAYLEIGH: Final = np.sqrt(np.pi / 2.0)
 """Mean distance of a point with normal coordinates of deviation 1."""
 
 
-class Amount(NamedTuple):
-    """How much is measured of a case: throws or work shifts; from which seed; on how many physics threads."""
-
-    throws: int
-    seed: int
-    threads: int
-
-
-def make_seeded_cells(config: ConveyorConfig, picks: Picks, cells: int, seed: int, threads: int) -> Core:
-    """Cells whose first picks are drawn; the same seed gives the same objects."""
-    core = Core(ConveyorCell(config, cells, picks, threads))
+def make_seeded_cells(config: ConveyorConfig, picks: Picks, cells: int, seed: int) -> Core:
+    """Cells of one thread whose first picks are drawn; the same seed gives the same objects."""
+    core = Core(ConveyorCell(config, cells, picks, 1))
     core.reset(np.arange(cells), generators(cells, seed), seeded=True)
     return core
 
@@ -74,7 +65,7 @@ def oracle_actions(core: Core, error: float = 0.0) -> Callable[[int], Floats]:
 
 def throw(level: Settings, amount: Amount, act: Callable[[Core], Callable[[int], Any]] = zero_actions) -> Infos:
     """Infos of independent throws on a level, with the actions that `act` gives for the cells."""
-    core = make_seeded_cells(ConveyorConfig.load(level), "independent", CELLS, amount.seed, amount.threads)
+    core = make_seeded_cells(ConveyorConfig.load(level), "independent", CELLS, amount.seed)
     return infos(core, act(core), amount.throws)
 
 

@@ -15,7 +15,8 @@ from agents.ground.environments import make_vector
 from agents.ground.metrics import throughput
 from agents.judging.loop import practise, throw_held_out
 from agents.judging.throw_record import summary
-from benchmarks.studies.cells import CELLS, Amount, Figures, Infos, Settings, distance, make_seeded_cells, throw
+from agents.results.study import Amount, Figures, Settings
+from benchmarks.studies.cells import CELLS, Infos, distance, make_seeded_cells, throw
 from pnt_gym.arrays import concatenate_records, length
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -71,7 +72,7 @@ def _leaving(level: Settings, amount: Amount) -> Figures:
     config = ConveyorConfig.load({**level, "fidelity": "flight"})
     partings: list[Parting] = []
     for batch in range(-(-amount.throws // CELLS)):
-        core = make_seeded_cells(config, "independent", CELLS, amount.seed + batch, amount.threads)
+        core = make_seeded_cells(config, "independent", CELLS, amount.seed + batch)
         picks, plans, mover = core.context, core.plan(np.zeros((CELLS, 2)))[0], core.cell.planner.mover
         motion = mover.throw(picks.pick, plans, picks.throw_limits, picks.ceiling)
         back = mover.back(motion, picks.pick, picks.limits)
@@ -99,8 +100,8 @@ def learning(settings: Settings, amount: Amount) -> Figures:
     level, name, seed = settings["level"], settings["controller"], settings["seed"]
     rows = CELLS if name == "oracle" else NUM_ENVS
     with (
-        closing(make_vector("PnTRelease-v0", {**level, "fidelity": "flight"}, NUM_ENVS, amount.threads)) as flight,
-        closing(make_vector("PnTRelease-v0", level, rows, amount.threads)) as full,
+        closing(make_vector("PnTRelease-v0", {**level, "fidelity": "flight"}, NUM_ENVS, 1)) as flight,
+        closing(make_vector("PnTRelease-v0", level, rows, 1)) as full,
     ):
         controller = make_controller(name, full)
         controller.reset(seed)

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 from agents.ground.metrics import mean_interval
-from benchmarks.studies.cells import Amount, Figures, Floats, Settings, generators
+from agents.results.study import Amount, Figures, Settings
+from benchmarks.studies.cells import generators
 from benchmarks.studies.throws import throw
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.belt.belt_picks import BeltPicks
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner

@@ -22,7 +22,7 @@ from agents.judging.evaluation import open_cells
 from agents.judging.throw_record import ThrowRecord
 from agents.judging.throws import Throws
 from agents.judging.trials import trial_of
-from benchmarks.studies.cells import Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings
 from pnt_gym.arrays import concatenate_records, take
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.images import clean_images
@@ -159,7 +159,7 @@ def _throws_of(settings: Settings, level: Mapping[str, Any], seed: int, amount: 
 def _throws(level: str, controller: str, options: str, practice: int, seed: int, amount: Amount) -> Throws:
     """Throws of a controller after its practice; level and options as JSON, which can be remembered."""
     config = GraspConfig.load(json.loads(level))
-    with open_cells(ENV, {"level": config, "num_envs": CELLS, "threads": amount.threads}) as cells:
+    with open_cells(ENV, {"level": config, "num_envs": CELLS, "threads": 1}) as cells:
         trial = trial_of(cells)
         actor = trial.controller(controller, **json.loads(options))
         actor.reset(seed)

@@ -13,7 +13,7 @@ from agents.ground.environments import Env, make_vector, stream_seed
 from agents.ground.metrics import mean_interval
 from agents.ground.places import SHIPPED, at
 from agents.judging.shifts import Shifts, run_shifts
-from benchmarks.studies.cells import Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings
 from pnt_gym.cells.line.core import LineCore
 
 LEARNED: Final = SHIPPED / "results" / "policies" / "PnTLine-v0"
@@ -29,7 +29,7 @@ def orders(settings: Settings, amount: Amount) -> Figures:
     """
     level, figures = {"name": settings["level"]["base"], **settings["level"]}, Figures()
     for throws in ("full", "table"):
-        with closing(make_vector(ENV, {**level, "throws": throws}, settings["rows"], amount.threads)) as env:
+        with closing(make_vector(ENV, {**level, "throws": throws}, settings["rows"], 1)) as env:
             controller = _controller(settings["controller"], level["base"], line_core(env))
             figures[throws] = _figures(_shifts(controller, env, amount))
     return figures
@@ -44,7 +44,7 @@ def release(settings: Settings, amount: Amount) -> Iterator[Figures]:
         amount: shifts.
     """
     level, first = settings["level"], None
-    with closing(make_vector(ENV, level, settings["rows"], amount.threads)) as env:
+    with closing(make_vector(ENV, level, settings["rows"], 1)) as env:
         core = line_core(env)
         for label, name in settings["releases"].items():
             core.use(make_release(str(at(name)) if "/" in name else name, core.config))

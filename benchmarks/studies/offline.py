@@ -19,7 +19,7 @@ from agents.ground.amounts import NUM_ENVS
 from agents.ground.environments import Env, core_of
 from agents.judging.trials import open_trial
 from agents.learning.from_data import Function, Lesson, behaviour_cloning, iql, td3_bc
-from benchmarks.studies.cells import Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings
 
 POLICIES: Final[dict[str, Callable[[Lesson, int], Function]]] = {
     "behaviour cloning": behaviour_cloning,
@@ -40,7 +40,7 @@ def figures(settings: Settings, amount: Amount) -> Iterator[Figures]:
         amount: held-out throws.
     """
     seed, names = settings["seed"], settings["learners"]
-    with closing(open_trial(settings["env"], settings["level"], NUM_ENVS, amount.threads)) as trial:
+    with closing(open_trial(settings["env"], settings["level"], NUM_ENVS, 1)) as trial:
         crew = Crew(trial, settings["env"], settings["controller"], None, seed=seed, noise=settings["noise"])
         outcome = join_throws(collect(crew, settings["collected"]), trial.env)
         behaviour = float(np.linalg.norm(outcome.error, axis=1).mean())

@@ -1,18 +1,23 @@
-"""What controllers leave that simulate their throws before: the scatter of the release, and where an action ends."""
+"""The oracle: what it leaves of the errors of its throws, and which cells separate it from controllers that err."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import closing
-from typing import final
+from functools import partial
+from typing import Any, final
 
 import numpy as np
 
 from agents.controllers import make_controller
 from agents.controllers.protocol import Actions, Controller, Observation
+from agents.ground import metrics
 from agents.ground.environments import core_of, make_vector
 from agents.judging.loop import throw_held_out
 from agents.judging.throw_record import summary
-from benchmarks.studies.cells import CELLS, Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings
+from benchmarks.studies.cells import CELLS, oracle_actions, throw, zero_actions
+from pnt_gym.arrays import Bools
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
 
@@ -60,7 +65,7 @@ class Watched(Controller):
         return actions
 
 
-def figures(settings: Settings, amount: Amount) -> Figures:
+def previews(settings: Settings, amount: Amount) -> Figures:
     """Figures of a controller, lengths in m.
 
     `previewed` is what it has simulated of its own throws, all hidden values known; what was thrown adds to it is drawn
@@ -70,7 +75,7 @@ def figures(settings: Settings, amount: Amount) -> Figures:
         settings: `env`, `level`, and `controller`, a name or "fixed_point".
         amount: throws.
     """
-    with closing(make_vector(settings["env"], settings["level"], CELLS, amount.threads)) as env:
+    with closing(make_vector(settings["env"], settings["level"], CELLS, 1)) as env:
         core, name = core_of(env), settings["controller"]
         if core.correction is None:
             raise RuntimeError(f"level {core.config.name!r}: actions do not shift the landing")
@@ -82,3 +87,31 @@ def figures(settings: Settings, amount: Amount) -> Figures:
         "at_bound": float(watched.at_bound.mean()),
         **{name: worth[name] for name in ("landing_error_mean_m", "landing_error_p95_m", "success_rate")},
     }
+
+
+def errors(settings: Settings, amount: Amount) -> Figures:
+    """Success of picked objects: of the planner, of the oracle, and of the oracle with normal errors added.
+
+    Args:
+        settings: `level`; `errors_m`, the mean landing errors that are added, alike in both directions.
+        amount: throws.
+    """
+    picked, planned = _successes(settings, amount, zero_actions)
+    _, exact = _successes(settings, amount, oracle_actions)
+    near, far = (
+        _successes(settings, amount, partial(oracle_actions, error=error))[1] for error in settings["errors_m"]
+    )
+    return {
+        "picked": float(picked.mean()),
+        "analytic": float(planned[picked].mean()),
+        "oracle": vars(metrics.wilson(int(exact[picked].sum()), int(picked.sum()))),
+        "near": float(near[picked].mean()),
+        "far": float(far[picked].mean()),
+        "difference": vars(metrics.mean_difference(near[picked].astype(float), far[picked].astype(float))),
+    }
+
+
+def _successes(settings: Settings, amount: Amount, act: Callable[[Core], Any]) -> tuple[Bools, Bools]:
+    """Which objects were picked, and which throws succeeded."""
+    info = throw(settings["level"], amount, act)
+    return info["picked"].astype(np.bool_), info["is_success"].astype(np.bool_)

@@ -20,7 +20,7 @@ from agents.judging.sequential import log_capital_path
 from agents.judging.throw_record import ThrowRecord
 from agents.judging.throws import kept_rows
 from agents.judging.trials import open_trial
-from benchmarks.studies.cells import Amount, Figures, Settings
+from agents.results.study import Amount, Figures, Settings
 from pnt_gym.arrays import Floats, Ints
 
 CHUNK: Final = 250
@@ -199,7 +199,7 @@ def dependent(settings: Settings, amount: Amount) -> Figures:
             the number of `comparisons`.
         amount: throws of each comparison.
     """
-    with closing(open_trial(settings["env"], settings["level"], ROWS, amount.threads)) as trial:
+    with closing(open_trial(settings["env"], settings["level"], ROWS, 1)) as trial:
         length = trial.block(10**6) // ROWS
         sides: list[dict[str, Floats]] = []
         for name, practice in settings["controllers"].items():
@@ -228,12 +228,13 @@ def speed(settings: Settings, amount: Amount) -> Figures:
     """Time until a comparison is settled, with the opening of its environment and the practice of its controllers.
 
     Args:
-        settings: `env`, `level` and two `controllers`.
+        settings: `env`, `level`, two `controllers`, and the `threads` of the simulation.
         amount: budget in throws.
     """
     a, b = (str(at(name)) if "/" in name else name for name in settings["controllers"])
     began = time.perf_counter()
-    report = compare(a, b, settings["env"], amount.throws, amount.seed, level=settings["level"], threads=amount.threads)
+    cell = {name: settings[name] for name in ("level", "threads")}
+    report = compare(a, b, settings["env"], amount.throws, amount.seed, **cell)
     seconds = round(time.perf_counter() - began, 1)
     (pair,) = report["pairs"]
     figure = pair["figures"]["landing_error_m"]

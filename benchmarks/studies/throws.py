@@ -1,4 +1,4 @@
-"""Plain throws of the conveyor cell, and every figure that a plan may ask for of them."""
+"""Plain throws of the conveyor cell, every figure that a plan may ask for of them, and what `agents.evaluate` says."""
 
 from __future__ import annotations
 
@@ -10,22 +10,51 @@ import numpy as np
 
 from agents.ground import metrics
 from agents.ground.cli import check_known
-from benchmarks.studies.cells import (
-    CELLS,
-    Amount,
-    Figures,
-    Infos,
-    Settings,
-    infos,
-    make_seeded_cells,
-    oracle_actions,
-    zero_actions,
-)
-from benchmarks.studies.flown import Watch, time_ratio
+from agents.ground.places import at
+from agents.judging.evaluation import evaluate
+from agents.results.study import Amount, Figures, Settings
+from benchmarks.studies.cells import CELLS, Infos, infos, make_seeded_cells, oracle_actions, zero_actions
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.errors import ConfigError
+
+ARRIVED: Final = 0.001
+"""A hand this close to its next pick for good has arrived [m]."""
+
+
+class Watch:
+    """Keeps what a cell of the conveyor last handed to its plant."""
+
+    def __init__(self, cell: Any) -> None:
+        self._fly = cell.plant.fly
+        self.last: tuple[Any, Any] | None = None
+        cell.plant.fly = self
+
+    def __call__(self, thrown: Any, plans: Any, cells: Any = None) -> Any:
+        """Hand throws on to the plant."""
+        self.last = thrown, plans
+        return self._fly(thrown, plans, cells)
+
+
+def arrival(place: Floats, end: Floats, times: Floats, duration: Floats) -> Floats:
+    """Last times (N,) at which hands (N, M, 3) are away from their ends (N, 3), until durations (N,) [s]."""
+    away = (np.linalg.norm(place - end[:, None], axis=2) > ARRIVED) & (times <= duration[:, None])
+    return np.take_along_axis(times, (away.shape[1] - 1 - away[:, ::-1].argmax(axis=1))[:, None], axis=1)[:, 0]
+
+
+def time_ratio(cell: Any, watch: Watch) -> float:
+    """How many times the planned way the hands take from lift to their next picks, the robot simulated to the end."""
+    if watch.last is None:
+        raise RuntimeError("nothing was thrown yet")
+    thrown, plans = watch.last
+    followed, path = cell.plant.follow(thrown, plans), plans.path
+    steps = np.arange(followed.hand.shape[1])
+    times = followed.start[:, None] + steps * cell.config.timestep
+    end = path.end + thrown.cup_offset
+    planned = path.sample(times).position + thrown.cup_offset[:, None]
+    arrived, due = (arrival(place, end, times, path.duration) for place in (followed.hand, planned))
+    return float(((path.duration + arrived - due) / path.duration).mean())
 
 
 class Thrown(NamedTuple):
@@ -169,7 +198,35 @@ def throw(settings: Settings, amount: Amount) -> Thrown:
     level = settings["level"] | ({"picks_per_shift": amount.throws} if shifts else {})
     cells = shifts or settings.get("cells", CELLS)
     config = ConveyorConfig.load(level)
-    core = make_seeded_cells(config, settings.get("picks", "independent"), cells, amount.seed, amount.threads)
+    core = make_seeded_cells(config, settings.get("picks", "independent"), cells, amount.seed)
     act = oracle_actions(core) if settings.get("controller", "analytic") == "oracle" else zero_actions(core)
     watch = Watch(core.cell)
     return Thrown(infos(core, act, amount.throws * max(shifts, 1)), core, watch, shifts)
+
+
+def confusion(materials: dict[str, list[str]], wrong: float) -> dict[str, dict[str, float]]:
+    """Shares in which each kind is seen as another one: evenly as all kinds of other materials."""
+    shares: dict[str, dict[str, float]] = {}
+    for items in materials.values():
+        strangers = [item for kinds in materials.values() if kinds is not items for item in kinds]
+        for item in items:
+            shares[item] = {item: 1.0 - wrong, **dict.fromkeys(strangers, wrong / len(strangers))}
+    return shares
+
+
+def evaluation(settings: Settings, amount: Amount) -> Figures:
+    """Figures of a controller.
+
+    Args:
+        settings: `env`, `level`, `controller` and the names of `figures`; with `wrong`, the share of every kind that is
+            seen as one of another of the `materials`.
+        amount: throws.
+    """
+    level: dict[str, Any] = dict(settings["level"])
+    if "wrong" in settings:
+        level["classifier"] = {"confusion": confusion(settings["materials"], settings["wrong"])}
+    name = settings["controller"]
+    controller = str(at(name)) if "/" in name else name
+    config = ConveyorConfig.load(level)
+    report = evaluate(controller, settings["env"], amount.throws, amount.seed, level=config, threads=1)
+    return {name: report[name] for name in settings["figures"] if name in report}

@@ -25,8 +25,8 @@ from agents.learning.runs import RunFolder
 from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
 from agents.learning.windows import ThrowWindow
+from agents.results.study import Amount, Figures, Settings
 from agents.training.course import learn
-from benchmarks.studies.cells import Amount, Figures, Settings
 
 ENV: Final = "PnTRelease-v0"
 

@@ -1,12 +1,11 @@
-"""Fills marked blocks of the pages with Markdown made from code, levels and results.
+"""What the pages hold that is made from code, levels and results, between the marks that `agents.report.blocks` fills.
 
     <!-- made: NAME ARGUMENT -->
     text that the function of this NAME returns
     <!-- /made -->
 
 `make pages` writes the blocks, so that the pages can be read on a code host, and a test compares the written text with
-the text of the functions. The site fills each block again. Blocks `<!-- table:NAME --> <!-- /table -->` are filled
-as in the README.
+the text of the functions. The site fills each block again.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from typing import Any, Final
 
 from agents.ground.outputs import deliver_text
 from agents.ground.places import SHIPPED as ROOT
-from agents.report.blocks import fill_blocks
+from agents.report.blocks import fill, makers_from, rewrite
 
 from . import cite, commands, controllers, environments, examples, fit, items, levels, papers, results, throw
 
@@ -51,17 +50,25 @@ MAKERS: Final[Mapping[str, Callable[[str], str]]] = {
 """Functions that fill blocks, by the name of the block; each takes the argument of the block."""
 DRAWINGS: Final[Mapping[str, Callable[[], str]]] = {"pictures/throw.svg": throw.drawing}
 """Functions that draw the pictures of pages, by the place of the picture in docs/."""
-BLOCK: Final = re.compile(r"^<!-- made: (\S+) ?(.*?) ?-->\n(.*?)^<!-- /made -->$", re.MULTILINE | re.DOTALL)
 RESULTS_PAGE: Final = re.compile(r"\]\(\.\./((?:\.\./)*)(results/[\w/-]+\.md)")
 """A link from a page of docs/ to a page of results."""
 FILE: Final = re.compile(r'^```(\w+) title="([^"]+)"$', re.MULTILINE)
 """A block of code that is a file: GitHub ignores the title, and Sphinx wants a caption."""
 
 
+def _made(words: str) -> str:
+    """The text of a block `made`."""
+    name, _, argument = words.partition(" ")
+    return MAKERS[name](argument)
+
+
+KINDS: Final = {**makers_from(RESULTS), "made": _made}
+"""What makes the blocks of pages, by their kinds."""
+
+
 def fill_page(text: str) -> str:
-    """A page with its marked blocks, tables and named files as Sphinx reads them."""
-    text = BLOCK.sub(lambda block: MAKERS[block[1]](block[2]), fill_blocks(text, RESULTS))
-    return FILE.sub(_caption_block, text)
+    """A page as Sphinx reads it: blocks without their marks, and files with their names."""
+    return FILE.sub(_caption_block, fill(text, KINDS, is_marked=False))
 
 
 def _caption_block(block: re.Match[str]) -> str:
@@ -70,18 +77,9 @@ def _caption_block(block: re.Match[str]) -> str:
     return f"```{{code-block}} {block[1]}\n:caption: {caption}\n"
 
 
-def render_page(text: str) -> str:
-    """A page with its marked blocks and tables as the repository holds it."""
-
-    def block(old: re.Match[str]) -> str:
-        return f"{old[0].partition(chr(10))[0]}\n{MAKERS[old[1]](old[2])}\n<!-- /made -->"
-
-    return BLOCK.sub(block, fill_blocks(text, RESULTS))
-
-
 def hand_text(text: str) -> str:
-    """The text of a page outside of its marked blocks, which people write."""
-    return BLOCK.sub("", text)
+    """The text of a page outside of its blocks `made`, which people write."""
+    return fill(text, {"made": lambda words: ""}, is_marked=False)
 
 
 def page_files() -> list[Path]:
@@ -91,12 +89,12 @@ def page_files() -> list[Path]:
 
 def write_pages() -> list[Path]:
     """Write the marked blocks of all pages and the drawings anew; return the files that changed."""
-    texts = {page: render_page(page.read_text(encoding="utf-8")) for page in page_files()}
-    texts |= {DOCS / name: draw() for name, draw in DRAWINGS.items()}
-    changed = [file for file, text in texts.items() if not file.is_file() or file.read_text(encoding="utf-8") != text]
-    for file in changed:
-        deliver_text(file, texts[file])
-    return changed
+    changed = [page for page in page_files() if rewrite(page, KINDS)]
+    drawn = {DOCS / name: draw() for name, draw in DRAWINGS.items()}
+    stale = [file for file, text in drawn.items() if not file.is_file() or file.read_text(encoding="utf-8") != text]
+    for file in stale:
+        deliver_text(file, drawn[file])
+    return [*changed, *stale]
 
 
 def results_page(text: str, *, is_tables: bool) -> str:

@@ -14,6 +14,7 @@ from agents.controllers import NAMES
 from agents.dispatchers.registry import NAMES as LINE_NAMES
 from agents.ground.console import COMMANDS
 from agents.ground.levels import FAMILIES
+from agents.report.blocks import fill
 from agents.reproduce.papers import PAPERS, package
 from docs.pages import breaks, cite, commands, controllers, docstrings, environments, items, levels, made, papers
 from pnt_gym.arrays import Floats
@@ -156,6 +157,9 @@ def test_marked_blocks_are_filled_and_unknown_ones_refused():
     stale = "a\n<!-- made: levels PnT -->\nold\n<!-- /made -->\nb"
     assert made.fill_page(stale) == f"a\n{levels.level_table('PnT')}\nb"
     assert made.hand_text(stale) == "a\n\nb"
+    assert fill(stale, made.KINDS) == f"a\n<!-- made: levels PnT -->\n{levels.level_table('PnT')}\n<!-- /made -->\nb"
+    other = "<!-- other: PnT -->\nold\n<!-- /other -->"
+    assert fill(other, made.KINDS) == other
     assert made.fill_page('```python title="x/y.py"\n1\n```') == "```{code-block} python\n:caption: x/y.py\n\n1\n```"
     assert "| analytic |" in made.fill_page("<!-- table:benchmark -->\n<!-- /table -->")
     with pytest.raises(KeyError):
@@ -166,9 +170,10 @@ def test_marked_blocks_are_filled_and_unknown_ones_refused():
 def test_a_page_holds_what_is_made(page):
     """`make pages` writes it; each mark has its end, so that the site makes all of it."""
     text = page.read_text(encoding="utf-8")
-    assert made.render_page(text) == text
-    assert text.count("<!-- made: ") == text.count("<!-- /made -->") == len(made.BLOCK.findall(text))
-    assert "<!-- made: " not in made.fill_page(text)
+    assert fill(text, made.KINDS) == text
+    for kind in made.KINDS:
+        assert text.count(f"<!-- {kind}:") == text.count(f"<!-- /{kind} -->")
+        assert f"<!-- {kind}:" not in made.fill_page(text)
 
 
 @pytest.mark.parametrize("paper", PAPERS)

@@ -2,7 +2,7 @@
 
 from agents.ground.files import read_json
 from agents.ground.places import SHIPPED as ROOT
-from agents.report.study_plan import shipped_study
+from agents.results.study import shipped_study
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 
 ROWS = read_json(ROOT / "results" / "precise.json")["rows"]

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from agents.ground.places import SHIPPED as ROOT
 from agents.report.__main__ import read_chapters
-from agents.report.blocks import fill_blocks
+from agents.report.blocks import fill, makers_from
 from agents.report.page import UNASKED, index_page, sections
 from agents.report.questions import QUESTIONS
 
@@ -41,7 +41,7 @@ def test_the_index_is_what_the_results_give(chapters):
 @pytest.mark.parametrize("name", ["README.md", *(f"results/{question.name}.md" for question in QUESTIONS)])
 def test_blocks_of_documents_equal_the_results(name):
     text = (ROOT / name).read_text(encoding="utf-8")
-    assert fill_blocks(text, RESULTS) == text, "run python -m agents.report"
+    assert fill(text, makers_from(RESULTS)) == text, "run python -m agents.report"
 
 
 @pytest.mark.parametrize("name", [question.name for question in QUESTIONS])

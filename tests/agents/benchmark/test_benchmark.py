@@ -17,7 +17,7 @@ from agents.judging.throw_record import ThrowRecord
 from agents.judging.throws import OUTCOMES, kept_rows
 from agents.report.__main__ import Arguments as ReportArguments
 from agents.report.__main__ import main as report
-from agents.report.blocks import fill_blocks
+from agents.report.blocks import fill, makers_from
 from agents.report.tables import benchmark_grids, benchmark_table, failure_table, sorting_table
 from agents.results import plan as plans
 from agents.results.compare import assemble
@@ -302,4 +302,4 @@ def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: P
     assert top.startswith("# x\n<!-- table:benchmark -->")
     assert top.endswith("<!-- /table -->\nend\n")
     assert "\nold\n" not in top
-    assert fill_blocks(top, tmp_path) == top
+    assert fill(top, makers_from(tmp_path)) == top

@@ -2,8 +2,8 @@
 
 import pytest
 
+from agents.results.study import Amount
 from benchmarks.studies import grasping
-from benchmarks.studies.cells import Amount
 
 LEARNED = {"kinds": "grasp_unseen", "tries": 300, "seed": 0}
 
@@ -18,7 +18,7 @@ LEARNED = {"kinds": "grasp_unseen", "tries": 300, "seed": 0}
 def test_each_measurement_gives_shares_of_tries(measure, settings, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("STEPS", "QUICK_STEPS"):
         monkeypatch.setattr(f"agents.grasping.practice.{name}", 20)
-    figures = measure(settings, Amount(40, 1, 1))
+    figures = measure(settings, Amount(40, 1))
     assert figures["count"] == 40
     assert 0.0 <= figures["kept"] <= figures["held"] <= 1.0
     assert figures["held_low"] <= figures["held"] <= figures["held_high"]

@@ -9,7 +9,7 @@ import pytest
 from agents.ground.cli import UsageError
 from agents.ground.tables import Grid
 from agents.report.__main__ import Arguments, main, read_chapters
-from agents.report.blocks import fill_blocks
+from agents.report.blocks import fill, makers_from
 from agents.report.page import Chapter, html_page, sections
 from agents.reproduce.record import headlines
 
@@ -101,11 +101,11 @@ def test_only_drawings_that_exist_are_in_the_page_and_text_is_text(results: Path
 
 
 def test_a_readme_shows_a_table_of_an_overview_with_its_note(results: Path) -> None:
-    text = fill_blocks("<!-- table:one/table1 -->\n<!-- /table -->\n", results)
+    text = fill("<!-- table:one/table1 -->\n<!-- /table -->\n", makers_from(results))
     assert text == f"<!-- table:one/table1 -->\n{OVERVIEW.markdown()}\n\nUnder it.\n<!-- /table -->\n"
     for unknown in ("one/none", "nobody/table1", "none"):
         with pytest.raises(UsageError, match=f"unknown table '{unknown}'"):
-            fill_blocks(f"<!-- table:{unknown} -->\n<!-- /table -->\n", results)
+            fill(f"<!-- table:{unknown} -->\n<!-- /table -->\n", makers_from(results))
 
 
 def test_the_terminal_shows_every_table() -> None:
@@ -123,4 +123,4 @@ def test_a_record_of_another_form_is_refused_in_a_sentence(results: Path) -> Non
     with pytest.raises(UsageError, match=r"has 3 problems:\n- key 'titles' is missing\n- key 'ove"):
         read_chapters(results)
     with pytest.raises(UsageError, match=r"has 3 problems:\n- key 'titles' is missing\n- key 'ove"):
-        fill_blocks("<!-- table:one/table1 -->\n<!-- /table -->\n", results)
+        fill("<!-- table:one/table1 -->\n<!-- /table -->\n", makers_from(results))

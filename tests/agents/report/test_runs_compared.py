@@ -1,9 +1,13 @@
 """Statistics of runs, by cases that were computed by hand."""
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
-from agents.report.pays import crossover_grid, curves_answer, improvement_grid, mismatch_answer, profiles_figure
+from agents.report.pays import crossover_grid, improvement_grid, profiles_figure
+from agents.report.questions import QUESTIONS
 from agents.report.runs_compared import (
     improvement_interval,
     performance_profile,
@@ -56,10 +60,17 @@ def test_the_sentence_of_the_mismatch_names_the_effects_where_learning_pays_firs
     rows = [_gain("air", dial, -0.02, -0.01, pace) for dial, pace in ((0.0, 0.1), (0.5, 3.0), (1.0, 4.0))]
     rows += [_gain("spin", dial, -0.02, -0.01, pace) for dial, pace in ((0.0, 0.1), (0.5, 0.2), (1.0, 4.0))]
     rows += [_gain("all together", dial, -0.02, -0.01, 5.0) for dial in (0.5, 1.0)]
-    text = mismatch_answer({"mismatch": {"rows": rows}})
+    text = _answer("mismatch", rows)
+    assert text is not None
     assert "depends on the effect: it is 0.5 at best (air) and 1 at worst (spin)" in text
     assert "At a mismatch of 1 with all effects together, the planner lands 50.0 mm off, and ridge after" in text
     assert "after 1,000 flights 20.0 mm" in text
+
+
+def _answer(name: str, rows: list[dict[str, Any]]) -> str | None:
+    """The answer to a question from the rows of the study that has its name."""
+    (question,) = (question for question in QUESTIONS if question.name == name)
+    return question.answer_from({name: {"rows": rows}}, Path())
 
 
 def _curve(part: str, label: str, throws: int, error: float) -> dict:
@@ -70,13 +81,13 @@ def test_the_sentence_of_the_curves_names_who_is_near_first() -> None:
     rows = [_curve("fixed", "analytic", 0, 0.05), _curve("fixed", "floor", 20000, 0.010)]
     rows += [_curve("learners", "ridge", throws, error) for throws, error in ((10, 0.03), (100, 0.014), (1000, 0.012))]
     rows += [_curve("learners", "MLP", throws, error) for throws, error in ((10, 0.04), (100, 0.013), (1000, 0.0101))]
-    text = curves_answer({"curves": {"rows": rows}})
+    text = _answer("curves", rows)
     assert text == (
         "The planner lands 50.0 mm off. After 10 throws, ridge is nearest with 30.0 mm. Of all learners, MLP "
         "comes within 1.25 times the floor of 10.0 mm first, with 10.1 mm after 1,000 throws."
     )
     rows += [_curve("without a planner", "SAC alone", throws, error) for throws, error in ((300, 0.3), (3000, 0.09))]
-    assert curves_answer({"curves": {"rows": rows}}) == (
+    assert _answer("curves", rows) == (
         f"{text} SAC alone lands 90.0 mm off after 3,000 throws, farther than the planner, which learns nothing."
     )
 

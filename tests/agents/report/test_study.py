@@ -1,4 +1,4 @@
-"""The tables of studies: cells by templates, columns across an axis, a dash for what is missing; and the figure."""
+"""The tables of studies: cells by expressions, columns across an axis, a dash for what is missing; and the figure."""
 
 import math
 from typing import Any
@@ -6,9 +6,10 @@ from typing import Any
 import pytest
 
 from agents.ground.cli import UsageError
-from agents.report.methods import methods_figure, methods_figures
-from agents.report.study import cell, mean, share, study_grid
-from agents.report.study_plan import StudyPlan, Table, shipped_study
+from agents.report.pictures import methods_figure, methods_figures
+from agents.report.study import study_grid
+from agents.report.templates import cell_text
+from agents.results.study import StudyPlan, Table, pool, share, shipped_study
 
 ROW = {
     "part": "a",
@@ -25,25 +26,28 @@ ROW = {
 
 
 @pytest.mark.parametrize(
-    ("template", "text"),
+    ("expression", "text"),
     [
-        ("{success:.0%}", "50 %"),
-        ("{landing.mean:.1mm}", "12.3 mm"),
-        ("{rate:+.1%}", "+10.0 % (+5.0..+20.0)"),
-        ("{rate.value:.2f} of {rate}", "0.10 of 0.1 (0.05..0.2)"),
-        ("{errors.-1:.1mm}, {errors.0:.0mm}", "3.0 mm, 1 mm"),
-        ("{margin_below_1.5:.1%}", "25.0 %"),
-        ("{tilt:.0deg}", "180 deg"),
-        ("{count:,} throws", "12,345 throws"),
-        ("`{way}`", "`x | y`"),
-        ("{safety}", "none"),
-        ("{success:.0%} {nothing:.1f}", "-"),
-        ("{errors.9}", "-"),
-        ("{landing.none}", "-"),
+        ("success|percent(0)", "50 %"),
+        ("landing.mean|mm", "12.3 mm"),
+        ("rate|percent(sign=true)", "+10.0 % (+5.0..+20.0)"),
+        ('rate.value|number(2) ~ " of " ~ rate|number(2)', "0.10 of 0.10 (0.05..0.20)"),
+        ('errors[-1]|mm ~ ", " ~ errors[0]|mm(0)', "3.0 mm, 1 mm"),
+        ('row["margin_below_1.5"]|percent', "25.0 %"),
+        ("tilt|deg(0)", "180 deg"),
+        ('"{:,} throws".format(count)', "12,345 throws"),
+        ("way|code", "`x | y`"),
+        ("safety", "-"),
+        ("safety|percent", "-"),
+        ('success|percent(0) ~ " " ~ nothing|number', "-"),
+        ('success|percent(0) ~ " " ~ nothing', "-"),
+        ("nothing", "-"),
+        ("errors[9]", "-"),
+        ("landing.none", "-"),
     ],
 )
-def test_a_cell_is_its_template_with_figures(template: str, text: str) -> None:
-    assert cell(template, ROW, {"safety": {None: "none"}}) == text
+def test_a_cell_is_what_its_expression_makes_of_a_row(expression: str, text: str) -> None:
+    assert cell_text(expression, {**ROW, "row": ROW}) == text
 
 
 def plan() -> StudyPlan:
@@ -62,7 +66,13 @@ def data() -> dict[str, Any]:
 
 def table(**changes: Any) -> Table:
     return Table.model_validate(
-        {"title": "T", "parts": ["one"], "columns": {"level": "`{level}`"}, "across": "planner", "cell": "{pace:.1f}"}
+        {
+            "title": "T",
+            "parts": ["one"],
+            "index": {"level": "level|code"},
+            "columns": "planner",
+            "figure": "pace|number",
+        }
         | changes
     )
 
@@ -84,20 +94,27 @@ def test_values_of_one_name_share_a_column_but_not_a_cell() -> None:
 
 
 def test_a_table_shows_the_rows_that_it_asks_for_and_its_note_tells_counts_and_settings() -> None:
-    wanted = table(
-        across="", cell="", where={"planner": ["b"]}, note="{throws} of {settings.shifts} shifts, seed {seed}"
-    )
+    note = "{{ throws }} of {{ settings.shifts }} shifts, seed {{ seed }}"
+    figures = {"by": "planner", "pace": "pace|number"}
+    wanted = table(columns="", figure="", figures=figures, where={"planner": ["b"]}, note=note)
     grid = study_grid(plan(), wanted, data())
-    assert grid.rows == [["`waste`"], ["`waste`"]]
+    assert grid.header == ["level", "by", "pace"]
+    assert grid.rows == [["`waste`", "b", "1.0"], ["`waste`", "b", "2.0"]]
     assert grid.note == "4 of 3 shifts, seed 2"
 
 
 def test_shares_that_meet_are_those_of_all_cases() -> None:
     rows = [{"part": "one", "share": share([True] * 3)}, {"part": "one", "share": share([True, False, False])}]
-    pooled = mean(rows)["share"]
-    assert (pooled["true"], pooled["count"]) == (4, 6)
-    assert pooled == share([True] * 4 + [False] * 2)
-    assert cell("{share:.0%}", {"share": pooled}, {}) == "67 % (30..90)"
+    whole = pool(rows)["share"]
+    assert (whole["true"], whole["count"]) == (4, 6)
+    assert whole == share([True] * 4 + [False] * 2)
+    assert cell_text("share|percent(0)", {"share": whole}) == "67 % (30..90)"
+
+
+@pytest.mark.parametrize("changes", [{"figure": ""}, {"columns": ""}, {"figures": {"pace": "pace"}}])
+def test_a_table_has_figures_or_columns_of_one_figure(changes: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="figures are needed, or columns and a figure"):
+        table(**changes)
 
 
 def methods() -> dict[str, Any]:

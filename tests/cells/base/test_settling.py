@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.studies.cells import CELLS
-from benchmarks.studies.margins import EngineCheck
+from benchmarks.studies.flights import EngineCheck
 from pnt_gym.arrays import take
 from pnt_gym.cells.base.items import contact_solref
 from pnt_gym.cells.base.settle_kernel import BIN, FALLING, GROUND, OVER, SOLID, STAYS, fill_rebounds, follow

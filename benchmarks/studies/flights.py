@@ -1,10 +1,11 @@
-"""Flights judged before they come to rest: how many, and how many of these the engine decides otherwise."""
+"""Flights against full physics: what `fidelity: flight` leaves out, and flights judged before they come to rest."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.studies.cells import CELLS, Amount, Figures, Settings, infos, make_seeded_cells
+from agents.results.study import Amount, Figures, Settings
+from benchmarks.studies.cells import CELLS, distance, infos, make_seeded_cells, throw
 from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.flight import Touchdown
 from pnt_gym.cells.base.settling import Airborne, FallEnd
@@ -13,6 +14,37 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.free import FreeObjects
 from pnt_gym.cells.conveyor.outcome import bins_of
+
+
+def fidelity(settings: Settings, amount: Amount) -> Figures:
+    """Flights against the full physics, lengths in m.
+
+    Args:
+        settings: `level`, and `actions`, the largest random correction as a share of the largest there is.
+        amount: throws.
+    """
+    largest, steps = settings["actions"], -(-amount.throws // CELLS)
+    actions = np.random.default_rng(amount.seed).uniform(-largest, largest, (steps, CELLS, 2))
+    actions[::2] = 0.0
+    full, flight = (
+        throw({**settings["level"], "fidelity": simulated}, amount, lambda core: lambda step: actions[step])
+        for simulated in ("full", "flight")
+    )
+    off = np.hypot(*distance(flight, full))
+    off = off[np.isfinite(off)]
+    return {
+        "landing_mean_m": float(off.mean()),
+        "landing_p95_m": float(np.quantile(off, 0.95)),
+        "landing_max_m": float(off.max()),
+        "success_full": float(full["is_success"].mean()),
+        "success_flight": float(flight["is_success"].mean()),
+        "success_differs": float((full["is_success"] != flight["is_success"]).mean()),
+        "losses_differ": float(((full["dropped"] != flight["dropped"]) | (full["picked"] != flight["picked"])).mean()),
+        "recontact_full": float(full["recontact"].mean()),
+        "recontact_flight": float(flight["recontact"].mean()),
+        "landing_error_full_m": float(np.nanmean(full["landing_error"])),
+        "landing_error_flight_m": float(np.nanmean(flight["landing_error"])),
+    }
 
 
 class EngineCheck:
@@ -50,7 +82,7 @@ def ended_in(context: Context, position: Floats, velocity: Floats, config: Conve
     return bins_of(touchdown, context, config, in_bin)
 
 
-def figures(settings: Settings, amount: Amount) -> Figures:
+def margins(settings: Settings, amount: Amount) -> Figures:
     """Flights near openings, by how they were judged.
 
     Args:
@@ -60,7 +92,7 @@ def figures(settings: Settings, amount: Amount) -> Figures:
     """
     config = ConveyorConfig.load({**settings["level"], "fidelity": "flight"})
     seed, steps = amount.seed + settings["seed"], -(-amount.throws // CELLS)
-    core = make_seeded_cells(config, "independent", CELLS, seed, amount.threads)
+    core = make_seeded_cells(config, "independent", CELLS, seed)
     assert isinstance(core.cell, ConveyorCell)
     free = core.cell.plant.free
     check = EngineCheck(free, config)

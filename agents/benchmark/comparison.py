@@ -1,21 +1,67 @@
-"""Rows that a benchmark keeps of an earlier file, so that only the entries that are named are computed anew."""
+"""A comparison of controllers: pieces of a plan as jobs, rows of an earlier file that stay, the file and its tables."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, final
 
 from ..ground.cli import UsageError, about, check_known
+from ..ground.outputs import deliver_json
+from ..ground.tables import console
 from ..ground.versions import versions
+from ..jobs.cluster import Needs
+from ..jobs.work import JobValues
 from ..judging.record import Result
+from ..results.compare import assemble
 from ..results.content import check_figures, read_form
 from ..results.entries import labels_of
-from ..results.plan import Piece, Plan
-from .stored import POLICIES
+from ..results.plan import Piece, Plan, needs, pieces, trial_of_plan
+from .run import jobs
+from .stored import POLICIES, stored_policies
 
 _BY_ROW = {"entries", "learned", "references", "floors"}
 """Keys of a plan on which the rows of other entries do not depend."""
+
+
+@final
+class Comparison:
+    """Every controller of a plan on the same objects, compared throw by throw or shift by shift.
+
+    Attributes:
+        jobs: pieces of the entries that are computed.
+        unit: unit of the costs of the jobs.
+    """
+
+    def __init__(self, plan: Plan, out: Path, labels: Collection[str]) -> None:
+        self._plan = plan
+        self.jobs = jobs(choose_pieces(pieces(plan), labels))
+        self.unit = f"{trial_of_plan(plan).step}s"
+        self._kept = keep_rows(out, plan, labels) if labels else KeptRows((), 0.0, {})
+
+    def needs(self) -> Needs:
+        """Requirements of the jobs on another machine."""
+        return needs(self._plan)
+
+    def write(self, out: Path, parts: Sequence[JobValues]) -> None:
+        """Write the results of the jobs and the rows that are kept, and print the tables."""
+        results = [*self._kept.rows, *(result for part in parts for result in part["results"])]
+        policies = {**self._kept.policies, **stored_policies(parts)}
+        comparison = assemble(self._plan, results)
+        seconds = self._kept.seconds + sum(part["seconds"] for part in parts)
+        head = {"plan": self._plan.model_dump(mode="json"), "versions": versions(), "seconds": seconds}
+        deliver_json(out, {**head, **comparison, POLICIES: policies, "results": results}, indent=None)
+        show(self._plan, comparison["table"])
+
+
+def show(plan: Plan, table: Sequence[Mapping[str, Any]]) -> None:
+    """Print one table per level, with gains over the first reference, or over the first entry."""
+    base = next(iter((*plan.references, *plan.entries))).label
+    trial = trial_of_plan(plan)
+    for level in plan.levels:
+        rows = [(row["label"], row["throws"], row) for row in table if row["level"] == level]
+        title = f"level {level}, {plan.count_of(trial, level)} {trial.unit} per seed"
+        console().print(trial.record.comparison(title, rows, base))
 
 
 class KeptRows(NamedTuple):

@@ -1,0 +1,148 @@
+"""A study: cases of a plan as jobs, each of which a measuring function of benchmarks/studies does, and their file."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Final, cast, final
+
+import pnt_gym
+
+from ..ground.cli import UsageError, about, check_known
+from ..ground.files import json_text, read_json
+from ..ground.outputs import deliver_json
+from ..ground.places import SHIPPED
+from ..ground.tables import console
+from ..jobs.cluster import Needs
+from ..jobs.code import code_digest
+from ..jobs.work import Job, JobValues, key
+from ..results.study import Amount, Case, Figures, Settings, StudyPlan, check_study
+
+MEASURES: Final = "benchmarks.studies"
+"""Package of the measuring functions; an installed package is without it."""
+ROOMS: Final = ("judging", "controllers", "dispatchers", "grasping", "learning", "training", "fit")
+"""Rooms of agents on which figures depend."""
+CODE: Final = (
+    "pnt_gym/**/*.py",
+    *(f"agents/{room}/**/*.py" for room in ROOMS),
+    "benchmarks/studies/*.py",
+    "configs/cells/**/*.yaml",
+    "results/policies/**/*.npz",
+)
+"""What figures depend on beside the plan and the versions."""
+MOST_NAMED: Final = 80
+"""Characters of a case in the name of a job's file."""
+
+
+@final
+class Study:
+    """Every case of a plan, each measured by the function that its part names.
+
+    Attributes:
+        jobs: cases of the parts that are measured.
+        unit: unit of the costs of the jobs.
+    """
+
+    unit = "cases"
+
+    def __init__(self, plan: StudyPlan, out: Path, parts: Collection[str]) -> None:
+        with about("--only"):
+            cases = plan.cases(*parts)
+        self._plan = plan
+        self._head = {"study": plan.study, "version": pnt_gym.__version__, "seed": plan.seed, "throws": plan.throws}
+        for measure in {case.measure for case in cases}:
+            measurement(measure)
+        code = code_digest(CODE)
+        self.jobs = [_job(case, code) for case in cases]
+        self._kept = self._keep_rows(out, parts) if out.is_file() else []
+
+    def needs(self) -> Needs:
+        """Requirements of the jobs on another machine; which of them train networks, the plan does not say."""
+        return Needs(torch=True)
+
+    def write(self, out: Path, parts: Sequence[JobValues]) -> None:
+        """Write the rows of the jobs and those that are kept, in the order of the plan, and print the new rows."""
+        new: list[Figures] = [row for part in parts for row in part["rows"]]
+        rows = [row for case in self._plan.cases() for row in case.rows_of(new) or case.rows_of(self._kept)]
+        deliver_json(out, {**self._head, "rows": rows})
+        for row in new:
+            console().print(_line(row), markup=False, soft_wrap=True)
+
+    def _keep_rows(self, out: Path, parts: Collection[str]) -> list[Figures]:
+        """Rows of an earlier file of the study that stay; none where every part is measured.
+
+        Raises:
+            UsageError: the file is of something else, or has no row of a case that is not measured.
+        """
+        data = read_json(out)
+        check_study(out, data)
+        is_same = {**self._head, "rows": data["rows"]} == data
+        if parts and not is_same:
+            raise UsageError(f"{str(out)!r} is of another study, version, seed or number of throws; drop --only")
+        cases = self._plan.cases()
+        measured = self._plan.cases(*parts) if parts else []
+        lacked = [case for case in cases if case not in measured and not case.rows_of(data["rows"])]
+        if is_same and lacked:
+            raise UsageError(
+                f"{str(out)!r} lacks {len(lacked)} of the {len(cases)} cases of its study, the first of which is "
+                f"{lacked[0]}; name parts in --only to keep the others, or move the file away"
+            )
+        return data["rows"] if parts else []
+
+
+def _job(case: Case, code: str) -> Job:
+    """A case as a job."""
+    digest = key(case=case, code=code)
+    name = re.sub(r"[^\w.]+", "-", "-".join(str(label) for label in case.labels.values()))[:MOST_NAMED]
+    return Job(name, digest, partial(measure_case, case))
+
+
+def measure_case(case: Case, _folder: Path) -> dict[str, list[Figures]]:
+    """The rows of a case: one, or those of several controllers that were measured together.
+
+    Raises:
+        UsageError: a figure is no number, as the mean of no throws is.
+    """
+    with about(str(case)):
+        figures = measurement(case.measure)(case.settings, case.amount)
+        several = cast("Iterable[Figures]", [figures] if isinstance(figures, dict) else figures)
+        rows = [{**case.labels, **row} for row in several]
+        try:
+            json_text(rows)
+        except ValueError:
+            raise UsageError("a figure is not a number; more throws are needed") from None
+    return {"rows": rows}
+
+
+def measurement(measure: str) -> Callable[[Settings, Amount], Figures | Iterable[Figures]]:
+    """The measuring function of a name MODULE.FUNCTION.
+
+    Raises:
+        UsageError: there is none.
+    """
+    module, _, name = measure.partition(".")
+    known = sorted(path.stem for path in (SHIPPED / MEASURES.replace(".", "/")).glob("*.py"))
+    if not known:
+        raise UsageError("studies are measured in a checkout: the installed package is without benchmarks/studies")
+    with about("measure"):
+        check_known("module of benchmarks/studies", [module], known)
+    if str(SHIPPED) not in sys.path:
+        sys.path.insert(0, str(SHIPPED))
+    try:
+        function = getattr(import_module(f"{MEASURES}.{module}"), name, None)
+    except ImportError as error:
+        raise UsageError(f"measure is {measure!r}, which needs more than is installed: {error}") from None
+    if function is None:
+        raise UsageError(f"measure is {measure!r}; {module} has no function {name}")
+    return cast("Any", function)
+
+
+def _line(row: Figures) -> str:
+    """One line for people: labels, then numbers."""
+    middles = ((name, value.get("value") if isinstance(value, Mapping) else value) for name, value in row.items())
+    shown = ((name, value) for name, value in middles if value is not None and not isinstance(value, list))
+    return "  ".join(f"{name} {value:.4g}" if isinstance(value, float) else f"{name} {value}" for name, value in shown)
