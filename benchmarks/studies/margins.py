@@ -6,8 +6,9 @@ import numpy as np
 
 from benchmarks.studies.cells import CELLS, Amount, Figures, Settings, infos, make_seeded_cells
 from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.cells.base.airborne import Airborne
 from pnt_gym.cells.base.flight import Touchdown
-from pnt_gym.cells.base.settling import Airborne, FallEnd
+from pnt_gym.cells.base.settling import FallEnd
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context

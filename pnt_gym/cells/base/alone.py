@@ -64,6 +64,7 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     count, chunk = len(steps), max(round(CHECK_INTERVAL / step), 1)
     spin = batch.expand("body_inertia")[rows, body] / batch.expand("body_mass")[rows, body, None]
     qpos, qvel, last_steps = batch.bind("qpos"), batch.bind("qvel"), steps.copy()
+    rims = np.ascontiguousarray(rim)
     above = _shortest_time_above(qpos[rows, 2] - rim, qvel[rows, 2])
     batch.warning[:] = 0
     parts: list[tuple[Ints, slice, Any]] = []
@@ -71,7 +72,8 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     while (falling := (last_steps > start).nonzero()[0]).size > 0:
         part = batch.rollout(end - start, record=("sensordata", "qpos"), ids=simulation_ids(batch, rows[falling]))
         parts.append((falling, slice(start, end), part))
-        freefall.end_settled(part["sensordata"], qvel, rows, falling, spin, rim, end, last_steps)
+        rate = qvel[rows[falling], 3:6]
+        freefall.end_settled(part["sensordata"], rate, falling, spin, rims, end, last_steps)
         start, end = end, end + chunk
     check_warnings(batch)
     sensors, attitude = np.zeros((count, start, int(batch.model.nsensordata))), np.zeros((count, start, 4))

@@ -9,6 +9,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base import freefall
+from pnt_gym.cells.base.airborne import STATE, Body, Hanging, Pivot
 from pnt_gym.cells.base.items import CYLINDER
 from pnt_gym.cells.conveyor.config import LIP_GAP, LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -16,6 +17,7 @@ from pnt_gym.cells.conveyor.cup import kernel as cup_kernel
 from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.trajectory import Samples
+from pnt_gym.rows import Rows1
 
 LARGEST_PHASE: Final = 0.5
 """Largest phase of a swing in a step [rad]; the stiffness of a lip is limited to that of this phase.
@@ -91,10 +93,11 @@ def _swing(
     count, steps, _ = motion.velocity.shape
     moves = np.empty((count, steps, 6))
     cup_kernel.face_moves(motion.acceleration, motion.velocity, context.drift.draught, *context.objects.turn, moves)
-    state, attitudes = np.zeros((count, freefall.STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
+    state, attitudes = np.zeros((count, STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
     state[:, 3] = 1.0
-    pivot, body = np.concatenate([context.arm, *spring], axis=1), body_constants(context)
-    freefall.swing_down(state, body, pivot, config.mismatch, config.timestep, moves, release, stride, attitudes)
+    pivot = Pivot.zeros(count, arm=context.arm, stiffness=spring.stiffness, damping=spring.damping)
+    hanging = Hanging(body_constants(context), pivot, config.mismatch)
+    freefall.swing_down(state, hanging, moves, release, config.timestep, stride, attitudes)
     return state, attitudes
 
 
@@ -124,11 +127,14 @@ def _middle(objects: Objects) -> Floats:
     return objects.com_depth - LIP_GAP - objects.size[:, 2] / 2.0
 
 
-def body_constants(context: Context) -> Floats:
-    """Constants of the objects' bodies (N, BODY), see `freefall.BODY`."""
-    o = context.objects
+def body_constants(context: Context) -> Rows1[Body]:
+    """The objects of N picks as bodies in the air."""
+    o, body = context.objects, Body.empty(len(context.pick))
+    body["mass"], body["inertia"], body["height"] = o.mass, o.inertia, _middle(o)
     # The semi-axes of a cylinder along its geom's axes: its radius twice, and half its length.
     size, lies = o.placement.size, (o.shape == CYLINDER)[:, None]
-    semi = np.where(lies, size[:, [0, 0, 1]], size)
-    columns = o.mass[:, None], o.inertia, _middle(o)[:, None], o.placement.quat, semi, o.fluid
-    return np.ascontiguousarray(np.concatenate(columns, axis=1))
+    body["attitude"], body["semi_axes"] = o.placement.quat, np.where(lies, size[:, [0, 0, 1]], size)
+    for name, column in zip(("interacts", "blunt", "slender", "angular", "kutta", "magnus"), o.fluid.T, strict=False):
+        body[name] = column
+    body["virtual_mass"], body["virtual_inertia"] = o.fluid[:, 6:9], o.fluid[:, 9:]
+    return body
