@@ -148,6 +148,11 @@ def dot(first: Floats, second: Floats) -> Floats:
     return first[..., 0] * second[..., 0] + first[..., 1] * second[..., 1] + first[..., 2] * second[..., 2]
 
 
+def in_order(*arrays: Any) -> tuple[Any, ...]:
+    """The arrays in C's order, as compiled functions take them: copies of those that are views across rows."""
+    return tuple(map(np.ascontiguousarray, arrays))
+
+
 def join_columns(first: Floats, *columns: Floats | float) -> Floats:
     """Arrays S, or single numbers, as the last axis of an array S + (K,): `np.stack` in a fifth of its time."""
     result = np.empty((*first.shape, 1 + len(columns)))
