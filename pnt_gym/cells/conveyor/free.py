@@ -6,7 +6,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, length, take
+from pnt_gym.arrays import Bools, Floats, Ints, in_order, length, take
 from pnt_gym.cells.base import freefall, settle_kernel
 from pnt_gym.cells.base.airborne import STATE, Airborne, Bin, Body, Ground, Solid, Vicinity
 from pnt_gym.cells.base.alone import Fall, fall, write_object
@@ -20,7 +20,18 @@ from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.hand import ThrowClock
-from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels, build_free_scene, floor_height
+from pnt_gym.cells.conveyor.scene import (
+    BIN_FIELDS,
+    BOTTOM_PANEL,
+    CONTACT_FIELDS,
+    BinFields,
+    ContactFields,
+    Contacts,
+    Surroundings,
+    bin_panels,
+    build_free_scene,
+    floor_height,
+)
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -37,8 +48,9 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
         batch.expand("opt.wind")[rows, :2] = context.drift.draught
     write_object(batch, rows, scene.object_body, geom, o.mass, o.inertia, o.placement, o.fluid)
     place = o.com_depth - LIP_GAP - o.size[:, 2] / 2
-    fields = map(batch.expand, ("geom_pos", "geom_friction", "geom_solref"))
-    scene_kernel.write_contacts(rows, geom, place, o.friction, o.rolling_friction, o.solref, *fields)
+    contacts = Contacts(*in_order(place, o.friction, o.rolling_friction, o.solref))
+    fields = ContactFields(*map(batch.expand, CONTACT_FIELDS))
+    scene_kernel.write_contacts(np.ascontiguousarray(rows), geom, contacts, fields)
     batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
         _place_bin(batch, rows, scene, context, bins)
@@ -47,9 +59,9 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
 
 
 def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    fields = map(batch.expand, ("body_pos", "geom_size", "geom_pos", "geom_rbound", "geom_aabb"))
-    panels = bin_panels(context.opening, bins)
-    scene_kernel.place_bins(rows, scene.bin_bodies[0], scene.bin_geoms[0], context.target, *panels, *fields)
+    fields, panels = BinFields(*map(batch.expand, BIN_FIELDS)), bin_panels(context.opening, bins)
+    rows, target = in_order(rows, context.target)
+    scene_kernel.place_bins(rows, scene.bin_bodies[0], scene.bin_geoms[0], target, panels, fields)
 
 
 def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:

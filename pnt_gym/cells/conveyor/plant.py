@@ -42,7 +42,7 @@ from pnt_gym.cells.conveyor.cup.swing import Spring, springs
 from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
-from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
+from pnt_gym.cells.conveyor.scene import CUP_FIELDS, SENSORS, CupFields, Scene, build_scene
 from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
@@ -298,9 +298,10 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
 
     def _widen(self, rows: Ints, radius: Floats) -> None:
         """Write the radii (N,) [m] of the cups of some simulations."""
-        fields = map(self.batch.expand, ("geom_size", "geom_rbound", "geom_aabb"))
+        fields = CupFields(*map(self.batch.expand, CUP_FIELDS))
         bounds = np.hypot(radius[:, None], self._cup_halves)
-        scene_kernel.widen_cups(rows, self._cups, radius, self._cup_halves, bounds, *fields)
+        inputs = in_order(rows, self._cups, radius, self._cup_halves, bounds)
+        scene_kernel.widen_cups(*inputs, fields)
 
     def _write_springs(self, rows: Ints, context: Context, spring: Spring) -> None:
         """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""
