@@ -52,7 +52,7 @@ class Solid(Row):
 
 
 @final
-class Bin(Row):
+class BinShape(Row):
     """A bin."""
 
     x: float = field("m", "centre of the opening")
@@ -100,7 +100,7 @@ class Vicinity(NamedTuple):
     """Bodies of N falling objects and what they may meet."""
 
     solid: Rows1[Solid]
-    bins: Rows2[Bin]
+    bins: Rows2[BinShape]
     """Bins of each object's cell (N, B)."""
     rim: Floats1
     """Heights of the rims (N,) [m]."""

@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.base.airborne import Airborne, Bin, Ground, Solid, Vicinity
+from pnt_gym.cells.base.airborne import Airborne, BinShape, Ground, Solid, Vicinity
 from pnt_gym.cells.base.freefall import step_free
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
 from pnt_gym.compiled import kernel, kernel_part
@@ -82,7 +82,7 @@ def _is_beside_belt(ground: Ground, x: float, y: float, half_x: float, half_y: f
 
 
 @kernel_part
-def _is_clear(solid: Solid, state: Floats, bins: Rows[Bin], rim: float, ground: Ground, step: float) -> bool:
+def _is_clear(solid: Solid, state: Floats, bins: Rows[BinShape], rim: float, ground: Ground, step: float) -> bool:
     """Whether a body cannot touch belt, rims, walls and bottoms in the next step; unknown outside the bins."""
     x, y, z, half_x, half_y, half_z = _box_around(solid, state)
     gap = GAP + step * solid.farthest * math.sqrt(state[10] ** 2 + state[11] ** 2 + state[12] ** 2)
@@ -121,7 +121,7 @@ def _surface_outside(solid: Solid, state: Floats, ground: Ground) -> float:
 
 @kernel_part
 def _stays(
-    solid: Solid, state: Floats, bins: Rows[Bin], rim: float, ground: Ground, energy: float, time: float
+    solid: Solid, state: Floats, bins: Rows[BinShape], rim: float, ground: Ground, energy: float, time: float
 ) -> bool:
     """Whether a body in a bin lies there for good after a time [s], or a body outside stays outside.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, in_order, length, take
 from pnt_gym.cells.base import freefall, settle_kernel
-from pnt_gym.cells.base.airborne import STATE, Airborne, Bin, Body, Ground, Solid, Vicinity
+from pnt_gym.cells.base.airborne import STATE, Airborne, BinShape, Body, Ground, Solid, Vicinity
 from pnt_gym.cells.base.alone import Fall, fall, write_object
 from pnt_gym.cells.base.flight import Touchdown
 from pnt_gym.cells.base.plant import simulation_ids
@@ -20,18 +20,7 @@ from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.hand import ThrowClock
-from pnt_gym.cells.conveyor.scene import (
-    BIN_FIELDS,
-    BOTTOM_PANEL,
-    CONTACT_FIELDS,
-    BinFields,
-    ContactFields,
-    Contacts,
-    Surroundings,
-    bin_panels,
-    build_free_scene,
-    floor_height,
-)
+from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels, build_free_scene, floor_height
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
@@ -48,8 +37,8 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
         batch.expand("opt.wind")[rows, :2] = context.drift.draught
     write_object(batch, rows, scene.object_body, geom, o.mass, o.inertia, o.placement, o.fluid)
     place = o.com_depth - LIP_GAP - o.size[:, 2] / 2
-    contacts = Contacts(*in_order(place, o.friction, o.rolling_friction, o.solref))
-    fields = ContactFields(*map(batch.expand, CONTACT_FIELDS))
+    contacts = scene_kernel.Contacts(*in_order(place, o.friction, o.rolling_friction, o.solref))
+    fields = scene_kernel.ContactFields(*map(batch.expand, scene_kernel.CONTACT_FIELDS))
     scene_kernel.write_contacts(np.ascontiguousarray(rows), geom, contacts, fields)
     batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
@@ -59,7 +48,10 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
 
 
 def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    fields, panels = BinFields(*map(batch.expand, BIN_FIELDS)), bin_panels(context.opening, bins)
+    fields, panels = (
+        scene_kernel.BinFields(*map(batch.expand, scene_kernel.BIN_FIELDS)),
+        bin_panels(context.opening, bins),
+    )
     rows, target = in_order(rows, context.target)
     scene_kernel.place_bins(rows, scene.bin_bodies[0], scene.bin_geoms[0], target, panels, fields)
 
@@ -158,7 +150,7 @@ class FreeObjects:
     def _vicinity(self, context: Context, body: Rows1[Body]) -> Vicinity:
         """Bodies of N objects, and what they may meet."""
         o, fixed, count = context.objects, self._config.bins.fixed, len(body)
-        bins, solid, rebounds = Bin.empty(count, max(len(fixed), 1)), Solid.empty(count), np.empty(count)
+        bins, solid, rebounds = BinShape.empty(count, max(len(fixed), 1)), Solid.empty(count), np.empty(count)
         openings = np.array([(b.x, b.y, b.size[0] / 2.0, b.size[1] / 2.0) for b in fixed])
         drawn = np.concatenate([context.target[:, :2], context.opening / 2.0], axis=1)[:, None]
         for index, name in enumerate(("x", "y", "half_x", "half_y")):

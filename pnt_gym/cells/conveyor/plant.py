@@ -42,7 +42,7 @@ from pnt_gym.cells.conveyor.cup.swing import Spring, springs
 from pnt_gym.cells.conveyor.free import FreeObjects, write_models
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.outcome import Effort, SimulatedThrows
-from pnt_gym.cells.conveyor.scene import CUP_FIELDS, SENSORS, CupFields, Scene, build_scene
+from pnt_gym.cells.conveyor.scene import SENSORS, Scene, build_scene
 from pnt_gym.errors import PhysicsError
 from pnt_gym.robots.t3kr.kinematics import closed_pose, closed_velocity
 from pnt_gym.robots.t3kr.model import qpos_columns, qvel_columns
@@ -298,7 +298,7 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
 
     def _widen(self, rows: Ints, radius: Floats) -> None:
         """Write the radii (N,) [m] of the cups of some simulations."""
-        fields = CupFields(*map(self.batch.expand, CUP_FIELDS))
+        fields = scene_kernel.CupFields(*map(self.batch.expand, scene_kernel.CUP_FIELDS))
         bounds = np.hypot(radius[:, None], self._cup_halves)
         inputs = in_order(rows, self._cups, radius, self._cup_halves, bounds)
         scene_kernel.widen_cups(*inputs, fields)

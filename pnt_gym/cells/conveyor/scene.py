@@ -7,7 +7,7 @@ model that the plant overwrites per simulation; the models are compiled once.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -35,7 +35,6 @@ from pnt_gym.constants import AIR_DENSITY, AIR_VISCOSITY
 from pnt_gym.engine import MjModel, MjSpec, mujoco
 from pnt_gym.robots.specification import LOOP_SOLIMP, LOOP_SOLREF, set_options
 from pnt_gym.robots.t3kr.model import T3krHandles, add_t3kr
-from pnt_gym.rows import Floats1, Floats2, Floats3
 
 CUP_LENGTH: Final = 0.050
 FLOOR_DROP: Final = 0.02
@@ -55,68 +54,6 @@ SENSORS: Final = {
     "torque": slice(13, 17),
 }
 """Columns of sensordata; without the robot only the object's. A contact is (number, smallest distance [m])."""
-
-
-@final
-class Panels(NamedTuple):
-    """The five panels of N bins, relative to the centres of the openings: walls at +x, -x, +y, -y, and the bottom."""
-
-    half: Floats3
-    """Half extents (N, 5, 3) [m]."""
-    centre: Floats3
-    """Centres (N, 5, 3) [m]."""
-
-
-@final
-class BinFields(NamedTuple):
-    """The fields `BIN_FIELDS` of S simulations."""
-
-    place: Floats3
-    size: Floats3
-    geom_place: Floats3
-    rbound: Floats2
-    aabb: Floats3
-
-
-BIN_FIELDS: Final = ("body_pos", "geom_size", "geom_pos", "geom_rbound", "geom_aabb")
-
-
-@final
-class CupFields(NamedTuple):
-    """The fields `CUP_FIELDS` of S simulations."""
-
-    size: Floats3
-    rbound: Floats2
-    aabb: Floats3
-
-
-CUP_FIELDS: Final = ("geom_size", "geom_rbound", "geom_aabb")
-
-
-@final
-class ContactFields(NamedTuple):
-    """The fields `CONTACT_FIELDS` of S simulations."""
-
-    place: Floats3
-    friction: Floats3
-    solref: Floats3
-
-
-CONTACT_FIELDS: Final = ("geom_pos", "geom_friction", "geom_solref")
-
-
-@final
-class Contacts(NamedTuple):
-    """What contacts of N objects need."""
-
-    height: Floats1
-    """Height of the body's middle above the centre of mass (N,) [m]."""
-    friction: Floats1
-    """Coefficient of sliding (N,)."""
-    rolling: Floats1
-    """Coefficient of rolling (N,) [m]."""
-    solref: Floats2
-    """MuJoCo's `solref` (N, 2)."""
 
 
 @dataclass(frozen=True)
@@ -202,14 +139,14 @@ def build_free_scene(config: ConveyorConfig) -> Surroundings:
     return Surroundings(**_ids(spec.compile(), config))
 
 
-def bin_panels(size: Floats, bins: Bins) -> Panels:
+def bin_panels(size: Floats, bins: Bins) -> scene_kernel.Panels:
     """Half extents and centres of a bin's five panels, relative to the centre of its opening.
 
     Args:
         size: inner opening along x and y (N, 2) [m].
         bins: depth and wall thickness.
     """
-    panels = Panels(*np.empty((2, len(size), scene_kernel.PANELS, 3)))
+    panels = scene_kernel.Panels(*np.empty((2, len(size), scene_kernel.PANELS, 3)))
     scene_kernel.fill_panels(np.ascontiguousarray(size), bins.depth, bins.wall, panels)
     return panels
 

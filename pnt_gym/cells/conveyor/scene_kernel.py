@@ -3,13 +3,75 @@
 from __future__ import annotations
 
 import math
+from typing import Final, NamedTuple, final
 
-from pnt_gym.cells.conveyor.scene import BinFields, ContactFields, Contacts, CupFields, Panels
 from pnt_gym.compiled import kernel
 from pnt_gym.rows import Floats1, Floats2, Floats3, Ints1
 
 PANELS = 5
 """Number of a bin's panels: walls at +x, -x, +y and -y, and the bottom."""
+
+
+@final
+class Panels(NamedTuple):
+    """The five panels of N bins, relative to the centres of the openings: walls at +x, -x, +y, -y, and the bottom."""
+
+    half: Floats3
+    """Half extents (N, 5, 3) [m]."""
+    centre: Floats3
+    """Centres (N, 5, 3) [m]."""
+
+
+@final
+class BinFields(NamedTuple):
+    """The fields `BIN_FIELDS` of S simulations."""
+
+    place: Floats3
+    size: Floats3
+    geom_place: Floats3
+    rbound: Floats2
+    aabb: Floats3
+
+
+BIN_FIELDS: Final = ("body_pos", "geom_size", "geom_pos", "geom_rbound", "geom_aabb")
+
+
+@final
+class CupFields(NamedTuple):
+    """The fields `CUP_FIELDS` of S simulations."""
+
+    size: Floats3
+    rbound: Floats2
+    aabb: Floats3
+
+
+CUP_FIELDS: Final = ("geom_size", "geom_rbound", "geom_aabb")
+
+
+@final
+class ContactFields(NamedTuple):
+    """The fields `CONTACT_FIELDS` of S simulations."""
+
+    place: Floats3
+    friction: Floats3
+    solref: Floats3
+
+
+CONTACT_FIELDS: Final = ("geom_pos", "geom_friction", "geom_solref")
+
+
+@final
+class Contacts(NamedTuple):
+    """What contacts of N objects need."""
+
+    height: Floats1
+    """Height of the body's middle above the centre of mass (N,) [m]."""
+    friction: Floats1
+    """Coefficient of sliding (N,)."""
+    rolling: Floats1
+    """Coefficient of rolling (N,) [m]."""
+    solref: Floats2
+    """MuJoCo's `solref` (N, 2)."""
 
 
 @kernel

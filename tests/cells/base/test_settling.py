@@ -8,7 +8,7 @@ import pytest
 from benchmarks.studies.cells import CELLS
 from benchmarks.studies.margins import EngineCheck
 from pnt_gym.arrays import take
-from pnt_gym.cells.base.airborne import Airborne, Bin, Body, Ground, Solid, Vicinity
+from pnt_gym.cells.base.airborne import Airborne, BinShape, Body, Ground, Solid, Vicinity
 from pnt_gym.cells.base.items import contact_solref
 from pnt_gym.cells.base.settle_kernel import FALLING, OVER, STAYS, fill_rebounds, follow
 from tests.tools.nightly import with_nightly
@@ -16,7 +16,7 @@ from tests.tools.throws import make_core
 
 STEP = 0.001
 BALL = Solid.zeros(1, half=0.03, spin=4e-4, rebound=0.4, farthest=0.03)
-BINS = Bin.zeros(1, 1, half_x=0.1, half_y=0.1, depth=0.3)
+BINS = BinShape.zeros(1, 1, half_x=0.1, half_y=0.1, depth=0.3)
 EMPTY_BELT = Ground.zeros(1, floor=-0.4, belt=-0.5, min_x=5.0, max_x=6.0, min_y=5.0, max_y=6.0)
 BELT = Ground.zeros(1, floor=-0.4, belt=-0.06, min_x=0.4, max_x=1.0, min_y=-1.0, max_y=1.0)
 
