@@ -7,7 +7,7 @@ from copy import deepcopy
 from dataclasses import fields, is_dataclass
 from functools import cache
 from operator import attrgetter, itemgetter
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, TypeVarTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,7 @@ Bools: TypeAlias = NDArray[np.bool_]
 Ints: TypeAlias = NDArray[np.int64]
 Point: TypeAlias = Sequence[float] | Floats
 
+ArraysT = TypeVarTuple("ArraysT")
 RecordT = TypeVar("RecordT")
 KindT = TypeVar("KindT")
 
@@ -146,6 +147,11 @@ def length(vectors: Floats) -> Floats:
 def dot(first: Floats, second: Floats) -> Floats:
     """Return the scalar product (...,) of vectors (..., 3), written out as in `length`."""
     return first[..., 0] * second[..., 0] + first[..., 1] * second[..., 1] + first[..., 2] * second[..., 2]
+
+
+def in_order(*arrays: *ArraysT) -> tuple[*ArraysT]:
+    """The arrays in C's order, as compiled functions take them: copies of those that are views across rows."""
+    return cast("tuple[*ArraysT]", tuple(map(np.ascontiguousarray, cast("tuple[Any, ...]", arrays))))
 
 
 def join_columns(first: Floats, *columns: Floats | float) -> Floats:

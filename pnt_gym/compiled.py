@@ -63,7 +63,8 @@ def _numba_type(hint: Any) -> Any:
         return numba.types.Array(numba.from_dtype(form.dtype or get_args(kind)[0].dtype), form.axes, "C")
     if hasattr(hint, "_fields"):
         parts = get_type_hints(hint, include_extras=True).values()
-        return numba.types.NamedTuple([_numba_type(part) for part in parts], hint)
+        types: Any = numba.types
+        return types.BaseTuple.from_types([_numba_type(part) for part in parts], hint)
     return {float: numba.float64, int: numba.int64, bool: numba.boolean}[hint]
 
 

@@ -12,9 +12,9 @@ from typing import Any, Final, cast, final
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, length, take
+from pnt_gym.cells.base.airborne import Airborne
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import ItemTable, item_arrays
-from pnt_gym.cells.base.settling import Airborne
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context, apply_bias, constant_bias, unseen_grasp
 from pnt_gym.cells.conveyor.cup.hold import Grips, inside_outline, true_hold

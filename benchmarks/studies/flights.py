@@ -7,8 +7,9 @@ import numpy as np
 from agents.results.study import Amount, Figures, Settings
 from benchmarks.studies.cells import CELLS, distance, infos, make_seeded_cells, throw
 from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.cells.base.airborne import Airborne
 from pnt_gym.cells.base.flight import Touchdown
-from pnt_gym.cells.base.settling import Airborne, FallEnd
+from pnt_gym.cells.base.settling import FallEnd
 from pnt_gym.cells.conveyor.cell import ConveyorCell
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context

@@ -7,9 +7,9 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats, Ints, in_order
 from pnt_gym.cells.base import body_kernel, freefall
-from pnt_gym.cells.base.fluid import GeomPlacement
+from pnt_gym.cells.base.fluid import MODEL_FIELDS, GeomPlacement, ModelFields, ModelObjects
 from pnt_gym.cells.base.plant import check_warnings, simulation_ids
 from pnt_gym.constants import GRAVITY
 
@@ -18,16 +18,14 @@ CHECK_INTERVAL: Final = 0.032
 FASTEST_FALL: Final = 2.0 * GRAVITY
 """Downward acceleration that no object reaches above a rim [m/s2]: the air on a light spinning object adds a half."""
 
-_FIELDS: Final = (
-    "body_mass", "body_inertia", "geom_type", "geom_size", "geom_quat", "geom_rbound", "geom_aabb", "geom_fluid",
-)  # fmt: skip
-
 
 def write_object(
     batch: Any, rows: Ints, body: int, geom: int, mass: Floats, inertia: Floats, placement: GeomPlacement, fluid: Floats
 ) -> None:
     """Write mass (N,) [kg], inertia (N, 3) [kg m2], geom and `geom_fluid` (N, 12) of some simulations' free objects."""
-    body_kernel.write_bodies(rows, body, geom, mass, inertia, *placement, fluid, *map(batch.expand, _FIELDS))
+    mass, inertia, fluid = in_order(mass, inertia, fluid)
+    objects = ModelObjects(mass, inertia, GeomPlacement(*in_order(*placement)), fluid)
+    body_kernel.write_bodies(rows, body, geom, objects, ModelFields(*map(batch.expand, MODEL_FIELDS)))
 
 
 @final
@@ -64,6 +62,7 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     count, chunk = len(steps), max(round(CHECK_INTERVAL / step), 1)
     spin = batch.expand("body_inertia")[rows, body] / batch.expand("body_mass")[rows, body, None]
     qpos, qvel, last_steps = batch.bind("qpos"), batch.bind("qvel"), steps.copy()
+    rims = np.ascontiguousarray(rim)
     above = _shortest_time_above(qpos[rows, 2] - rim, qvel[rows, 2])
     batch.warning[:] = 0
     parts: list[tuple[Ints, slice, Any]] = []
@@ -71,7 +70,8 @@ def fall(batch: Any, rows: Ints, body: int, steps: Ints, rim: Floats, step: floa
     while (falling := (last_steps > start).nonzero()[0]).size > 0:
         part = batch.rollout(end - start, record=("sensordata", "qpos"), ids=simulation_ids(batch, rows[falling]))
         parts.append((falling, slice(start, end), part))
-        freefall.end_settled(part["sensordata"], qvel, rows, falling, spin, rim, end, last_steps)
+        rate = qvel[rows[falling], 3:6]
+        freefall.end_settled(np.ascontiguousarray(part["sensordata"]), rate, falling, spin, rims, end, last_steps)
         start, end = end, end + chunk
     check_warnings(batch)
     sensors, attitude = np.zeros((count, start, int(batch.model.nsensordata))), np.zeros((count, start, 4))

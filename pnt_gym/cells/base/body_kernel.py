@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.fluid import ModelFields, ModelObjects
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.rows import Floats1, Floats2, Ints1
 
-SHAPES, NUMBERS, ROWS = (
-    f"Array({kind}, {axes}, 'A', readonly=True)" for kind, axes in (("i8", 1), ("f8", 1), ("f8", 2))
-)
-"""Types of arguments that may be columns of a catalogue, which nobody overwrites."""
 HALF_TURN = math.sqrt(0.5)
 """Cosine and sine of half a quarter turn."""
 
@@ -41,15 +36,15 @@ def inertia_of_extents(share: float, length: float, width: float, height: float)
     return share * (y * y + z * z), share * (x * x + z * z), share * (x * x + y * y)
 
 
-@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1])")
-def fill_extents(shape: Ints, size: Floats, extents: Floats) -> None:
+@kernel
+def fill_extents(shape: Ints1, size: Floats2, extents: Floats2) -> None:
     """Fill the extents of bodies (N, 3) as `fluid.lying_extents`."""
     for row in range(len(extents)):
         extents[row, 0], extents[row, 1], extents[row, 2] = extents_of_lying(shape[row] == CYLINDER, size[row])
 
 
-@compile_for(f"void({SHAPES}, {NUMBERS}, {ROWS}, {NUMBERS}, f8[:, ::1])")
-def fill_inertia(shape: Ints, mass: Floats, size: Floats, gyration: Floats, inertia: Floats) -> None:
+@kernel
+def fill_inertia(shape: Ints1, mass: Floats1, size: Floats2, gyration: Floats1, inertia: Floats2) -> None:
     """Fill the inertias of bodies (N, 3) as `fluid.solid_shell_inertia`; `gyration` is that of each shape."""
     for row in range(len(inertia)):
         share = gyration[shape[row]] * mass[row]
@@ -57,8 +52,8 @@ def fill_inertia(shape: Ints, mass: Floats, size: Floats, gyration: Floats, iner
         inertia[row, 0], inertia[row, 1], inertia[row, 2] = x, y, z
 
 
-@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1])")
-def fill_placement(shape: Ints, full: Floats, size: Floats, quat: Floats, rbound: Floats, aabb: Floats) -> None:
+@kernel
+def fill_placement(shape: Ints1, full: Floats2, size: Floats2, quat: Floats2, rbound: Floats1, aabb: Floats2) -> None:
     """Fill sizes, attitudes and bounds of geoms as `fluid.GeomPlacement`, all but the types."""
     for row in range(len(size)):
         x, y, z = _semi_axes(shape[row], full[row])
@@ -73,16 +68,16 @@ def fill_placement(shape: Ints, full: Floats, size: Floats, quat: Floats, rbound
         aabb[row, 3], aabb[row, 4], aabb[row, 5] = x, y, z
 
 
-@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1])")
-def fill_squares(shape: Ints, full: Floats, squares: Floats) -> None:
+@kernel
+def fill_squares(shape: Ints1, full: Floats2, squares: Floats2) -> None:
     """Fill the squares of the semi-axes in the geom's frame (3, N) [m2]."""
     for row in range(squares.shape[1]):
         x, y, z = _semi_axes(shape[row], full[row])
         squares[0, row], squares[1, row], squares[2, row] = x * x, y * y, z * z
 
 
-@compile_for(f"void({SHAPES}, {ROWS}, f8[:, ::1], f8[:, ::1], f8[:, ::1])")
-def fill_added_mass(shape: Ints, full: Floats, squares: Floats, integrals: Floats, fluid: Floats) -> None:
+@kernel
+def fill_added_mass(shape: Ints1, full: Floats2, squares: Floats2, integrals: Floats2, fluid: Floats2) -> None:
     """Fill virtual mass and virtual inertia per unit density (N, 12), in the last six columns.
 
     Lamb's factors k / (2 - k), with k = xyz int_0^inf ds / ((x^2 + s) sqrt((x^2 + s)(y^2 + s)(z^2 + s))) and so on, are
@@ -107,56 +102,13 @@ def fill_added_mass(shape: Ints, full: Floats, squares: Floats, integrals: Float
             fluid[row, 9 + axis] = volume / 5.0 * share
 
 
-@compile_for(
-    "void(i8[:], i8, i8, f8[:], f8[:, :], i4[:], f8[:, :], f8[:, :], f8[:], f8[:, :], f8[:, :], f8[:, ::1],"
-    "f8[:, :, ::1], i4[:, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1])"
-)
-def write_bodies(
-    rows: Ints,
-    body: int,
-    geom: int,
-    mass: Floats,
-    inertia: Floats,
-    kind: NDArray[np.int32],
-    size: Floats,
-    quat: Floats,
-    rbound: Floats,
-    aabb: Floats,
-    fluid: Floats,
-    body_mass: Floats,
-    body_inertia: Floats,
-    geom_type: NDArray[np.int32],
-    geom_size: Floats,
-    geom_quat: Floats,
-    geom_rbound: Floats,
-    geom_aabb: Floats,
-    geom_fluid: Floats,
-) -> None:
-    """Write bodies of N objects into the fields of some simulations, as `alone.write_object`.
-
-    Args:
-        rows: the simulations of the objects (N,).
-        body: id of the body.
-        geom: id of its geom.
-        mass: masses (N,), and so on: values of the fields below, one row for each object.
-        inertia: see `mass`.
-        kind: types of the geoms.
-        size: see `mass`.
-        quat: see `mass`.
-        rbound: see `mass`.
-        aabb: see `mass`.
-        fluid: see `mass`.
-        body_mass: field of the model, of all simulations (S, bodies), and so on.
-        body_inertia: see `body_mass`.
-        geom_type: see `body_mass`.
-        geom_size: see `body_mass`.
-        geom_quat: see `body_mass`.
-        geom_rbound: see `body_mass`.
-        geom_aabb: see `body_mass`.
-        geom_fluid: see `body_mass`.
-    """
+@kernel
+def write_bodies(rows: Ints1, body: int, geom: int, objects: ModelObjects, fields: ModelFields) -> None:
+    """Write N objects into the fields of some simulations (N,), as `alone.write_object`."""
+    placement = objects.placement
     for n in range(len(rows)):
         row = rows[n]
-        body_mass[row, body], geom_type[row, geom], geom_rbound[row, geom] = mass[n], kind[n], rbound[n]
-        body_inertia[row, body], geom_size[row, geom], geom_quat[row, geom] = inertia[n], size[n], quat[n]
-        geom_aabb[row, geom], geom_fluid[row, geom] = aabb[n], fluid[n]
+        fields.mass[row, body], fields.inertia[row, body] = objects.mass[n], objects.inertia[n]
+        fields.type[row, geom], fields.size[row, geom] = placement.type[n], placement.size[n]
+        fields.quat[row, geom], fields.rbound[row, geom] = placement.quat[n], placement.rbound[n]
+        fields.aabb[row, geom], fields.fluid[row, geom] = placement.aabb[n], objects.fluid[n]

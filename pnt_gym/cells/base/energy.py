@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats, Ints, in_order
 from pnt_gym.cells.base import load_kernel
 
 
@@ -23,7 +23,7 @@ def loads_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float) -> t
         step: length of a step [s].
     """
     largest, work = np.empty(len(torque)), np.empty(len(torque))
-    load_kernel.fill_loads_of_steps(torque, speed, steps, step, largest, work)
+    load_kernel.fill_loads_of_steps(*in_order(torque, speed, steps), step, largest, work)
     return largest, work
 
 
@@ -36,5 +36,5 @@ def loads_between(torque: Floats, speed: Floats, times: Floats) -> tuple[Floats,
         times: the moments, which increase (N, K) [s].
     """
     largest, work = np.empty(len(torque)), np.empty(len(torque))
-    load_kernel.fill_loads_between(torque, speed, times, largest, work)
+    load_kernel.fill_loads_between(*in_order(torque, speed, times), largest, work)
     return largest, work

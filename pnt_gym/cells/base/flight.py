@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final, final
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, in_order
 from pnt_gym.cells.base import flight_kernel
 from pnt_gym.cells.base.sorting import SortingReward
-from pnt_gym.records import computed
+from pnt_gym.rows import Bools1, Bools2, Floats2, Floats3, Ints1
 
 REWARD_TERMS: Final = ("landing", "success", "time")
 """Names of the reward terms of a throw into an opening."""
@@ -57,24 +57,23 @@ class Landed:
 
 
 @final
-@dataclass(frozen=True)
-class ObjectFlight:
+class ObjectFlight(NamedTuple):
     """Motion and contacts of N thrown objects, M steps each."""
 
-    position: Floats
+    position: Floats3
     """Position of the object at the start of each step (N, M, 3) [m]."""
-    velocity: Floats
+    velocity: Floats3
     """Velocity of the object at the start of each step (N, M, 3) [m/s]."""
-    hand_touch: Bools
+    hand_touch: Bools2
     """Whether the hand touches the object (N, M)."""
-    any_touch: Bools
+    any_touch: Bools2
     """Whether any body touches the object (N, M)."""
-    release_step: Ints
+    release_step: Ints1
     """First step without grip (N,)."""
-    last_step: Ints
+    last_step: Ints1
     """Last step that counts (N,)."""
 
-    @computed
+    @property
     def free(self) -> Bools:
         """Steps after the release that count, (N, M)."""
         steps = np.arange(self.position.shape[1], dtype=np.int64)
@@ -93,25 +92,21 @@ class ObjectFlight:
         """
         count = len(self.position)
         landing, recontact = np.empty((count, 2)), np.empty(count, dtype=np.bool_)
-        flight_kernel.find_landings(
-            self.position, self.velocity, self.hand_touch, self.any_touch, self.release_step, self.last_step, plane_z,
-            landing, recontact,
-        )  # fmt: skip
+        flight_kernel.find_landings(ObjectFlight(*in_order(*self)), *in_order(plane_z), landing, recontact)
         return Touchdown(landing, *self.final(), recontact)
 
 
 @final
-@dataclass(frozen=True)
-class Touchdown:
+class Touchdown(NamedTuple):
     """Landing and last state of N thrown objects."""
 
-    landing: Floats
+    landing: Floats2
     """Where the free flight crosses the rim plane, x, y (N, 2) [m]; see `ObjectFlight.touchdown`."""
-    position: Floats
+    position: Floats2
     """Last position (N, 3) [m]."""
-    velocity: Floats
+    velocity: Floats2
     """Last velocity (N, 3) [m/s]."""
-    recontact: Bools
+    recontact: Bools1
     """The hand touched the object after the release (N,)."""
 
     def lies_in(self, centre: Floats, opening: Floats, rim: Floats, bottom: Floats) -> Bools:
@@ -126,7 +121,7 @@ class Touchdown:
             bottom: height of the inner bottom (N,) [m]; an object on the bottom may lie lower by up to `CONTACT_DEPTH`.
         """
         lies = np.empty(len(self.position), dtype=np.bool_)
-        flight_kernel.find_lying(self.position, self.velocity, centre, opening, rim, bottom, CONTACT_DEPTH, lies)
+        flight_kernel.find_lying(Touchdown(*in_order(*self)), *in_order(centre, opening, rim, bottom), lies)
         return lies
 
     def landing_fields(self, target: Floats, opening: Floats, depth: float | Floats, along: Floats) -> dict[str, Any]:
@@ -139,7 +134,7 @@ class Touchdown:
             along: horizontal unit vectors of the throws (N, 2+).
         """
         errors, in_opening = np.empty((2, len(target))), np.empty(len(target), dtype=np.bool_)
-        flight_kernel.measure_landings(self.landing, target, opening, along, errors, in_opening)
+        flight_kernel.measure_landings(*in_order(self.landing, target, opening, along), errors, in_opening)
         in_bin = self.lies_in(target[:, :2], opening, target[:, 2], target[:, 2] - depth)
         return {
             "landing": self.landing,

@@ -11,7 +11,7 @@ Every operation is elementwise: a row's result does not depend, to the last bit,
 # pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
-from typing import Final, NamedTuple, final
+from typing import Annotated, Any, Final, NamedTuple, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,7 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base import body_kernel
 from pnt_gym.cells.base.items import SHAPES
 from pnt_gym.errors import ConfigError
+from pnt_gym.rows import Floats1, Floats2, Floats3, Form
 
 # Share of the drag coefficient, by shape. MuJoCo's drag has no 1/2, and a box or cylinder is seen as the
 # ellipsoid inside it, whose frontal area is pi/4 of a face: 0.5 / (pi/4) = 0.64.
@@ -37,6 +38,10 @@ GYRATION: Final = np.array([0.27, 0.38, 0.38])
 _GEOM_TYPE: Final = np.array([4, 5, 6], dtype=np.int32)  # mjtGeom: ellipsoid, cylinder, box
 
 
+Types1: TypeAlias = Annotated[NDArray[np.int32], Form(1, np.int32)]
+Types2: TypeAlias = Annotated[NDArray[np.int32], Form(2, np.int32)]
+
+
 @final
 class GeomPlacement(NamedTuple):
     """N geoms in MuJoCo's convention, in the order of the fields' names.
@@ -49,11 +54,40 @@ class GeomPlacement(NamedTuple):
         aabb: (N, 6) bounding box in the geom's frame, m: centre, half extents.
     """
 
-    type: NDArray[np.int32]
-    size: Floats
-    quat: Floats
-    rbound: Floats
-    aabb: Floats
+    type: Types1
+    size: Floats2
+    quat: Floats2
+    rbound: Floats1
+    aabb: Floats2
+
+
+@final
+class ModelObjects(NamedTuple):
+    """N objects as MuJoCo's fields: mass [kg], inertia (N, 3) [kg m2], geom and `geom_fluid` (N, 12)."""
+
+    mass: Floats1
+    inertia: Floats2
+    placement: GeomPlacement
+    fluid: Floats2
+
+
+@final
+class ModelFields(NamedTuple):
+    """Fields of the bodies and geoms of S simulations, in the order of `MODEL_FIELDS`."""
+
+    mass: Floats2
+    inertia: Floats3
+    type: Types2
+    size: Floats3
+    quat: Floats3
+    rbound: Floats2
+    aabb: Floats3
+    fluid: Floats3
+
+
+MODEL_FIELDS: Final = (
+    "body_mass", "body_inertia", "geom_type", "geom_size", "geom_quat", "geom_rbound", "geom_aabb", "geom_fluid",
+)  # fmt: skip
 
 
 def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
@@ -83,10 +117,15 @@ def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
     return lying_extents(index, full)
 
 
+def _writable(*arrays: Any) -> list[Any]:
+    """The arrays as compiled functions take them; columns of a catalogue are copied, because nobody overwrites them."""
+    return [np.require(array, requirements=("C", "W")) for array in arrays]
+
+
 def lying_extents(shape: Ints, size: Floats) -> Floats:
     """Extents of bodies as `lying_size`, for extents and shapes that need no check."""
     extents = np.empty(size.shape)
-    body_kernel.fill_extents(shape, size, extents)
+    body_kernel.fill_extents(*_writable(shape, size), extents)
     return extents
 
 
@@ -102,7 +141,7 @@ def geom_placement(shape: Ints, size: Floats) -> GeomPlacement:
     """
     count = len(shape)
     placed = np.empty((count, 3)), np.empty((count, 4)), np.empty(count), np.empty((count, 6))
-    body_kernel.fill_placement(shape, size, *placed)
+    body_kernel.fill_placement(*_writable(shape, size), *placed)
     return GeomPlacement(_GEOM_TYPE[shape], *placed)
 
 
@@ -128,6 +167,7 @@ def fluid_coefficients(shape: Ints, size: Floats, drag: Floats) -> Floats:
     coefficients[:, :6] = 1.0, np.nan, np.nan, _ANGULAR, _KUTTA, _MAGNUS
     coefficients[:, 1] = _BLUNT[shape] * drag
     coefficients[:, 2] = _SLENDER * coefficients[:, 1]
+    shape, size = _writable(shape, size)
     body_kernel.fill_squares(shape, size, squares)
     body_kernel.fill_added_mass(
         shape, size, squares, elliprd(squares[[1, 2, 0]], squares[[2, 0, 1]], squares), coefficients
@@ -148,5 +188,5 @@ def solid_shell_inertia(mass: Floats, size: Floats, shape: Ints) -> Floats:
         k m (b^2 + c^2) with the two other semi-axes b and c, k = 0.38, for an ellipsoid 0.27.
     """
     inertia = np.empty((len(shape), 3))
-    body_kernel.fill_inertia(shape, mass, size, GYRATION, inertia)
+    body_kernel.fill_inertia(*_writable(shape, mass, size), GYRATION, inertia)
     return inertia

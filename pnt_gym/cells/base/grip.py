@@ -9,14 +9,14 @@ case II); the moment is added here. The safety factors that the handbook advises
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple, TypeAlias, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats, Ints, in_order
 from pnt_gym.cells.base import load_kernel
 from pnt_gym.constants import GRAVITY
+from pnt_gym.rows import Floats1
 
 CUP_RADIUS: Final = 0.018
 """Bellows suction cup for light waste, 36 mm wide [m]."""
@@ -41,21 +41,20 @@ least 1.5 on smooth and dense workpieces, 2 on others."""
 
 
 @final
-@dataclass(frozen=True)
-class Hold:
+class Hold(NamedTuple):
     """N objects under their suction cups, with true or with measured values."""
 
-    force: Floats
+    force: Floats1
     """Force of the vacuum, F0 (N,) [N]."""
-    mass: Floats
+    mass: Floats1
     """(N,) [kg]"""
-    friction: Floats
+    friction: Floats1
     """Friction coefficient mu between lip and object (N,)."""
-    depth: Floats
+    depth: Floats1
     """Centre of mass below the lip, z (N,) [m]."""
-    offset: Floats
+    offset: Floats1
     """Centre of mass from the cup's axis, e (N,) [m]."""
-    radius: Floats
+    radius: Floats1
     """Radius of the lip, r (N,) [m]."""
 
     def smallest_margin(self, accelerations: Floats, counts: Ints, scale: float = 1.0) -> tuple[Floats, Ints]:
@@ -71,9 +70,9 @@ class Hold:
         Returns:
             The margins, and the indices of the first accelerations with a margin below 1; -1 where there is none.
         """
-        holds = np.array([self.force, self.mass, self.friction, self.depth, self.offset, self.radius])
         margin, lost_at = np.empty(len(counts)), np.empty(len(counts), dtype=np.int64)
-        load_kernel.find_smallest_margins(holds, np.ascontiguousarray(accelerations), counts, scale, margin, lost_at)
+        hold, inputs = Hold(*in_order(*self)), in_order(accelerations, counts)
+        load_kernel.find_smallest_margins(hold, *inputs, scale, margin, lost_at)
         return margin, lost_at
 
     def least_margin(self, acceleration: Floats) -> Floats:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.grip import Hold
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
+from pnt_gym.rows import Floats1, Floats2, Floats3, Ints1
 
 # Smallest load in a quotient [N]; the load is negative where the hand falls faster than the object.
 LIGHTEST = 1e-9
-# Rows of `holds` (6, N), as the fields of `grip.Hold`.
-FORCE, MASS, FRICTION, DEPTH, OFFSET, RADIUS = range(6)
 
 
 @kernel_part
@@ -34,8 +34,10 @@ def _power(torques: Floats, first: Floats, second: Floats) -> float:
     return total
 
 
-@compile_for("void(f8[:, :, :], f8[:, :, :], i8[:], f8, f8[::1], f8[::1])")
-def fill_loads_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float, largest: Floats, work: Floats) -> None:
+@kernel
+def fill_loads_of_steps(
+    torque: Floats3, speed: Floats3, steps: Ints1, step: float, largest: Floats1, work: Floats1
+) -> None:
     """Write largest torques and works (N,) as `energy.loads_of_steps`."""
     for row in range(len(work)):
         largest[row] = work[row] = 0.0
@@ -44,8 +46,8 @@ def fill_loads_of_steps(torque: Floats, speed: Floats, steps: Ints, step: float,
             work[row] += _power(torque[row, k], speed[row, max(k - 1, 0)], speed[row, k]) * step
 
 
-@compile_for("void(f8[:, :, :], f8[:, :, :], f8[:, :], f8[::1], f8[::1])")
-def fill_loads_between(torque: Floats, speed: Floats, times: Floats, largest: Floats, work: Floats) -> None:
+@kernel
+def fill_loads_between(torque: Floats3, speed: Floats3, times: Floats2, largest: Floats1, work: Floats1) -> None:
     """Write largest torques and works (N,) as `energy.loads_between`."""
     for row in range(len(work)):
         largest[row] = work[row] = before = 0.0
@@ -59,35 +61,26 @@ def fill_loads_between(torque: Floats, speed: Floats, times: Floats, largest: Fl
 
 
 @kernel_part
-def _load(holds: Floats, row: int, acceleration: Floats) -> float:
+def _load(hold: Hold, row: int, acceleration: Floats) -> float:
     """Holding force that the vacuum needs against slip and peel under an acceleration (3,) of the hand [N]."""
-    mass, radius = holds[MASS, row], holds[RADIUS, row]
+    mass, radius = hold.mass[row], hold.radius[row]
     x, y = acceleration[0], acceleration[1]
     sideways = mass * math.sqrt(x * x + y * y)
     down = mass * (GRAVITY + acceleration[2])
-    slip = down + sideways / holds[FRICTION, row]
-    peel = sideways * holds[DEPTH, row] / radius + down * (holds[OFFSET, row] / radius + 1.0)
+    slip = down + sideways / hold.friction[row]
+    peel = sideways * hold.depth[row] / radius + down * (hold.offset[row] / radius + 1.0)
     return max(slip, peel, LIGHTEST)
 
 
-@compile_for("void(f8[:, ::1], f8[:, :, ::1], i8[::1], f8, f8[::1], i8[::1])")
+@kernel
 def find_smallest_margins(
-    holds: Floats, accelerations: Floats, counts: Ints, scale: float, margin: Floats, lost_at: Ints
+    hold: Hold, accelerations: Floats3, counts: Ints1, scale: float, margin: Floats1, lost_at: Ints1
 ) -> None:
-    """Find the smallest margins of N holds, and where a margin is below 1 for the first time.
-
-    Args:
-        holds: the holds (6, N), by the rows above.
-        accelerations: accelerations of the hands (N, K, 3) [m/s2].
-        counts: numbers of accelerations that count, from the first (N,).
-        scale: factor of the load.
-        margin: overwritten by the smallest margins, inf where no acceleration counts (N,).
-        lost_at: overwritten by the first acceleration whose margin is below 1, -1 for none (N,).
-    """
+    """Find the smallest margins of N holds (N,), and where each is below 1 first (N,), as `Hold.smallest_margin`."""
     for row in range(len(accelerations)):
         margin[row], lost_at[row] = math.inf, -1
         for k in range(counts[row]):
-            value = holds[FORCE, row] / _load(holds, row, accelerations[row, k]) / scale
+            value = hold.force[row] / _load(hold, row, accelerations[row, k]) / scale
             margin[row] = min(margin[row], value)
             if value < 1.0 and lost_at[row] < 0:
                 lost_at[row] = k

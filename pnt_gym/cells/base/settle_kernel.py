@@ -20,22 +20,16 @@ from __future__ import annotations
 
 import math
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.base.airborne import Airborne, BinShape, Ground, Solid, Vicinity
 from pnt_gym.cells.base.freefall import step_free
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
+from pnt_gym.rows import Floats1, Floats2, Ints1, Rows
 
-SOLID = 10
-"""Numbers of a body: shape, half extents (3) [m], height of the geom's middle above the centre of mass [m], inertia
-over mass (3) [m2], largest rebound speed over impact speed, and farthest point from the centre of mass [m]."""
-BIN = 5
-"""Numbers of a bin: centre of the opening (2), half the opening (2) and depth [m]."""
-GROUND = 6
-"""Numbers of the ground: heights of floor and belt, least x, largest x, least y and largest y of the belt [m]."""
 FALLING, STAYS, OVER = 0, 1, 2
 """Verdicts: unknown; the object stays in its bin or outside; it has no energy to reach a rim, or its time is over."""
-ELLIPSOID, CYLINDER = 0, 1
-"""Shapes as in `items.SHAPES`; the third is a box."""
 GAP = 0.001
 """Distance from a wall below which a contact is possible, beside the way of one step [m].
 
@@ -54,22 +48,22 @@ IMPACT_TIME = 0.02
 
 
 @kernel_part
-def _half_extent(solid: Floats, x: float, y: float, z: float) -> float:
+def _half_extent(solid: Solid, x: float, y: float, z: float) -> float:
     """Half extent [m] of a turned body along a direction (x, y, z) in the body's axes."""
-    a, b, c = solid[1], solid[2], solid[3]
-    if solid[0] == ELLIPSOID:
+    a, b, c = solid.half[0], solid.half[1], solid.half[2]
+    if solid.shape == ELLIPSOID:
         return math.sqrt((a * x) ** 2 + (b * y) ** 2 + (c * z) ** 2)
-    if solid[0] == CYLINDER:
+    if solid.shape == CYLINDER:
         return a * abs(x) + b * math.sqrt(max(1.0 - x * x, 0.0))
     return a * abs(x) + b * abs(y) + c * abs(z)
 
 
 @kernel_part
-def _box_around(solid: Floats, state: Floats) -> tuple[float, float, float, float, float, float]:
+def _box_around(solid: Solid, state: Floats) -> tuple[float, float, float, float, float, float]:
     """Middle and half extents of the box along the world's axes around a body: x, y, z, and then the halves [m]."""
     w, x, y, z = state[3], state[4], state[5], state[6]
     # Third column of the rotation matrix from the body's axes to the world's, times the middle's height in the body.
-    up = solid[4]
+    up = solid.height
     middle_x = state[0] + up * 2.0 * (x * z + w * y)
     middle_y = state[1] + up * 2.0 * (y * z - w * x)
     middle_z = state[2] + up * (1.0 - 2.0 * (x * x + y * y))
@@ -81,47 +75,54 @@ def _box_around(solid: Floats, state: Floats) -> tuple[float, float, float, floa
 
 
 @kernel_part
-def _is_clear(solid: Floats, state: Floats, bins: Floats, rim: float, ground: Floats, step: float) -> bool:
+def _is_beside_belt(ground: Ground, x: float, y: float, half_x: float, half_y: float) -> bool:
+    """Whether a box with a middle and half extents along x and y [m] is beside the belt, not over it."""
+    beside_x = x + half_x < ground.min_x or x - half_x > ground.max_x
+    return beside_x or y + half_y < ground.min_y or y - half_y > ground.max_y
+
+
+@kernel_part
+def _is_clear(solid: Solid, state: Floats, bins: Rows[BinShape], rim: float, ground: Ground, step: float) -> bool:
     """Whether a body cannot touch belt, rims, walls and bottoms in the next step; unknown outside the bins."""
     x, y, z, half_x, half_y, half_z = _box_around(solid, state)
-    gap = GAP + step * solid[9] * math.sqrt(state[10] ** 2 + state[11] ** 2 + state[12] ** 2)
+    gap = GAP + step * solid.farthest * math.sqrt(state[10] ** 2 + state[11] ** 2 + state[12] ** 2)
     half_x, half_y = half_x + gap + step * abs(state[7]), half_y + gap + step * abs(state[8])
     low = z - half_z - gap - step * abs(state[9])
-    beside_belt = x + half_x < ground[2] or x - half_x > ground[3] or y + half_y < ground[4] or y - half_y > ground[5]
-    if not (beside_belt or low > ground[1]):
+    if not (low > ground.belt or _is_beside_belt(ground, x, y, half_x, half_y)):
         return False
     if low > rim:
         return True
     for k in range(bins.shape[0]):
-        if abs(x - bins[k, 0]) + half_x < bins[k, 2] and abs(y - bins[k, 1]) + half_y < bins[k, 3]:
-            return low > rim - bins[k, 4]
+        if abs(x - bins[k].x) + half_x < bins[k].half_x and abs(y - bins[k].y) + half_y < bins[k].half_y:
+            return low > rim - bins[k].depth
     return False
 
 
 @kernel_part
-def _kinetic_height(solid: Floats, state: Floats) -> float:
+def _kinetic_height(solid: Solid, state: Floats) -> float:
     """Kinetic energy over weight of a body [m]."""
     energy = state[7] * state[7] + state[8] * state[8] + state[9] * state[9]
     for axis in range(3):
-        energy += solid[5 + axis] * (state[10 + axis] * state[10 + axis])
+        energy += solid.spin[axis] * (state[10 + axis] * state[10 + axis])
     return energy / (2.0 * GRAVITY)
 
 
 @kernel_part
-def _surface_outside(solid: Floats, state: Floats, ground: Floats) -> float:
+def _surface_outside(solid: Solid, state: Floats, ground: Ground) -> float:
     """Height [m] of the surface under a body outside the bins: the belt, if it may come down there, or the floor."""
     x, y, height = state[0], state[1], state[2]
-    if height < ground[1]:
-        return ground[0]
+    if height < ground.belt:
+        return ground.floor
     # A body that sinks is below the belt's surface before it has moved sideways by more than this.
     sideways = math.sqrt(state[7] ** 2 + state[8] ** 2)
-    way = solid[9] + sideways * math.sqrt(2.0 * (height - ground[1]) / GRAVITY)
-    beside_belt = x + way < ground[2] or x - way > ground[3] or y + way < ground[4] or y - way > ground[5]
-    return ground[0] if beside_belt else ground[1]
+    way = solid.farthest + sideways * math.sqrt(2.0 * (height - ground.belt) / GRAVITY)
+    return ground.floor if _is_beside_belt(ground, x, y, way, way) else ground.belt
 
 
 @kernel_part
-def _stays(solid: Floats, state: Floats, bins: Floats, rim: float, ground: Floats, energy: float, time: float) -> bool:
+def _stays(
+    solid: Solid, state: Floats, bins: Rows[BinShape], rim: float, ground: Ground, energy: float, time: float
+) -> bool:
     """Whether a body in a bin lies there for good after a time [s], or a body outside stays outside.
 
     `energy` is the energy of the body over its weight [m], which is a height. A body that is still falling in its bin
@@ -134,8 +135,8 @@ def _stays(solid: Floats, state: Floats, bins: Floats, rim: float, ground: Float
     is_below = middle + half < rim - TOUCH
     surface, is_inside = 0.0, False
     for k in range(bins.shape[0]):
-        if abs(state[0] - bins[k, 0]) <= bins[k, 2] and abs(state[1] - bins[k, 1]) <= bins[k, 3]:
-            is_inside, surface = True, rim - bins[k, 4]
+        if abs(state[0] - bins[k].x) <= bins[k].half_x and abs(state[1] - bins[k].y) <= bins[k].half_y:
+            is_inside, surface = True, rim - bins[k].depth
     if is_inside:
         # A body that could still rise to the rim sinks at least as fast as one that was dropped at the rim.
         drop = math.sqrt(2.0 * (rim - surface) / GRAVITY) - math.sqrt(2.0 * (rim - height) / GRAVITY)
@@ -146,15 +147,15 @@ def _stays(solid: Floats, state: Floats, bins: Floats, rim: float, ground: Float
     else:
         return False
     # Below the rim only the surface can lift a body, and highest a body that stands on its end.
-    struck = min(height, surface + solid[9]) if is_below else height
+    struck = min(height, surface + solid.farthest) if is_below else height
     ahead = 2.0 * GRAVITY * max(energy - struck, 0.0)
     speed, down = math.sqrt(ahead), math.sqrt(min(sinking**2 + 2.0 * GRAVITY * (height - struck), ahead))
-    rise = max(0.5 * (1.0 + solid[8]) * (down + speed) - down, 0.0)
+    rise = max(0.5 * (1.0 + solid.rebound) * (down + speed) - down, 0.0)
     return struck + rise * rise / (2.0 * GRAVITY) < rim - MARGIN
 
 
-@compile_for("void(float64[:, ::1], float64, float64[::1])")
-def fill_rebounds(solref: Floats, step: float, rebounds: Floats) -> None:
+@kernel
+def fill_rebounds(solref: Floats2, step: float, rebounds: Floats1) -> None:
     """Largest rebound speeds over impact speeds of contacts in steps of the engine.
 
     The contact is a spring and a damper that push and never pull. A step of 1 ms is coarse for it: by the moment within
@@ -178,35 +179,16 @@ def fill_rebounds(solref: Floats, step: float, rebounds: Floats) -> None:
             rebounds[row] = max(rebounds[row], speed)
 
 
-@compile_for(
-    "void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64[:, ::1], float64[:, :, ::1],"
-    "float64[::1], float64[:, ::1], float64, float64[::1], int64[::1], int64[::1])"
-)
+@kernel
 def follow(
-    state: Floats,
-    body: Floats,
-    wind: Floats,
-    air: float,
-    solid: Floats,
-    bins: Floats,
-    rim: Floats,
-    ground: Floats,
-    step: float,
-    energy: Floats,
-    steps: Ints,
-    verdict: Ints,
+    state: Floats2, objects: Airborne, vicinity: Vicinity, step: float, energy: Floats1, steps: Ints1, verdict: Ints1
 ) -> None:
-    """Let objects fly on until they may touch something, and judge which ones stay in or out of a bin, in place.
+    """Let N objects fly on until they may touch something, and judge which ones stay in or out of a bin, in place.
 
     Args:
-        state: states of N objects (N, STATE).
-        body: constants of the objects (N, BODY).
-        wind: horizontal velocity of the air around each object (N, 2) [m/s].
-        air: share of the air's density and viscosity.
-        solid: bodies (N, SOLID).
-        bins: bins of each object's cell (N, B, BIN).
-        rim: heights of the rims (N,) [m].
-        ground: floor and belt (N, GROUND).
+        state: states (N, STATE).
+        objects: the objects.
+        vicinity: their bodies, and what they may meet.
         step: length of a physics step [s].
         energy: energies over weight at the check before (N,) [m]; overwritten with those of this check. The spring of a
             contact may hold energy for a moment, so an object counts as having the greater of both.
@@ -214,15 +196,17 @@ def follow(
         verdict: `FALLING`, `STAYS` or `OVER` (N,); only objects that are falling are followed.
     """
     for row in range(verdict.size):
+        solid, bins, rim = vicinity.solid[row], vicinity.bins[row], vicinity.rim[row]
+        ground = vicinity.ground[row]
         while verdict[row] == FALLING:
-            now = state[row, 2] + _kinetic_height(solid[row], state[row])
+            now = state[row, 2] + _kinetic_height(solid, state[row])
             largest, energy[row] = max(now, energy[row]), now
-            if steps[row] <= 1 or now < rim[row]:
+            if steps[row] <= 1 or now < rim:
                 verdict[row] = OVER
-            elif _stays(solid[row], state[row], bins[row], rim[row], ground[row], largest, steps[row] * step):
+            elif _stays(solid, state[row], bins, rim, ground, largest, steps[row] * step):
                 verdict[row] = STAYS
-            elif _is_clear(solid[row], state[row], bins[row], rim[row], ground[row], step):
-                step_free(state[row], body[row], wind[row], air, step)
+            elif _is_clear(solid, state[row], bins, rim, ground, step):
+                step_free(state[row], objects.body[row], objects.wind[row], objects.air, step)
                 steps[row] -= 1
             else:
                 break

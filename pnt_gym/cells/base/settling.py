@@ -4,42 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple, final
+from typing import Any, Final, final
 
 import numpy as np
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.base import settle_kernel
+from pnt_gym.cells.base.airborne import Airborne, Vicinity
 from pnt_gym.cells.base.plant import check_warnings, simulation_ids
 
 DECISION_INTERVAL: Final = 0.008
 """Time that the engine simulates between two checks [s]: longer than the spring of a contact is bent."""
-
-
-@final
-class Airborne(NamedTuple):
-    """N objects in the air, as `freefall` names them."""
-
-    body: Floats
-    """Constants of the bodies (N, BODY)."""
-    wind: Floats
-    """Horizontal velocity of the air around each object (N, 2) [m/s]."""
-    air: float
-    """Share of the air's density and viscosity."""
-
-
-@final
-class Vicinity(NamedTuple):
-    """Bodies of N falling objects and what they may meet, as `settle_kernel` names them."""
-
-    solid: Floats
-    """Bodies (N, SOLID)."""
-    bins: Floats
-    """Bins of each object's cell (N, B, BIN)."""
-    rim: Floats
-    """Heights of the rims (N,) [m]."""
-    ground: Floats
-    """Floor and belt (N, GROUND)."""
 
 
 @final
@@ -92,11 +67,11 @@ def settle(
     Raises:
         PhysicsError: the engine warned, or stopped a simulation.
     """
-    (flying, vicinity), chunk = objects, max(round(DECISION_INTERVAL / step), 1)
+    chunk = max(round(DECISION_INTERVAL / step), 1)
     state, steps, simulated = state.copy(), steps.copy(), np.zeros_like(rows)
     verdict = np.full(len(rows), settle_kernel.FALLING)
     energy, qpos, qvel = np.full(len(rows), -np.inf), batch.bind("qpos"), batch.bind("qvel")
-    settle_kernel.follow(state, *flying, *vicinity, step, energy, steps, verdict)
+    settle_kernel.follow(state, *objects, step, energy, steps, verdict)
     falling = (verdict == settle_kernel.FALLING).nonzero()[0]
     if falling.size > 0:
         write(falling, state[falling])
@@ -114,7 +89,7 @@ def settle(
             verdict[over] = settle_kernel.OVER
         steps[falling] -= chunk
         simulated[falling] += chunk
-        settle_kernel.follow(state, *flying, *vicinity, step, energy, steps, verdict)
+        settle_kernel.follow(state, *objects, step, energy, steps, verdict)
         falling = (verdict == settle_kernel.FALLING).nonzero()[0]
         simulations = rows[falling]
         qpos[simulations], qvel[simulations] = state[falling, :7], state[falling, 7:]

@@ -6,12 +6,13 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, length, take
+from pnt_gym.arrays import Bools, Floats, Ints, in_order, length, take
 from pnt_gym.cells.base import freefall, settle_kernel
+from pnt_gym.cells.base.airborne import STATE, Airborne, BinShape, Body, Ground, Solid, Vicinity
 from pnt_gym.cells.base.alone import Fall, fall, write_object
 from pnt_gym.cells.base.flight import Touchdown
 from pnt_gym.cells.base.plant import simulation_ids
-from pnt_gym.cells.base.settling import Airborne, FallEnd, Vicinity, settle
+from pnt_gym.cells.base.settling import FallEnd, settle
 from pnt_gym.cells.base.sorting import Bins
 from pnt_gym.cells.base.stage import ITEM_RGBA
 from pnt_gym.cells.conveyor import scene_kernel
@@ -23,6 +24,7 @@ from pnt_gym.cells.conveyor.scene import BOTTOM_PANEL, Surroundings, bin_panels,
 from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
+from pnt_gym.rows import Rows1
 
 NEAR_DISTANCE: Final = 0.02
 """Distance from an opening beyond which an object's landing cannot end in that bin [m]."""
@@ -35,8 +37,9 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
         batch.expand("opt.wind")[rows, :2] = context.drift.draught
     write_object(batch, rows, scene.object_body, geom, o.mass, o.inertia, o.placement, o.fluid)
     place = o.com_depth - LIP_GAP - o.size[:, 2] / 2
-    fields = map(batch.expand, ("geom_pos", "geom_friction", "geom_solref"))
-    scene_kernel.write_contacts(rows, geom, place, o.friction, o.rolling_friction, o.solref, *fields)
+    contacts = scene_kernel.Contacts(*in_order(place, o.friction, o.rolling_friction, o.solref))
+    fields = scene_kernel.ContactFields(*map(batch.expand, scene_kernel.CONTACT_FIELDS))
+    scene_kernel.write_contacts(np.ascontiguousarray(rows), geom, contacts, fields)
     batch.expand("geom_rgba")[rows, geom] = ITEM_RGBA.take(o.kind, axis=0, mode="wrap")
     if bins.random is not None:
         _place_bin(batch, rows, scene, context, bins)
@@ -45,9 +48,12 @@ def write_models(batch: Any, rows: Ints, scene: Surroundings, context: Context, 
 
 
 def _place_bin(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
-    fields = map(batch.expand, ("body_pos", "geom_size", "geom_pos", "geom_rbound", "geom_aabb"))
-    panels = bin_panels(context.opening, bins)
-    scene_kernel.place_bins(rows, scene.bin_bodies[0], scene.bin_geoms[0], context.target, *panels, *fields)
+    fields, panels = (
+        scene_kernel.BinFields(*map(batch.expand, scene_kernel.BIN_FIELDS)),
+        bin_panels(context.opening, bins),
+    )
+    rows, target = in_order(rows, context.target)
+    scene_kernel.place_bins(rows, scene.bin_bodies[0], scene.bin_geoms[0], target, panels, fields)
 
 
 def _raise_bottoms(batch: Any, rows: Ints, scene: Surroundings, context: Context, bins: Bins) -> None:
@@ -70,7 +76,11 @@ class FreeObjects:
     def __init__(self, config: ConveyorConfig, count: int, threads: int) -> None:
         self._config = config
         self._scene = build_free_scene(config)
-        self._ground = np.array([floor_height(config), config.belt.height, *config.belt.x, *config.belt.y])
+        belt = config.belt
+        (min_x, max_x), (min_y, max_y) = belt.x, belt.y
+        self._ground = Ground.zeros(
+            1, floor=floor_height(config), belt=belt.height, min_x=min_x, max_x=max_x, min_y=min_y, max_y=max_y
+        )
         self.batch = Batch(self._scene.model, nsim=count, nthread=threads)
         self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
 
@@ -137,21 +147,20 @@ class FreeObjects:
         batch.state[rows] = 0.0
         self._qpos[rows], self._qvel[rows] = qpos, qvel
 
-    def _vicinity(self, context: Context, body: Floats) -> Vicinity:
-        """Bodies of N objects with constants (N, BODY), and what they may meet."""
+    def _vicinity(self, context: Context, body: Rows1[Body]) -> Vicinity:
+        """Bodies of N objects, and what they may meet."""
         o, fixed, count = context.objects, self._config.bins.fixed, len(body)
-        bins = np.empty((count, max(len(fixed), 1), 5))
-        openings = [(b.x, b.y, b.size[0] / 2.0, b.size[1] / 2.0) for b in fixed]
+        bins, solid, rebounds = BinShape.empty(count, max(len(fixed), 1)), Solid.empty(count), np.empty(count)
+        openings = np.array([(b.x, b.y, b.size[0] / 2.0, b.size[1] / 2.0) for b in fixed])
         drawn = np.concatenate([context.target[:, :2], context.opening / 2.0], axis=1)[:, None]
-        bins[..., :4] = np.array(openings) if openings else drawn
-        bins[..., 4] = context.depth
-        shape, mass, middle = o.shape[:, None].astype(np.float64), body[:, :1], body[:, 4:5]
-        rebounds = np.empty(count)
+        for index, name in enumerate(("x", "y", "half_x", "half_y")):
+            bins[name] = (openings if fixed else drawn)[..., index]
+        bins["depth"] = context.depth
         settle_kernel.fill_rebounds(np.ascontiguousarray(o.solref), self._config.timestep, rebounds)
-        last = np.stack([rebounds, farthest_points(context)], axis=1)
-        columns = shape, o.extents / 2.0, middle, body[:, 1:4] / mass, last
-        ground = np.tile(self._ground, (count, 1))
-        return Vicinity(np.concatenate(columns, axis=1), bins, context.target[:, 2].copy(), ground)
+        solid["shape"], solid["half"], solid["height"] = o.shape, o.extents / 2.0, body["height"]
+        solid["spin"] = body["inertia"] / body["mass"][:, None]
+        solid["rebound"], solid["farthest"] = rebounds, farthest_points(context)
+        return Vicinity(solid, bins, context.target[:, 2].copy(), np.repeat(self._ground, count))
 
     def _near(self, context: Context, landing: Floats) -> Bools:
         """Which landings (N, 2) are near the opening of the throw's bin, or of any fixed one (N,)."""
@@ -170,8 +179,8 @@ def cross_rims(flying: Airborne, clock: ThrowClock, rim: Floats) -> tuple[Floats
     """
     step, stride = clock.step, clock.stride
     state, steps = _release_states(clock), np.zeros(len(rim), dtype=np.int64)
-    records = np.empty((len(rim), int((clock.end - clock.release).max()) // stride + 2, freefall.STATE))
-    freefall.fly_down(state, flying.body, flying.wind, rim, flying.air, step, stride, records, steps)
+    records = np.empty((len(rim), int((clock.end - clock.release).max()) // stride + 2, STATE))
+    freefall.fly_down(state, flying, rim, step, stride, records, steps)
     # The last step undone: semi-implicit Euler moves by the velocity at the step's end.
     before = state[:, :3] - step * state[:, 7:10], state[:, 7:10] + np.array([0.0, 0.0, GRAVITY * step])
     landing = landing_point(*before, rim)[:, :2]

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, recompute_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, in_order, join_columns, recompute_rows, take
 from pnt_gym.cells.base.cell import Purpose, move_aside
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor import scene_kernel
@@ -293,7 +293,8 @@ class PickPlanner:
             return self._fixed_bins(self._accepting_bins(objects))
         shape = draw.shape[:-1]
         target, opening = np.full((*shape, 3), self.config.bins.rim), np.empty((*shape, 2))
-        scene_kernel.draw_bins(draw, objects.measured.size, r.x, r.y, r.side, r.item_clearance, target, opening)
+        inputs = in_order(draw, objects.measured.size, np.array([r.x, r.y, r.side]))
+        scene_kernel.draw_bins(*inputs, r.item_clearance, target, opening)
         return BinsInTurn(target, opening, np.zeros(shape, dtype=np.int64))
 
     def _fixed_bins(self, index: Ints) -> BinsInTurn:

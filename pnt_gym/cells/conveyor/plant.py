@@ -17,7 +17,17 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, compute_by_mask, concatenate_records, length, recompute_rows, take
+from pnt_gym.arrays import (
+    Bools,
+    Floats,
+    Ints,
+    compute_by_mask,
+    concatenate_records,
+    in_order,
+    length,
+    recompute_rows,
+    take,
+)
 from pnt_gym.cells.base import flight_kernel
 from pnt_gym.cells.base.alone import Fall
 from pnt_gym.cells.base.energy import loads_between, loads_of_steps
@@ -288,9 +298,10 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
 
     def _widen(self, rows: Ints, radius: Floats) -> None:
         """Write the radii (N,) [m] of the cups of some simulations."""
-        fields = map(self.batch.expand, ("geom_size", "geom_rbound", "geom_aabb"))
+        fields = scene_kernel.CupFields(*map(self.batch.expand, scene_kernel.CUP_FIELDS))
         bounds = np.hypot(radius[:, None], self._cup_halves)
-        scene_kernel.widen_cups(rows, self._cups, radius, self._cup_halves, bounds, *fields)
+        inputs = in_order(rows, self._cups, radius, self._cup_halves, bounds)
+        scene_kernel.widen_cups(*inputs, fields)
 
     def _write_springs(self, rows: Ints, context: Context, spring: Spring) -> None:
         """Write the lips' springs of some rows, about the axes of the objects that hang at rest."""
@@ -303,17 +314,11 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
 def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: Fall) -> ObjectFlight:
     """Flights joined from records with the robot, up to a step of each (N,), and records without the robot."""
     count, last = len(robot_sensors), max((clear + fall.steps).tolist())
-    motion, touch = np.zeros((count, last, 6)), np.zeros((2, count, last), dtype=np.bool_)
-    cup = robot_sensors[..., SENSORS["cup_contact"]]
-    flight_kernel.join_flights(robot_sensors, cup, fall.sensors, clear, fall.steps, TOUCH_DISTANCE, motion, touch)
-    return ObjectFlight(
-        position=motion[..., SENSORS["object_position"]],
-        velocity=motion[..., SENSORS["object_velocity"]],
-        hand_touch=touch[0],
-        any_touch=touch[1],
-        release_step=clock.release,
-        last_step=clear + fall.steps - 1,
-    )
+    motion, touch = np.zeros((2, count, last, 3)), np.zeros((2, count, last), dtype=np.bool_)
+    flight = ObjectFlight(*motion, *touch, release_step=clock.release, last_step=clear + fall.steps - 1)
+    records, cup = in_order(robot_sensors, fall.sensors), SENSORS["cup_contact"].start
+    flight_kernel.join_flights(*records, clear, fall.steps, cup, TOUCH_DISTANCE, flight)
+    return flight
 
 
 def _tracking_error(sensors: Floats, clock: ThrowClock) -> Floats:

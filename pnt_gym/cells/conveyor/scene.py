@@ -139,19 +139,16 @@ def build_free_scene(config: ConveyorConfig) -> Surroundings:
     return Surroundings(**_ids(spec.compile(), config))
 
 
-def bin_panels(size: Floats, bins: Bins) -> tuple[Floats, Floats]:
+def bin_panels(size: Floats, bins: Bins) -> scene_kernel.Panels:
     """Half extents and centres of a bin's five panels, relative to the centre of its opening.
 
     Args:
         size: inner opening along x and y (N, 2) [m].
         bins: depth and wall thickness.
-
-    Returns:
-        Half extents (N, 5, 3) and centres (N, 5, 3) of the walls at +x, -x, +y, -y and of the bottom [m].
     """
-    half, centre = np.empty((2, len(size), scene_kernel.PANELS, 3))
-    scene_kernel.fill_panels(size, bins.depth, bins.wall, half, centre)
-    return half, centre
+    panels = scene_kernel.Panels(*np.empty((2, len(size), scene_kernel.PANELS, 3)))
+    scene_kernel.fill_panels(np.ascontiguousarray(size), bins.depth, bins.wall, panels)
+    return panels
 
 
 def _bin_places(config: ConveyorConfig) -> list[tuple[float, float, tuple[float, float]]]:

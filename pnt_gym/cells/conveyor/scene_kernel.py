@@ -3,17 +3,81 @@
 from __future__ import annotations
 
 import math
+from typing import Final, NamedTuple, final
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.compiled import compile_for
+from pnt_gym.compiled import kernel
+from pnt_gym.rows import Floats1, Floats2, Floats3, Ints1
 
 PANELS = 5
 """Number of a bin's panels: walls at +x, -x, +y and -y, and the bottom."""
 
 
-@compile_for("void(f8[:, :], f8, f8, f8[:, :, ::1], f8[:, :, ::1])")
-def fill_panels(size: Floats, depth: float, wall: float, half: Floats, centre: Floats) -> None:
-    """Fill half extents and centres of panels (N, 5, 3) as `scene.bin_panels`."""
+@final
+class Panels(NamedTuple):
+    """The five panels of N bins, relative to the centres of the openings: walls at +x, -x, +y, -y, and the bottom."""
+
+    half: Floats3
+    """Half extents (N, 5, 3) [m]."""
+    centre: Floats3
+    """Centres (N, 5, 3) [m]."""
+
+
+@final
+class BinFields(NamedTuple):
+    """The fields `BIN_FIELDS` of S simulations."""
+
+    place: Floats3
+    size: Floats3
+    geom_place: Floats3
+    rbound: Floats2
+    aabb: Floats3
+
+
+BIN_FIELDS: Final = ("body_pos", "geom_size", "geom_pos", "geom_rbound", "geom_aabb")
+
+
+@final
+class CupFields(NamedTuple):
+    """The fields `CUP_FIELDS` of S simulations."""
+
+    size: Floats3
+    rbound: Floats2
+    aabb: Floats3
+
+
+CUP_FIELDS: Final = ("geom_size", "geom_rbound", "geom_aabb")
+
+
+@final
+class ContactFields(NamedTuple):
+    """The fields `CONTACT_FIELDS` of S simulations."""
+
+    place: Floats3
+    friction: Floats3
+    solref: Floats3
+
+
+CONTACT_FIELDS: Final = ("geom_pos", "geom_friction", "geom_solref")
+
+
+@final
+class Contacts(NamedTuple):
+    """What contacts of N objects need."""
+
+    height: Floats1
+    """Height of the body's middle above the centre of mass (N,) [m]."""
+    friction: Floats1
+    """Coefficient of sliding (N,)."""
+    rolling: Floats1
+    """Coefficient of rolling (N,) [m]."""
+    solref: Floats2
+    """MuJoCo's `solref` (N, 2)."""
+
+
+@kernel
+def fill_panels(size: Floats2, depth: float, wall: float, panels: Panels) -> None:
+    """Fill panels (N, 5) as `scene.bin_panels`."""
+    half, centre = panels
     w, d = wall / 2.0, depth / 2.0
     for row in range(len(size)):
         x, y = size[row, 0] / 2.0, size[row, 1] / 2.0
@@ -29,31 +93,21 @@ def fill_panels(size: Floats, depth: float, wall: float, half: Floats, centre: F
         centre[row, 4, 2] = -2.0 * d - w
 
 
-@compile_for(
-    "void(f8[:, :, :], f8[:, :], UniTuple(f8, 2), UniTuple(f8, 2), UniTuple(f8, 2), f8, f8[:, :, ::1], f8[:, :, ::1])"
-)
+@kernel
 def draw_bins(
-    draws: Floats,
-    size: Floats,
-    x: tuple[float, float],
-    y: tuple[float, float],
-    side: tuple[float, float],
-    clearance: float,
-    target: Floats,
-    opening: Floats,
+    draws: Floats3, size: Floats2, ranges: Floats2, clearance: float, target: Floats3, opening: Floats3
 ) -> None:
     """Write square bins at random places.
 
     Args:
         draws: uniform draws of places and sides of T bins for each of N objects (N, T, 3).
         size: measured extents of the objects (N, 3) [m].
-        x: range of the bins' centres along x [m].
-        y: range of the bins' centres along y [m].
-        side: range of the inner sides of the openings [m].
+        ranges: ranges of the bins' centres along x and y, and of the inner sides of the openings (3, 2) [m].
         clearance: least inner side beyond the largest extent of the object [m]; 0 for no least side.
         target: written, centres of the openings along x and y (N, T, 3) [m].
         opening: written, inner sizes (N, T, 2) [m].
     """
+    x, y, side = ranges[0], ranges[1], ranges[2]
     for n in range(len(draws)):
         least = max(size[n, 0], size[n, 1], size[n, 2]) + clearance if clearance > 0.0 else 0.0
         for k in range(draws.shape[1]):
@@ -62,23 +116,8 @@ def draw_bins(
             opening[n, k, 0] = opening[n, k, 1] = max(side[0] + (side[1] - side[0]) * draws[n, k, 2], least)
 
 
-@compile_for(
-    "void(i8[:], i8, i8, f8[:, :], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1],"
-    "f8[:, ::1], f8[:, :, ::1])"
-)
-def place_bins(
-    rows: Ints,
-    body: int,
-    first: int,
-    target: Floats,
-    half: Floats,
-    centre: Floats,
-    body_pos: Floats,
-    geom_size: Floats,
-    geom_pos: Floats,
-    geom_rbound: Floats,
-    geom_aabb: Floats,
-) -> None:
+@kernel
+def place_bins(rows: Ints1, body: int, first: int, target: Floats2, panels: Panels, fields: BinFields) -> None:
     """Write the bins of N throws into the fields of some simulations.
 
     Args:
@@ -86,69 +125,33 @@ def place_bins(
         body: id of the bin's body.
         first: id of its first panel.
         target: centres of the openings (N, 3) [m].
-        half: half extents of the panels (N, 5, 3) [m].
-        centre: centres of the panels (N, 5, 3) [m].
-        body_pos: field of the model, of all simulations (S, bodies, 3), and so on.
-        geom_size: see `body_pos`.
-        geom_pos: see `body_pos`.
-        geom_rbound: see `body_pos`.
-        geom_aabb: see `body_pos`.
+        panels: the panels (N, 5).
+        fields: the fields.
     """
     for n in range(len(rows)):
         row = rows[n]
-        body_pos[row, body] = target[n]
+        fields.place[row, body] = target[n]
         for panel in range(PANELS):
-            geom = first + panel
-            x, y, z = half[n, panel, 0], half[n, panel, 1], half[n, panel, 2]
-            geom_size[row, geom], geom_pos[row, geom] = half[n, panel], centre[n, panel]
-            geom_rbound[row, geom] = math.sqrt(x * x + y * y + z * z)
-            geom_aabb[row, geom, :3], geom_aabb[row, geom, 3:] = 0.0, half[n, panel]
+            geom, half = first + panel, panels.half[n, panel]
+            x, y, z = half[0], half[1], half[2]
+            fields.size[row, geom], fields.geom_place[row, geom] = half, panels.centre[n, panel]
+            fields.rbound[row, geom] = math.sqrt(x * x + y * y + z * z)
+            fields.aabb[row, geom, :3], fields.aabb[row, geom, 3:] = 0.0, half
 
 
-@compile_for("void(i8[:], i8, f8[:], f8[:], f8[:], f8[:, :], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])")
-def write_contacts(
-    rows: Ints,
-    geom: int,
-    place: Floats,
-    friction: Floats,
-    rolling: Floats,
-    solref: Floats,
-    geom_pos: Floats,
-    geom_friction: Floats,
-    geom_solref: Floats,
-) -> None:
-    """Write what contacts of N objects need into the fields of some simulations.
-
-    Args:
-        rows: the simulations of the objects (N,).
-        geom: id of the object's geom.
-        place: heights of the bodies' middles above the centres of mass (N,) [m].
-        friction: coefficients of sliding (N,).
-        rolling: coefficients of rolling (N,) [m].
-        solref: MuJoCo's `solref` (N, 2).
-        geom_pos: field of the model, of all simulations (S, geoms, 3), and so on.
-        geom_friction: see `geom_pos`.
-        geom_solref: see `geom_pos`.
-    """
+@kernel
+def write_contacts(rows: Ints1, geom: int, contacts: Contacts, fields: ContactFields) -> None:
+    """Write what contacts of N objects need into the fields of some simulations (N,); `geom` is the object's geom."""
     for n in range(len(rows)):
         row = rows[n]
-        geom_pos[row, geom, 2], geom_solref[row, geom] = place[n], solref[n]
+        fields.place[row, geom, 2], fields.solref[row, geom] = contacts.height[n], contacts.solref[n]
         # MuJoCo's order: sliding, torsional [m], rolling [m].
-        geom_friction[row, geom, 0], geom_friction[row, geom, 1] = friction[n], 0.1 * rolling[n]
-        geom_friction[row, geom, 2] = rolling[n]
+        friction, rolling = fields.friction[row, geom], contacts.rolling[n]
+        friction[0], friction[1], friction[2] = contacts.friction[n], 0.1 * rolling, rolling
 
 
-@compile_for("void(i8[:], i8[::1], f8[:], f8[:], f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1])")
-def widen_cups(
-    rows: Ints,
-    cups: Ints,
-    radius: Floats,
-    half: Floats,
-    bounds: Floats,
-    geom_size: Floats,
-    geom_rbound: Floats,
-    geom_aabb: Floats,
-) -> None:
+@kernel
+def widen_cups(rows: Ints1, cups: Ints1, radius: Floats1, half: Floats1, bounds: Floats2, fields: CupFields) -> None:
     """Write the radii of cups into the fields of some simulations.
 
     Args:
@@ -157,14 +160,12 @@ def widen_cups(
         radius: radii (N,) [m].
         half: half lengths of the cylinders (C,) [m].
         bounds: radii of spheres around the cylinders (N, C) [m].
-        geom_size: field of the model, of all simulations (S, geoms, 3), and so on.
-        geom_rbound: see `geom_size`.
-        geom_aabb: see `geom_size`.
+        fields: the fields.
     """
     for n in range(len(rows)):
         for k in range(len(cups)):
             row, geom = rows[n], cups[k]
-            geom_size[row, geom, 0], geom_rbound[row, geom] = radius[n], bounds[n, k]
-            geom_aabb[row, geom, :3] = 0.0
-            geom_aabb[row, geom, 3] = geom_aabb[row, geom, 4] = radius[n]
-            geom_aabb[row, geom, 5] = half[k]
+            fields.size[row, geom, 0], fields.rbound[row, geom] = radius[n], bounds[n, k]
+            fields.aabb[row, geom, :3] = 0.0
+            fields.aabb[row, geom, 3] = fields.aabb[row, geom, 4] = radius[n]
+            fields.aabb[row, geom, 5] = half[k]

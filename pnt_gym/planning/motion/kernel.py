@@ -10,9 +10,12 @@ import math
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.arrays import Floats
+from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.strokes import is_short, long_peaks, ramp_times, stop_times
+from pnt_gym.planning.motion.trajectory import Borders, Ends, Lines, Segments, Start
+from pnt_gym.rows import Floats1, Floats2, Floats3, Ints2
 
 # Columns of a table: position, velocity, acceleration and jerk from a border of two segments on, and the border's time.
 # The first row holds before the first border and has the first border's time.
@@ -21,20 +24,12 @@ JERK, TIME, COLUMNS = 9, 12, 13
 RUN_UP, STOPPING, MOVE = 4, 4, 7
 
 
-@compile_for(
-    "void(f8[:, :], f8[:, :, :], f8[:, :], f8[:, :, :], f8[:, ::1], f8[:, :, ::1])",
-)
-def add_motions(
-    first_durations: Floats,
-    first_jerks: Floats,
-    second_durations: Floats,
-    second_jerks: Floats,
-    durations: Floats,
-    jerks: Floats,
-) -> None:
-    """Write the sums of two motions of K and L segments as `durations` (N, K + L) and `jerks` (N, K + L, 3)."""
+@kernel
+def add_motions(one: Segments, other: Segments, total: Segments) -> None:
+    """Write the sums of N motions of K segments and N of L segments, with K + L segments."""
+    durations = total.durations
     for row in range(len(durations)):
-        first, second = np.cumsum(first_durations[row]), np.cumsum(second_durations[row])
+        first, second = np.cumsum(one.durations[row]), np.cumsum(other.durations[row])
         # Numbers of borders so far, and indices of the segments that hold in the middle between two borders.
         i, j, k, m = 0, 0, 0, 0
         border = 0.0
@@ -51,64 +46,55 @@ def add_motions(
             while m < len(second) and middle > second[m]:
                 m += 1
             for axis in range(3):
-                jerk = first_jerks[row, k, axis] if k < len(first) else 0.0
-                jerks[row, column, axis] = jerk + (second_jerks[row, m, axis] if m < len(second) else 0.0)
+                jerk = one.jerks[row, k, axis] if k < len(first) else 0.0
+                total.jerks[row, column, axis] = jerk + (other.jerks[row, m, axis] if m < len(second) else 0.0)
 
 
 @kernel_part
-def _integrate(path: int, durations: Floats, jerks: Floats, times: Floats, knots: Floats) -> bool:
+def _integrate(path: int, segments: Segments, borders: Borders) -> bool:
     """Compute borders of a path from the first border on, as `lay_out`."""
     is_good = True
-    for k in range(durations.shape[1]):
-        d = durations[path, k]
+    times, position, velocity, acceleration = borders
+    for k in range(segments.durations.shape[1]):
+        d = segments.durations[path, k]
         is_good &= 0.0 <= d < math.inf
         times[path, k + 1] = times[path, k] + d
         for axis in range(3):
-            jerk = jerks[path, k, axis]
+            jerk = segments.jerks[path, k, axis]
             is_good &= math.isfinite(jerk)
-            p, v, a = knots[0, path, k, axis], knots[1, path, k, axis], knots[2, path, k, axis]
-            knots[2, path, k + 1, axis] = a + d * jerk
-            knots[1, path, k + 1, axis] = v + d * (a + 0.5 * d * jerk)
-            knots[0, path, k + 1, axis] = p + d * (v + 0.5 * d * (a + d * jerk / 3.0))
+            p, v, a = position[path, k, axis], velocity[path, k, axis], acceleration[path, k, axis]
+            acceleration[path, k + 1, axis] = a + d * jerk
+            velocity[path, k + 1, axis] = v + d * (a + 0.5 * d * jerk)
+            position[path, k + 1, axis] = p + d * (v + 0.5 * d * (a + d * jerk / 3.0))
     return is_good
 
 
-@compile_for("b1(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[:, :, :], b1, f8[:, ::1], f8[:, :, :, ::1], f8[:, :, ::1])")
-def lay_out(
-    start: Floats,
-    start_velocity: Floats,
-    start_acceleration: Floats,
-    durations: Floats,
-    jerks: Floats,
-    rides: bool,
-    times: Floats,
-    knots: Floats,
-    table: Floats,
-) -> bool:
+@kernel
+def lay_out(start: Start, segments: Segments, rides: bool, borders: Borders, table: Floats3) -> bool:
     """Compute borders and tables of N paths of K segments; tell whether all values are finite, and durations positive.
 
-    Written are ``times`` (N, K + 1), the times of the borders; ``knots`` (3, N, K + 1, 3), position, velocity and
-    acceleration there; and ``table`` (N, K + 2, COLUMNS), with rest at both ends, or constant velocity if ``rides``.
+    The tables (N, K + 2, COLUMNS) have rest at both ends, or constant velocity if ``rides``.
     """
     is_good = True
-    last = durations.shape[1]
-    for path in range(len(start)):
+    last = segments.durations.shape[1]
+    times, position, velocity, acceleration = borders
+    for path in range(len(start.position)):
         times[path, 0] = 0.0
         for axis in range(3):
-            is_good &= math.isfinite(start[path, axis])
-            knots[0, path, 0, axis] = start[path, axis]
-            knots[1, path, 0, axis] = start_velocity[path, axis]
-            knots[2, path, 0, axis] = start_acceleration[path, axis]
-        is_good &= _integrate(path, durations, jerks, times, knots)
+            is_good &= math.isfinite(start.position[path, axis])
+            position[path, 0, axis] = start.position[path, axis]
+            velocity[path, 0, axis] = start.velocity[path, axis]
+            acceleration[path, 0, axis] = start.acceleration[path, axis]
+        is_good &= _integrate(path, segments, borders)
         for row in range(last + 2):
             k = max(row - 1, 0)
             table[path, row, TIME] = times[path, k]
             is_inside = 0 < row <= last
             for axis in range(3):
-                table[path, row, axis] = knots[0, path, k, axis]
-                table[path, row, 3 + axis] = knots[1, path, k, axis] if is_inside or rides else 0.0
-                table[path, row, 6 + axis] = knots[2, path, k, axis] if is_inside else 0.0
-                table[path, row, JERK + axis] = jerks[path, k, axis] if is_inside else 0.0
+                table[path, row, axis] = position[path, k, axis]
+                table[path, row, 3 + axis] = velocity[path, k, axis] if is_inside or rides else 0.0
+                table[path, row, 6 + axis] = acceleration[path, k, axis] if is_inside else 0.0
+                table[path, row, JERK + axis] = segments.jerks[path, k, axis] if is_inside else 0.0
     return is_good
 
 
@@ -137,8 +123,8 @@ def motion_in(at: Floats, time: float, axis: int) -> tuple[float, float, float]:
     return p + t * (v + 0.5 * t * (a + slope / 3.0)), v + t * (a + 0.5 * slope), a + slope
 
 
-@compile_for("void(float64[:,:,::1], float64[:,::1], int64[:,::1])")
-def rows_at(table: Floats, times: Floats, rows: Ints) -> None:
+@kernel
+def rows_at(table: Floats3, times: Floats2, rows: Ints2) -> None:
     """Write to `rows` (N, M) the rows of tables (N, R, COLUMNS) that hold at times (N, M), or (1, M) for all paths [s].
 
     A border belongs to the segment after it, but the last border to the segment before it.
@@ -151,8 +137,8 @@ def rows_at(table: Floats, times: Floats, rows: Ints) -> None:
             rows[path, k] = row
 
 
-@compile_for("void(float64[:,:,::1], float64[:,::1], float64[:,:,::1], float64[:,:,::1], float64[:,:,::1])")
-def sample(table: Floats, times: Floats, position: Floats, velocity: Floats, acceleration: Floats) -> None:
+@kernel
+def sample(table: Floats3, times: Floats2, position: Floats3, velocity: Floats3, acceleration: Floats3) -> None:
     """Write the motions (N, M, 3) of N paths at times as of `rows_at`, from the paths' tables (N, R, COLUMNS)."""
     for path in range(len(table)):
         row = 0
@@ -162,6 +148,16 @@ def sample(table: Floats, times: Floats, position: Floats, velocity: Floats, acc
             for axis in range(3):
                 p, v, a = motion_in(table[path, row], time[k], axis)
                 position[path, k, axis], velocity[path, k, axis], acceleration[path, k, axis] = p, v, a
+
+
+@kernel_part
+def _vector(numbers: Floats) -> tuple[float, float, float]:
+    return numbers[0], numbers[1], numbers[2]
+
+
+@kernel_part
+def _limits(limits: LimitRows, row: int) -> tuple[float, float, float]:
+    return limits.velocity[row], limits.acceleration[row], limits.jerk[row]
 
 
 @kernel_part
@@ -203,69 +199,51 @@ def _write_move(
         _write_jerk(jerks, first + k, limits[2] * signs[k], direction)
 
 
-@compile_for(
-    "void(f8[:, :], f8[:, :], f8[:], f8[:], f8[:, ::1], f8[::1], f8[:, ::1], f8, f8[:, ::1], f8[:, :, ::1],"
-    "f8[:, ::1], f8[:, ::1])"
-)
+@kernel
 def write_throws(
-    pick: Floats,
-    direction: Floats,
-    distance: Floats,
-    speed: Floats,
-    limits: Floats,
-    braking: Floats,
-    roots: Floats,
+    pick: Floats2,
+    lines: Lines,
+    limits: LimitRows,
+    braking: Floats1,
+    roots: Floats2,
     window: float,
-    durations: Floats,
-    jerks: Floats,
-    times: Floats,
-    stop: Floats,
+    segments: Segments,
+    ends: Ends,
 ) -> None:
     """Write the motions of N hands along lines: up to the release, on at constant velocity, and to a stop.
 
     Args:
         pick: first points (N, 3) [m].
-        direction: unit vectors of the lines (N, 3).
-        distance: ways to the releases (N,) [m].
-        speed: speeds at the releases (N,) [m/s].
-        limits: limits of the hands (3, N).
+        lines: the lines.
+        limits: limits of the hands.
         braking: greatest accelerations of the braking (N,) [m/s2].
         roots: cube roots of strokes of twice the distances (2, N).
         window: time of constant velocity after the release [s].
-        durations: written (N, 8) [s].
-        jerks: written (N, 8, 3) [m/s3].
-        times: written, times of the releases and of the stops (2, N) [s].
-        stop: written, points of the stops (N, 3) [m].
+        segments: written, 8 of each motion.
+        ends: written, releases and stops.
     """
     for row in range(len(pick)):
-        d, j = durations[row], jerks[row]
-        ahead = direction[row, 0], direction[row, 1], direction[row, 2]
-        rows, jerk = (limits[0, row], limits[1, row], limits[2, row]), limits[2, row]
-        ramp, plateau, cruise = _stroke_phases(2.0 * distance[row], rows, (roots[0, row], roots[1, row]))
+        d, j, ahead = segments.durations[row], segments.jerks[row], _vector(lines.direction[row])
+        jerk, top = limits.jerk[row], lines.speed[row]
+        ramp, plateau, cruise = _stroke_phases(
+            2.0 * lines.distance[row], _limits(limits, row), (roots[0, row], roots[1, row])
+        )
         d[0], d[1], d[2], d[3], d[4] = ramp, plateau, ramp, cruise * 0.5, window
-        times[0, row] = d[0] + d[1] + d[2] + d[3]
-        top = speed[row]
+        ends.release_time[row] = d[0] + d[1] + d[2] + d[3]
         ramp, plateau = stop_times(top, braking[row], jerk)
         d[5], d[6], d[7] = ramp, plateau, ramp
-        times[1, row] = times[0, row] + window + (d[5] + d[6] + d[7])
+        ends.stop_time[row] = ends.release_time[row] + window + (d[5] + d[6] + d[7])
         signs = (1.0, 0.0, -1.0, 0.0, 0.0, -1.0, 0.0, 1.0)
         for k in range(RUN_UP + STOPPING):
             _write_jerk(j, k, jerk * signs[k], ahead)
         run_out = window * top + 0.5 * top * (2.0 * ramp + plateau)
         for axis in range(3):
-            stop[row, axis] = pick[row, axis] + ahead[axis] * (distance[row] + run_out)
+            ends.stop[row, axis] = pick[row, axis] + ahead[axis] * (lines.distance[row] + run_out)
 
 
-@compile_for("void(f8[:, :], f8[:, :], f8[:], f8[:, ::1], f8[:, :, ::1], f8, f8[:, ::1], f8[:, :, ::1])")
+@kernel
 def write_returns(
-    stop: Floats,
-    pick: Floats,
-    wait: Floats,
-    limits: Floats,
-    roots: Floats,
-    clearance: float,
-    durations: Floats,
-    jerks: Floats,
+    stop: Floats2, pick: Floats2, wait: Floats1, limits: LimitRows, roots: Floats3, clearance: float, back: Segments
 ) -> None:
     """Write the motions of N hands from rest to above picks, their waits there, and their descents.
 
@@ -273,47 +251,47 @@ def write_returns(
         stop: first points (N, 3) [m].
         pick: picks (N, 3) [m].
         wait: times at rest above the picks (N,) [s].
-        limits: limits of the hands (3, N).
+        limits: limits of the hands.
         roots: cube roots of the moves and of the descents (2, 2, N).
         clearance: height of the descents [m].
-        durations: written (N, 15) [s].
-        jerks: written (N, 15, 3) [m/s3].
+        back: written, 15 segments of each motion.
     """
     for row in range(len(stop)):
-        rows = limits[0, row], limits[1, row], limits[2, row]
+        rows, durations, jerks = _limits(limits, row), back.durations[row], back.jerks[row]
         x, y = pick[row, 0] - stop[row, 0], pick[row, 1] - stop[row, 1]
         way = x, y, pick[row, 2] + clearance - stop[row, 2]
-        _write_move(durations[row], jerks[row], 0, way, rows, (roots[0, 0, row], roots[1, 0, row]))
-        durations[row, MOVE] = wait[row]
-        _write_jerk(jerks[row], MOVE, 0.0, way)
+        _write_move(durations, jerks, 0, way, rows, (roots[0, 0, row], roots[1, 0, row]))
+        durations[MOVE] = wait[row]
+        _write_jerk(jerks, MOVE, 0.0, way)
         down = 0.0, 0.0, -clearance
-        _write_move(durations[row], jerks[row], MOVE + 1, down, rows, (roots[0, 1, row], roots[1, 1, row]))
+        _write_move(durations, jerks, MOVE + 1, down, rows, (roots[0, 1, row], roots[1, 1, row]))
 
 
-@compile_for("void(f8[:], f8[:], f8[:], f8, f8, f8, f8[::1])")
-def fading_times(
-    velocity: Floats, acceleration: Floats, jerk: Floats, speed: float, usual_speed: float, share: float, time: Floats
-) -> None:
-    """Write the durations (N,) of fadings under limits (N,) each, as `riding.Fading.for_limits`."""
+@kernel
+def fading_times(limits: LimitRows, speed: float, usual_speed: float, share: float, time: Floats1) -> None:
+    """Write the durations (N,) of fadings under limits of N motions, as `riding.Fading.for_limits`."""
     for row in range(len(time)):
-        least, growth = 2.0 * speed / (share * acceleration[row]), acceleration[row] / jerk[row]
-        longest = (velocity[row] + speed) / acceleration[row] + growth
-        time[row] = min(longest, max((usual_speed + speed) / acceleration[row] + growth, least))
+        velocity, acceleration, jerk = _limits(limits, row)
+        least, growth = 2.0 * speed / (share * acceleration), acceleration / jerk
+        longest = (velocity + speed) / acceleration + growth
+        time[row] = min(longest, max((usual_speed + speed) / acceleration + growth, least))
 
 
-@compile_for("void(f8[::1], f8, f8, f8[:, ::1])")
-def reduce_limits(time: Floats, speed: float, share: float, limits: Floats) -> None:
-    """Reduce limits (3, N) to those that fadings of durations (N,) leave; `share` is `riding.MOST_SHARE`."""
+@kernel
+def reduce_limits(time: Floats1, speed: float, share: float, limits: LimitRows) -> None:
+    """Reduce limits to those that fadings of durations (N,) leave; `share` is `riding.MOST_SHARE`."""
     least = 1.0 - share
     for row in range(len(time)):
         peak = 2.0 * speed / time[row]
-        limits[1, row] = max(limits[1, row] - peak, least * limits[1, row])
-        limits[2, row] = max(limits[2, row] - 2.0 * peak / time[row], least * limits[2, row])
+        acceleration, jerk = limits.acceleration[row], limits.jerk[row]
+        limits.acceleration[row] = max(acceleration - peak, least * acceleration)
+        limits.jerk[row] = max(jerk - 2.0 * peak / time[row], least * jerk)
 
 
-@compile_for("void(f8[::1], f8, f8, f8[:, ::1], f8[:, :, ::1])")
-def write_fading(time: Floats, speed: float, sign: float, durations: Floats, jerks: Floats) -> None:
+@kernel
+def write_fading(time: Floats1, speed: float, sign: float, segments: Segments) -> None:
     """Write the growth (sign 1) or fading (-1) of a belt's speed in N durations, as the last two segments."""
+    durations, jerks = segments
     last = durations.shape[1] - 1
     for row in range(len(time)):
         jerk = 4.0 * sign * speed / (time[row] * time[row])

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Bools, Floats, number, numbers, tuples
 from pnt_gym.errors import PlanningError, one_sentence
+from pnt_gym.rows import Floats1
 
 # Full performance of the T3KR robot (Hassan et al. 2022, section IV); the paper's 12 G count 1 G as 10 m/s2.
 T3KR_VELOCITY = 6.0
@@ -23,9 +24,9 @@ _UNITS = {"velocity": "m/s", "acceleration": "m/s2", "jerk": "m/s3"}
 class LimitRows(NamedTuple):
     """Limits of N motions as arrays (N,), broadcast once for code that needs the limits often."""
 
-    velocity: Floats
-    acceleration: Floats
-    jerk: Floats
+    velocity: Floats1
+    acceleration: Floats1
+    jerk: Floats1
 
     @classmethod
     def t3kr(cls, percent: Floats) -> LimitRows:

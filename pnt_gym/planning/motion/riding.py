@@ -24,7 +24,7 @@ from typing import Final, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Bools, Floats, in_order
 from pnt_gym.planning.motion import kernel
 from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
@@ -55,7 +55,7 @@ class Fading:
     def for_limits(cls, limits: Limits, count: int, speed: float) -> Self:
         """Return fadings of a belt's speed [m/s] that do not reduce the speed limit of ``count`` hands."""
         time = np.empty(count)
-        kernel.fading_times(*limits.arrays(count), speed, USUAL_SPEED, MOST_SHARE, time)
+        kernel.fading_times(LimitRows(*in_order(*limits.arrays(count))), speed, USUAL_SPEED, MOST_SHARE, time)
         return cls(speed, time)
 
     @property
@@ -74,9 +74,9 @@ class Fading:
 
     def planning_limits(self, limits: Limits) -> LimitRows:
         """Limits that the fading leaves to the planned motions; placeholders where the fading is not possible."""
-        remaining = np.array(limits.arrays(len(self.time)))
+        remaining = LimitRows(*np.array(limits.arrays(len(self.time))))
         kernel.reduce_limits(self.time, self.speed, MOST_SHARE, remaining)
-        return LimitRows(*remaining)
+        return remaining
 
     def fade_out(self) -> Segments:
         """Segments of the fading from the belt's speed to rest."""
@@ -92,7 +92,7 @@ class Fading:
         """Segments of which the last two are the growth (sign 1) or the fading (-1)."""
         rows = len(self.time)
         segments = Segments(np.empty((rows, count)), np.empty((rows, count, 3)))
-        kernel.write_fading(self.time, self.speed, sign, segments.durations, segments.jerks)
+        kernel.write_fading(self.time, self.speed, sign, segments)
         return segments
 
 

@@ -9,15 +9,15 @@ from typing import NamedTuple, Protocol, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Floats, length, numbers
+from pnt_gym.arrays import Floats, in_order, length, numbers
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion import kernel
 from pnt_gym.planning.motion.limits import Limits
+from pnt_gym.rows import Floats1, Floats2, Floats3
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Segments:
+class Segments(NamedTuple):
     """Consecutive pieces of constant jerk.
 
     Attributes:
@@ -25,8 +25,8 @@ class Segments:
         jerks: (N, K, 3) [m/s3].
     """
 
-    durations: Floats
-    jerks: Floats
+    durations: Floats2
+    jerks: Floats3
 
     def pad(self, columns: int) -> Segments:
         """Return the same motions, filled up to ``columns`` segments with segments of no duration."""
@@ -54,8 +54,42 @@ def superpose(first: Segments, second: Segments) -> Segments:
     """
     count, columns = len(first.durations), first.durations.shape[1] + second.durations.shape[1]
     durations, jerks = np.empty((count, columns)), np.empty((count, columns, 3))
-    kernel.add_motions(first.durations, first.jerks, second.durations, second.jerks, durations, jerks)
-    return Segments(durations, jerks)
+    total = Segments(durations, jerks)
+    kernel.add_motions(Segments(*in_order(*first)), Segments(*in_order(*second)), total)
+    return total
+
+
+class Start(NamedTuple):
+    """Where N paths begin: position [m], velocity [m/s] and acceleration [m/s2], each (N, 3)."""
+
+    position: Floats2
+    velocity: Floats2
+    acceleration: Floats2
+
+
+class Borders(NamedTuple):
+    """Borders of the K segments of N paths: times (N, K + 1) [s], and the motion there, each (N, K + 1, 3)."""
+
+    time: Floats2
+    position: Floats3
+    velocity: Floats3
+    acceleration: Floats3
+
+
+class Lines(NamedTuple):
+    """Lines along which N hands throw: unit vectors (N, 3), ways to the releases (N,) [m], speeds there (N,) [m/s]."""
+
+    direction: Floats2
+    distance: Floats1
+    speed: Floats1
+
+
+class Ends(NamedTuple):
+    """Ends of N throws: times of the releases and of the stops (N,) [s], and points of the stops (N, 3) [m]."""
+
+    release_time: Floats1
+    stop_time: Floats1
+    stop: Floats2
 
 
 class Samples(NamedTuple):
@@ -131,7 +165,8 @@ class JerkTrajectory:
         count, columns = durations.shape
         times, table = np.empty((count, columns + 1)), np.empty((count, columns + 2, kernel.COLUMNS))
         knots = np.empty((3, count, columns + 1, 3))
-        if not kernel.lay_out(self.start, velocity, acceleration, durations, jerks, self.rides, times, knots, table):
+        start, segments = Start(*in_order(self.start, velocity, acceleration)), Segments(*in_order(durations, jerks))
+        if not kernel.lay_out(start, segments, self.rides, Borders(times, *knots), table):
             raise _value_error(self.start, durations, jerks)
         self.__dict__.update(
             start_velocity=velocity,

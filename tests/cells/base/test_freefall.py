@@ -4,8 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from pnt_gym.cells.base.airborne import STATE, Airborne, Body
 from pnt_gym.cells.base.fluid import fluid_coefficients, geom_placement, lying_size, solid_shell_inertia
-from pnt_gym.cells.base.freefall import BODY, STATE, end_settled, fly_down
+from pnt_gym.cells.base.freefall import end_settled, fly_down
 
 COUNT, STEP, STRIDE = 9, 0.001, 4
 SHAPES = ("ellipsoid", "cylinder", "box")
@@ -22,7 +23,8 @@ def bodies(shape, size, mass, drag, up):
     placed = geom_placement(shape, size)
     semi = np.where((shape == 1)[:, None], placed.size[:, [0, 0, 1]], placed.size)
     inertia, fluid = solid_shell_inertia(mass, size, shape), fluid_coefficients(shape, size, drag)
-    return np.concatenate([mass[:, None], inertia, up[:, None], placed.quat, semi, fluid], axis=1)
+    columns = np.concatenate([mass[:, None], inertia, up[:, None], placed.quat, semi, fluid], axis=1)
+    return columns.view(Body.dtype)[:, 0]
 
 
 def in_the_engine(things_, row, state, steps, air, wind=(0.0, 0.0)):
@@ -57,7 +59,7 @@ def thrown(rng):
 def flown(state, body, floor, air, records, wind=0.0):
     seen, steps = np.zeros((COUNT, records, STATE)), np.zeros(COUNT, dtype=np.int64)
     after = state.copy()
-    fly_down(after, body, np.zeros((COUNT, 2)) + wind, np.full(COUNT, floor), air, STEP, STRIDE, seen, steps)
+    fly_down(after, Airborne(body, np.zeros((COUNT, 2)) + wind, air), np.full(COUNT, floor), STEP, STRIDE, seen, steps)
     return after, seen, steps
 
 
@@ -68,7 +70,6 @@ def test_a_flight_in_a_wind_is_that_of_the_engine(air):
     objects, state, wind = things(rng), thrown(rng), rng.normal(0.0, 1.5, (COUNT, 2))
     wind[1] = 0.0
     body = bodies(*objects)
-    assert body.shape == (COUNT, BODY)
     after, seen, taken = flown(state, body, -50.0, air, 76, wind)
     still, *_ = flown(state, body, -50.0, air, 76)
     assert (taken == 300).all()
@@ -101,19 +102,19 @@ def test_it_ends_below_its_height_and_keeps_its_last_state():
 
 
 def test_a_fall_ends_where_the_energy_no_longer_lifts_the_object_to_the_rim():
-    """Kinetic and potential energy per weight, of objects that are some rows of a batch in other simulations."""
+    """Kinetic and potential energy per weight, of objects that are some of many."""
     rng = np.random.default_rng(8)
     count, rows = 200, np.flatnonzero(rng.random(200) < 0.7)
-    simulations, steps = rng.permutation(300)[:count], rng.integers(50, 200, count)
-    sensors, qvel = rng.normal(size=(rows.size, 3, 8)), 5.0 * rng.normal(size=(300, 9))
+    steps = rng.integers(50, 200, count)
+    sensors, rate = rng.normal(size=(rows.size, 3, 8)), 5.0 * rng.normal(size=(rows.size, 3))
     inertia, mass, rim = (
         rng.uniform(1e-5, 1e-3, (count, 3)),
         rng.uniform(0.01, 0.1, count),
         rng.uniform(0.0, 0.6, count),
     )
     last = steps.copy()
-    end_settled(sensors, qvel[:, 2:], simulations, rows, inertia / mass[:, None], rim, 128, last)
-    rate, velocity = qvel[simulations[rows], 5:8], sensors[:, -1, 3:6]
+    end_settled(sensors, rate, rows, inertia / mass[:, None], rim, 128, last)
+    velocity = sensors[:, -1, 3:6]
     kinetic = (mass[rows, None] * velocity**2 + inertia[rows] * rate**2).sum(axis=1) / 2.0
     settled = sensors[:, -1, 2] + kinetic / (mass[rows] * 9.81) < rim[rows]
     expected = steps.copy()

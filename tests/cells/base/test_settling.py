@@ -8,35 +8,35 @@ import pytest
 from benchmarks.studies.cells import CELLS
 from benchmarks.studies.flights import EngineCheck
 from pnt_gym.arrays import take
+from pnt_gym.cells.base.airborne import Airborne, BinShape, Body, Ground, Solid, Vicinity
 from pnt_gym.cells.base.items import contact_solref
-from pnt_gym.cells.base.settle_kernel import BIN, FALLING, GROUND, OVER, SOLID, STAYS, fill_rebounds, follow
+from pnt_gym.cells.base.settle_kernel import FALLING, OVER, STAYS, fill_rebounds, follow
 from tests.tools.nightly import with_nightly
 from tests.tools.throws import make_core
 
 STEP = 0.001
-BALL = np.array([[0.0, 0.03, 0.03, 0.03, 0.0, 4e-4, 4e-4, 4e-4, 0.4, 0.03]])
-BINS = np.array([[[0.0, 0.0, 0.1, 0.1, 0.3]]])
-EMPTY_BELT = np.array([[-0.4, -0.5, 5.0, 6.0, 5.0, 6.0]])
+BALL = Solid.zeros(1, half=0.03, spin=4e-4, rebound=0.4, farthest=0.03)
+BINS = BinShape.zeros(1, 1, half_x=0.1, half_y=0.1, depth=0.3)
+EMPTY_BELT = Ground.zeros(1, floor=-0.4, belt=-0.5, min_x=5.0, max_x=6.0, min_y=5.0, max_y=6.0)
+BELT = Ground.zeros(1, floor=-0.4, belt=-0.06, min_x=0.4, max_x=1.0, min_y=-1.0, max_y=1.0)
 
 
 def judge(place, velocity, spin=(0.0, 0.0, 0.0), *, solid=BALL, bins=BINS, ground=EMPTY_BELT, steps=1000, energy=-9.0):
     """Verdict on an object at a bin whose rim is at height 0, its last state, and the steps left to it."""
-    assert (solid.shape[1], bins.shape[2], ground.shape[1]) == (SOLID, BIN, GROUND)
     state = np.array([[*place, 1.0, 0.0, 0.0, 0.0, *velocity, *spin]])
-    left, verdict, body = np.array([steps]), np.array([FALLING]), np.zeros((1, 24))
-    body[:, 0], body[:, 1:4], body[:, 5], body[:, 9:12] = 0.02, 0.02 * solid[:, 5:8], 1.0, solid[:, 1:4]
-    follow(
-        state, body, np.zeros((1, 2)), 0.0, solid, bins, np.zeros(1), ground, STEP, np.full(1, energy), left, verdict
-    )
+    left, verdict, body = np.array([steps]), np.array([FALLING]), Body.zeros(1, mass=0.02)
+    body["inertia"], body["attitude"][:, 0], body["semi_axes"] = 0.02 * solid["spin"], 1.0, solid["half"]
+    objects, vicinity = Airborne(body, np.zeros((1, 2)), 0.0), Vicinity(solid, bins, np.zeros(1), ground)
+    follow(state, objects, vicinity, STEP, np.full(1, energy), left, verdict)
     return verdict[0], state[0], left[0]
 
 
-def bouncing(**changes):
-    """The ball with other constants."""
-    solid = BALL.copy()
-    for index, value in zip(map(int, (name.lstrip("k") for name in changes)), changes.values(), strict=True):
-        solid[0, index] = value
-    return solid
+def changed(rows, **values):
+    """The rows with other values of some fields."""
+    rows = rows.copy()
+    for name, value in values.items():
+        rows[name] = value
+    return rows
 
 
 class Flights:
@@ -115,17 +115,17 @@ def test_an_object_above_a_rim_flies_to_the_rim():
     ("place", "velocity", "changes", "verdict"),
     [
         ((0.0, 0.0, -0.1), (0.0, 0.0, -2.0), {}, STAYS),
-        ((0.0, 0.0, -0.1), (0.0, 0.0, -2.0), {"solid": bouncing(k8=0.6)}, STAYS),
-        ((0.0, 0.0, -0.1), (0.0, 0.0, -2.0), {"solid": bouncing(k8=1.0)}, FALLING),
+        ((0.0, 0.0, -0.1), (0.0, 0.0, -2.0), {"solid": changed(BALL, rebound=0.6)}, STAYS),
+        ((0.0, 0.0, -0.1), (0.0, 0.0, -2.0), {"solid": changed(BALL, rebound=1.0)}, FALLING),
         ((0.0, 0.0, -0.035), (0.0, 0.0, -2.0), {}, STAYS),
-        ((0.0, 0.0, -0.035), (0.0, 0.0, -2.0), {"bins": BINS - [0.0, 0.0, 0.0, 0.0, 0.24]}, FALLING),
+        ((0.0, 0.0, -0.035), (0.0, 0.0, -2.0), {"bins": changed(BINS, depth=0.06)}, FALLING),
         ((0.069, 0.0, -0.1), (0.0, 0.0, 2.0), {}, FALLING),  # upwards, beside a wall
         ((0.069, 0.0, -0.1), (8.0, 0.0, -0.5), {}, FALLING),  # so fast that walls may send it up
         ((0.069, 0.0, -0.1), (0.0, 0.0, -0.5), {"spin": (400.0, 0.0, 0.0)}, FALLING),
         ((0.069, 0.0, -0.1), (0.0, 0.0, -2.0), {"energy": 2.0}, FALLING),  # a contact holds the difference
         ((0.15, 0.0, -0.1), (0.0, 0.0, -2.0), {}, STAYS),  # beside the bin
-        ((0.15, 0.0, -0.035), (0.0, 0.0, -2.0), {"ground": np.array([[-0.4, -0.06, 0.1, 1.0, -1.0, 1.0]])}, FALLING),
-        ((0.15, 0.0, -0.035), (0.0, 0.0, -2.0), {"ground": np.array([[-0.4, -0.06, 0.4, 1.0, -1.0, 1.0]])}, STAYS),
+        ((0.15, 0.0, -0.035), (0.0, 0.0, -2.0), {"ground": changed(BELT, min_x=0.1)}, FALLING),
+        ((0.15, 0.0, -0.035), (0.0, 0.0, -2.0), {"ground": BELT}, STAYS),
         ((0.0, 0.0, -0.1), (0.0, 0.0, 0.0), {}, OVER),  # too weak to rise to the rim
         ((0.0, 0.0, -0.1), (0.0, 0.0, -2.0), {"steps": 1}, OVER),
         ((0.069, 0.0, -0.1), (0.0, 0.0, -2.0), {"steps": 100}, FALLING),  # it may not be down when its time is over

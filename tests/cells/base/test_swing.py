@@ -6,8 +6,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from pnt_gym.cells.base.airborne import STATE, Hanging, Pivot
 from pnt_gym.cells.base.fluid import fluid_coefficients
-from pnt_gym.cells.base.freefall import STATE, swing_down
+from pnt_gym.cells.base.freefall import swing_down
 from tests.cells.base.test_freefall import bodies
 
 GRAVITY = 9.81
@@ -17,7 +18,7 @@ FALLING, RESTING = (0.0, 0.0, -GRAVITY), (0.0, 0.0, 0.0)
 
 
 def inertia_about_the_lip(arm):
-    moments = bodies(np.array([2]), SIZE, np.array([MASS]), np.array([1.0]), np.array([0.0]))[0, 1:4]
+    moments = bodies(np.array([2]), SIZE, np.array([MASS]), np.array([1.0]), np.array([0.0]))["inertia"][0]
     return np.diag(moments) + MASS * (arm @ arm * np.eye(3) - np.outer(arm, arm))
 
 
@@ -34,9 +35,9 @@ def swing(arm, stiffness, damping, hand, seconds, *, step=0.001, tilt=(0.0, 0.0,
         motion[0] = [np.concatenate(hand(k * step)) for k in range(steps)]
     else:
         motion[0, :, :3] = hand
-    pivot = np.concatenate([arm, np.broadcast_to(stiffness, 3), np.broadcast_to(damping, 3)])[None]
+    pivot = Pivot.zeros(1, arm=arm, stiffness=stiffness, damping=damping)
     seen = np.zeros((1, steps + 1, 4))
-    swing_down(state, body, pivot, air, step, motion, np.array([steps]), 1, seen)
+    swing_down(state, Hanging(body, pivot, air), motion, np.array([steps]), step, 1, seen)
     return seen[0], state[0]
 
 
@@ -133,7 +134,7 @@ def test_a_large_swing_under_a_shaken_hand_is_that_of_an_adaptive_integrator():
 
 def on_a_ball_joint(arm, stiffness, damping, wind, steps):
     """The same box on a ball joint of the engine, in a wind that blows against a hand at rest."""
-    moments = bodies(np.array([2]), SIZE, np.array([MASS]), np.array([1.0]), np.array([0.0]))[0, 1:4]
+    moments = bodies(np.array([2]), SIZE, np.array([MASS]), np.array([1.0]), np.array([0.0]))["inertia"][0]
     text = [" ".join(map(str, values)) for values in (arm, moments, SIZE[0] / 2.0, arm + np.array([0.0, 0.0, 0.002]))]
     model = mujoco.MjModel.from_xml_string(f"""<mujoco><option timestep="0.001" density="1.2" viscosity="1.8e-5"
       gravity="0 0 -9.81" wind="{-wind} 0 0" integrator="Euler"><flag eulerdamp="disable"/></option><worldbody><body>
@@ -163,15 +164,13 @@ def test_a_row_does_not_depend_on_the_others():
     rng, count = np.random.default_rng(3), 4
     index = np.full(count, 2)
     body = bodies(index, np.repeat(SIZE, count, 0), np.full(count, MASS), np.ones(count), np.zeros(count))
-    pivot = np.concatenate(
-        [rng.normal(0, 0.02, (count, 3)), rng.uniform(0.1, 1.0, (count, 3)), np.zeros((count, 3))], 1
-    )
+    pivot = Pivot.zeros(count, arm=rng.normal(0, 0.02, (count, 3)), stiffness=rng.uniform(0.1, 1.0, (count, 3)))
     hand, steps = rng.normal(0.0, 20.0, (count, 50, 6)), np.array([50, 13, 0, 31])
 
     def run(rows):
         state, seen = np.zeros((len(rows), STATE)), np.zeros((len(rows), 14, 4))
         state[:, 3] = 1.0
-        swing_down(state, body[rows].copy(), pivot[rows].copy(), 1.0, 1e-3, hand[rows].copy(), steps[rows], 4, seen)
+        swing_down(state, Hanging(body[rows], pivot[rows], 1.0), hand[rows].copy(), steps[rows], 1e-3, 4, seen)
         return state, seen
 
     together, looks = run(np.arange(count))

@@ -20,7 +20,7 @@ def flown() -> SimulatedThrows:
 
 
 def judged(flown, **changes):
-    moved = replace(flown, touchdown=replace(flown.touchdown, **changes))
+    moved = replace(flown, touchdown=flown.touchdown._replace(**changes))
     waiting = replace(PlannedResults.without_belt(COUNT), wait_time=np.full(COUNT, 0.1))
     return judge(moved, CONTEXT, CONFIG, CONFIG.acceptance(), np.full(COUNT, 0.9), waiting)
 

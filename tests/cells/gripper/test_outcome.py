@@ -21,7 +21,7 @@ def flown():
 
 
 def judged(flown, position):
-    moved = replace(flown, flight=replace(flown.flight, position=position))
+    moved = replace(flown, flight=flown.flight._replace(position=position))
     return judge(moved, PLANS, CELL.config, CELL.planner.return_time(PLANS))
 
 

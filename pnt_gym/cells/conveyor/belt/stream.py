@@ -11,7 +11,7 @@ from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, join_columns, take
+from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, in_order, join_columns, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt import sweep
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
@@ -100,8 +100,9 @@ class BeltStream:
         yaw = np.concatenate([block[rows, -1, sweep.TURN], new[:, sweep.TURN]])
         has_extent = np.full(len(yaw), self._belt.gap == "edge")
         has_extent[: len(rows)] &= not is_empty
-        queues = PASSED_PLACES, block, self.x, self.knocked
-        sweep.move_belts(rows, picked, gone, way, new, np.cos(yaw), np.sin(yaw), has_extent, *queues)
+        ride, belts = sweep.Ride(*in_order(rows, picked, gone, way)), sweep.Belts(block, self.x, self.knocked)
+        newcomers = sweep.Newcomers(*in_order(new, np.cos(yaw), np.sin(yaw), has_extent))
+        sweep.move_belts(ride, newcomers, PASSED_PLACES, belts)
         self.objects = self.objects.anew()
 
     def _draw_objects(self, rows: Ints, counts: Ints) -> Objects:
@@ -124,7 +125,8 @@ def course(motion: ThrowMotion, free_at: Floats, speed: float) -> Floats:
     """
     times = np.arange(0.0, float(free_at.max(initial=0.0)) + CHECK_AFTER_RELEASE, CHECK_INTERVAL)
     way = np.empty((len(free_at), len(times), 3))
-    sweep.move_objects(motion.path.table, motion.pick, free_at, times, CHECK_AFTER_RELEASE, speed, way)
+    inputs = in_order(motion.path.table, motion.pick, free_at, times)
+    sweep.move_objects(*inputs, CHECK_AFTER_RELEASE, speed, way)
     return way
 
 
@@ -139,6 +141,7 @@ def sweeps_through(carried: Footprints, start: Floats, way: Floats, neighbours: 
         place: middles of the other objects at the lift (N, K, 2) [m].
     """
     collides = np.empty(place.shape[:2], dtype=np.bool_)
-    outlines = carried.shape, carried.size, carried.yaw, start, way
-    sweep.find_sweeps(*outlines, neighbours.shape, neighbours.size, neighbours.yaw, place, collides)
+    outlines = sweep.Carried(*in_order(carried.shape, carried.size, carried.yaw, start, way))
+    others = sweep.Neighbours(*in_order(neighbours.shape, neighbours.size, neighbours.yaw, place))
+    sweep.find_sweeps(outlines, others, collides)
     return collides

@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.conveyor.objects.records import columns_of_objects
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.kernel import motion_in, row_at
+from pnt_gym.rows import Bools1, Bools2, Floats1, Floats2, Floats3, Ints1, Ints2
 
 COLUMN = columns_of_objects()
 SHAPE, SIZE, TURN, GAP = (COLUMN[name] for name in ("shape", "size", "yaw", "draws.gap"))
@@ -22,6 +23,71 @@ SHAPE, SIZE, TURN, GAP = (COLUMN[name] for name in ("shape", "size", "yaw", "dra
 BESIDE_DEPTH = 0.02
 # Number of directions in a half turn; any direction is within 6 degrees of these.
 HEADINGS = 16
+
+
+class Ride(NamedTuple):
+    """How K belts move on."""
+
+    rows: Ints1
+    """The belts (K,)."""
+    picked: Ints1
+    """Place of the picked object behind the passed places (K,); the last place + 1 for none."""
+    gone: Ints1
+    """Number of other objects that leave each belt (K,)."""
+    way: Floats1
+    """Way of each belt (K,) [m]."""
+
+
+class Newcomers(NamedTuple):
+    """M new objects on K belts."""
+
+    objects: Floats2
+    """The objects, those of one belt after those of the other (M, C)."""
+    cosine: Floats1
+    """Cosines of the yaws of the last object of each belt, then of the new objects (K + M,)."""
+    sine: Floats1
+    """Sines of these yaws (K + M,)."""
+    has_extent: Bools1
+    """Whether gaps begin and end at the edges of these objects, else at their middles (K + M,)."""
+
+
+class Belts(NamedTuple):
+    """Objects on N belts, at P places each."""
+
+    objects: Floats3
+    """The objects (N, P, C)."""
+    x: Floats2
+    """Their positions along the belt (N, P) [m]."""
+    knocked: Bools2
+    """Whether each object was knocked (N, P)."""
+
+
+class Carried(NamedTuple):
+    """N objects that hands carry."""
+
+    shape: Ints1
+    """Indices in `items.SHAPES` (N,)."""
+    size: Floats2
+    """Extents (N, 3) [m]."""
+    yaw: Floats1
+    """Yaws (N,) [rad]."""
+    start: Floats2
+    """Middles on the belt (N, 2) [m]."""
+    way: Floats3
+    """Displacements in the belt's frame (N, M, 3) [m]."""
+
+
+class Neighbours(NamedTuple):
+    """K neighbours of each of N carried objects."""
+
+    shape: Ints2
+    """Indices in `items.SHAPES` (N, K)."""
+    size: Floats3
+    """Extents (N, K, 3) [m]."""
+    yaw: Floats2
+    """Yaws (N, K) [rad]."""
+    place: Floats3
+    """Middles at the lift (N, K, 2) [m]."""
 
 
 class Outline(NamedTuple):
@@ -46,64 +112,37 @@ def _half_length(object_: Floats, cosine: float, sine: float) -> float:
     return _half_extent(object_[SHAPE] == ELLIPSOID, object_[SIZE], object_[SIZE + 1], cosine, sine)
 
 
-@compile_for(
-    "void(i8[::1], i8[::1], i8[::1], f8[::1], f8[:, :], f8[::1], f8[::1], b1[::1], i8, f8[:, :, ::1], f8[:, ::1],"
-    "b1[:, ::1])"
-)
-def move_belts(
-    rows: Ints,
-    picked: Ints,
-    gone: Ints,
-    way: Floats,
-    new: Floats,
-    cosine: Floats,
-    sine: Floats,
-    has_extent: Bools,
-    passed: int,
-    block: Floats,
-    x: Floats,
-    knocked: Bools,
-) -> None:
+@kernel
+def move_belts(ride: Ride, new: Newcomers, passed: int, belts: Belts) -> None:
     """Move belts on, in place: remove picked objects and the first ones of each belt, and append new objects.
 
-    Args:
-        rows: the belts (K,).
-        picked: place of the picked object behind the passed places (K,); the last place + 1 for none.
-        gone: number of other objects that leave each belt (K,).
-        way: way of each belt (K,) [m].
-        new: the M new objects, those of one belt after those of the other (M, C).
-        cosine: cosines of the yaws of the last object of each belt, then of the new objects (K + M,).
-        sine: sines of these yaws (K + M,).
-        has_extent: whether gaps begin and end at the edges of these objects, else at their middles (K + M,).
-        passed: number of places before the queue.
-        block: the objects at all places (N, P, C).
-        x: their positions along the belt (N, P) [m].
-        knocked: whether each object was knocked (N, P).
+    `passed` is the number of places before the queue.
     """
+    objects, x, knocked = belts
     first = 0
-    for k in range(len(rows)):
-        row, places = rows[k], x.shape[1]
-        count = gone[k] + (1 if passed + picked[k] < places else 0)
-        kept, position = places - count, x[row, places - 1] + way[k]
-        before = _half_length(block[row, places - 1], cosine[k], sine[k]) if has_extent[k] else 0.0
+    for k in range(len(ride.rows)):
+        row, picked, gone, way, places = ride.rows[k], passed + ride.picked[k], ride.gone[k], ride.way[k], x.shape[1]
+        count = gone + (1 if picked < places else 0)
+        kept, position = places - count, x[row, places - 1] + way
+        before = _half_length(objects[row, places - 1], new.cosine[k], new.sine[k]) if new.has_extent[k] else 0.0
         for place in range(kept):
-            old = place + gone[k]
-            old += 1 if old >= passed + picked[k] else 0
-            block[row, place] = block[row, old]
-            x[row, place], knocked[row, place] = x[row, old] + way[k], knocked[row, old]
+            old = place + gone
+            old += 1 if old >= picked else 0
+            objects[row, place] = objects[row, old]
+            x[row, place], knocked[row, place] = x[row, old] + way, knocked[row, old]
         distance = 0.0
         for n in range(count):
-            block[row, kept + n] = new[first + n]
-            object_ = len(rows) + first + n
-            half = _half_length(new[first + n], cosine[object_], sine[object_]) if has_extent[object_] else 0.0
-            distance += new[first + n, GAP] + before + half
+            newcomer, last = new.objects[first + n], len(ride.rows) + first + n
+            objects[row, kept + n] = newcomer
+            half = _half_length(newcomer, new.cosine[last], new.sine[last]) if new.has_extent[last] else 0.0
+            distance += newcomer[GAP] + before + half
             x[row, kept + n], knocked[row, kept + n], before = position - distance, False, half
         first += count
 
 
-@compile_for("void(f8[:, :, ::1], f8[:, :], f8[:], f8[::1], f8, f8, f8[:, :, ::1])")
+@kernel
 def move_objects(
-    table: Floats, pick: Floats, free_at: Floats, times: Floats, flight: float, speed: float, way: Floats
+    table: Floats3, pick: Floats2, free_at: Floats1, times: Floats1, flight: float, speed: float, way: Floats3
 ) -> None:
     """Write displacements of N objects under hands, then in flight, from the belt's moving surface.
 
@@ -171,39 +210,14 @@ def _meets(carried: Outline, way: Floats, neighbour: Outline, tall: float, x: fl
     return False
 
 
-@compile_for(
-    "void(i8[:], f8[:, :], f8[:], f8[:, :], f8[:, :, ::1], i8[:, :], f8[:, :, :], f8[:, :], f8[:, :, :], b1[:, ::1])"
-)
-def find_sweeps(
-    shape: Ints,
-    size: Floats,
-    yaw: Floats,
-    start: Floats,
-    way: Floats,
-    others_shape: Ints,
-    others_size: Floats,
-    others_yaw: Floats,
-    place: Floats,
-    collides: Bools,
-) -> None:
-    """Write to `collides` (N, K) which of K neighbours each of N carried objects sweeps through.
-
-    Args:
-        shape: indices of the carried objects in `items.SHAPES` (N,).
-        size: extents of the carried objects (N, 3) [m].
-        yaw: yaws of the carried objects (N,) [rad].
-        start: middles of the carried objects on the belt (N, 2) [m].
-        way: displacements of the carried objects in the belt's frame (N, M, 3) [m].
-        others_shape: as `shape`, of the neighbours (N, K).
-        others_size: extents of the neighbours (N, K, 3) [m].
-        others_yaw: yaws of the neighbours (N, K) [rad].
-        place: middles of the neighbours at the lift (N, K, 2) [m].
-        collides: overwritten by the result.
-    """
-    for row in range(len(way)):
-        carried = Outline(shape[row] == ELLIPSOID, size[row, 0], size[row, 1], yaw[row])
-        for k in range(place.shape[1]):
-            extents = others_size[row, k]
-            neighbour = Outline(others_shape[row, k] == ELLIPSOID, extents[0], extents[1], others_yaw[row, k])
-            x, y = place[row, k, 0] - start[row, 0], place[row, k, 1] - start[row, 1]
-            collides[row, k] = _meets(carried, way[row], neighbour, extents[2], x, y)
+@kernel
+def find_sweeps(carried: Carried, others: Neighbours, collides: Bools2) -> None:
+    """Write to `collides` (N, K) which of K neighbours each of N carried objects sweeps through."""
+    for row in range(len(collides)):
+        size, start = carried.size[row], carried.start[row]
+        outline = Outline(carried.shape[row] == ELLIPSOID, size[0], size[1], carried.yaw[row])
+        for k in range(collides.shape[1]):
+            size, place = others.size[row, k], others.place[row, k]
+            neighbour = Outline(others.shape[row, k] == ELLIPSOID, size[0], size[1], others.yaw[row, k])
+            x, y = place[0] - start[0], place[1] - start[1]
+            collides[row, k] = _meets(outline, carried.way[row], neighbour, size[2], x, y)

@@ -7,18 +7,18 @@ then simulates.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final, final
+from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, length
+from pnt_gym.arrays import Bools, Floats, in_order, length
 from pnt_gym.cells.base.items import BOX, CYLINDER
 from pnt_gym.cells.base.rotations import level_axes, vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.conveyor.cup import kernel
 from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.rows import Floats1, Floats2, Floats3, Ints1
 
 MARGIN: Final = 0.001
 """Gap for the hand's tracking error: three times the largest one in the shipped levels [m]."""
@@ -36,15 +36,34 @@ _FACE: Final = np.array(
 
 
 @final
-@dataclass(frozen=True)
-class Passage:
+class Bodies(NamedTuple):
+    """N objects and their cups."""
+
+    shape: Ints1
+    """Indices in `items.SHAPES` (N,)."""
+    extents: Floats2
+    """Extents of the bodies (N, 3) [m]."""
+    radius: Floats1
+    """Radii of the cups (N,) [m]."""
+    top: Floats1
+    """Heights of the upper faces above the centres of mass, at rest (N,) [m]."""
+
+    @classmethod
+    def of(cls, objects: Objects) -> Self:
+        """Bodies of objects that hang at rest."""
+        o = objects
+        return cls(*in_order(o.shape, o.extents, o.cup_radius, o.com_depth - LIP_GAP))
+
+
+@final
+class Passage(NamedTuple):
     """Motion of N objects relative to their cups, at K moments each."""
 
-    centre: Floats
+    centre: Floats3
     """Centre of mass relative to the tip of the cup (N, K, 3) [m]."""
-    drift: Floats
+    drift: Floats3
     """Velocity of the centre of mass relative to the hand (N, K, 3) [m/s]."""
-    up: Floats
+    up: Floats3
     """The vertical in the object's axes (N, K, 3)."""
 
     def may_touch(self, objects: Objects, gap: float, margin: float = MARGIN, lip: float = 0.0) -> Bools:
@@ -56,9 +75,8 @@ class Passage:
             margin: gap below which a touch is possible [m].
             lip: length of a compliant lip at the tip of the cup, which touches nothing [m].
         """
-        o, near = objects, np.empty(self.centre.shape[:2], dtype=np.bool_)
-        body = o.shape, o.extents, o.com_depth - LIP_GAP, o.cup_radius
-        kernel.find_near(*body, self.centre, self.drift, self.up, gap, margin, lip, near)
+        near = np.empty(self.centre.shape[:2], dtype=np.bool_)
+        kernel.find_near(Bodies.of(objects), Passage(*in_order(*self)), gap, margin, lip, near)
         return near
 
 
@@ -71,12 +89,9 @@ def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats
         since: time from the release (K,) [s].
     """
     turned = length(parting.rate)[:, None] * since
-    centre, drift, up = [np.empty_like(hand[0]) for _ in range(3)]
-    kernel.predict(
-        parting.centre, parting.velocity, parting.attitude, parting.rate, *hand, since, np.cos(turned), np.sin(turned),
-        centre, drift, up,
-    )  # fmt: skip
-    return Passage(centre, drift, up)
+    passage = Passage(*np.empty((3, *hand[0].shape)))
+    kernel.predict(Parting(*in_order(*parting)), *in_order(*hand, since, np.cos(turned), np.sin(turned)), passage)
+    return passage
 
 
 def follow_passage(motion: tuple[Floats, Floats, Floats], hand: tuple[Floats, Floats]) -> Passage:
@@ -88,7 +103,7 @@ def follow_passage(motion: tuple[Floats, Floats, Floats], hand: tuple[Floats, Fl
     """
     position, velocity, attitude = motion
     up = np.empty(position.shape)
-    kernel.verticals(attitude, up)
+    kernel.verticals(np.ascontiguousarray(attitude), up)
     return Passage(position - hand[0], velocity - hand[1], up)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Self, final
+from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.objects import kernel
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.trajectory import HandPath
+from pnt_gym.rows import Bools1, Floats1, Floats2
 
 LEAST_ACCELERATION: Final = 2.0
 """Smallest acceleration of a throw; an object whose grip allows less is not thrown [m/s2]."""
@@ -46,21 +47,20 @@ class Grips:
 
 
 @final
-@dataclass(frozen=True)
-class Parting:
+class Parting(NamedTuple):
     """State of N objects at the moment of release, relative to the tips of their cups."""
 
-    centre: Floats
+    centre: Floats2
     """Centre of mass relative to the tip (N, 3) [m]."""
-    velocity: Floats
+    velocity: Floats2
     """Velocity relative to the hand (N, 3) [m/s]."""
-    attitude: Floats
+    attitude: Floats2
     """Attitude as quaternions, w first (N, 4)."""
-    rate: Floats
+    rate: Floats2
     """Angular velocity in the object's axes (N, 3) [rad/s]."""
-    push: Floats
+    push: Floats1
     """The part of the velocity that comes from blown air, downwards (N,) [m/s]."""
-    unsure: Bools
+    unsure: Bools1
     """Whether the object touched the belt or the solid part of its cup, which only the engine simulates (N,)."""
 
     @classmethod

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import math
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.items import BOX, CYLINDER
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.cells.conveyor.cup.clearance import Bodies, Passage
+from pnt_gym.cells.conveyor.cup.hold import Parting
+from pnt_gym.cells.conveyor.cup.swing import Swing
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
+from pnt_gym.rows import Bools1, Bools2, Floats1, Floats2, Floats3
 
 TILT_COSINE = 0.5
 """Cosine of the tilt beyond which an object under its cup is simulated by the engine."""
@@ -51,43 +55,31 @@ def _reach(shape: int, extents: Floats, a: float, b: float, c: float) -> float:
     return math.sqrt(x * x + y * y + z * z)
 
 
-@compile_for(
-    "void(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[:, :, ::1], f8[:, :, ::1], f8[::1], f8[:, ::1], f8[:, ::1],"
-    "f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])"
-)
+@kernel
 def predict(
-    centre: Floats,
-    velocity: Floats,
-    attitude: Floats,
-    rate: Floats,
-    hand: Floats,
-    hand_velocity: Floats,
-    since: Floats,
-    cosine: Floats,
-    sine: Floats,
-    path: Floats,
-    drift: Floats,
-    up: Floats,
+    parting: Parting,
+    hand: Floats3,
+    hand_velocity: Floats3,
+    since: Floats1,
+    cosine: Floats2,
+    sine: Floats2,
+    passage: Passage,
 ) -> None:
     """Predict motions of released objects relative to their cups, under gravity alone and with constant spin.
 
     Args:
-        centre: centres of mass relative to the tips at the release (N, 3) [m].
-        velocity: velocities relative to the hands at the release (N, 3) [m/s].
-        attitude: attitudes at the release (N, 4).
-        rate: angular velocities in the objects' axes (N, 3) [rad/s].
+        parting: state of the N objects at the release.
         hand: positions of the tips (N, K, 3) [m], the first at the release.
         hand_velocity: velocities of the tips (N, K, 3) [m/s].
         since: time from the release (K,) [s].
         cosine: cosines of the angles by which the objects have turned (N, K).
         sine: sines of these angles (N, K).
-        path: filled with centres of mass relative to the tips (N, K, 3) [m].
-        drift: filled with velocities relative to the hands (N, K, 3) [m/s].
-        up: filled with the vertical in the objects' axes (N, K, 3).
+        passage: written.
     """
+    centre, velocity = parting.centre, parting.velocity
     for row in range(len(centre)):
-        first = _vertical(attitude[row])
-        a, b, c = _numbers(rate[row])
+        first = _vertical(parting.attitude[row])
+        a, b, c = _numbers(parting.rate[row])
         turning = math.sqrt(a * a + b * b + c * c)
         turning = turning if turning > 0.0 else 1.0
         a, b, c = a / turning, b / turning, c / turning
@@ -104,71 +96,46 @@ def predict(
                 if axis == 2:
                     fallen -= GRAVITY / 2.0 * (time * time)
                     speed -= GRAVITY * time
-                path[row, k, axis] = centre[row, axis] + fallen
-                drift[row, k, axis] = speed
+                passage.centre[row, k, axis] = centre[row, axis] + fallen
+                passage.drift[row, k, axis] = speed
                 turned = along[axis] + cosine[row, k] * (first[axis] - along[axis])
-                up[row, k, axis] = turned - sine[row, k] * across[axis]
+                passage.up[row, k, axis] = turned - sine[row, k] * across[axis]
 
 
-@compile_for("void(f8[:, :, :], f8[:, :, ::1])")
-def verticals(attitude: Floats, up: Floats) -> None:
+@kernel
+def verticals(attitude: Floats3, up: Floats3) -> None:
     """Write to `up` (N, K, 3) the vertical in the axes of objects with attitudes (N, K, 4)."""
     for row in range(len(up)):
         for k in range(up.shape[1]):
             up[row, k, 0], up[row, k, 1], up[row, k, 2] = _vertical(attitude[row, k])
 
 
-@compile_for("void(i8[:], f8[:, :], f8[:], f8[:], f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1], f8, f8, f8, b1[:, ::1])")
-def find_near(
-    shape: Ints,
-    extents: Floats,
-    top: Floats,
-    radius: Floats,
-    path: Floats,
-    drift: Floats,
-    up: Floats,
-    gap: float,
-    margin: float,
-    lip: float,
-    near: Bools,
-) -> None:
-    """Find the moments at which cups may touch objects.
-
-    Args:
-        shape: shapes of the objects (N,).
-        extents: extents of their bodies (N, 3) [m].
-        top: heights of the objects' upper faces above the centres of mass, at rest (N,) [m].
-        radius: radii of the cups (N,) [m].
-        path: centres of mass relative to the tips (N, K, 3) [m].
-        drift: velocities relative to the hands (N, K, 3) [m/s].
-        up: the vertical in the objects' axes (N, K, 3).
-        gap: time between two moments [s].
-        margin: gap below which a touch is possible [m].
-        lip: length of the lips at the tips of the cups, which touch nothing [m].
-        near: filled with whether a touch is possible within half the gap before or after (N, K).
-    """
-    for row in range(len(path)):
-        length, width, height = _numbers(extents[row])
-        centre, cup = top[row] - height / 2.0, radius[row]
+@kernel
+def find_near(objects: Bodies, passage: Passage, gap: float, margin: float, lip: float, near: Bools2) -> None:
+    """Find the moments (N, K) at which cups may touch objects, as `clearance.Passage.may_touch`."""
+    for row in range(len(near)):
+        length, width, height = _numbers(objects.extents[row])
+        centre, cup = objects.top[row] - height / 2.0, objects.radius[row]
         wide = cup + abs(centre) + math.sqrt(length * length + width * width + height * height) / 2.0
-        for k in range(path.shape[1]):
-            x, y, z = _numbers(drift[row, k])
+        for k in range(near.shape[1]):
+            x, y, z = _numbers(passage.drift[row, k])
             # The nearest moment is at most half a gap away, in which the object comes nearer by its relative speed.
             room = margin + 0.5 * gap * math.sqrt(x * x + y * y + z * z)
-            x, y, z = _numbers(path[row, k])
+            x, y, z = _numbers(passage.centre[row, k])
             sideways = math.sqrt(x * x + y * y)
-            a, b, upright = _numbers(up[row, k])
+            a, b, upright = _numbers(passage.up[row, k])
             # Below the cup an object is lower than its highest point, and lower than the plane of its upper face.
             tilt = math.sqrt(max(1.0 - upright * upright, 0.0))
             far = sideways + abs(centre) * tilt + cup
             face = (height / 2.0 + tilt * far) / max(abs(upright), FLAT)
-            highest = z - lip + centre * upright + min(_reach(shape[row], extents[row], a, b, upright), face)
+            reach = _reach(objects.shape[row], objects.extents[row], a, b, upright)
+            highest = z - lip + centre * upright + min(reach, face)
             near[row, k] = highest > -room and sideways < wide + room
 
 
-@compile_for("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, :], f8[:], f8[:], f8[:, :, ::1])")
+@kernel
 def face_moves(
-    acceleration: Floats, velocity: Floats, draught: Floats, cosine: Floats, sine: Floats, moves: Floats
+    acceleration: Floats3, velocity: Floats3, draught: Floats2, cosine: Floats1, sine: Floats1, moves: Floats3
 ) -> None:
     """Turn motions of hands into the axes in which their objects hang at rest.
 
@@ -189,88 +156,63 @@ def face_moves(
             moves[row, k, 3], moves[row, k, 4], moves[row, k, 5] = cos * x + sin * y, cos * y - sin * x, z
 
 
-@compile_for("void(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[:], f8[:], f8[:, ::1], f8[:, ::1], f8[:, ::1])")
+@kernel
 def part_objects(
-    rotation: Floats,
-    rate: Floats,
-    arm: Floats,
-    hanging: Floats,
-    cosine: Floats,
-    sine: Floats,
-    centre: Floats,
-    velocity: Floats,
-    attitude: Floats,
+    state: Floats2, arm: Floats2, hanging: Floats2, cosine: Floats1, sine: Floats1, parting: Parting
 ) -> None:
     """Compute places, velocities and attitudes of swinging objects at their release.
 
     Args:
-        rotation: attitudes in the axes in which the objects hang at rest (N, 4).
-        rate: angular velocities in the objects' axes (N, 3) [rad/s].
+        state: states in the axes in which the objects hang at rest (N, STATE).
         arm: centres of mass relative to the tips, in the objects' axes at rest (N, 3) [m].
         hanging: attitudes of the objects at rest (N, 4).
         cosine: cosines of the objects' yaw (N,).
         sine: sines of the objects' yaw (N,).
-        centre: filled with centres of mass relative to the tips (N, 3) [m].
-        velocity: velocities relative to the hands (N, 3) [m/s], to which those of the swing are added.
-        attitude: filled with the attitudes (N, 4).
+        parting: filled with centres and attitudes; to its velocities those of the swing are added.
     """
-    for row in range(len(rotation)):
-        turn, cos, sin = rotation[row], cosine[row], sine[row]
+    for row in range(len(state)):
+        turn, cos, sin = state[row, 3:7], cosine[row], sine[row]
+        centre, velocity, attitude = parting.centre[row], parting.velocity[row], parting.attitude[row]
         a, b, c = _numbers(arm[row])
         x, y, z = _rotate(turn, a, b, c)
-        centre[row, 0], centre[row, 1], centre[row, 2] = cos * x - sin * y, cos * y + sin * x, z
-        p, q, r = _numbers(rate[row])
+        centre[0], centre[1], centre[2] = cos * x - sin * y, cos * y + sin * x, z
+        p, q, r = _numbers(state[row, 10:])
         # The velocity of the centre of mass about the tip, omega x r, in the world's axes.
         x, y, z = _rotate(turn, q * c - r * b, r * a - p * c, p * b - q * a)
-        velocity[row, 0] += cos * x - sin * y
-        velocity[row, 1] += cos * y + sin * x
-        velocity[row, 2] += z
+        velocity[0] += cos * x - sin * y
+        velocity[1] += cos * y + sin * x
+        velocity[2] += z
         # Hamilton's product of the attitude at rest and the turn.
         w, a, b, c = hanging[row, 0], hanging[row, 1], hanging[row, 2], hanging[row, 3]
         v, x, y, z = turn[0], turn[1], turn[2], turn[3]
-        attitude[row, 0] = w * v - (a * x + b * y + c * z)
-        attitude[row, 1] = w * x + v * a + (b * z - c * y)
-        attitude[row, 2] = w * y + v * b + (c * x - a * z)
-        attitude[row, 3] = w * z + v * c + (a * y - b * x)
+        attitude[0] = w * v - (a * x + b * y + c * z)
+        attitude[1] = w * x + v * a + (b * z - c * y)
+        attitude[2] = w * y + v * b + (c * x - a * z)
+        attitude[3] = w * z + v * c + (a * y - b * x)
 
 
-@compile_for("void(i8[:], f8[:, :], f8[:], f8[:, :], f8[:], f8[:, :, ::1], f8[:, :, ::1], i8[:], i8, f8, f8, b1[::1])")
+@kernel
 def find_solid(
-    shape: Ints,
-    extents: Floats,
-    radius: Floats,
-    arm: Floats,
-    middle: Floats,
-    attitudes: Floats,
-    hand: Floats,
-    steps: Ints,
-    stride: int,
-    lip: float,
-    floor: float,
-    touched: Bools,
+    objects: Bodies, arm: Floats2, middle: Floats1, swing: Swing, lip: float, floor: float, touched: Bools1
 ) -> None:
     """Find the swinging objects that touch the belt or the solid part of their cups before their release.
 
     Args:
-        shape: shapes of the objects (N,).
-        extents: extents of their bodies (N, 3) [m].
-        radius: radii of the cups (N,) [m].
+        objects: the N objects.
         arm: centres of mass relative to the tips, in the objects' axes at rest (N, 3) [m].
         middle: heights of the bodies' middles above the centres of mass, at rest (N,) [m].
-        attitudes: attitudes in the axes in which the objects hang at rest, every `stride` steps (N, L, 4).
-        hand: positions of the tips at every step (N, K, 3) [m].
-        steps: numbers of steps until the objects' release (N,); later attitudes are those of the release.
-        stride: steps between two attitudes.
+        swing: the swing.
         lip: length of the cups' lips [m].
         floor: height below which an object touches the belt [m].
         touched: filled with whether an object touches either (N,).
     """
-    for row in range(len(attitudes)):
+    for row in range(len(touched)):
         touched[row] = False
-        for k in range(attitudes.shape[1]):
-            a, b, upright = _vertical(attitudes[row, k])
+        for k in range(swing.attitude.shape[1]):
+            a, b, upright = _vertical(swing.attitude[row, k])
             below = arm[row, 0] * a + arm[row, 1] * b + (arm[row, 2] + middle[row]) * upright
-            low = hand[row, min(k * stride, steps[row]), 2] + below - _reach(shape[row], extents[row], a, b, upright)
+            tip = swing.hand[row, min(k * swing.stride, swing.steps[row]), 2]
+            low = tip + below - _reach(objects.shape[row], objects.extents[row], a, b, upright)
             tilt = math.sqrt(max(1.0 - upright * upright, 0.0))
-            steep = radius[row] * tilt > lip or upright < TILT_COSINE
+            steep = objects.radius[row] * tilt > lip or upright < TILT_COSINE
             touched[row] = touched[row] or steep or low < floor

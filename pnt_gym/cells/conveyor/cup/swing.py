@@ -7,15 +7,18 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, in_order
 from pnt_gym.cells.base import freefall
+from pnt_gym.cells.base.airborne import STATE, Body, Hanging, Pivot
 from pnt_gym.cells.base.items import CYLINDER
 from pnt_gym.cells.conveyor.config import LIP_GAP, LIP_LENGTH, ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup import kernel as cup_kernel
+from pnt_gym.cells.conveyor.cup.clearance import Bodies
 from pnt_gym.cells.conveyor.cup.hold import Parting
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.trajectory import Samples
+from pnt_gym.rows import Floats3, Ints1, Rows1
 
 LARGEST_PHASE: Final = 0.5
 """Largest phase of a swing in a step [rad]; the stiffness of a lip is limited to that of this phase.
@@ -26,6 +29,20 @@ TWIST_RATIO: Final = 0.5
 """Damping ratio about the vertical axis, about which the lip is stiff."""
 CONTACT_DEPTH: Final = 0.001
 """Depth in the belt beyond which an object under its cup has touched the belt [m]."""
+
+
+@final
+class Swing(NamedTuple):
+    """A swing of N objects under their hands."""
+
+    attitude: Floats3
+    """Attitudes in the axes in which the objects hang at rest, every `stride` steps (N, L, 4)."""
+    hand: Floats3
+    """Positions of the tips at every step (N, K, 3) [m]."""
+    steps: Ints1
+    """Numbers of steps until the objects' release (N,); later attitudes are those of the release."""
+    stride: int
+    """Steps between two attitudes."""
 
 
 @final
@@ -90,21 +107,23 @@ def _swing(
     """States (N, STATE) at the release, and attitudes (N, L, 4) every `stride` steps, of objects that hang at first."""
     count, steps, _ = motion.velocity.shape
     moves = np.empty((count, steps, 6))
-    cup_kernel.face_moves(motion.acceleration, motion.velocity, context.drift.draught, *context.objects.turn, moves)
-    state, attitudes = np.zeros((count, freefall.STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
+    inputs = in_order(motion.acceleration, motion.velocity, context.drift.draught, *context.objects.turn)
+    cup_kernel.face_moves(*inputs, moves)
+    state, attitudes = np.zeros((count, STATE)), np.empty((count, (steps - 1) // stride + 2, 4))
     state[:, 3] = 1.0
-    pivot, body = np.concatenate([context.arm, *spring], axis=1), body_constants(context)
-    freefall.swing_down(state, body, pivot, config.mismatch, config.timestep, moves, release, stride, attitudes)
+    pivot = Pivot.zeros(count, arm=context.arm, stiffness=spring.stiffness, damping=spring.damping)
+    hanging = Hanging(body_constants(context), pivot, config.mismatch)
+    freefall.swing_down(state, hanging, moves, release, config.timestep, stride, attitudes)
     return state, attitudes
 
 
 def _part(context: Context, hanging: Parting, state: Floats, unsure: Bools) -> Parting:
     """The release of objects that have swung to states (N, STATE); which of them touched something solid (N,)."""
-    rotation, rate = state[:, 3:7], state[:, 10:13]
-    centre, velocity, attitude = np.empty_like(rate), hanging.velocity.copy(), np.empty_like(rotation)
-    turn = context.objects.turn
-    cup_kernel.part_objects(rotation, rate, context.arm, hanging.attitude, *turn, centre, velocity, attitude)
-    return Parting(centre, velocity, attitude, hanging.rate + rate, hanging.push, unsure)
+    count, rate = len(state), hanging.rate + state[:, 10:13]
+    centre, attitude, velocity = np.empty((count, 3)), np.empty((count, 4)), hanging.velocity.copy()
+    parting = Parting(*in_order(centre, velocity, attitude, rate, hanging.push, unsure))
+    cup_kernel.part_objects(state, *in_order(context.arm, hanging.attitude, *context.objects.turn), parting)
+    return parting
 
 
 def _touches_solid(
@@ -112,10 +131,9 @@ def _touches_solid(
 ) -> Bools:
     """Whether objects with attitudes (N, L, 4) touched the belt or the solid part of their cups (N,)."""
     o, touched = context.objects, np.empty(len(release), dtype=np.bool_)
-    body = o.shape, o.extents, o.cup_radius, context.arm, _middle(o)
-    cup_kernel.find_solid(
-        *body, attitudes, motion.position, release, stride, LIP_LENGTH, config.belt.height - CONTACT_DEPTH, touched
-    )
+    arm, middle, *swing = in_order(context.arm, _middle(o), attitudes, motion.position, release)
+    floor = config.belt.height - CONTACT_DEPTH
+    cup_kernel.find_solid(Bodies.of(o), arm, middle, Swing(*swing, stride), LIP_LENGTH, floor, touched)
     return touched
 
 
@@ -124,11 +142,14 @@ def _middle(objects: Objects) -> Floats:
     return objects.com_depth - LIP_GAP - objects.size[:, 2] / 2.0
 
 
-def body_constants(context: Context) -> Floats:
-    """Constants of the objects' bodies (N, BODY), see `freefall.BODY`."""
-    o = context.objects
+def body_constants(context: Context) -> Rows1[Body]:
+    """The objects of N picks as bodies in the air."""
+    o, body = context.objects, Body.empty(len(context.pick))
+    body["mass"], body["inertia"], body["height"] = o.mass, o.inertia, _middle(o)
     # The semi-axes of a cylinder along its geom's axes: its radius twice, and half its length.
     size, lies = o.placement.size, (o.shape == CYLINDER)[:, None]
-    semi = np.where(lies, size[:, [0, 0, 1]], size)
-    columns = o.mass[:, None], o.inertia, _middle(o)[:, None], o.placement.quat, semi, o.fluid
-    return np.ascontiguousarray(np.concatenate(columns, axis=1))
+    body["attitude"], body["semi_axes"] = o.placement.quat, np.where(lies, size[:, [0, 0, 1]], size)
+    for name, column in zip(("interacts", "blunt", "slender", "angular", "kutta", "magnus"), o.fluid.T, strict=False):
+        body[name] = column
+    body["virtual_mass"], body["virtual_inertia"] = o.fluid[:, 6:9], o.fluid[:, 9:]
+    return body

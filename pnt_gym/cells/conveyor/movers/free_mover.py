@@ -155,7 +155,7 @@ class FreeMover(Mover):
         wait = np.where(good, wait, 0.0)
         durations = back.durations.copy()
         durations[:, PIECES] = wait
-        return Meeting(position, position, enters, wait, good, replace(back, durations=durations))
+        return Meeting(position, position, enters, wait, good, back._replace(durations=durations))
 
     def _hover(self, motion: ThrowMotion, next_pick: Floats, limits: Limits, wait: Floats) -> tuple[Segments, Bools]:
         """Returns with a stop and a wait (N,) [s] above the next pick, and which of them keep the rules."""

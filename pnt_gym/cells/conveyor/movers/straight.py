@@ -13,7 +13,7 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, length, take
+from pnt_gym.arrays import Bools, Floats, in_order, length, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.constants import GRAVITY
@@ -22,7 +22,7 @@ from pnt_gym.planning.motion.intercept import meet_on_belt
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.scurve import coast, cube_roots
-from pnt_gym.planning.motion.trajectory import JerkTrajectory, Segments
+from pnt_gym.planning.motion.trajectory import Ends, JerkTrajectory, Lines, Segments
 from pnt_gym.planning.straight.plan import ReleaseBatch, Rules, TargetChoice
 from pnt_gym.planning.straight.release import (
     aim_lines,
@@ -241,23 +241,18 @@ class StraightMover(Mover):
 
     def throw(self, pick: Floats, release: ReleaseBatch, limits: Limits, ceiling: Floats) -> ThrowMotion:
         """Motions along the line from pick to release, through the window at constant velocity, and to a stop."""
-        count, rows = len(pick), np.array(limits.arrays(len(pick)))
-        braking = self.braking_limits(release, LimitRows(*rows)).arrays(count).acceleration
-        segments = Segments(
-            np.empty((count, kernel.RUN_UP + kernel.STOPPING)), np.empty((count, kernel.RUN_UP + kernel.STOPPING, 3))
-        )
-        times, stop = np.empty((2, count)), np.empty((count, 3))
-        kernel.write_throws(
-            pick, release.direction, release.distance, release.speed, rows, braking,
-            cube_roots(2.0 * release.distance, rows[2]), self._follow.window,
-            segments.durations, segments.jerks, times, stop,
-        )  # fmt: skip
+        count, rows = len(pick), limits.arrays(len(pick))
+        braking = self.braking_limits(release, rows).arrays(count).acceleration
+        pieces, roots = kernel.RUN_UP + kernel.STOPPING, cube_roots(2.0 * release.distance, rows.jerk)
+        segments = Segments(np.empty((count, pieces)), np.empty((count, pieces, 3)))
+        ends = Ends(np.empty(count), np.empty(count), np.empty((count, 3)))
+        lines = Lines(*in_order(release.direction, release.distance, release.speed))
+        motion = LimitRows(*in_order(*rows)), *in_order(braking, roots)
+        kernel.write_throws(np.ascontiguousarray(pick), lines, *motion, self._follow.window, segments, ends)
         return ThrowMotion(
             pick=pick,
             segments=segments,
-            release_time=times[0],
-            stop=stop,
-            stop_time=times[1],
+            **ends._asdict(),
             velocity=np.zeros((count, 3)),
             roof=np.zeros(count) + np.inf,
             placed=np.zeros(count, dtype=np.bool_),
@@ -297,13 +292,12 @@ class StraightMover(Mover):
 
 def straight_back(stop: Floats, next_pick: Floats, wait: Floats, limits: Limits, clearance: float) -> Segments:
     """Motions from rest at `stop` to above the next pick, a wait (N,) [s], and the vertical approach: 15 segments."""
-    count, rows = len(stop), np.array(limits.arrays(len(stop)))
+    count, rows = len(stop), LimitRows(*in_order(*limits.arrays(len(stop))))
     back = Segments(np.empty((count, 2 * kernel.MOVE + 1)), np.empty((count, 2 * kernel.MOVE + 1, 3)))
     above = next_pick + np.array([0.0, 0.0, clearance])
     distances = np.array([length(above - stop), np.full(count, clearance)])
-    kernel.write_returns(
-        stop, next_pick, wait, rows, cube_roots(distances, rows[2]), clearance, back.durations, back.jerks
-    )
+    roots = np.ascontiguousarray(cube_roots(distances, rows.jerk))
+    kernel.write_returns(*in_order(stop, next_pick, wait), rows, roots, clearance, back)
     return back
 
 

@@ -1,7 +1,5 @@
 """The robot is simulated until the object is clear of the cup: what geometry lets pass must be none of a touch."""
 
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 import pytest
@@ -113,5 +111,5 @@ def test_objects_are_foreseen_to_fall_and_turn_as_they_were_let_go():
         np.testing.assert_allclose(passage.drift[:, k], began - [0, 0, 9.81 * t] - velocity[:, k], atol=1e-12)
         turn = attitude * Rotation.from_rotvec(spin * t)
         np.testing.assert_allclose(passage.up[:, k], turn.inv().apply([0, 0, 1]), atol=1e-12)
-    still = predict_passage(replace(parting, rate=np.zeros((5, 3))), (place, velocity), since)
+    still = predict_passage(parting._replace(rate=np.zeros((5, 3))), (place, velocity), since)
     np.testing.assert_allclose(still.up, np.repeat(still.up[:, :1], 3, axis=1), atol=1e-12)

@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pnt_gym.cells.base.airborne import STATE
 from pnt_gym.cells.base.items import BOX, CYLINDER, ELLIPSOID
 from pnt_gym.cells.base.rotations import vertical
 from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.conveyor.cup import kernel
-from pnt_gym.cells.conveyor.cup.clearance import Passage
+from pnt_gym.cells.conveyor.cup.clearance import Bodies, Passage
+from pnt_gym.cells.conveyor.cup.hold import Parting
+from pnt_gym.cells.conveyor.cup.swing import Swing
 from tests.tools.throws import make_core
 
 COUNT, MOMENTS, STRIDE, LIP = 60, 12, 4, 0.01
@@ -87,9 +90,11 @@ def test_objects_leave_with_the_turn_and_the_speed_of_their_swing(rng):
     yaw, turns = rng.uniform(-4.0, 4.0, COUNT), Rotation.random(COUNT, rng=rng)
     rate, arm, before = rng.normal(size=(3, COUNT, 3))
     rest = Rotation.from_euler("z", yaw[:, None])
+    state, none = np.zeros((COUNT, STATE)), np.zeros(COUNT)
+    state[:, 3:7], state[:, 10:] = quaternions(turns, COUNT), rate
     centre, velocity, attitude = np.empty((COUNT, 3)), before.copy(), np.empty((COUNT, 4))
-    swing = quaternions(turns, COUNT), rate, arm, quaternions(rest, COUNT)
-    kernel.part_objects(*swing, np.cos(yaw), np.sin(yaw), centre, velocity, attitude)
+    parting = Parting(centre, velocity, attitude, rate, none, none > 0.0)
+    kernel.part_objects(state, arm, quaternions(rest, COUNT), np.cos(yaw), np.sin(yaw), parting)
     np.testing.assert_allclose(centre, (rest * turns).apply(arm), atol=1e-12)
     np.testing.assert_allclose(velocity, before + (rest * turns).apply(np.cross(rate, arm)), atol=1e-12)
     parted = Rotation.from_quat(attitude, scalar_first=True)
@@ -103,10 +108,8 @@ def test_objects_that_touch_the_belt_or_their_cups_are_those_of_the_formula(obje
     hand = rng.uniform(-0.82, -0.5, (COUNT, MOMENTS * STRIDE, 3))
     arm, middle = rng.normal(0.0, 0.01, (COUNT, 3)) - [0.0, 0.0, 0.03], rng.normal(0.0, 0.003, COUNT)
     touched = np.empty(COUNT, dtype=bool)
-    kernel.find_solid(
-        objects.shape, objects.extents, objects.cup_radius, arm, middle, attitudes, hand, steps, STRIDE, LIP, floor,
-        touched,
-    )  # fmt: skip
+    swing = Swing(attitudes, hand, steps, STRIDE)
+    kernel.find_solid(Bodies.of(objects), arm, middle, swing, LIP, floor, touched)
     moments = np.minimum(np.arange(MOMENTS) * STRIDE, steps[:, None])
     tip = np.take_along_axis(hand[..., 2], moments, axis=1)
     below = ((arm + np.stack([0 * middle, 0 * middle, middle], axis=1))[:, None] * up).sum(axis=-1)
