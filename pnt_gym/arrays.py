@@ -150,8 +150,9 @@ def dot(first: Floats, second: Floats) -> Floats:
 
 
 def in_order(*arrays: *ArraysT) -> tuple[*ArraysT]:
-    """The arrays in C's order, as compiled functions take them: copies of those that are views across rows."""
-    return cast("tuple[*ArraysT]", tuple(map(np.ascontiguousarray, cast("tuple[Any, ...]", arrays))))
+    """The arrays as compiled functions take them: copies of those that are views across rows, or read only."""
+    columns: tuple[Any, ...] = arrays
+    return cast("tuple[*ArraysT]", tuple([array if array.flags.carray else array.copy() for array in columns]))
 
 
 def join_columns(first: Floats, *columns: Floats | float) -> Floats:

@@ -264,7 +264,8 @@ def by_kind(throws: Throws, names: Sequence[str]) -> dict[str, dict[str, float]]
 
 def depend(core: Core) -> bool:
     """Whether throws of a row depend on the row's earlier throws by more than chance: on feedback, or on success."""
-    return has_feedback(core) or (core.cell.episode > 1 and core.cell.terminates)
+    cell = getattr(core, "cell", None)  # a user's environment need not have one
+    return has_feedback(core) or (cell is not None and cell.episode > 1 and cell.terminates)
 
 
 def run_length(core: Core) -> int:

@@ -6,6 +6,7 @@ import json
 import math
 import pickle
 import re
+import sys
 import warnings
 from collections.abc import Mapping
 from copy import deepcopy
@@ -145,6 +146,7 @@ def load_policy(file: Path) -> BaseAlgorithm:
         UsageError: the file is damaged, or of no algorithm of `MARKS`.
     """
     torch.set_num_threads(1)  # small networks are slower on many threads than on one
+    sys.modules.setdefault("agents.sb3", sys.modules[__name__])  # its name in models of older versions
     try:
         with ZipFile(file) as parts:
             stored = json.loads(parts.read("data"))

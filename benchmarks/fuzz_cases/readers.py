@@ -62,8 +62,8 @@ def read_chances(path: Path) -> None:
     """Read the table of chances of a line, and ask for chances."""
     config = LineConfig.load({"base": "single", "chances": str(path)})
     table = required_table(config)
-    kind = np.arange(len(config.cell.items))
-    finite("chances", table.success_chance(kind, np.full(len(kind), 40.0), np.full(len(kind), 0.5)))
+    finite("chances", table.picked)
+    finite("chances", table.landed)
 
 
 def read_policy(path: Path) -> None:

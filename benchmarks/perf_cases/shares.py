@@ -44,7 +44,7 @@ THROW: Final[Parts] = (
     ("observation, rewards, info", {"ConveyorCell.info"}),
 )
 DECISION: Final[Parts] = (
-    ("decisions in machine code", {"Turns.advance"}),
+    ("decisions in machine code", {"Chooser.advance"}),
     ("choice carried out", {"LineCell.take"}),
     ("objects of new shifts", {"StreamSampler.draw"}),
     ("figures of a shift", {"LineCore._shift_info"}),

@@ -11,12 +11,12 @@ Every operation is elementwise: a row's result does not depend, to the last bit,
 # pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, NamedTuple, TypeAlias, final
+from typing import Annotated, Any, Final, NamedTuple, TypeAlias, cast, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import ArraysT, Floats, Ints
 from pnt_gym.cells.base import body_kernel
 from pnt_gym.cells.base.items import SHAPES
 from pnt_gym.errors import ConfigError
@@ -117,9 +117,10 @@ def lying_size(shape_index: ArrayLike, size: ArrayLike) -> Floats:
     return lying_extents(index, full)
 
 
-def _writable(*arrays: Any) -> list[Any]:
+def _writable(*arrays: *ArraysT) -> tuple[*ArraysT]:
     """The arrays as compiled functions take them; columns of a catalogue are copied, because nobody overwrites them."""
-    return [np.require(array, requirements=("C", "W")) for array in arrays]
+    columns: tuple[Any, ...] = arrays
+    return cast("tuple[*ArraysT]", tuple([np.require(column, requirements=("C", "W")) for column in columns]))
 
 
 def lying_extents(shape: Ints, size: Floats) -> Floats:

@@ -314,8 +314,9 @@ class ConveyorPlant(Plant[Context, HandCycle, SimulatedThrows]):
 def _join_flights(clock: ThrowClock, clear: Ints, robot_sensors: Floats, fall: Fall) -> ObjectFlight:
     """Flights joined from records with the robot, up to a step of each (N,), and records without the robot."""
     count, last = len(robot_sensors), max((clear + fall.steps).tolist())
-    motion, touch = np.zeros((2, count, last, 3)), np.zeros((2, count, last), dtype=np.bool_)
-    flight = ObjectFlight(*motion, *touch, release_step=clock.release, last_step=clear + fall.steps - 1)
+    position, velocity = np.zeros((count, last, 3)), np.zeros((count, last, 3))
+    hand_touch, any_touch = np.zeros((count, last), dtype=np.bool_), np.zeros((count, last), dtype=np.bool_)
+    flight = ObjectFlight(position, velocity, hand_touch, any_touch, clock.release, clear + fall.steps - 1)
     records, cup = in_order(robot_sensors, fall.sensors), SENSORS["cup_contact"].start
     flight_kernel.join_flights(*records, clear, fall.steps, cup, TOUCH_DISTANCE, flight)
     return flight

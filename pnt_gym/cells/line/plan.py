@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from pnt_gym.cells.conveyor.config import LIP_GAP
-from pnt_gym.cells.line.rows import Candidate, Choice, Line, Meeting, Rider, Seen, Setting, Short, Site, Tables
+from pnt_gym.cells.line.rows import Candidate, Choice, LineNumbers, Meeting, Rider, Seen, Setting, Short, Site, Tables
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.chase import CHASE_COLUMNS, END, FIRST, LAST, earliest, search_end
@@ -26,7 +26,7 @@ MEETING, CHOICE, SHORT = Meeting.dtype, Choice.dtype, Short.dtype
 
 
 @kernel_part
-def _set_up(line: Line, setting: Setting, point: Floats1, hand: Floats1, chase: Floats1) -> bool:
+def _set_up(line: LineNumbers, setting: Setting, point: Floats1, hand: Floats1, chase: Floats1) -> bool:
     """Write the chase of a hand after a point, as `plan_intercept`; returns whether the point comes in time."""
     speed, x = line.speed, point[0]
     for axis in range(3):
@@ -44,7 +44,7 @@ def _set_up(line: Line, setting: Setting, point: Floats1, hand: Floats1, chase: 
 
 
 @kernel_part
-def _wait(line: Line, setting: Setting, chase: Floats1, time: float) -> float:
+def _wait(line: LineNumbers, setting: Setting, chase: Floats1, time: float) -> float:
     """Standstill of a hand above the belt before a meeting [s]."""
     if time > chase[FIRST]:
         return 0.0
@@ -116,7 +116,9 @@ def fading_time(speed: float, velocity: float, peak: float, jerk: float) -> floa
 
 
 @kernel_part
-def _lay_out(line: Line, setting: Setting, site: Site, pick: Floats1, throws: Floats2, m: int) -> tuple[float, bool]:
+def _lay_out(
+    line: LineNumbers, setting: Setting, site: Site, pick: Floats1, throws: Floats2, m: int
+) -> tuple[float, bool]:
     """Write a throw for the kernel of releases; returns the time of the fading and whether the limits allow it."""
     speed, velocity, peak, jerk = line.speed, setting.velocity, setting.acceleration, setting.jerk
     start, fading, is_possible = pick[0], 0.0, True
@@ -134,7 +136,7 @@ def _lay_out(line: Line, setting: Setting, site: Site, pick: Floats1, throws: Fl
 
 
 @kernel_part
-def _braking_acceleration(line: Line, acceleration: float, angle: float) -> float:
+def _braking_acceleration(line: LineNumbers, acceleration: float, angle: float) -> float:
     """Limit of the acceleration while a hand brakes after a release at an elevation."""
     if math.isnan(line.gravity_share):
         return acceleration
@@ -142,7 +144,7 @@ def _braking_acceleration(line: Line, acceleration: float, angle: float) -> floa
 
 
 @kernel_part
-def _throwing_time(line: Line, throw: Short) -> float:
+def _throwing_time(line: LineNumbers, throw: Short) -> float:
     """Time from the lift until the hand stands still, as `StraightMover.throw` and a delay of the fading."""
     ramp, plateau = ramp_times(throw.top, throw.peak, throw.jerk)
     cruise = max(throw.stroke / throw.top - 2.0 * ramp - plateau, 0.0) if throw.top > 0.0 else 0.0
@@ -154,7 +156,7 @@ def _throwing_time(line: Line, throw: Short) -> float:
 
 @kernel_part
 def _keep_in_workspace(
-    line: Line,
+    line: LineNumbers,
     throws: Floats2,
     meetings: Rows1[Meeting],
     slopes: Floats1,
@@ -196,7 +198,7 @@ def _write_pick(tables: Tables, candidate: Candidate, meeting: Meeting, index: i
 
 
 @kernel_part
-def _write_stop(line: Line, start: Floats1, direction: Floats1, throw: Short, stop: Triple) -> None:
+def _write_stop(line: LineNumbers, start: Floats1, direction: Floats1, throw: Short, stop: Triple) -> None:
     """Write the place at which a hand stands still after its throw."""
     way = 0.5 * throw.stroke + (line.coast * throw.speed + brake_distance(throw.speed, throw.braking, throw.jerk))
     for axis in range(3):

@@ -37,7 +37,7 @@ class Fate(IntEnum):
 
 
 @final
-class Line(Row):
+class LineNumbers(Row):
     """What is the same for all robots and objects of a line."""
 
     speed: float = field("m/s", "speed of the belt")
@@ -143,7 +143,7 @@ class Turn(Row):
 
 
 @final
-class Arm(Row):
+class RobotState(Row):
     """A robot in the middle of a shift."""
 
     free: float = field("s", "time at which the robot is free again")
@@ -265,7 +265,7 @@ class ChanceTable(NamedTuple):
 class Tables(NamedTuple):
     """What a level says of a line, for compiled functions."""
 
-    line: Rows1[Line]
+    line: Rows1[LineNumbers]
     """The line (1,)."""
     stations: Rows1[Station]
     """The robots (R,)."""
@@ -290,7 +290,7 @@ class LineState(NamedTuple):
 
     turns: Rows1[Turn]
     """The coming decisions (N,)."""
-    arms: Rows2[Arm]
+    arms: Rows2[RobotState]
     """The robots (N, R)."""
     choices: Rows2[Choice]
     """Choices of the deciding robots (N, CHOICES): the real ones first, by value less the price of their time."""
@@ -338,7 +338,7 @@ class LineState(NamedTuple):
         """
         return cls(
             turns=Turn.zeros(count),
-            arms=Arm.zeros(count, len(hands), hand=hands),
+            arms=RobotState.zeros(count, len(hands), hand=hands),
             choices=take(blank, np.zeros((count, CHOICES), dtype=np.int64)),
             accounts=Account.zeros(count, objects, taker=NOBODY, ended_in=NOBODY),
         )

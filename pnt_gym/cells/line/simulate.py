@@ -13,7 +13,6 @@ from pnt_gym.cells.line.rows import (
     IDLE_TIME,
     NOBODY,
     Account,
-    Arm,
     Candidate,
     Choice,
     Fate,
@@ -21,6 +20,7 @@ from pnt_gym.cells.line.rows import (
     Outcome,
     Result,
     Rider,
+    RobotState,
     Seen,
     Short,
     Tables,
@@ -192,7 +192,7 @@ def _stop_time(speed: float, percent: float) -> float:
 
 
 @kernel_part
-def _end_cycle(tables: Tables, choice: Choice, picked: bool, arm: Arm) -> float:
+def _end_cycle(tables: Tables, choice: Choice, picked: bool, arm: RobotState) -> float:
     """Write the place at which a hand is free after a decision; returns the time until then [s]."""
     line = tables.line[0]
     for axis in range(3):

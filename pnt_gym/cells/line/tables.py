@@ -12,7 +12,7 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line import plan
 from pnt_gym.cells.line.chances import Chances
 from pnt_gym.cells.line.config import LineConfig
-from pnt_gym.cells.line.rows import Choice, Line, Setting, Site, Standstill, Station, Tables
+from pnt_gym.cells.line.rows import Choice, LineNumbers, Setting, Site, Standstill, Station, Tables
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import Fading, arrival_time
 from pnt_gym.rows import Rows1, join
@@ -42,10 +42,10 @@ def make_tables(config: LineConfig, planners: Sequence[PickPlanner], kind_of: In
     )
 
 
-def _line_row(config: LineConfig, planner: PickPlanner) -> Rows1[Line]:
+def _line_row(config: LineConfig, planner: PickPlanner) -> Rows1[LineNumbers]:
     belt, motion, space = config.cell.belt, planner.config.motion, planner.workspace
     share, (low, high), (upstream, downstream) = motion.follow_through.gravity_share, belt.pick_x, config.reach
-    return Line.zeros(
+    return LineNumbers.zeros(
         1,
         speed=belt.speed,
         pace=length(np.array([belt.speed, 0.0, 0.0])),

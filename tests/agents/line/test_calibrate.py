@@ -27,7 +27,7 @@ def made(tmp_path_factory):
 def test_a_table_is_written_and_said_to_be(made):
     folder, said = made
     told = json.loads((folder / "table.json").read_text())
-    assert f"\n{told['throws']} throws: " in said and "of the picks succeeded" in said  # below the bar
+    assert said.startswith(f"{told['throws']} throws: ") and "of the picks succeeded" in said
     assert "of the picked objects ended in their bins; the table is in table.json" in " ".join(said.split())
     assert 120 <= told["throws"] < 128
     assert told["digest"] == digest(LineConfig.load(LEVEL))

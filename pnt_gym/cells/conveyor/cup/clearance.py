@@ -89,7 +89,7 @@ def predict_passage(parting: Parting, hand: tuple[Floats, Floats], since: Floats
         since: time from the release (K,) [s].
     """
     turned = length(parting.rate)[:, None] * since
-    passage = Passage(*np.empty((3, *hand[0].shape)))
+    passage = Passage(*(np.empty(hand[0].shape) for _ in Passage._fields))
     kernel.predict(Parting(*in_order(*parting)), *in_order(*hand, since, np.cos(turned), np.sin(turned)), passage)
     return passage
 

@@ -131,9 +131,11 @@ def _touches_solid(
 ) -> Bools:
     """Whether objects with attitudes (N, L, 4) touched the belt or the solid part of their cups (N,)."""
     o, touched = context.objects, np.empty(len(release), dtype=np.bool_)
-    arm, middle, *swing = in_order(context.arm, _middle(o), attitudes, motion.position, release)
+    arm, middle, attitudes, positions, release = in_order(context.arm, _middle(o), attitudes, motion.position, release)
     floor = config.belt.height - CONTACT_DEPTH
-    cup_kernel.find_solid(Bodies.of(o), arm, middle, Swing(*swing, stride), LIP_LENGTH, floor, touched)
+    cup_kernel.find_solid(
+        Bodies.of(o), arm, middle, Swing(attitudes, positions, release, stride), LIP_LENGTH, floor, touched
+    )
     return touched
 
 

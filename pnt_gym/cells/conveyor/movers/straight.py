@@ -248,7 +248,7 @@ class StraightMover(Mover):
         ends = Ends(np.empty(count), np.empty(count), np.empty((count, 3)))
         lines = Lines(*in_order(release.direction, release.distance, release.speed))
         motion = LimitRows(*in_order(*rows)), *in_order(braking, roots)
-        kernel.write_throws(np.ascontiguousarray(pick), lines, *motion, self._follow.window, segments, ends)
+        kernel.write_throws(*in_order(pick), lines, *motion, self._follow.window, segments, ends)
         return ThrowMotion(
             pick=pick,
             segments=segments,
