@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -68,7 +69,8 @@ def settings_in(file: Path) -> dict[str, Any]:
     Raises:
         UsageError: the file cannot be read, or holds other data.
     """
-    content = (_content(file) or {}) if file.exists() else {}
+    # A link to nowhere is there, and cannot be read.
+    content = (_content(file) or {}) if os.path.lexists(file) else {}
     if not isinstance(content, dict) or not all(map(_is_settings, content.values())):
         raise UsageError(f"{str(file)!r} is not a file of settings by level")
     return content

@@ -8,6 +8,7 @@ speeds, not on the arrivals or on the dispatcher.
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final, Self, final
@@ -122,7 +123,7 @@ def read_table(config: LineConfig) -> Chances | None:
         ConfigError: the level's file is not a table, or is the table of another line.
     """
     path = table_path(config)
-    if config.chances is None and not path.is_file():
+    if config.chances is None and not os.path.lexists(path):
         return None
     try:
         entries: dict[str, Any] = json_of(path)
