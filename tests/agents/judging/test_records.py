@@ -65,7 +65,7 @@ def test_truth_values_and_whole_numbers_are_numbers(values: Any) -> None:
 
 @pytest.mark.parametrize(
     ("env_id", "level", "name", "least"),
-    [("PnTRelease-v0", "waste", "random", 17), ("PnTLine-v0", {"base": "single", "duration": 5.0}, "fifo", 14)],
+    [("PnTRelease-v0", "waste", "random", 17), ("PnTLine-v0", {"base": "single", "duration": 5.0}, "fifo", 13)],
 )
 def test_figures_of_kept_columns_are_those_of_the_evaluation(env_id: str, level: Any, name: str, least: int) -> None:
     """A benchmark's columns are rounded, and their totals stand for single units; figures are the same ones."""
@@ -73,7 +73,8 @@ def test_figures_of_kept_columns_are_those_of_the_evaluation(env_id: str, level:
         record = trial.run(trial.controller(name), 8, 0)
     live = record.summary()
     kept = type(record).summarise([{"columns": record.columns(), "seed": 0, "learn_seconds": 0.0}], 2)
-    numbers = [name for name in live.keys() & kept.keys() if isinstance(live[name], int | float)]
+    names = (live.keys() & kept.keys()) - type(record).timings  # a short time is rounded away
+    numbers = [name for name in names if isinstance(live[name], int | float)]
     assert len(numbers) >= least
     for figure in numbers:
         assert kept[figure] == pytest.approx(live[figure], rel=1e-3, abs=1e-5), figure
