@@ -16,9 +16,10 @@ NEAR: Final = 0.25
 
 
 @kernel_part
-def landing_chance(table: ChanceTable, kind: int, percent: float, distance: float) -> float:
-    """Chance that a held object ends in its bin, as `Chances.landing_chance`."""
-    setting = 0
+def landing_chance(table: ChanceTable, kind: int, choice: Choice) -> float:
+    """Chance that a held object ends in its bin, at the nearest speed setting and in the class of the distance."""
+    setting, percent = 0, choice.percent
+    distance = math.sqrt(choice.away[0] * choice.away[0] + choice.away[1] * choice.away[1])
     for p in range(1, len(table.percent)):
         if abs(percent - table.percent[p]) < abs(percent - table.percent[setting]):
             setting = p
@@ -97,8 +98,7 @@ def _place_by_score(scores: Floats1, best: Ints1, count: int, score: float, numb
 def _score(tables: Tables, seen: Rows1[Seen], riders: Rows1[Rider], choice: Choice) -> float:
     """Expected value of a planned throw less the price of its time; the value and the chance are written."""
     kind, table = seen[choice.place].kind, tables.chances
-    distance = math.sqrt(choice.away[0] * choice.away[0] + choice.away[1] * choice.away[1])
-    choice.chance = float(table.picked[kind] * landing_chance(table, kind, choice.percent, distance))
+    choice.chance = float(table.picked[kind] * landing_chance(table, kind, choice))
     choice.value = riders[choice.index].worth
     return choice.value * choice.chance - tables.line[0].price * choice.cycle
 

@@ -7,7 +7,17 @@ from __future__ import annotations
 
 from typing import Final
 
-from pnt_gym.cells.line.rows import IDLE_TIME, UNAVAILABLE_X, Account, Candidate, LineState, Rider, Seen, Tables
+from pnt_gym.cells.line.rows import (
+    IDLE_TIME,
+    UNAVAILABLE_X,
+    Account,
+    Candidate,
+    LineNumbers,
+    LineState,
+    Rider,
+    Seen,
+    Tables,
+)
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.rows import Bools1, Ints1, Ints2, Rows1, Rows2
 
@@ -30,6 +40,13 @@ def first_below(riders: Rows1[Rider], ride: float, border: float, is_inclusive: 
         else:
             end = middle
     return begin
+
+
+@kernel_part
+def _range_in_sight(line: LineNumbers, riders: Rows1[Rider], time: float) -> tuple[int, int]:
+    """The first object of one belt in sight, and the index after the last one."""
+    ride = line.speed * time
+    return first_below(riders, ride, line.sight_high, True), first_below(riders, ride, line.sight_low, False)
 
 
 @kernel_part
@@ -94,9 +111,7 @@ def next_turns(
             if until > time:
                 arm.free = until
                 continue
-            ride = line.speed * time
-            ends[k, 0] = first_below(riders[n], ride, line.sight_high, True)
-            ends[k, 1] = first_below(riders[n], ride, line.sight_low, False)
+            ends[k, 0], ends[k, 1] = _range_in_sight(line, riders[n], time)
             pause = _pause(tables, riders[n], state.accounts[n], r, time, ends[k, 0], ends[k, 1])
             if pause < 0.0:
                 has_candidates[k] = True
@@ -110,11 +125,9 @@ def next_turns(
 @kernel
 def find_ends(tables: Tables, state: LineState, riders: Rows2[Rider], lines: Ints1, ends: Ints2) -> int:
     """Write the ranges of the objects in sight of some lines (K, 2), as `next_turns`; returns the largest number."""
-    most, line = 0, tables.line[0]
+    most = 0
     for k in range(len(lines)):
-        ride = line.speed * state.turns[lines[k]].clock
-        ends[k, 0] = first_below(riders[lines[k]], ride, line.sight_high, True)
-        ends[k, 1] = first_below(riders[lines[k]], ride, line.sight_low, False)
+        ends[k, 0], ends[k, 1] = _range_in_sight(tables.line[0], riders[lines[k]], state.turns[lines[k]].clock)
         most = max(most, ends[k, 1] - ends[k, 0])
     return most
 

@@ -176,8 +176,7 @@ def throw_by_table(
             if not choice.real:
                 continue
             rider, tries = riders[n, choice.index], state.accounts[n, choice.index].attempts
-            distance = math.sqrt(choice.away[0] * choice.away[0] + choice.away[1] * choice.away[1])
-            chance = landing_chance(tables.chances, rider.kind, choice.percent, distance)
+            chance = landing_chance(tables.chances, rider.kind, choice)
             result.picked = _redraw(rider.seal, tries) >= 1.0 - tables.chances.picked[rider.kind]
             result.is_success = result.picked and _redraw(rider.luck, tries) < chance
             result.sorted = result.is_success and tables.accepts[first_site + choice.bin, rider.kind]
