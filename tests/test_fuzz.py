@@ -11,7 +11,8 @@ import pytest
 
 import pnt_gym
 from benchmarks import fuzz, soak, soak_walls
-from benchmarks.fuzz_cases.cases import KINDS, SHARES, judge_case
+from benchmarks.fuzz_cases.basis import Draws, Find, find_simplest
+from benchmarks.fuzz_cases.cases import KINDS, SHARES, judge_cases
 from benchmarks.fuzz_cases.formats import FORMATS
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.conveyor.plant import ConveyorPlant
@@ -29,14 +30,31 @@ SAMPLES = [*SAMPLE.items(), *((kind, 4 * count) for kind, count in SAMPLE.items(
 
 @pytest.mark.parametrize(("kind", "count"), with_nightly(SAMPLES, SAMPLES[: len(SAMPLE)]))
 def test_no_case_of_a_sample_is_a_find(kind: str, count: int) -> None:
-    assert {n: said for n in range(count) if (said := judge_case(kind, n)) is not None} == {}
+    assert judge_cases(kind, 0, count) is None
 
 
-def test_a_case_is_known_by_its_number() -> None:
-    chosen = list(fuzz.cases(0, 200))
-    assert chosen[25:] == list(fuzz.cases(25, 175))
-    assert len(set(chosen)) == 200
-    assert {kind for kind, _ in chosen} == set(KINDS) == set(SHARES)
+def test_bunches_hold_every_kind_by_its_share() -> None:
+    chosen = list(fuzz.bunches(SHARES, 10_000, 3))
+    assert {bunch.kind for bunch in chosen} == set(KINDS) == set(SHARES)
+    assert sum(bunch.count for bunch in chosen) == pytest.approx(10_000, abs=len(KINDS))
+    assert [bunch.number for bunch in chosen if bunch.kind == "hours"] == [3]
+    assert len({(bunch.kind, bunch.number) for bunch in chosen}) == len(chosen)
+
+
+def drawn(number: int, low: float) -> str | None:
+    """What is said of cases of three numbers one of which may be too large."""
+
+    def case(draws: Draws) -> None:
+        numbers = [draws.integer(1000) for _ in range(3)]
+        if max(numbers) > low:
+            raise Find(str(numbers))
+
+    return find_simplest(case, number, 100)
+
+
+def test_a_find_is_shown_by_the_simplest_case() -> None:
+    assert drawn(0, 1000) is None
+    assert drawn(0, 500) == drawn(1, 500) == "[0, 0, 501]"
 
 
 def raising(error: BaseException) -> Any:
@@ -46,33 +64,33 @@ def raising(error: BaseException) -> Any:
     return call
 
 
-def test_what_must_not_be_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    numbers = range(12)
+@pytest.mark.parametrize(("kind", "owner", "name", "broken", "said"), [
+    ("action", Core, "step", raising(KeyError("x")), "KeyError"),
     # Environments are made once, and would notice themselves that what they see is no number.
-    assert not any(judge_case("action", n) for n in numbers)
-    with monkeypatch.context() as patch:
-        patch.setattr(Core, "step", raising(KeyError("x")))
-        assert any("KeyError" in (judge_case("action", n) or "") for n in numbers)
-    with monkeypatch.context() as patch:
-        patch.setattr(Core, "observe", lambda self: np.full((self.count, *self.observation_space.shape), np.nan))
-        assert any("is no number" in (judge_case("action", n) or "") for n in numbers)
-    with monkeypatch.context() as patch:
-        patch.setattr(Core, "step", raising(PhysicsError("MuJoCo warned")))
-        assert any("taken, then PhysicsError" in (judge_case("level", n) or "") for n in numbers)
-    with monkeypatch.context() as patch:
-        patch.setattr(ToyVectorEnv, "step", raising(RuntimeError("x")))
-        assert any("RuntimeError" in (judge_case("line", n) or "") for n in range(30))
+    ("action", Core, "observe", lambda self: np.full((self.count, *self.observation_space.shape), np.nan), "no number"),
+    ("level", Core, "step", raising(PhysicsError("MuJoCo warned")), "taken, then PhysicsError"),
+    ("line", ToyVectorEnv, "step", raising(RuntimeError("x")), "RuntimeError"),
+])  # fmt: skip
+def test_what_must_not_be_is_found(
+    monkeypatch: pytest.MonkeyPatch, kind: str, owner: type[Any], name: str, broken: Any, said: str
+) -> None:
+    assert judge_cases(kind, 1, 12) is None
+    monkeypatch.setattr(owner, name, broken)
+    assert said in (judge_cases(kind, 1, 40) or "")
 
 
-def test_a_crash_and_a_hang_are_finds(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("number", "said"), [
+    (0, ""), (1, "ends its process with -6 in case 2"), (2, "hangs for more than 5 s in case 2"), (3, "wrong"),
+])  # fmt: skip
+def test_a_crash_and_a_hang_are_finds(tmp_path: Path, number: int, said: str) -> None:
     code = "import os, sys, time; from benchmarks import fuzz\nfuzz.PATIENCE = 5.0\n"
-    code += "def judge(kind, n):\n"
-    code += "    {1: lambda: os.abort(), 3: lambda: time.sleep(60)}.get(n, lambda: None)()\n"
-    code += "if __name__ == '__main__':\n    finds = fuzz.finds([('x', n) for n in range(5)], judge)\n"
-    code += "    print(*[said.split(' ')[0] or 'well' for _, _, said in finds])"
+    code += "def judge(kind, number, count, before):\n"
+    code += "    before(), before()\n"
+    code += "    return {1: os.abort, 2: lambda: time.sleep(60), 3: lambda: 'wrong'}.get(number, lambda: None)()\n"
+    code += f"if __name__ == '__main__':\n    print(fuzz.find(fuzz.Bunch('x', {number}, 2), judge))\n"
     (tmp_path / "script.py").write_text(code)
     done = run_python(tmp_path / "script.py", check=True)
-    assert done.stdout.split() == ["well", "ends", "well", "hangs", "well"]
+    assert done.stdout.strip() == said
 
 
 def test_a_value_that_an_environment_replaces_may_be_anything() -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from benchmarks.fuzz_cases.basis import Find, Random, Refused, pick, refusable
+from benchmarks.fuzz_cases.basis import Draws, Find, Refused, refusable
 from benchmarks.fuzz_cases.changes import changed
 from benchmarks.fuzz_cases.formats import FORMATS, Format, example
 from benchmarks.fuzz_cases.lines import complaint
@@ -26,18 +26,18 @@ COMMANDS: Final = 0.02
 """Share of the cases that are read by a command line."""
 
 
-def changed_case(name: str, random: Random) -> str:
+def changed_case(name: str, draws: Draws) -> str:
     """One thing changed in a file of a form."""
     form = FORMATS[name]
-    file = pick(random, form.files)
+    file = draws.pick(form.files)
     with TemporaryDirectory() as place:
         folder = Path(place) / "here"
         shutil.copytree(example(name), folder)
-        content, said = changed(random, file, (folder / file).read_bytes())
+        content, said = changed(draws, file, (folder / file).read_bytes())
         (folder / file).write_bytes(content)
         subject = f"{name}: {file} with {said!r}"
         began, before = time.monotonic(), _peak()
-        if form.line and random.random() < COMMANDS:
+        if form.line and draws.chance(COMMANDS):
             try_line(subject, form, folder, file)
         else:
             try_reader(subject, form, folder / file)

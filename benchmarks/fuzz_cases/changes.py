@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from benchmarks.fuzz_cases.basis import Random, pick
+from benchmarks.fuzz_cases.basis import Draws
 from pnt_gym.reading import PlainLoader, parsed_yaml, yaml_text
 
 Place = tuple[Any, ...]
@@ -87,29 +87,27 @@ KINDS: Final = ("f8", "f4", "f2", "i8", "i4", "u1", "?", "c16", "U7", "S3", "M8[
 """Types of NumPy's that an array may be turned into; objects are pickled."""
 
 
-def changed(random: Random, name: str, data: bytes) -> tuple[bytes, str]:
+def changed(draws: Draws, name: str, data: bytes) -> tuple[bytes, str]:
     """The content of a file with one change, and what was changed.
 
     Args:
-        random: what draws.
+        draws: what draws.
         name: name of the file; the ending says its form.
         data: its content.
     """
-    if random.random() < 0.15:
-        return change_bytes(random, data)
-    return WRITERS.get(PurePath(name).suffix, change_bytes)(random, data)
+    if draws.chance(0.15):
+        return change_bytes(draws, data)
+    return WRITERS.get(PurePath(name).suffix, change_bytes)(draws, data)
 
 
-def change_bytes(random: Random, data: bytes) -> tuple[bytes, str]:
+def change_bytes(draws: Draws, data: bytes) -> tuple[bytes, str]:
     """Bytes that are torn, flipped, joined, or of another encoding."""
-    at = int(random.integers(max(len(data), 1)))
-    kind = pick(random, ("torn", "flipped", "added", "cut", "empty", "zeros", "twice", "BOM", "UTF-16", "text"))
+    at = draws.integer(max(len(data), 1))
+    kind = draws.pick(("torn", "flipped", "added", "cut", "empty", "zeros", "twice", "BOM", "UTF-16", "text"))
     if kind == "flipped" and data:
-        return data[:at] + bytes([data[at] ^ (1 << int(random.integers(8)))]) + data[at + 1 :], f"bit flipped at {at}"
-    junk = pick(
-        random, (b"\0", b"\xff", b"\r", b"\n", b'"', b"\xc3", b"\xe2\x80\xae", b"PK\x03\x04", b"\t", bytes(4096))
-    )
-    several = int(random.integers(1, 40))
+        return data[:at] + bytes([data[at] ^ (1 << draws.integer(8))]) + data[at + 1 :], f"bit flipped at {at}"
+    junk = draws.pick((b"\0", b"\xff", b"\r", b"\n", b'"', b"\xc3", b"\xe2\x80\xae", b"PK\x03\x04", b"\t", bytes(4096)))
+    several = draws.integer(1, 40)
     contents = {
         "torn": data[:at], "added": data[:at] + junk + data[at:], "cut": data[:at] + data[at + several :], "empty": b"",
         "zeros": bytes(len(data)), "twice": data + data, "BOM": b"\xef\xbb\xbf" + data,
@@ -118,40 +116,40 @@ def change_bytes(random: Random, data: bytes) -> tuple[bytes, str]:
     return contents.get(kind, data), f"{kind} at {at}"
 
 
-def change_json(random: Random, data: bytes) -> tuple[bytes, str]:
+def change_json(draws: Draws, data: bytes) -> tuple[bytes, str]:
     """A JSON document with one change."""
-    return change_document(random, json.loads(data), JSON_VALUES, json.dumps)
+    return change_document(draws, json.loads(data), JSON_VALUES, json.dumps)
 
 
-def change_yaml(random: Random, data: bytes) -> tuple[bytes, str]:
+def change_yaml(draws: Draws, data: bytes) -> tuple[bytes, str]:
     """A YAML document with one change."""
-    return change_document(random, parsed_yaml(data.decode(), PlainLoader), YAML_VALUES, yaml_text)
+    return change_document(draws, parsed_yaml(data.decode(), PlainLoader), YAML_VALUES, yaml_text)
 
 
 def change_document(
-    random: Random, document: Any, values: tuple[str, ...], write: Callable[[Any], str]
+    draws: Draws, document: Any, values: tuple[str, ...], write: Callable[[Any], str]
 ) -> tuple[bytes, str]:
     """A document with one change, as text: a value, or a key."""
     places = list(places_of(document))
     if not places:
-        return pick(random, values).encode(), "the whole"
-    place, new = pick(random, places), deepcopy(document)
+        return draws.pick(values).encode(), "the whole"
+    place, new = draws.pick(places), deepcopy(document)
     parent: Any = reduce(getitem, place[:-1], new)
     key, old = place[-1], parent[place[-1]]
-    text, how = pick(random, values), pick(random, ("value", "value", "value", "number", "gone", "again", "key"))
+    text, how = draws.pick(values), draws.pick(("value", "value", "value", "number", "gone", "again", "key"))
     if how == "gone":
         del parent[key]
     elif how == "again" and isinstance(parent, list):
-        parent += [deepcopy(old)] * int(random.choice([1, 2, 300]))
+        parent += [deepcopy(old)] * draws.pick((1, 2, 300))
     elif how in ("again", "key") and isinstance(parent, dict):
         parent[MARK] = deepcopy(old)
-        text = json.dumps(str(key) if how == "again" else pick(random, KEYS))
-        if how == "key" and random.random() < 0.5:
+        text = json.dumps(str(key) if how == "again" else draws.pick(KEYS))
+        if how == "key" and draws.chance(0.5):
             del parent[key]
     else:
         parent[key] = MARK
         if how == "number" and isinstance(old, int | float) and not isinstance(old, bool):
-            text = repr(float(old) * pick(random, FACTORS)).replace("inf", "1e999")
+            text = repr(float(old) * draws.pick(FACTORS)).replace("inf", "1e999")
     written = re.sub(f"\"{MARK}\"|'{MARK}'|{MARK}", lambda _: text, write(new))
     return written.encode("utf-8", "surrogatepass"), f"{how} at {'.'.join(map(str, place))}: {text[:40]}"
 
@@ -164,30 +162,28 @@ def places_of(document: Any, begin: Place = ()) -> Iterator[Place]:
         yield from places_of(document[key], (*begin, key))
 
 
-def change_table(random: Random, data: bytes) -> tuple[bytes, str]:
+def change_table(draws: Draws, data: bytes) -> tuple[bytes, str]:
     """A CSV table with one change: a cell, a column, a row, or a name of a column."""
     header, *rows = list(csv.reader(io.StringIO(data.decode())))
-    column, row = int(random.integers(len(header))), int(random.integers(len(rows)))
-    how = pick(random, ("cell", "cell", "cell", "factor", "unit", "shift", "column", "row", "name", "ends"))
+    column, row = draws.integer(len(header)), draws.integer(len(rows))
+    how = draws.pick(("cell", "cell", "cell", "factor", "unit", "shift", "column", "row", "name", "ends"))
     said = f"{how} of {header[column]!r}, row {row + 1}"
     if how == "ends":
-        end, mark = pick(random, (("\r\n", ","), ("\r", ","), ("\n\n", ","), ("\n", ";"), ("\n", "\t"), ("\v", ",")))
+        end, mark = draws.pick((("\r\n", ","), ("\r", ","), ("\n\n", ","), ("\n", ";"), ("\n", "\t"), ("\v", ",")))
         return end.join(mark.join(line) for line in [header, *rows]).encode(), said
     if how == "name":
-        header[column] = pick(
-            random, ("", "typo", " item ", header[column - 1], header[column].upper(), "x" * 300, '"')
-        )
+        header[column] = draws.pick(("", "typo", " item ", header[column - 1], header[column].upper(), "x" * 300, '"'))
     elif how == "row":
-        rows[row] = pick(random, (rows[row][:-1], [*rows[row], "1"], [], rows[row] * 20, ["x"], rows[row - 1]))
+        rows[row] = draws.pick((rows[row][:-1], [*rows[row], "1"], [], rows[row] * 20, ["x"], rows[row - 1]))
     elif how == "column":
-        cell = pick(random, (*CELLS, "", None))
+        cell = draws.pick((*CELLS, "", None))
         rows = [line[:column] + ([] if cell is None else [cell]) + line[column + 1 :] for line in rows]
         header = header[:column] + header[column + 1 :] if cell is None else header
         said += f" {str(cell)[:30]!r}"
     else:
-        by = pick(random, FACTORS)
+        by = draws.pick(FACTORS)
         for line in [rows[row]] if how in ("cell", "factor") else rows:
-            line[column] = pick(random, CELLS) if how == "cell" else _other(line[column], by, how)
+            line[column] = draws.pick(CELLS) if how == "cell" else _other(line[column], by, how)
         said += f" {rows[row][column][:30]!r}"
     return "\n".join(",".join(line) for line in [header, *rows]).encode("utf-8", "surrogatepass"), said
 
@@ -202,22 +198,22 @@ def _other(cell: str, by: float, how: str) -> str:
         return repr(float(np.float64(value) + by if how == "shift" else np.float64(value) * by))
 
 
-def change_archive(random: Random, data: bytes) -> tuple[bytes, str]:
+def change_archive(draws: Draws, data: bytes) -> tuple[bytes, str]:
     """A zip archive with one change in one of its parts, or with other parts."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         parts = [(name, archive.read(name)) for name in archive.namelist()]
-    at = int(random.integers(len(parts)))
+    at = draws.integer(len(parts))
     name, content = parts[at]
-    how = pick(random, ("part", "part", "part", "part", "gone", "twice", "name", "more", "swapped"))
+    how = draws.pick(("part", "part", "part", "part", "gone", "twice", "name", "more", "swapped"))
     said = f"{how} {name}"
     if how == "part":
         form = ".json" if content[:1] == b"{" else PurePath(name).suffix
-        content, words = changed(random, f"x{form}", content)
+        content, words = changed(draws, f"x{form}", content)
         parts[at], said = (name, content), f"{said}: {words}"
     elif how == "gone":
         del parts[at]
     elif how == "swapped":
-        other = int(random.integers(len(parts)))
+        other = draws.integer(len(parts))
         parts[at], parts[other] = (name, parts[other][1]), (parts[other][0], content)
     else:
         names = (
@@ -231,54 +227,52 @@ def change_archive(random: Random, data: bytes) -> tuple[bytes, str]:
             "x.npy",
             "\u202ex.npy",
         )
-        new = name if how == "twice" else pick(random, names)
+        new = name if how == "twice" else draws.pick(names)
         parts = [*parts, (new, content)] if how != "name" else [*parts[:at], (new, content), *parts[at + 1 :]]
         said += f" as {new[:30]}"
     written = io.BytesIO()
-    with warnings.catch_warnings(), zipfile.ZipFile(written, "w", pick(random, (0, 8, 12))) as archive:
+    with warnings.catch_warnings(), zipfile.ZipFile(written, "w", draws.pick((0, 8, 12))) as archive:
         warnings.simplefilter("ignore")  # of a name that stands twice
         for part, inside in parts:
             archive.writestr(part, inside)
     return written.getvalue(), said
 
 
-def change_array(random: Random, data: bytes) -> tuple[bytes, str]:
+def change_array(draws: Draws, data: bytes) -> tuple[bytes, str]:
     """An array of NumPy's with another type, shape or value, or with a header that lies."""
     array: Any = np.load(io.BytesIO(data), allow_pickle=False)
-    how = pick(random, ("value", "value", "type", "shape", "header", "text"))
+    how = draws.pick(("value", "value", "type", "shape", "header", "text"))
     if how == "header":
-        false = pick(random, (b"(1,)", b"(99999999999,)", b"(-1,)", b"()", b"(2**70,)", b"x", b"(True,)"))
+        false = draws.pick((b"(1,)", b"(99999999999,)", b"(-1,)", b"()", b"(2**70,)", b"x", b"(True,)"))
         return data[:128].replace(str(array.shape).encode(), false) + data[128:], f"{how} {false.decode()}"
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
-        new, said = ARRAYS[how](random, array)
+        new, said = ARRAYS[how](draws, array)
     written = io.BytesIO()
     np.save(written, new, allow_pickle=True)
     return written.getvalue(), f"{how} {said}"
 
 
-def _value(random: Random, array: Any) -> tuple[Any, str]:
+def _value(draws: Draws, array: Any) -> tuple[Any, str]:
     """The array with another value somewhere, or everywhere."""
     if array.dtype.kind not in "fiub" or not array.size:
-        word = pick(random, ("", "x", "x" * 500, "Tanh", "scores", "clipped", "nan", "\u202e"))
+        word = draws.pick(("", "x", "x" * 500, "Tanh", "scores", "clipped", "nan", "\u202e"))
         return np.array(word), word[:20]
-    value = pick(random, (np.nan, np.inf, -np.inf, 0.0, -1.0, 1e30, -1e38, 1e-45, 0.5, 255.0, 1e5, 2.0**31))
+    value = draws.pick((np.nan, np.inf, -np.inf, 0.0, -1.0, 1e30, -1e38, 1e-45, 0.5, 255.0, 1e5, 2.0**31))
     flat = array.copy().reshape(-1)
-    flat[slice(None) if random.random() < 0.3 else int(random.integers(flat.size))] = np.array(value).astype(
-        array.dtype
-    )
+    flat[slice(None) if draws.chance(0.3) else draws.integer(flat.size)] = np.array(value).astype(array.dtype)
     return flat.reshape(array.shape), str(value)
 
 
-def _type(random: Random, array: Any) -> tuple[Any, str]:
-    kind = pick(random, KINDS)
+def _type(draws: Draws, array: Any) -> tuple[Any, str]:
+    kind = draws.pick(KINDS)
     try:
         return array.astype(kind), kind
     except (ValueError, TypeError):
         return np.zeros(array.shape, kind), kind
 
 
-def _shape(random: Random, array: Any) -> tuple[Any, str]:
+def _shape(draws: Draws, array: Any) -> tuple[Any, str]:
     """The array with other axes."""
     flat, twice = np.resize(array, (max(array.size, 1),)), np.resize(array, (2 * max(array.size, 1),))
     shapes: tuple[Any, ...] = (
@@ -286,19 +280,19 @@ def _shape(random: Random, array: Any) -> tuple[Any, str]:
         *((array[:-1], array[..., :-1], np.concatenate([array, array])) if array.ndim else ()),
         np.resize(flat, (*array.shape, 7)),
     )  # fmt: skip
-    new = pick(random, shapes)
+    new = draws.pick(shapes)
     return new, str(new.shape)
 
 
-def _text(random: Random, array: Any) -> tuple[Any, str]:
-    words = pick(random, ("x", "Tanh", "ReLU", "scores", "squashed", "", "x" * 500))
+def _text(draws: Draws, array: Any) -> tuple[Any, str]:
+    words = draws.pick(("x", "Tanh", "ReLU", "scores", "squashed", "", "x" * 500))
     return np.array(words if array.ndim == 0 else [words]), words[:20]
 
 
-ARRAYS: Final[dict[str, Callable[[Random, Any], tuple[Any, str]]]] = {
+ARRAYS: Final[dict[str, Callable[[Draws, Any], tuple[Any, str]]]] = {
     "value": _value, "type": _type, "shape": _shape, "text": _text,
 }  # fmt: skip
-WRITERS: Final[dict[str, Callable[[Random, bytes], tuple[bytes, str]]]] = {
+WRITERS: Final[dict[str, Callable[[Draws, bytes], tuple[bytes, str]]]] = {
     ".json": change_json, ".yaml": change_yaml, ".yml": change_yaml, ".csv": change_table, ".npz": change_archive,
     ".zip": change_archive, ".npy": change_array,
 }  # fmt: skip

@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from benchmarks.fuzz_cases.basis import Find, Random, Refused, pick, refusable
+from benchmarks.fuzz_cases.basis import Draws, Find, Refused, refusable
 from benchmarks.fuzz_cases.formats import FORMATS, example
 from tests.tools.commands import call_here
 
@@ -29,25 +29,25 @@ LARGEST: Final = 2**28
 """Bytes of arrays that no reader may unpack."""
 
 
-def file_case(random: Random) -> str:
+def file_case(draws: Draws) -> str:
     """A file that no reader may take."""
-    (name, file), kind = pick(random, STRICT), pick(random, FILES)
+    (name, file), kind = draws.pick(STRICT), draws.pick(FILES)
     with TemporaryDirectory() as place:
         folder = Path(place) / "here"
         shutil.copytree(example(name), folder)
         path = folder / file
         path.unlink()
-        subject = f"{name}: {file} {kind}: {FILES[kind](random, path)!r}"
+        subject = f"{name}: {file} {kind}: {FILES[kind](draws, path)!r}"
         with contextlib.suppress(Refused), refusable(subject):
             FORMATS[name].read(path)
             raise Find(f"{subject}: taken")
     return subject
 
 
-def _twice(random: Random, path: Path) -> str:
+def _twice(draws: Draws, path: Path) -> str:
     """A key given twice, at any depth."""
-    key, value = pick(random, ("name", "belt", "mismatch", "env", "a")), pick(random, ("1", "{x: 1}", "waste", "null"))
-    lines = pick(random, ((f"{key}: {value}", f"{key}: {value}"), ("b:", f"  {key}: {value}", f"  {key}: 2")))
+    key, value = draws.pick(("name", "belt", "mismatch", "env", "a")), draws.pick(("1", "{x: 1}", "waste", "null"))
+    lines = draws.pick(((f"{key}: {value}", f"{key}: {value}"), ("b:", f"  {key}: {value}", f"  {key}: 2")))
     text = "\n".join(lines)
     if path.suffix == ".json":
         text = f'{{"{key}": 1, "b": {{"{key}": 1, "{key}": 2}}}}'
@@ -55,54 +55,54 @@ def _twice(random: Random, path: Path) -> str:
     return text
 
 
-def _path_name(random: Random, path: Path) -> str:
+def _path_name(draws: Draws, path: Path) -> str:
     """A name that is a path, or no line of text."""
-    name = pick(random, ("a/b", "../x", "..", ".", "/etc/x", "a\\\\b", "a\\nb", "\\u202ea", "x" * 200))
+    name = draws.pick(("a/b", "../x", "..", ".", "/etc/x", "a\\\\b", "a\\nb", "\\u202ea", "x" * 200))
     path.write_text(f'name: "{name}"\nlabel: "{name}"\nPnTRelease-v0: 1\n')
     return name
 
 
-def _fifo(_: Random, path: Path) -> str:
+def _fifo(_: Draws, path: Path) -> str:
     os.mkfifo(path)
     return "FIFO"
 
 
-def _link(random: Random, path: Path) -> str:
-    target = pick(random, ("/dev/zero", "/dev/full", "/dev/tty", "/dev/random", "/", "/proc/self/mem", path.name))
+def _link(draws: Draws, path: Path) -> str:
+    target = draws.pick(("/dev/zero", "/dev/full", "/dev/tty", "/dev/random", "/", "/proc/self/mem", path.name))
     path.symlink_to(target)
     return target
 
 
-def _sparse(random: Random, path: Path) -> str:
+def _sparse(draws: Draws, path: Path) -> str:
     """A file of which the disk holds nothing."""
-    size = 2 ** int(random.integers(33, 43))
+    size = 2 ** draws.integer(33, 43)
     path.touch()
     os.truncate(path, size)
     return f"{size} bytes"
 
 
-def _deep(random: Random, path: Path) -> str:
-    bracket = pick(random, ("[", "{a: ", '{"a": ', "- ", "? "))
+def _deep(draws: Draws, path: Path) -> str:
+    bracket = draws.pick(("[", "{a: ", '{"a": ', "- ", "? "))
     path.write_text(bracket * 10_000)
     return f"{bracket} x 10000"
 
 
-def _aliases(random: Random, path: Path) -> str:
+def _aliases(draws: Draws, path: Path) -> str:
     """Aliases of aliases, or of themselves."""
-    if random.random() < 0.3:
+    if draws.chance(0.3):
         path.write_text("name: &a [*a]\nenv: {b: *a}")
         return "itself"
-    levels = int(random.integers(5, 12))
+    levels = draws.integer(5, 12)
     lines = ["a0: &a0 [0]"]
     lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, levels)]
     path.write_text("\n".join([*lines, f"bins: *a{levels - 1}", f"items: *a{levels - 1}"]))
     return f"{levels} levels"
 
 
-def _zip(random: Random, path: Path) -> str:
+def _zip(draws: Draws, path: Path) -> str:
     """An archive of zeros that is large when it is unpacked, or promises to be."""
-    member = pick(random, ("weight_0.npy", "x.npy", "controller.npy", "../up.npy", "weight_0.pkl"))
-    promise, size = int(random.choice([0, 10**6, 10**12, -1])), 0 if random.random() < 0.5 else LARGEST
+    member = draws.pick(("weight_0.npy", "x.npy", "controller.npy", "../up.npy", "weight_0.pkl"))
+    promise, size = draws.pick((0, 10**6, 10**12, -1)), 0 if draws.chance(0.5) else LARGEST
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as parts, parts.open(member, "w") as part:
         head = {"descr": "<f4", "fortran_order": False, "shape": (promise or size // 4,)}
         np.lib.format.write_array_header_1_0(part, head)
@@ -111,7 +111,7 @@ def _zip(random: Random, path: Path) -> str:
     return f"{member} of {size} bytes, promises {promise}"
 
 
-FILES: Final[dict[str, Callable[[Random, Path], str]]] = {
+FILES: Final[dict[str, Callable[[Draws, Path], str]]] = {
     "twice": _twice,
     "named as a path": _path_name,
     "fifo": _fifo,
@@ -123,10 +123,10 @@ FILES: Final[dict[str, Callable[[Random, Path], str]]] = {
 }
 
 
-def output_case(random: Random) -> str:
+def output_case(draws: Draws) -> str:
     """An output of a command through links, to a device or to a pipe, which must stay links, device and pipe."""
     with TemporaryDirectory() as folder:
-        place, content = PLACES[pick(random, PLACES)](Path(folder))
+        place, content = PLACES[draws.pick(PLACES)](Path(folder))
         subject = f"evaluate --json {place}"
         before = os.lstat(place) if os.path.lexists(place) else None
         with content as written:

@@ -17,7 +17,7 @@ import yaml
 
 import pnt_gym
 from agents.ground.environments import config_of
-from benchmarks.fuzz_cases.basis import JUNK, Find, Random, Refused, finite, pick, refusable
+from benchmarks.fuzz_cases.basis import JUNK, Draws, Find, Refused, finite, refusable
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.errors import PhysicsError
@@ -34,24 +34,24 @@ OWN_ITEM: Final = {
 """An item of a user's."""
 
 
-def level_case(random: Random) -> str:
+def level_case(draws: Draws) -> str:
     """A level one to three of whose values were changed, thrown in twice."""
-    env_id = pick(random, pnt_gym.ENV_IDS)
+    env_id = draws.pick(pnt_gym.ENV_IDS)
     config: Any = type(config_of(env_id))
-    level: dict[str, Any] = {"base": pick(random, config.level_names())}
+    level: dict[str, Any] = {"base": draws.pick(config.level_names())}
     full_level = whole_level(config, level["base"])
-    for _ in range(int(random.choice([1, 1, 2, 3]))):
-        change(random, full_level, level)
-    if "items" in full_level and random.random() < 0.1:
-        item = change_value(random, OWN_ITEM)
+    for _ in range(draws.pick((1, 1, 2, 3))):
+        change(draws, full_level, level)
+    if "items" in full_level and draws.chance(0.1):
+        item = change_value(draws, OWN_ITEM)
         level |= {"items": ["own"], "extra_items": [{**OWN_ITEM, **item} if isinstance(item, dict) else item]}
-    if config is LineConfig and random.random() < 0.8:  # what goes by a table is refused as soon as the cell is another
+    if config is LineConfig and draws.chance(0.8):  # what goes by a table is refused as soon as the cell is another
         level["throws"] = "flight"
     subject = f"{env_id} level {level!r}"
-    with contextlib.suppress(Refused), refusable(subject), level_source(random, level) as level_argument:
+    with contextlib.suppress(Refused), refusable(subject), level_source(draws, level) as level_argument:
         env = gym.make_vec(env_id, num_envs=2, level=level_argument, threads=1)
         try:
-            throw_twice(subject, env, random)
+            throw_twice(subject, env, draws)
         except (
             PhysicsError
         ) as error:  # a ConfigError may come late: whether a goal is in reach is known when it is drawn
@@ -61,37 +61,38 @@ def level_case(random: Random) -> str:
     return subject
 
 
-def hours_case(random: Random) -> str:
+def hours_case(draws: Draws) -> str:
     """A line whose shift takes hours, with robots far from the origin, or so far that it must be refused."""
-    base = pick(random, LineConfig.level_names())
+    base = draws.pick(LineConfig.level_names())
     robots, count = LineConfig.load(base).model_dump(mode="json")["robots"], 0
-    where = float(pick(random, (-1.0, 1.0)) * 10.0 ** random.uniform(0.0, 5.0))
-    apart = float(10.0 ** random.uniform(0.3, 5.5))
+    where = float(draws.pick((-1.0, 1.0)) * 10.0 ** draws.number(0.0, 5.0))
+    apart = 10.0 ** draws.number(0.3, 5.5)
     places = [where + k * apart for k in range(len(robots))]
     level = {
         "base": base,
         "name": "hours",
-        "duration": float(random.uniform(60.0, 4 * 3600.0)),
+        "duration": draws.number(60.0, 4 * 3600.0),
         "robots": [{**robot, "x": x} for robot, x in zip(robots, places, strict=True)],
-        **pick(random, ({}, {}, {"arrivals": {"rate": 0.1}})),
+        **draws.pick(({}, {}, {"arrivals": {"rate": 0.1}})),
     }
     subject = f"PnTLine-v0 {base} duration {level['duration']} x {places}"
     with contextlib.suppress(Refused), refusable(subject):
         env = gym.make("PnTLine-v0", level=level)
-        finite(subject, env.reset(seed=int(random.integers(1000)))[0])
+        finite(subject, env.reset(seed=draws.integer(1000))[0])
         over = False
         while count < 20 and not over:
             choices = np.flatnonzero(env.unwrapped.action_masks())
-            observation, reward, _, over, _ = env.step(int(pick(random, choices)) if choices.size else 0)
+            observation, reward, _, over, _ = env.step(int(draws.pick(choices)) if choices.size else 0)
             finite(subject, observation, reward)
             count += 1
         env.close()
     return subject
 
 
-def throw_twice(subject: str, env: Any, random: Random) -> None:
+def throw_twice(subject: str, env: Any, draws: Draws) -> None:
     """Two throws in every cell, with numbers for results."""
-    finite(subject, env.reset(seed=int(random.integers(1000)))[0])
+    finite(subject, env.reset(seed=draws.integer(1000))[0])
+    random = draws.generator()
     for scale in (0.3, 1.5):
         action = scale * random.uniform(-1.0, 1.0, env.action_space.shape)
         if env.action_space.dtype.kind == "i":
@@ -101,9 +102,9 @@ def throw_twice(subject: str, env: Any, random: Random) -> None:
 
 
 @contextlib.contextmanager
-def level_source(random: Random, level: dict[str, Any]) -> Iterator[Any]:
+def level_source(draws: Draws, level: dict[str, Any]) -> Iterator[Any]:
     """A level as it is, or in a file of YAML, which may have been torn."""
-    if random.random() < 0.7:
+    if draws.chance(0.7):
         yield level
         return
     try:
@@ -111,9 +112,9 @@ def level_source(random: Random, level: dict[str, Any]) -> Iterator[Any]:
     except yaml.YAMLError:
         yield level
         return
-    if random.random() < 0.3:
-        at = int(random.integers(len(text)))
-        text = text[:at] + pick(random, ("", ":", "\t", "- ", "{", "!!int ", "&a ", "\0", "é", "#")) + text[at + 1 :]
+    if draws.chance(0.3):
+        at = draws.integer(len(text))
+        text = text[:at] + draws.pick(("", ":", "\t", "- ", "{", "!!int ", "&a ", "\0", "é", "#")) + text[at + 1 :]
     with TemporaryDirectory() as folder:
         path = Path(folder) / "level.yaml"
         path.write_text(text, encoding="utf-8")
@@ -131,25 +132,25 @@ def whole_level(config: Any, name: str) -> dict[str, Any]:
     return level
 
 
-def change(random: Random, full_level: dict[str, Any], level: dict[str, Any]) -> None:
+def change(draws: Draws, full_level: dict[str, Any], level: dict[str, Any]) -> None:
     """Change one value anywhere in a level: a number by a factor, or anything for anything else."""
-    key = pick(random, [k for k in full_level if k != "name"])
-    if random.random() < 0.03:
-        level[pick(random, ("gravity", "", "BINS", 5, key + "s"))] = 1.0
-    level[key] = change_value(random, full_level[key])
+    key = draws.pick([k for k in full_level if k != "name"])
+    if draws.chance(0.03):
+        level[draws.pick(("gravity", "", "BINS", 5, key + "s"))] = 1.0
+    level[key] = change_value(draws, full_level[key])
 
 
-def change_value(random: Random, value: Any) -> Any:
+def change_value(draws: Draws, value: Any) -> Any:
     """A value that is a little or altogether another."""
-    if isinstance(value, dict) and value and random.random() < 0.95:
-        key = pick(random, value)
-        new = {key: change_value(random, value[key])}
-        return {**new, "typo": 1.0} if random.random() < 0.03 else new
-    if isinstance(value, list) and value and random.random() < 0.9:
-        place = int(random.integers(len(value)))
-        new_list = [*value[:place], change_value(random, value[place]), *value[place + 1 :]]
-        return pick(random, (new_list, new_list, new_list, new_list[:-1], [*new_list, new_list[0]], new_list[::-1]))
-    if isinstance(value, int | float) and not isinstance(value, bool) and random.random() < 0.92:
-        by = pick(random, MILD if random.random() < 0.6 else WILD)
+    if isinstance(value, dict) and value and draws.chance(0.95):
+        key = draws.pick(value)
+        new = {key: change_value(draws, value[key])}
+        return {**new, "typo": 1.0} if draws.chance(0.03) else new
+    if isinstance(value, list) and value and draws.chance(0.9):
+        place = draws.integer(len(value))
+        new_list = [*value[:place], change_value(draws, value[place]), *value[place + 1 :]]
+        return draws.pick((new_list, new_list, new_list, new_list[:-1], [*new_list, new_list[0]], new_list[::-1]))
+    if isinstance(value, int | float) and not isinstance(value, bool) and draws.chance(0.92):
+        by = draws.pick(MILD if draws.chance(0.6) else WILD)
         return value * by if value else by
-    return pick(random, JUNK)
+    return draws.pick(JUNK)

@@ -9,93 +9,58 @@ import traceback
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, Literal, get_args, get_origin
 
 import numpy as np
 import yaml
 
 from agents.ground.places import POLICY
+from benchmarks.fuzz_cases.basis import Draws, Find
 from tests.tools.commands import call_here
 from tests.tools.toy_cell import register_toy
+from tests.tools.wrong import Option, module_of, options
 
 register_toy()
 NUMBERS: Final = ("4", "0", "-1", "1", "x", "1.5", "", "1e3", "nan", "٣", "4 4")
-SEEDS: Final = (*NUMBERS, "99999999999999999999")
 FILES: Final = (
     "good.yaml", "bad.yaml", "text", "folder", "none", "", ".", "x" * 300, "ü ö/ß.json", "policy", "out.json",
     "/proc/none", "../up", "saved.npz", "model.zip", "--", "=", "*",
 )  # fmt: skip
-TOYS: Final = ("ToyThrow-v0", "ToyThrow-v0", "ToyThrow-v0")
-ENVS: Final = (*TOYS, "PnTRelease-v0", "CartPole-v1", "", "a:b", "os:ToyThrow-v0", "é")
-LEVELS: Final = ("waste", "nominal", "nowhere", *FILES)
-NAMES: Final = ("analytic", "ridge", "oracle", "random", "nobody", "os:path", "os:", ":", *FILES)
-MODES: Final = ("release_point", "release_xyz", "virtual_goal", "x", "")
-SMALL: Final = ("--picks", "4", "--num-envs", "4")
-OPTIONS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
-    "agents.evaluate": {
-        "--controller": NAMES, "--env": ENVS, "--level": LEVELS, "--picks": NUMBERS, "--seed": SEEDS, "--json": FILES,
-        "--num-envs": NUMBERS, "--threads": NUMBERS, "--practice": NUMBERS, "--action-mode": MODES, "--load": FILES,
-        "--save": FILES, "--online": ("",), "--trust": ("",), "--picsk": NUMBERS,
-    },
-    "agents.train": {
-        "--env": ENVS, "--level": LEVELS, "--algo": ("sac", "ppo", "dqn", ""), "--steps": NUMBERS, "--seed": SEEDS,
-        "--out": FILES, "--resume": FILES, "--num-envs": NUMBERS, "--threads": NUMBERS, "--action-mode": MODES,
-        "--checkpoint-every": NUMBERS, "--config": FILES, "--eval-picks": NUMBERS, "--tensorboard": ("",),
-    },
-    "agents.benchmark": {"--config": FILES, "--jobs": ("0", "-1", "x"), "--out": FILES, "--work": FILES},
-    "agents.reproduce": {
-        "hassan": ("",), "nobody": ("",), "": ("",), "--json": FILES, "--only": ("nothing", "", "x y"), "--work": FILES,
-        "--jobs": ("0", "-1", "x"), "--figures": FILES,
-    },
-    "agents.report": {"--results": FILES, "--readme": FILES},
-    "agents.publish": {"policy": ("",), "folder": ("",), "--to": FILES, "--picks": NUMBERS, "--levels": LEVELS},
-    "agents.play": {"--controller": NAMES, "--picture": ("folder", ""), "--video": ("folder", ""), "--slow": NUMBERS},
-    "agents.line calibrate": {
-        "--level": (*LEVELS, "single", "skills3"), "--throws": ("0", "-1", "99", "x", ""), "--seed": SEEDS,
-        "--out": FILES, "--num-envs": NUMBERS, "--threads": NUMBERS,
-    },
-    "agents.levels": {"": ("",), "waste": ("",), "nowhere": ("",)},
-    "agents.dataset": {
-        "--controller": ("expert", *NAMES), "--expert": NAMES, "--env": ("PnTRelease-v0", *ENVS), "--level": LEVELS,
-        "--throws": NUMBERS, "--seed": SEEDS, "--name": ("one/two-v0", "one-v1", *FILES), "--root": ("data", *FILES),
-        "--practice": NUMBERS, "--score-throws": NUMBERS, "--num-envs": NUMBERS, "--jobs": NUMBERS,
-        "--action-mode": MODES, "--work": FILES, "--cluster": ("", "x", "127.0.0.1:1"),
-        "--author": FILES, "--trust": ("",),
-    },
-}  # fmt: skip
-ALWAYS: Final = {
-    "agents.evaluate": ("--controller", "analytic", "--env", "ToyThrow-v0", *SMALL),
-    "agents.train": (
-        "--env",
-        "ToyThrow-v0",
-        "--steps",
-        "4",
-        "--num-envs",
-        "4",
-        "--eval-picks",
-        "0",
-        "--config",
-        "sac.yml",
-    ),
-    "agents.benchmark": ("--config", "bad.yaml"),
-    "agents.reproduce": ("hassan", "--only", "nothing"),
-    "agents.report": ("--results", "folder"),
-    "agents.publish": ("policy", "--env", "x:y"),
-    "agents.play": ("--picture", "folder"),
-    "agents.line calibrate": ("--throws", "0"),
-    "agents.dataset": (
-        "--throws", "4", "--score-throws", "4", "--num-envs", "4", "--expert", "analytic", "--root", "data",
-        "--jobs", "1", "--work", "work",
+NAMES: Final = ("analytic", "ridge", "oracle", "random", "nobody", "os:path", "os:", ":", "é", *FILES)
+TOY: Final = ("--env", "ToyThrow-v0")
+SMALL: Final = ("--num-envs", "4")
+COMMANDS: Final[dict[str, tuple[str, ...]]] = {
+    "evaluate": ("--controller", "analytic", *TOY, "--picks", "4", *SMALL),
+    "train": (*TOY, "--steps", "4", *SMALL, "--eval-picks", "0", "--config", "sac.yml"),
+    "compare": ("analytic", "random", *TOY, "--budget", "4", *SMALL),
+    "benchmark": ("--config", "bad.yaml"),
+    "verify": ("text",),
+    "reproduce": ("hassan", "--only", "nothing"),
+    "report": ("--results", "folder"),
+    "publish": ("policy", "--env", "x:y"),
+    "play": ("--picture", "folder"),
+    "fit": ("--design", "4"),
+    "line calibrate": ("--throws", "0"),
+    "levels": (),
+    "controllers": (),
+    "dataset": (
+        "--throws", "4", "--score-throws", "4", *SMALL, "--expert", "analytic", "--root", "data", "--jobs", "1",
+        "--work", "work",
     ),
 }  # fmt: skip
-"""What a command is given before the options drawn, so that it ends soon; options that come again go before."""
-
-
-class LineResult(NamedTuple):
-    """A command line, and what is wrong with how it was answered; None if nothing."""
-
-    line: str
-    find: str | None
+"""Commands, and what each is given before the options drawn, so that it ends soon."""
+WORDS: Final = {
+    "env": ("ToyThrow-v0", "PnTRelease-v0", "CartPole-v1", "", "a:b", "os:ToyThrow-v0", "é"),
+    "level": ("waste", "nominal", "nowhere", *FILES),
+    "action_mode": ("release_point", "release_xyz", "virtual_goal", "x", ""),
+    "name": ("one/two-v0", "one-v1", *FILES),
+    "seed": (*NUMBERS, "99999999999999999999"),
+    "jobs": ("0", "-1", "x"),
+    "cluster": ("", "x", "127.0.0.1:1"),
+}
+"""Words for options of a name; those of all others follow from the type."""
+LEFT_OUT: Final = frozenset({"viewer", "address", "twins"})
+"""Options with which a command goes on for minutes, or until somebody ends it."""
 
 
 @cache
@@ -114,18 +79,37 @@ def place() -> Path:
     return folder
 
 
-def try_line(random: np.random.Generator) -> LineResult:
-    """A command line drawn at random, in a copy of the folder of files."""
-    module = list(OPTIONS)[int(random.integers(len(OPTIONS)))]
-    chosen = list(ALWAYS.get(module, ()))
-    for _ in range(int(random.integers(1, 4))):
-        name = list(OPTIONS[module])[int(random.integers(len(OPTIONS[module])))]
-        value = OPTIONS[module][name][int(random.integers(len(OPTIONS[module][name])))]
-        if name in chosen and name.startswith("--"):
-            at = chosen.index(name)
+def line_case(draws: Draws) -> str:
+    """A command with one to three of its options, given words that may be right or wrong."""
+    command = draws.pick(COMMANDS)
+    chosen = list(COMMANDS[command])
+    known = [option for option in options() if option.command == command and option.name not in LEFT_OUT]
+    for _ in range(draws.integer(1, 4)):
+        option = draws.pick(known)
+        if option.word and option.word in chosen:
+            at = chosen.index(option.word)
             del chosen[at : at + 2]
-        chosen += [name, *([value] if name.startswith("--") and OPTIONS[module][name] != ("",) else [])]
-    return LineResult(json.dumps([module, *chosen], ensure_ascii=False), answer(module, *chosen))
+        chosen += [option.word] if option.word else []
+        chosen += [] if is_switch(option) else [draws.pick(words_for(option))]
+    if draws.chance(0.1):
+        chosen += ["--picsk", "4"]
+    line = json.dumps([command, *chosen], ensure_ascii=False)
+    if (complaint := answer(module_of(command), *chosen)) is not None:
+        raise Find(f"{line}: {complaint}")
+    return line
+
+
+def is_switch(option: Option) -> bool:
+    """Whether an option takes no word."""
+    return bool in option.kinds
+
+
+def words_for(option: Option) -> tuple[str, ...]:
+    """Words that an option may be given."""
+    choices = [word for kind in option.kinds if get_origin(kind) is Literal for word in get_args(kind)]
+    if choices:
+        return (*choices, "x", "")
+    return WORDS.get(option.name, NUMBERS if {int, float} & {*option.kinds} else NAMES)
 
 
 def answer(module: str, *arguments: str) -> str | None:
