@@ -108,13 +108,15 @@ def main() -> int:
         return 0
     began, records, count = time.monotonic(), list[dict[str, str]](), 0
     kinds = {arguments.kind: 1.0} if arguments.kind else SHARES
-    for bunch in bunches(kinds, arguments.cases, arguments.first):
+    chosen = list(bunches(kinds, arguments.cases, arguments.first))
+    total = sum(bunch.count for bunch in chosen)
+    for bunch in chosen:
         if answer := find(bunch):
             line = f"python benchmarks/fuzz.py --bunch {bunch.kind}:{bunch.number}"
             records.append({"line": line, "find": answer})
             print(f"\nFIND {line}\n  {answer[:600]}", flush=True)
         count += bunch.count
-        show(f"{count} of {arguments.cases} cases, {len(records)} finds, {time.monotonic() - began:.0f} s")
+        show(f"{count} of {total} cases, {len(records)} finds, {time.monotonic() - began:.0f} s")
     print()
     if arguments.json is not None:
         write_json(arguments.json, records)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
@@ -100,6 +101,8 @@ class Key(NamedTuple):
     path: tuple[str | int, ...]
     how: str
     value: Any
+    unit: str = ""
+    """Unit that the description of the key names, for a value below or above its range."""
 
     @property
     def name(self) -> str:
@@ -143,8 +146,8 @@ def _missing(
 
 def _wrong(
     schema: Mapping[str, Any], sections: Mapping[str, Any], place: tuple[str | int, ...]
-) -> Iterator[tuple[tuple[str | int, ...], str, Any]]:
-    """Place, what is wrong, and the value, for the part of a level that a schema describes."""
+) -> Iterator[tuple[Any, ...]]:
+    """Place, what is wrong, the value and a number's unit, for the part of a level that a schema describes."""
     forms = [_opened(form, sections) for form in schema.get("anyOf", [schema])]
     for form in forms:
         if "properties" in form:
@@ -160,11 +163,12 @@ def _wrong(
     kinds = {form.get("type") for form in forms}
     yield place, "type", 5 if kinds & {"object", "array"} else [[]]
     if kinds & {"number", "integer"}:
+        unit = "".join(re.findall(r"\[(.*?)\]", schema.get("description", ""))[-1:])
         yield place, "type", "zzz"
         yield place, "type", math.nan
         for how, closed, opened in (("below", "minimum", "exclusiveMinimum"), ("above", "maximum", "exclusiveMaximum")):
             values = [value for form in forms if (value := _bound(form, closed, opened)) is not None]
-            yield from ((place, how, value) for value in values[:1])
+            yield from ((place, how, value, unit) for value in values[:1])
 
 
 def _bound(form: Mapping[str, Any], closed: str, opened: str) -> float | None:

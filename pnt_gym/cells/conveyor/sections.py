@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pnt_gym.cells.base.config import Finite, NonNegative, Positive, Section
+from pnt_gym.cells.base.config import Duration, Finite, NonNegative, Positive, Section
 
 
 class Limits(Section):
@@ -23,7 +23,7 @@ class Limits(Section):
 class FollowThrough(Section):
     """Motion of the hand after the release: a longer follow-through gives more success and a longer cycle."""
 
-    window: NonNegative = Field(
+    window: Duration = Field(
         default=0.080,
         description="Time of constant velocity after the release [s]; with 80 ms few objects are touched again.",
     )
@@ -107,7 +107,7 @@ class Suction(Section):
     )
     leak: NonNegative = Field(default=0.25, description="Strength of the leak's effect on tau, assumed.")
     leak_reference: Positive = Field(default=20.0, description="Seal force above which the seal does not leak [N].")
-    jitter: NonNegative = Field(default=0.001, description="Standard deviation of the release time [s].")
+    jitter: Duration = Field(default=0.001, description="Standard deviation of the release time [s].")
 
 
 class Grip(Section):

@@ -123,8 +123,8 @@ class Motion(Section):
         description="Largest acceleration on the way from grip to line [m/s2]; null where the speed of the motors "
         "alone bounds it, as for a small robot.",
     )
-    before: NonNegative = Field(default=0.012, description="Time of constant velocity before the release [s].")
-    after: NonNegative = Field(
+    before: Duration = Field(default=0.012, description="Time of constant velocity before the release [s].")
+    after: Duration = Field(
         default=0.010,
         description="Time of constant velocity after the release [s]; a longer time forgives a late opening and "
         "costs cycle time.",
@@ -138,7 +138,7 @@ class Motion(Section):
         description="Share of the largest motor speed that the plan uses on the straight line of the throw.",
     )
     drop_height: Finite = Field(default=-0.215, description="z of the platform above a compartment at a drop [m].")
-    rest: NonNegative = Field(default=0.040, description="Standstill before the claws open for a drop [s].")
+    rest: Duration = Field(default=0.040, description="Standstill before the claws open for a drop [s].")
 
 
 class Errors(Section):
@@ -171,7 +171,7 @@ class Action(Section):
         description="Shift of the release point along the throw, for an action of 1; the landing moves as far [m].",
     )
     across: Positive = Field(default=0.015, description="Shift of the release point sideways, for an action of 1 [m].")
-    opening: Positive = Field(default=0.050, description="Delay of the claws' opening, for an action of 1 [s].")
+    opening: Duration = Field(default=0.050, gt=0, description="Delay of the claws' opening, for an action of 1 [s].")
 
     def scale(self) -> Floats:
         """Correction for an action of 1 as an array (3,) [m, m, s]."""

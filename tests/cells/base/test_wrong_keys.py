@@ -12,6 +12,8 @@ from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.errors import ConfigError
 from tests.tools.wrong import FAMILIES, keys, lacks
 
+NO_SIMULATED_TIME: Final = {"reward.time_scale", "patience", "arm.time_step", "duration", "down.0.start", "down.0.end"}
+"""Times of what is not simulated throw by throw."""
 CHECKED_ELSEWHERE: Final = re.compile(r"drift\.(?!steps)\w+\.\w+|grasp\.stages|picks_per_shift")
 """Numbers whose section says their bounds by itself, and a number that may be as large as one likes."""
 
@@ -23,6 +25,13 @@ def test_every_number_of_a_level_has_bounds(family: type[LevelConfig]) -> None:
     for how in ("below", "above"):
         free = numbers - {case.name for case in keys(family) if case.how == how}
         assert [name for name in free if not CHECKED_ELSEWHERE.fullmatch(name)] == []
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_no_part_of_a_throw_takes_more_than_seconds(family: type[LevelConfig]) -> None:
+    above = {case.name: case.value for case in keys(family) if case.how == "above" and case.unit == "s"}
+    assert len(above) > 4
+    assert {name for name, value in above.items() if value > 11.0} <= NO_SIMULATED_TIME
 
 
 @pytest.mark.parametrize("family", FAMILIES)
