@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import sys
 import warnings
 from collections.abc import Callable
 from functools import cache, partial
@@ -87,7 +88,10 @@ def compile_for(signature: Any) -> Callable[[FunctionT], FunctionT]:
                 return np.errstate(all="ignore")(compiled)
             compiled.enable_caching()
             # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
-            compiled._cache._cache_file._source_stamp = source_digest(function)
+            kept = compiled._cache._cache_file
+            kept._source_stamp = source_digest(function)
+            if not kept._load_index():
+                _announce()
             compiled.compile(signature)
             compiled.disable_compile()
             return compiled
@@ -120,6 +124,13 @@ def source_digest(function: FunctionType) -> str:
 @cache
 def _text(file: str) -> str:
     return Path(file).read_text(encoding="utf-8")
+
+
+@cache
+def _announce() -> None:
+    """Say once, to somebody who watches a terminal, why the first steps take longer."""
+    if sys.stderr.isatty():
+        print("pnt_gym makes machine code, once after an installation: about a minute", file=sys.stderr, flush=True)
 
 
 @cache

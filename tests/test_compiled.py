@@ -1,6 +1,10 @@
 """The planner's machine code: made once, kept, made anew where it cannot be kept, and true to its Python text."""
 
+import os
+import pty
 import shutil
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -112,3 +116,16 @@ def test_code_on_disk_follows_functions_and_constants_of_other_files(tmp_path):
     assert shorten(6.0, 0.5) == (1.5, 1)
     assert shorten(4.0, 0.5) == (1.0, 0), "a constant changed"
     assert shorten(4.0, 0.25) == (0.25, 0), "a function changed"
+
+
+def test_only_somebody_at_a_terminal_is_told_that_code_is_made(tmp_path):
+    code = "import pnt_gym.cells.base.body_kernel"
+    assert run(code, NUMBA_CACHE_DIR=tmp_path / "pipe").stderr == ""
+    for lines in (1, 0):  # made, and then found
+        ours, theirs = pty.openpty()
+        where = environment() | {"NUMBA_CACHE_DIR": str(tmp_path / "terminal")}
+        subprocess.run([sys.executable, "-c", code], env=where, stderr=theirs, check=True)
+        os.write(theirs, b"end")
+        said = os.read(ours, 10_000).decode()
+        os.close(ours), os.close(theirs)
+        assert said.count("pnt_gym makes machine code, once after an installation") == said.count("\n") == lines
