@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from agents.benchmark.verdicts import is_near
+from agents.benchmark.verify import is_near
 
 ROW: dict[str, Any] = {
     "item": [0, 1] * 100,
@@ -41,6 +41,7 @@ def changed(name: str, count: int, value: Any) -> dict[str, Any]:
         ({**ROW, "outcome": "s"}, False),
         ({**ROW, "clipped": 4}, True),
         ({name: column for name, column in ROW.items() if name != "cycle_s"}, False),
+        ({**ROW, "dropped": 0}, False),
     ],
 )
 def test_all_but_few_throws_must_agree_within_the_bounds(row: dict[str, Any], near: bool) -> None:
