@@ -40,18 +40,6 @@ LARGEST: Final = 400_000
 """Largest policy that is stored [bytes]: thirty larger ones would make a result as large as a repository."""
 
 
-class Stored(NamedTuple):
-    """The stored policy of a row.
-
-    Attributes:
-        throws: number of throws that the policy learned from.
-        content: content of the policy's file, which holds numbers alone.
-    """
-
-    throws: int
-    content: bytes
-
-
 class Lesson(NamedTuple):
     """A controller that has learned, or need not.
 
@@ -113,13 +101,13 @@ def _packed(piece: Piece, folder: Path) -> bytes:
     return run_piece(piece, folder).packed()
 
 
-def run_piece(piece: Piece, folder: Path, stored: Stored | None = None) -> Part:
+def run_piece(piece: Piece, folder: Path, stored: bytes | None = None) -> Part:
     """Results of a piece of work, and the policies that took long to learn.
 
     Args:
         piece: the piece of work.
         folder: a training keeps its run folder below this folder and goes on from there.
-        stored: policy with which to throw instead of learning one.
+        stored: content of the file of a policy with which to throw instead of learning one.
     """
     began = time.perf_counter()
     results: list[dict[str, Any]] = []
@@ -186,20 +174,20 @@ def _pupil(piece: Piece) -> Generator[tuple[Controller, Trial], None, None]:
         yield controller, trial
 
 
-def _recall(piece: Piece, folder: Path, stored: Stored) -> Lesson:
+def _recall(piece: Piece, folder: Path, stored: bytes) -> Lesson:
     """The lesson of a policy that is stored, so that nothing has to be learned.
 
     Raises:
         UsageError: the policy is damaged, or of another controller.
     """
     file, is_training = folder / POLICY, piece.entry.controller in TRAINED
-    file.write_bytes(stored.content)
+    file.write_bytes(stored)
     try:
         make_controller = _recall_training(piece, folder) if is_training else _restore(piece, file)
     except PntGymError as error:
         reason = str(error).replace(f"run folder {str(folder)!r}", "it").replace(repr(str(file)), "it")
         raise UsageError(f"the stored policy cannot be used: {reason}") from None
-    return Lesson(stored.throws, 0.0, make_controller)
+    return Lesson(piece.throws[0], 0.0, make_controller)
 
 
 def _recall_training(piece: Piece, folder: Path) -> ControllerFactory:

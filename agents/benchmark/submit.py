@@ -21,7 +21,7 @@ from ..ground.tables import console
 from ..jobs.cluster import Needs, pool
 from ..jobs.work import keep_missing
 from ..learning.runs import POLICY
-from ..results import submission
+from ..results import compare
 from ..results.content import check_place
 from ..results.plan import Plan, read_plan
 from .comparison import Comparison
@@ -89,9 +89,9 @@ def submission_plan(name: str, controller: str, throws: int, seeds: int) -> Plan
     Raises:
         UsageError: the controller is unknown, or has to learn and may not, or the reverse.
     """
-    frame = read_plan(submission.BENCHMARK)
+    frame = read_plan(compare.BENCHMARK)
     entry = {"label": name, "controller": controller, "throws": (throws,)}
-    values = frame.model_dump(include={*submission.FRAME, "train_level"}, exclude_defaults=True)
+    values = frame.model_dump(include={*compare.FRAME, "train_level"}, exclude_defaults=True)
     try:
         return Plan.model_validate({**values, "name": name, "seeds": tuple(range(seeds)), "entries": (entry,)})
     except ValidationError as error:
@@ -111,28 +111,22 @@ def take_along(controller: str, name: str, folder: Path) -> str:
     Raises:
         UsageError: the module is no single file or has another name than the submission, or a file is missing.
     """
-    module = module_of(controller)
-    if module is not None:
-        return _take_module(controller, module, name, folder)
+    if (module := module_of(controller)) is not None:
+        file = Path(import_user_module(module).__file__ or "")
+        if file.name != f"{module}.py":
+            raise UsageError(f"module {module!r} is not one file in the working folder; a submission is one .py file")
+        if module != name:
+            raise UsageError(f"--name is {name!r}; a submission has the name of its module, {module!r}")
+        _copy(file, folder / file.name)
+        return controller
     if is_shipped(controller) or not at(controller).is_dir():
         return controller
-    source, target = at(controller), folder / name
-    for file in RUN_FILES:
-        if not (source / file).is_file():
-            raise UsageError(f"run folder {str(source)!r} has no {file}")
-        _copy(source / file, target / file)
+    target = folder / name
+    for file in (at(controller) / part for part in RUN_FILES):
+        if not file.is_file():
+            raise UsageError(f"run folder {controller!r} has no {file.name}")
+        _copy(file, target / file.name)
     return str(target) if len(target.parts) > 1 else f"./{target}"
-
-
-def _take_module(controller: str, module: str, name: str, folder: Path) -> str:
-    imported = import_user_module(module)
-    file = Path(imported.__file__ or "")
-    if hasattr(imported, "__path__") or "." in module or file.suffix != ".py":
-        raise UsageError(f"module {module!r} is not one file in the working folder; a submission is one .py file")
-    if module != name:
-        raise UsageError(f"--name is {name!r}; a submission has the name of its module, {module!r}")
-    _copy(file, folder / file.name)
-    return controller
 
 
 def _copy(file: Path, target: Path) -> None:

@@ -24,12 +24,11 @@ from ..ground.shipped import module_of
 from ..ground.tables import Grid, console
 from ..ground.versions import versions
 from ..jobs.limited import UnfinishedError, limited_worker
-from ..results.compare import check_figures, untrusted
+from ..results.compare import check_figures, check_submission, untrusted
 from ..results.content import ROW, Content, is_submission, name_row, other_versions, read_form
 from ..results.entries import TRAINED, labels_of
 from ..results.plan import Piece, Plan, pieces, trial_of_plan
-from ..results.submission import check_submission
-from .run import Stored, run_piece
+from .run import run_piece
 
 EQUAL: Final = "equal"
 DIFFERENT: Final = "different"
@@ -133,10 +132,9 @@ def _throw_again(content: Content, sample: Sequence[int], arguments: Arguments) 
         task = bar.add_task(f"rows thrown again, {arguments.longest:g} s each at most", total=len(sample))
         for row in (data["results"][index] for index in sample):
             policy = None if arguments.learn else content.policy(row)
-            stored = None if policy is None else Stored(row["throws"], policy)
-            head = {name: row[name] for name in ROW} | {"stored": stored is not None}
+            head = {name: row[name] for name in ROW} | {"stored": policy is not None}
             try:
-                anew = worker.call(repeat, find_piece(planned, row), row, arguments.throws, stored)
+                anew = worker.call(repeat, find_piece(planned, row), row, arguments.throws, policy)
             except UnfinishedError as error:
                 verdicts.append({**head, "verdict": LEFT_OUT, "difference": None, "why": str(error)})
             except UsageError as error:
@@ -167,7 +165,7 @@ def _is_of(piece: Piece, row: Mapping[str, Any]) -> bool:
 
 
 def repeat(
-    piece: Piece, row: Mapping[str, Any], count: int | None = None, stored: Stored | None = None
+    piece: Piece, row: Mapping[str, Any], count: int | None = None, policy: bytes | None = None
 ) -> dict[str, Any]:
     """Columns of a row computed anew, or its first throws; other levels and numbers of practice throws are left out.
 
@@ -175,17 +173,17 @@ def repeat(
         piece: the piece of the plan that computes the row.
         row: the row of results.
         count: number of throws or work shifts; None for all.
-        stored: policy to throw with; None to let the controller learn.
+        policy: content of the file of a policy to throw with; None to let the controller learn.
 
     Raises:
-        UsageError: the stored policy is damaged.
+        UsageError: the policy is damaged.
     """
     plan = piece.plan
     if count is not None:
         piece = _shortened(piece, count)
-    throws = piece.throws if piece.entry.controller in TRAINED else (row["throws"],)
+    throws = piece.throws if piece.entry.controller in TRAINED and policy is None else (row["throws"],)
     with TemporaryDirectory() as folder:
-        anew = run_piece(replace(piece, levels=(row["level"],), throws=throws), Path(folder), stored).results
+        anew = run_piece(replace(piece, levels=(row["level"],), throws=throws), Path(folder), policy).results
     (result,) = [other for other in anew if (other["label"], other["throws"]) == (row["label"], row["throws"])]
     return comparable(plan, jsonable(result["columns"]), count)
 
@@ -259,28 +257,17 @@ def judge(columns: Mapping[str, Any], anew: Mapping[str, Any]) -> dict[str, Any]
 
     What the file says of its making has no part in it.
     """
-    difference = first_difference(columns, anew)
-    is_equal = difference is None or is_near(columns, anew)
-    return {"verdict": EQUAL if is_equal else DIFFERENT, "difference": difference}
+    names = [name for name in dict.fromkeys((*columns, *anew)) if columns.get(name) != anew.get(name)]
+    difference = _difference(names[0], columns.get(names[0]), anew.get(names[0])) if names else None
+    return {"verdict": EQUAL if is_near(columns, anew) else DIFFERENT, "difference": difference}
 
 
-def first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any] | None:
-    """First column that differs, at which throw, both values and the number of differing throws; None if all agree."""
-    for name in (*old, *(name for name in new if name not in old)):
-        before, now = old.get(name), new.get(name)
-        if before == now:
-            continue
-        if not (isinstance(before, list | str) and isinstance(now, list | str) and len(before) == len(now)):
-            return {"column": name, "at": None, "file": before, "here": now, "count": 1}
-        places = [n for n, (x, y) in enumerate(zip(before, now, strict=True)) if x != y]
-        return {
-            "column": name,
-            "at": places[0],
-            "file": before[places[0]],
-            "here": now[places[0]],
-            "count": len(places),
-        }
-    return None
+def _difference(name: str, before: Any, now: Any) -> dict[str, Any]:
+    """A column that differs: the first throw of those that do, both its values, and their number."""
+    if not (isinstance(before, list | str) and isinstance(now, list | str) and len(before) == len(now)):
+        return {"column": name, "at": None, "file": before, "here": now, "count": 1}
+    at, *others = (number for number, (x, y) in enumerate(zip(before, now, strict=True)) if x != y)
+    return {"column": name, "at": at, "file": before[at], "here": now[at], "count": 1 + len(others)}
 
 
 def is_near(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
@@ -288,28 +275,25 @@ def is_near(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
 
     Columns without a bound must be equal; totals may differ by as many throws as may have another outcome.
     """
-    if old.keys() != new.keys():
-        return False
     count = len(old.get("outcome", ""))
-    far: Bools | None = None
-    for name, before in old.items():
-        now = new[name]
-        if isinstance(before, int | float):
-            if not isinstance(now, int | float) or abs(before - now) > FEW * max(count, abs(now)):
-                return False
+    far = np.zeros(count, dtype=np.bool_)
+    for name in dict.fromkeys((*old, *new)):
+        before, now = old.get(name), new.get(name)
+        if before == now:
             continue
-        if not isinstance(before, list | str) or not isinstance(now, list | str) or len(now) != len(before):
+        if isinstance(before, list | str) and isinstance(now, list | str):
+            if name not in (*BOUNDS, "outcome") or not len(before) == len(now) == count:
+                return False
+            far |= _are_far(before, now, BOUNDS.get(name))
+            continue
+        if not (count and isinstance(before, int | float) and isinstance(now, int | float)):
             return False
-        if name not in BOUNDS and name != "outcome":
-            if before != now:
-                return False
-            continue
-        differs = _differences(before, now, BOUNDS.get(name))
-        far = differs if far is None else far | differs
-    return far is not None and float(far.mean()) <= FEW
+        if abs(before - now) > FEW * max(count, abs(now)):
+            return False
+    return not far.any() or float(far.mean()) <= FEW
 
 
-def _differences(before: Any, now: Any, bound: float | None) -> Bools:
+def _are_far(before: Any, now: Any, bound: float | None) -> Bools:
     """Which throws differ, by more than the bound if there is one."""
     if bound is None:
         return np.array([x != y for x, y in zip(before, now, strict=True)], dtype=np.bool_)

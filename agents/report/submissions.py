@@ -14,7 +14,7 @@ from ..ground import metrics
 from ..ground.files import check_form
 from ..ground.tables import Grid, millimetres, percent
 from ..judging.throw_record import ThrowRecord
-from ..results.submission import read_submission
+from ..results.compare import read_submission
 from .contents import read_results
 
 Data = Mapping[str, Any]

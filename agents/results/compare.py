@@ -23,12 +23,17 @@ from pnt_gym.errors import PntGymError, one_sentence
 from ..ground import metrics
 from ..ground.cli import UsageError
 from ..ground.files import check_form, json_text
+from ..ground.places import SHIPPED
 from ..ground.shipped import module_of
 from ..judging.record import Record, Result
-from .content import ROW, Content, name_row
+from .content import ABOUT, ROW, Content, name_row, read_form
 from .entries import labels_of
-from .plan import Plan, entries_by_level, seeds_of, trial_name, trial_of_plan
+from .plan import Plan, entries_by_level, read_plan, seeds_of, trial_name, trial_of_plan
 
+BENCHMARK: Final = SHIPPED / "configs" / "benchmark.yaml"
+"""Plan whose held-out throws every submission throws."""
+FRAME: Final = ("env", "levels", "inline", "picks", "picks_on", "seed", "num_envs")
+"""Keys of a plan by which held-out throws are named."""
 NEARLY: Final = 1e-9
 """Relative difference of two figures that the order of sums explains."""
 
@@ -230,3 +235,34 @@ def _is_same(shown: Any, computed: Any) -> bool:
     if isinstance(shown, bool) or isinstance(computed, bool) or not isinstance(shown, int | float):
         return type(shown) is type(computed) and shown == computed
     return isinstance(computed, int | float) and math.isclose(shown, computed, rel_tol=NEARLY, abs_tol=1e-12)
+
+
+def read_submission(path: Path) -> Content:
+    """Content of a submission's file.
+
+    Raises:
+        UsageError: the file is damaged, says other than its rows, or is no submission.
+    """
+    content = read_form(path)
+    check_submission(content)
+    return check_figures(content)
+
+
+def check_submission(content: Content) -> None:
+    """Check what the content of a submission's file has beside that of a benchmark's file.
+
+    Raises:
+        UsageError: the file says too little of itself, or its throws are not the benchmark's.
+    """
+    plan, data, path = content
+    missing = [name for name in ABOUT if name not in data]
+    if missing:
+        raise UsageError(f"submission {str(path)!r} has no {missing[0]!r}")
+    if {row["label"] for row in data["results"]} != {path.stem}:
+        raise UsageError(f"submission {str(path)!r}: its rows must have the label {path.stem!r}")
+    frame = read_plan(BENCHMARK)
+    for key in FRAME:
+        if getattr(plan, key) != getattr(frame, key):
+            raise UsageError(
+                f"submission {str(path)!r} has {key} {getattr(plan, key)!r}; the benchmark has {getattr(frame, key)!r}"
+            )

@@ -344,12 +344,11 @@ def _numbers(values: list[Any]) -> NDArray[Any] | None:
 
 def _decimals(found: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, int]:
     """The decimals that all numbers of a column have at most, by column; without a column that needs more."""
-    needed: dict[str, int] = {}
+    most: dict[str, int] = {}
     for name, array in (entry for arrays in found for entry in arrays.items() if entry[1].dtype.kind == "f"):
-        numbers = array[np.isfinite(array)]
-        decimals = next((d for d in range(needed.get(name, 0), MOST_DECIMALS + 1) if _is_exact(numbers, d)), None)
-        needed[name] = MOST_DECIMALS + 1 if decimals is None else decimals
-    return {name: decimals for name, decimals in needed.items() if decimals <= MOST_DECIMALS}
+        numbers, first = array[np.isfinite(array)], most.get(name, 0)
+        most[name] = next((d for d in range(first, MOST_DECIMALS + 1) if _is_exact(numbers, d)), MOST_DECIMALS + 1)
+    return {name: decimals for name, decimals in most.items() if decimals <= MOST_DECIMALS}
 
 
 def _is_exact(numbers: NDArray[Any], decimals: int) -> bool:

@@ -9,7 +9,7 @@ import pytest
 from agents.benchmark.submit import submission_name
 from agents.ground.places import POLICY
 from agents.report.submissions import HEADER, submissions_grid
-from agents.results import submission
+from agents.results import compare
 from agents.results.content import read_form
 from tests.tools.benchmark import write
 from tests.tools.commands import answered, refused
@@ -47,7 +47,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     name = f"mine_{abs(hash(tmp_path))}"  # a module of its own for each test
     (tmp_path / f"{name}.py").write_text(MODULE)
     (tmp_path / "plan.yaml").write_text(PLAN)
-    monkeypatch.setattr(submission, "BENCHMARK", tmp_path / "plan.yaml")
+    monkeypatch.setattr(compare, "BENCHMARK", tmp_path / "plan.yaml")
     monkeypatch.setattr("agents.benchmark.submit.MADE", tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path / f"{name}.py"

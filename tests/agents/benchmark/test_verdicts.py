@@ -52,3 +52,7 @@ def test_few_counts_throws_whatever_column_differs() -> None:
     row = changed("along_m", 2, 0.2)
     row["outcome"] = "s" * 190 + "mm" + "s" * 7 + "p"
     assert not is_near(ROW, row)
+
+
+def test_totals_of_work_shifts_must_be_equal() -> None:
+    assert not is_near({"value_per_min": [1.0], "success": 990}, {"value_per_min": [1.0], "success": 991})

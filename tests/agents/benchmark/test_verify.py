@@ -14,7 +14,7 @@ import pytest
 from rich.progress import Progress
 
 from agents.benchmark import run
-from agents.benchmark.verify import first_difference
+from agents.benchmark.verify import judge
 from agents.ground import bars
 from agents.ground.bars import throws_bar
 from agents.jobs.limited import LimitedWorker, UnfinishedError
@@ -116,11 +116,17 @@ def test_one_changed_outcome_is_found_with_its_place(data: dict[str, Any]) -> No
     assert verdicts[3]["difference"] == expected
 
 
-def test_differences_in_form_are_differences() -> None:
-    assert first_difference({"a": 1, "b": [1, 2]}, {"a": 1, "b": [1, 2]}) is None
-    shorter = {"column": "b", "at": None, "file": [1, 2], "here": [1], "count": 1}
-    assert first_difference({"b": [1, 2]}, {"b": [1]}) == shorter
-    assert first_difference({}, {"b": 1}) == {"column": "b", "at": None, "file": None, "here": 1, "count": 1}
+@pytest.mark.parametrize(
+    ("old", "new", "found"),
+    [
+        ({"a": 1, "b": [1, 2]}, {"a": 1, "b": [1, 2]}, None),
+        ({"b": [1, 2]}, {"b": [1]}, {"column": "b", "at": None, "file": [1, 2], "here": [1], "count": 1}),
+        ({}, {"b": 1}, {"column": "b", "at": None, "file": None, "here": 1, "count": 1}),
+        ({"b": [1, 2, 3]}, {"b": [1, 5, 4]}, {"column": "b", "at": 1, "file": 2, "here": 5, "count": 2}),
+    ],
+)
+def test_differences_in_form_are_differences(old: Any, new: Any, found: Any) -> None:
+    assert judge(old, new) == {"verdict": "different" if found else "equal", "difference": found}
 
 
 @pytest.mark.parametrize(
