@@ -303,7 +303,7 @@ def _is_rows(value: Any) -> bool:
 
 def without_columns(results: Sequence[Result]) -> tuple[list[Result], dict[str, int], dict[str, NDArray[Any]]]:
     """Rows without what tables hold of them; the decimals of columns; and the tables by number."""
-    found = [{name: array for name, array in _arrays(row["columns"])} for row in results]
+    found = [_arrays(row["columns"]) for row in results]
     decimals = _decimals(found)
     tables: dict[str, NDArray[Any]] = {}
     rows: list[Result] = []
@@ -318,21 +318,20 @@ def without_columns(results: Sequence[Result]) -> tuple[list[Result], dict[str, 
     return rows, decimals, tables
 
 
-def _arrays(columns: Mapping[str, Any]) -> Sequence[tuple[str, NDArray[Any]]]:
+def _arrays(columns: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
     """The columns with an entry for each throw or shift, as arrays; names, totals and other values stay in the head."""
-    found: list[tuple[str, NDArray[Any]]] = []
+    found: dict[str, NDArray[Any]] = {}
     for name, values in columns.items():
-        if isinstance(values, str):
-            array = np.array([*values], dtype="S1") if values.isascii() else None
-        else:
-            array = _numbers(values) if isinstance(values, list) and values else None
-        if array is not None and (not found or len(array) == len(found[0][1])):
-            found.append((name, array))
+        array = _array(values) if isinstance(values, list | str) else None
+        if array is not None and len(array) == len(next(iter(found.values()), array)):
+            found[name] = array
     return found
 
 
-def _numbers(values: list[Any]) -> NDArray[Any] | None:
-    """Numbers as an array, NaN for None; None where there are other values, or lists of several lengths."""
+def _array(values: list[Any] | str) -> NDArray[Any] | None:
+    """Letters, or numbers of which None is NaN; None where there are other values, or lists of several lengths."""
+    if isinstance(values, str):
+        return np.array([*values], dtype="S1") if values.isascii() else None
     try:
         array = np.array(values)
     except ValueError:
@@ -343,18 +342,26 @@ def _numbers(values: list[Any]) -> NDArray[Any] | None:
 
 
 def _decimals(found: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, int]:
-    """The decimals that all numbers of a column have at most, by column; without a column that needs more."""
-    most: dict[str, int] = {}
-    for name, array in (entry for arrays in found for entry in arrays.items() if entry[1].dtype.kind == "f"):
-        numbers, first = array[np.isfinite(array)], most.get(name, 0)
-        most[name] = next((d for d in range(first, MOST_DECIMALS + 1) if _is_exact(numbers, d)), MOST_DECIMALS + 1)
-    return {name: decimals for name, decimals in most.items() if decimals <= MOST_DECIMALS}
+    """The decimals of a column's numbers, by column; without columns that whole numbers cannot hold."""
+    columns: dict[str, list[NDArray[Any]]] = {}
+    for name, array in (entry for arrays in found for entry in arrays.items()):
+        columns.setdefault(name, []).append(array)
+    exact: dict[str, int] = {}
+    for name, arrays in columns.items():
+        if any(array.dtype.kind == "f" for array in arrays):
+            decimals = next((d for d in range(MOST_DECIMALS + 1) if _are_exact(arrays, d)), None)
+            exact |= {} if decimals is None else {name: decimals}
+    return exact
 
 
-def _is_exact(numbers: NDArray[Any], decimals: int) -> bool:
-    """Whether numbers can be stored as whole ones, in units of their last decimal."""
-    units = np.round(numbers * 10**decimals)
-    return bool(np.all(np.abs(units) < 2.0**53) and np.all(units / 10**decimals == numbers))
+def _are_exact(arrays: Sequence[NDArray[Any]], decimals: int) -> bool:
+    """Whether numbers can be stored as whole ones, in units of a decimal."""
+    for array in arrays:
+        numbers = array[np.isfinite(array)]
+        units = np.round(numbers * 10.0**decimals)
+        if np.any(np.abs(units) >= 2.0**53) or np.any(units / 10**decimals != numbers):
+            return False
+    return True
 
 
 def _stored(array: NDArray[Any], decimals: int | None) -> NDArray[Any]:

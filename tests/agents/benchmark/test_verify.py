@@ -18,7 +18,8 @@ from agents.benchmark.verify import judge
 from agents.ground import bars
 from agents.ground.bars import throws_bar
 from agents.jobs.limited import LimitedWorker, UnfinishedError
-from agents.results.content import read_form
+from agents.results import content
+from agents.results.content import read_form, with_columns, without_columns
 from tests.tools.benchmark import carried_out, forge, toy_plan, write
 from tests.tools.commands import answered, output_of, refused
 
@@ -315,14 +316,14 @@ def test_a_row_without_a_policy_learns_again(stored: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "words"), [(b"x", "the stored policy cannot be used: it "), (None, "cannot read 'file/")]
+    ("policy", "words"), [(b"x", "the stored policy cannot be used: it "), (None, "cannot read 'file/")]
 )
 def test_a_policy_that_cannot_be_read_is_named_with_its_file(
-    stored: dict[str, Any], content: bytes | None, words: str
+    stored: dict[str, Any], policy: bytes | None, words: str
 ) -> None:
     write(FILE, stored)
     for place in Path("file").glob("*seed*.npz"):
-        place.write_bytes(content) if content else place.unlink()
+        place.write_bytes(policy) if policy else place.unlink()
     said = refused("agents.benchmark.verify", FILE, "--rows", "99")
     assert words in said
     assert gettempdir() not in said
@@ -338,10 +339,10 @@ def test_a_policy_lies_in_the_folder_of_its_file(stored: dict[str, Any], name: s
 def test_a_result_is_as_it_was_when_it_is_read(stored: dict[str, Any], data: dict[str, Any]) -> None:
     for result in (stored, data):
         write(FILE, result)
-        content = read_form(FILE)
-        assert content.data["results"] == result["results"]
-        for row in content.data["results"]:
-            assert content.policy(row) == result["policies"].get(row.get("policy"))
+        found = read_form(FILE)
+        assert found.data["results"] == result["results"]
+        for row in found.data["results"]:
+            assert found.policy(row) == result["policies"].get(row.get("policy"))
 
 
 def test_a_head_without_its_folder_is_one_sentence(data: dict[str, Any]) -> None:
@@ -371,6 +372,12 @@ def test_tables_of_another_form_are_refused(data: dict[str, Any], tables: list[A
     assert words in refused("agents.benchmark.verify", FILE)
 
 
+def test_more_values_than_memory_holds_are_refused(data: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(content, "MOST_VALUES", 1000)
+    write(FILE, data)
+    assert "'file/rows.npz' holds more than 1,000 values" in refused("agents.benchmark.verify", FILE)
+
+
 def test_a_file_of_an_earlier_version_is_read(stored: dict[str, Any]) -> None:
     """Earlier versions kept throws, digests and policies in the head."""
     files = {row.pop("policy"): row for row in stored["results"]}
@@ -384,3 +391,20 @@ def test_a_file_of_an_earlier_version_is_read(stored: dict[str, Any]) -> None:
     assert [(row["verdict"], row["stored"]) for row in verdicts] == [("equal", True)] * 6
     FILE.write_text(json.dumps({**stored, "policies": dict.fromkeys(texts, "x")}))
     assert "the policy is no text in base64" in refused("agents.benchmark.verify", FILE)
+
+
+ODD: list[dict[str, Any]] = [
+    {"error_m": [0.01, None, -3.2], "letters": "sap", "count": [1, 2, 300], "hit": [True, False, True]},
+    {"error_m": [0.12345, 1e8, None], "by_robot": [[0.5, None], [1.0, 2.0], [3.0, 4.5]], "total": 4, "names": ["a"]},
+    {"error_m": [1.0, 2.0, 3.0], "large": [1e300, None, 0.1], "fine": [1e-9, 0.5, None], "torn": [[1], [1, 2], []]},
+    {"large": [1, 2, 3], "count": [0.5, None, 1.0], "words": ["1", None, "x"], "accent": "é", "none": [None] * 3},
+]
+
+
+def test_columns_of_any_kind_are_as_they_were() -> None:
+    rows = [{"label": str(number), "columns": columns} for number, columns in enumerate(ODD)]
+    heads, decimals, tables = without_columns(rows)
+    assert with_columns(FILE, heads, tables, decimals) == rows
+    assert decimals == {"error_m": 5, "by_robot": 1, "count": 1, "none": 0}
+    assert {name: head for name, head in heads[1]["columns"].items()} == {"total": 4, "names": ["a"]}
+    assert tables["0"].dtype["error_m"] == np.int32
