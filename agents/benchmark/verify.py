@@ -26,7 +26,7 @@ from ..ground.versions import versions
 from ..jobs.limited import UnfinishedError, limited_worker
 from ..results.compare import check_figures, check_submission, untrusted
 from ..results.content import ROW, Content, is_submission, name_row, other_versions, read_form
-from ..results.entries import TRAINED, labels_of
+from ..results.entries import TRAINED
 from ..results.plan import Piece, Plan, pieces, trial_of_plan
 from .run import run_piece
 
@@ -127,14 +127,16 @@ def _throw_again(content: Content, sample: Sequence[int], arguments: Arguments) 
         UsageError: a stored policy is damaged.
     """
     plan, data, file = content
-    planned, verdicts = pieces(plan), list[dict[str, Any]]()
+    planned = {names: piece for piece in pieces(plan) for names in piece.rows}
+    verdicts: list[dict[str, Any]] = []
     with throws_bar() as bar, limited_worker(arguments.longest) as worker:
         task = bar.add_task(f"rows thrown again, {arguments.longest:g} s each at most", total=len(sample))
         for row in (data["results"][index] for index in sample):
             policy = None if arguments.learn else content.policy(row)
             head = {name: row[name] for name in ROW} | {"stored": policy is not None}
             try:
-                anew = worker.call(repeat, find_piece(planned, row), row, arguments.throws, policy)
+                piece = planned[tuple(row[name] for name in ROW)]
+                anew = worker.call(repeat, piece, row, arguments.throws, policy)
             except UnfinishedError as error:
                 verdicts.append({**head, "verdict": LEFT_OUT, "difference": None, "why": str(error)})
             except UsageError as error:
@@ -144,24 +146,6 @@ def _throw_again(content: Content, sample: Sequence[int], arguments: Arguments) 
                 verdicts.append({**head, **judge(columns, anew), "why": None})
             bar.advance(task)
     return verdicts
-
-
-def find_piece(planned: Sequence[Piece], row: Mapping[str, Any]) -> Piece:
-    """The piece of a plan that computes a row.
-
-    Raises:
-        UsageError: no piece of the plan does.
-    """
-    for piece in planned:
-        if row["level"] in piece.levels and _is_of(piece, row):
-            return piece
-    raise UsageError(f"row {name_row(row)} is of no entry of the file's plan")
-
-
-def _is_of(piece: Piece, row: Mapping[str, Any]) -> bool:
-    """Whether a row is of the learning of a piece, on any level."""
-    is_same = row["label"] in labels_of(piece.entry) and row["throws"] in piece.throws
-    return is_same and (piece.seed, piece.train_level) == (row["seed"], row["train_level"])
 
 
 def repeat(

@@ -160,6 +160,12 @@ class Piece:
         """Name of the piece, for people and file names."""
         return self._name(self.throws)
 
+    @property
+    def rows(self) -> list[tuple[str, int, int, str, str]]:
+        """What names each row of the piece: label, throws, seed, level, level of the learning."""
+        labels = labels_of(self.entry)
+        return [*product(labels, self.throws, (self.seed,), self.levels, (self.train_level,))]
+
     def policy_file(self, throws: int) -> str:
         """Name of the file of what the entry has learned from a number of throws."""
         return re.sub(r"[^\w.+-]+", "-", self._name((throws,))) + ".npz"
@@ -260,7 +266,7 @@ def _piece(
 
 def _dependencies(kind: type[Trial], entry: Entry, levels: list[Any], throws: tuple[int, ...]) -> list[Any]:
     """Dependencies of an entry's figures beside code and levels: shipped settings and files, and trained policies."""
-    names = [value for _, value in _artefact_settings(kind, entry, levels)]
+    names = [value for _, value in kind.artefact_settings(entry.controller, levels, entry.options)]
     parts = [kind.dependencies(name, levels, entry.options, throws) for name in (entry.controller, *names)]
     learned = [file_digest(name) for name in (entry.controller, *names) if is_learned(name)]
     return [*parts, kind.dependencies(entry.over, levels, {}, (0,)), *learned]
@@ -275,11 +281,6 @@ def file_digest(name: str) -> str:
     """Digest of a trained policy: of its file, or of the policy in a run folder."""
     place = policy_place(name)
     return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
-
-
-def _artefact_settings(kind: type[Trial], entry: Entry, levels: list[Any]) -> list[tuple[str, str]]:
-    """Settings of an entry by which its controller reads further files, and their values."""
-    return kind.artefact_settings(entry.controller, levels, entry.options)
 
 
 def _check_keys(plan: Plan, kind: type[Trial]) -> None:
@@ -361,7 +362,8 @@ def needs(plan: Plan) -> Needs:
         for level, config in configs.items():
             if not isinstance(config, LevelConfig) and os.path.exists(level):
                 raise UsageError(f"level {level!r} is a file, which {plan.env!r} would have to read on another machine")
-        learned = [("controller", entry.controller), *_artefact_settings(kind, entry, list(configs.values()))]
+        files = kind.artefact_settings(entry.controller, list(configs.values()), entry.options)
+        learned = [("controller", entry.controller), *files]
         for name, value in (*learned, ("config", entry.config), *entry.options.items()):
             if _is_local_file(name, value):
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")
