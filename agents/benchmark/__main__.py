@@ -9,11 +9,10 @@ from typing import Annotated
 import tyro
 
 from ..ground.cli import at_least, option, run
-from ..ground.outputs import check_writable
 from ..ground.places import MADE, SHIPPED
 from ..ground.tables import console
 from ..jobs.cluster import Needs, pool
-from ..jobs.work import do_missing
+from ..jobs.work import keep_missing
 from ..results.plan import read_plan
 from ..results.study import StudyPlan, is_study_plan, read_study
 from .comparison import Comparison
@@ -36,7 +35,7 @@ class Arguments:
     cluster: Annotated[str | None, option("this machine alone", "HOST:PORT|auto")] = None
     """Compute on the machines of a Ray cluster instead of in --jobs processes here: the address of its head."""
     out: Annotated[Path | None, option("results/NAME.json with the plan's name", "FILE")] = None
-    """File of all figures and throws."""
+    """File of all figures; throws and policies lie in the folder of its name beside it."""
     work: Annotated[Path | None, option("runs/benchmark/NAME", "DIR")] = None
     """Folder of the finished pieces."""
     only: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, option("all entries", "LABEL")] = ()
@@ -49,13 +48,11 @@ def main(arguments: Arguments) -> None:
     at_least(vars(arguments), jobs=1)
     plan = read_study(arguments.config) if is_study_plan(arguments.config) else read_plan(arguments.config)
     out = arguments.out or MADE / "results" / f"{plan.name}.json"
-    check_writable(out)
     work = arguments.work or MADE / "runs" / "benchmark" / plan.name
     only = arguments.only
     planned = Study(plan, out, only) if isinstance(plan, StudyPlan) else Comparison(plan, out, only)
     workers = pool(arguments.jobs, arguments.cluster, planned.needs() if arguments.cluster else Needs())
-    parts = do_missing(planned.jobs, work, workers, unit=planned.unit)
-    planned.write(out, parts)
+    planned.write(keep_missing(planned.jobs, work, workers, unit=planned.unit))
     console().print(f"all figures and throws are in {out}")
 
 

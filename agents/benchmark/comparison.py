@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, final
+from typing import Any, final
 
 from ..ground.cli import UsageError, about, check_known
-from ..ground.outputs import deliver_json
 from ..ground.tables import console
 from ..ground.versions import versions
 from ..jobs.cluster import Needs
-from ..jobs.work import JobValues
-from ..judging.record import Result
-from ..results.compare import assemble
-from ..results.content import check_figures, read_form
+from ..results.compare import assemble, check_figures
+from ..results.content import POLICY, check_place, other_versions, read_form, write_result
 from ..results.entries import labels_of
 from ..results.plan import Piece, Plan, needs, pieces, trial_of_plan
-from .run import jobs
-from .stored import POLICIES, stored_policies
+from .run import Part, jobs
 
 _BY_ROW = {"entries", "learned", "references", "floors"}
 """Keys of a plan on which the rows of other entries do not depend."""
@@ -28,29 +24,39 @@ _BY_ROW = {"entries", "learned", "references", "floors"}
 class Comparison:
     """Every controller of a plan on the same objects, compared throw by throw or shift by shift.
 
+    Args:
+        plan: the plan.
+        out: file of the result.
+        labels: labels of the entries that are computed, while rows of others are kept; empty for all entries.
+        about: what a submission says of itself.
+
     Attributes:
         jobs: pieces of the entries that are computed.
         unit: unit of the costs of the jobs.
     """
 
-    def __init__(self, plan: Plan, out: Path, labels: Collection[str]) -> None:
-        self._plan = plan
+    def __init__(
+        self, plan: Plan, out: Path, labels: Collection[str] = (), about: Mapping[str, str] | None = None
+    ) -> None:
+        check_place(out)
+        self._plan, self._out, self._about = plan, out, about or {}
         self.jobs = jobs(choose_pieces(pieces(plan), labels))
         self.unit = f"{trial_of_plan(plan).step}s"
-        self._kept = keep_rows(out, plan, labels) if labels else KeptRows((), 0.0, {})
+        self._kept = keep_rows(out, plan, labels) if labels else Part((), {}, 0.0)
 
     def needs(self) -> Needs:
         """Requirements of the jobs on another machine."""
         return needs(self._plan)
 
-    def write(self, out: Path, parts: Sequence[JobValues]) -> None:
-        """Write the results of the jobs and the rows that are kept, and print the tables."""
-        results = [*self._kept.rows, *(result for part in parts for result in part["results"])]
-        policies = {**self._kept.policies, **stored_policies(parts)}
+    def write(self, files: Sequence[Path]) -> None:
+        """Write the results in the files of the jobs and the rows that are kept, and print the tables."""
+        parts = [self._kept, *map(Part.read, files)]
+        results = [result for part in parts for result in part.results]
+        policies = {name: policy for part in parts for name, policy in part.policies.items()}
         comparison = assemble(self._plan, results)
-        seconds = self._kept.seconds + sum(part["seconds"] for part in parts)
-        head = {"plan": self._plan.model_dump(mode="json"), "versions": versions(), "seconds": seconds}
-        deliver_json(out, {**head, **comparison, POLICIES: policies, "results": results}, indent=None)
+        head = {**self._about, "plan": self._plan.model_dump(mode="json"), "versions": versions()}
+        head |= {"seconds": sum(part.seconds for part in parts), **comparison}
+        write_result(self._out, head, results, policies)
         show(self._plan, comparison["table"])
 
 
@@ -62,14 +68,6 @@ def show(plan: Plan, table: Sequence[Mapping[str, Any]]) -> None:
         rows = [(row["label"], row["throws"], row) for row in table if row["level"] == level]
         title = f"level {level}, {plan.count_of(trial, level)} {trial.unit} per seed"
         console().print(trial.record.comparison(title, rows, base))
-
-
-class KeptRows(NamedTuple):
-    """Rows of an earlier file, the seconds that these and others took, and the policies stored for the rows."""
-
-    rows: Sequence[Result]
-    seconds: float
-    policies: Mapping[str, str]
 
 
 def choose_pieces(planned: Sequence[Piece], labels: Collection[str]) -> list[Piece]:
@@ -84,26 +82,26 @@ def choose_pieces(planned: Sequence[Piece], labels: Collection[str]) -> list[Pie
     return [piece for piece in planned if not labels or piece.entry.label in labels]
 
 
-def keep_rows(file: Path, plan: Plan, labels: Collection[str]) -> KeptRows:
+def keep_rows(file: Path, plan: Plan, labels: Collection[str]) -> Part:
     """Rows of a benchmark's file but those of the entries of these labels.
 
     Raises:
         UsageError: the file is of other versions, of other throws, or has no rows of an entry that is not computed.
     """
     content = read_form(file)
-    made_by = content.data["versions"]
-    if made_by != versions():
-        name = next(name for name in {**made_by, **versions()} if made_by.get(name) != versions().get(name))
-        raise UsageError(f"{str(file)!r} is of {name} {made_by.get(name)}, here is {versions().get(name)}; drop --only")
+    if content.is_of_before:
+        raise UsageError(f"{str(file)!r} is of an earlier version, which kept rows otherwise; drop --only")
+    if changed := other_versions(content.data["versions"]):
+        name, version = next(iter(changed.items()))
+        made_by = content.data["versions"].get(name)
+        raise UsageError(f"{str(file)!r} is of {name} {made_by}, here is {version}; drop --only")
     _check_plan(file, plan, content.plan, labels)
     # The file's environment is that of the plan by now, whose modules the user trusts.
-    data = check_figures(file, content, trust=True).data
+    data = check_figures(content, trust=True).data
     kept_labels = {label for entry in plan.entries if entry.label not in labels for label in labels_of(entry)}
     kept = [row for row in data["results"] if row["label"] in kept_labels]
-    used = {row.get("digests", {}).get("policy") for row in kept}
-    return KeptRows(
-        kept, data["seconds"], {digest: text for digest, text in data.get(POLICIES, {}).items() if digest in used}
-    )
+    policies = {row[POLICY]: content.policy(row) for row in kept if POLICY in row}
+    return Part(kept, {name: policy for name, policy in policies.items() if policy is not None}, data["seconds"])
 
 
 def _check_plan(file: Path, plan: Plan, earlier: Plan, labels: Collection[str]) -> None:

@@ -2,34 +2,42 @@
 
 from __future__ import annotations
 
+import json
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from shutil import copyfile
+from tempfile import TemporaryDirectory
+from typing import Any, Final, NamedTuple, Self, TypeAlias
+
+import numpy as np
 
 from pnt_gym.errors import PntGymError
-from pnt_gym.reading import MOST_NUMBERS, bytes_of
+from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of
 
 from ..controllers import Learner
 from ..controllers.apart import SeparateControllers
 from ..controllers.protocol import Controller
-from ..controllers.state import load_state
+from ..controllers.state import STATE, load_state, save_state
 from ..ground.cli import UsageError
-from ..jobs.parcel import arithmetic, torch_arithmetic
+from ..ground.files import check_form, json_text
 from ..jobs.work import Job
 from ..judging.trial import Trial
 from ..judging.trials import open_trial
 from ..learning.runs import POLICY, RunFolder
-from ..results.digests import bytes_digest, level_digest, policy_digest
-from ..results.entries import TRAINED, computes_with_torch, labels_of, settings_of
+from ..results import content
+from ..results.entries import TRAINED, labels_of, settings_of
 from ..results.plan import Piece, entry_controller
-from .stored import POLICIES, STORED_FROM, Stored, state_bytes, store
 
 ControllerFactory: TypeAlias = Callable[[str, Trial], Controller]
 """Returns the trained controller of a name for the trial that evaluates it."""
+STORED_FROM: Final = 20.0
+"""Time of learning from which the policy of a controller that is not trained is stored [s]."""
+LARGEST: Final = 400_000
+"""Largest policy that is stored [bytes]: thirty larger ones would make a result as large as a repository."""
 
 
 class Lesson(NamedTuple):
@@ -39,54 +47,101 @@ class Lesson(NamedTuple):
         throws: number of throws that the controller learned from.
         seconds: time of learning.
         make_controller: returns the controller for a trial.
-        policy: digest of the controller; None if each controller of a name has one of its own.
-        content: returns the content of a file of the policy; None if the policy cannot be stored.
+        save: writes the policy to a file; None if the policy cannot be stored.
     """
 
     throws: int
     seconds: float
     make_controller: ControllerFactory
-    policy: str | None = None
-    content: Callable[[], bytes] | None = None
+    save: Callable[[Path], object] | None = None
+
+
+class Part(NamedTuple):
+    """Results of a piece of work.
+
+    Attributes:
+        results: rows with all columns.
+        policies: content of the policies that took long to learn, by the names of their files.
+        seconds: time that the piece took [s].
+    """
+
+    results: Sequence[content.Result]
+    policies: Mapping[str, bytes]
+    seconds: float
+
+    def packed(self) -> bytes:
+        """Content of a file that keeps the part until a result is written."""
+        rows, decimals, tables = content.without_columns(self.results)
+        head = {"seconds": self.seconds, "decimals": decimals, "results": rows}
+        files = {f"{content.POLICY} {name}": text for name, text in self.policies.items()}
+        files["head"] = json_text(head).encode()
+        return content.archive_of({**tables, **{name: np.frombuffer(text, np.uint8) for name, text in files.items()}})
+
+    @classmethod
+    def read(cls, file: Path) -> Self:
+        """The part in a file.
+
+        Raises:
+            UsageError: the file is missing or damaged.
+        """
+        arrays = content.read_arrays(file, rf"head|\d+|{content.POLICY} .*")
+        with check_form(file):
+            head = json.loads(arrays.pop("head").tobytes())
+            names = [name for name in arrays if not name.isdecimal()]
+            policies = {name.removeprefix(f"{content.POLICY} "): arrays.pop(name).tobytes() for name in names}
+            return cls(content.with_columns(file, head["results"], arrays, head["decimals"]), policies, head["seconds"])
 
 
 def jobs(planned: Iterable[Piece]) -> list[Job]:
     """Pieces of a plan as jobs that processes do side by side."""
-    return [Job(piece.name, piece.key, partial(run_piece, piece), piece.cost) for piece in planned]
+    return [Job(piece.name, piece.key, partial(_packed, piece), piece.cost, "npz") for piece in planned]
 
 
-def run_piece(piece: Piece, folder: Path, stored: Stored | None = None) -> dict[str, Any]:
+def _packed(piece: Piece, folder: Path) -> bytes:
+    return run_piece(piece, folder).packed()
+
+
+def run_piece(piece: Piece, folder: Path, stored: bytes | None = None) -> Part:
     """Results of a piece of work, and the policies that took long to learn.
 
     Args:
         piece: the piece of work.
         folder: a training keeps its run folder below this folder and goes on from there.
-        stored: policy with which to throw instead of learning one.
+        stored: content of the file of a policy with which to throw instead of learning one.
     """
-    plan, entry = piece.plan, piece.entry
+    began = time.perf_counter()
     results: list[dict[str, Any]] = []
-    policies: dict[str, str] = {}
-    names = list(zip(labels_of(entry), (entry.controller, *entry.also), strict=True))
+    policies: dict[str, bytes] = {}
     for lesson in _learn(piece, folder) if stored is None else [_recall(piece, folder, stored)]:
-        for level, (label, name) in product(piece.levels, names):
-            with closing(_trial(piece, level)) as trial:
-                count = plan.count_of(type(trial), level, entry)
-                controller = lesson.make_controller(name, trial)
-                policy = lesson.policy or policy_digest(name, controller)
-                record = trial.run(controller, count, plan.seed, online=entry.online)
-                digests = {"policy": policy, "level": level_digest(trial.core.config), **_origin(piece, stored)}
-            head = {"label": label, "controller": name, "throws": lesson.throws, "seed": piece.seed}
-            details = {"level": level, "train_level": piece.train_level, "learn_seconds": lesson.seconds}
-            results.append({**head, **details, "digests": digests, "columns": record.columns()})
-            if lesson.content is not None and (name in TRAINED or lesson.seconds >= STORED_FROM):
-                store(policies, policy, lesson.content())
-    return {"results": results, POLICIES: policies}
+        file = piece.policy_file(lesson.throws)
+        policy = None if stored is not None else _policy(piece, lesson)
+        policies |= {} if policy is None else {file: policy}
+        results += _throw(piece, lesson, {} if policy is None else {content.POLICY: file})
+    return Part(results, policies, round(time.perf_counter() - began, 1))
 
 
-def _origin(piece: Piece, stored: Stored | None) -> dict[str, str]:
-    """Digest of the code, and fingerprints of the arithmetic that throws depend on: a stored policy fits nothing."""
-    origins = {"code": piece.code, "arithmetic": arithmetic()}
-    return {**origins, "torch": torch_arithmetic()} if stored is None and computes_with_torch(piece.entry) else origins
+def _throw(piece: Piece, lesson: Lesson, details: Mapping[str, str]) -> Iterator[dict[str, Any]]:
+    """Rows of the controllers of an entry after a lesson, one for each of them and each level."""
+    plan, entry = piece.plan, piece.entry
+    names = zip(labels_of(entry), (entry.controller, *entry.also), strict=True)
+    for level, (label, name) in product(piece.levels, list(names)):
+        with closing(_trial(piece, level)) as trial:
+            count = plan.count_of(type(trial), level, entry)
+            record = trial.run(lesson.make_controller(name, trial), count, plan.seed, online=entry.online)
+        head = {"label": label, "controller": name, "throws": lesson.throws, "seed": piece.seed}
+        head |= {"level": level, "train_level": piece.train_level, "learn_seconds": lesson.seconds}
+        yield {**head, **details, "columns": record.columns()}
+
+
+def _policy(piece: Piece, lesson: Lesson) -> bytes | None:
+    """Content of the file of a policy; None where learning again takes little, or the file would be large."""
+    if lesson.save is None or not (piece.entry.controller in TRAINED or lesson.seconds >= STORED_FROM):
+        return None
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / POLICY
+        lesson.save(file)
+        policy = bytes_of(file, MOST_NUMBERS)
+        return content.archive_of(arrays_of(file, STATE)) if len(policy) <= LARGEST else None
 
 
 def _trial(piece: Piece, level: str, count: int | None = None) -> Trial:
@@ -104,8 +159,8 @@ def _learn(piece: Piece, folder: Path) -> Iterator[Lesson]:
         learner = trial.practise(controller, piece.throws[0], piece.seed)
         seconds = round(time.perf_counter() - began, 1)
     if learner is controller:
-        content = partial(state_bytes, controller) if isinstance(controller, Learner) else None
-        yield Lesson(piece.throws[0], seconds, partial(_transfer, controller, piece), content=content)
+        save = partial(save_state, controller) if isinstance(controller, Learner) else None
+        yield Lesson(piece.throws[0], seconds, partial(_transfer, controller, piece), save)
     else:  # the controller that a search returns acts on every level alike
         yield Lesson(piece.throws[0], seconds, lambda name, trial: learner)
 
@@ -119,21 +174,20 @@ def _pupil(piece: Piece) -> Generator[tuple[Controller, Trial], None, None]:
         yield controller, trial
 
 
-def _recall(piece: Piece, folder: Path, stored: Stored) -> Lesson:
+def _recall(piece: Piece, folder: Path, stored: bytes) -> Lesson:
     """The lesson of a policy that is stored, so that nothing has to be learned.
 
     Raises:
         UsageError: the policy is damaged, or of another controller.
     """
     file, is_training = folder / POLICY, piece.entry.controller in TRAINED
-    file.write_bytes(stored.content)
+    file.write_bytes(stored)
     try:
         make_controller = _recall_training(piece, folder) if is_training else _restore(piece, file)
     except PntGymError as error:
         reason = str(error).replace(f"run folder {str(folder)!r}", "it").replace(repr(str(file)), "it")
         raise UsageError(f"the stored policy cannot be used: {reason}") from None
-    policy = bytes_digest(stored.content) if is_training else None
-    return Lesson(stored.throws, 0.0, make_controller, policy)
+    return Lesson(piece.throws[0], 0.0, make_controller)
 
 
 def _recall_training(piece: Piece, folder: Path) -> ControllerFactory:
@@ -172,9 +226,8 @@ def _train(piece: Piece, folder: Path) -> Iterator[Lesson]:
                     session.learn(model, run, Stop(), checkpoint_every=throws, until=throws, quiet=True)
                 seconds = round(time.perf_counter() - began, 1)
                 place = next(p for p in run.checkpoints if int(p.name) >= throws)
-                content = bytes_of(run.policy_file(place), MOST_NUMBERS)
                 make_controller = partial(_checkpoint_policy, run, place, session.run_args)
-                yield Lesson(throws, seconds, make_controller, bytes_digest(content), lambda content=content: content)
+                yield Lesson(throws, seconds, make_controller, partial(copyfile, run.policy_file(place)))
 
 
 def _training_arguments(piece: Piece, trial: Trial) -> dict[str, Any]:

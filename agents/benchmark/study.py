@@ -14,12 +14,12 @@ import pnt_gym
 
 from ..ground.cli import UsageError, about, check_known
 from ..ground.files import json_text, read_json
-from ..ground.outputs import deliver_json
+from ..ground.outputs import check_writable, deliver_json
 from ..ground.places import SHIPPED
 from ..ground.tables import console
 from ..jobs.cluster import Needs
 from ..jobs.code import code_digest
-from ..jobs.work import Job, JobValues, key
+from ..jobs.work import Job, key
 from ..results.study import Amount, Case, Figures, Settings, StudyPlan, check_study
 
 MEASURES: Final = "benchmarks.studies"
@@ -50,9 +50,10 @@ class Study:
     unit = "cases"
 
     def __init__(self, plan: StudyPlan, out: Path, parts: Collection[str]) -> None:
+        check_writable(out)
         with about("--only"):
             cases = plan.cases(*parts)
-        self._plan = plan
+        self._plan, self._out = plan, out
         self._head = {"study": plan.study, "version": pnt_gym.__version__, "seed": plan.seed, "throws": plan.throws}
         for measure in {case.measure for case in cases}:
             measurement(measure)
@@ -64,11 +65,11 @@ class Study:
         """Requirements of the jobs on another machine; which of them train networks, the plan does not say."""
         return Needs(torch=True)
 
-    def write(self, out: Path, parts: Sequence[JobValues]) -> None:
-        """Write the rows of the jobs and those that are kept, in the order of the plan, and print the new rows."""
-        new: list[Figures] = [row for part in parts for row in part["rows"]]
+    def write(self, files: Sequence[Path]) -> None:
+        """Write the rows in the files of the jobs and those that are kept, in the plan's order; print the new rows."""
+        new: list[Figures] = [row for file in files for row in read_json(file)["rows"]]
         rows = [row for case in self._plan.cases() for row in case.rows_of(new) or case.rows_of(self._kept)]
-        deliver_json(out, {**self._head, "rows": rows})
+        deliver_json(self._out, {**self._head, "rows": rows})
         for row in new:
             console().print(_line(row), markup=False, soft_wrap=True)
 

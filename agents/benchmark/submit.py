@@ -1,35 +1,41 @@
-"""Measure a controller on the benchmark's held-out throws, as a file that anyone can verify: `pnt-gym submit`."""
+"""Measure a controller on the benchmark's held-out throws, as a result that anyone can verify: `pnt-gym submit`."""
 
 from __future__ import annotations
 
 import shlex
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import tyro
+from pydantic import ValidationError
+
+from pnt_gym.cells.base.problems import list_problems
 
 from ..ground.cli import UsageError, at_least, option, run
-from ..ground.outputs import check_writable, deliver_json
-from ..ground.places import MADE
+from ..ground.environments import import_user_module
+from ..ground.places import MADE, at
+from ..ground.shipped import is_shipped, module_of
 from ..ground.tables import console
-from ..ground.versions import versions
 from ..jobs.cluster import Needs, pool
-from ..jobs.work import do_missing
-from ..results.compare import assemble
-from ..results.plan import pieces
-from .comparison import show
-from .run import jobs
-from .stored import POLICIES, stored_policies
-from .submission import submission_name, submission_plan, take_along
+from ..jobs.work import keep_missing
+from ..learning.runs import POLICY
+from ..results import compare
+from ..results.content import check_place
+from ..results.plan import Plan, read_plan
+from .comparison import Comparison
+
+RUN_FILES: Final = ("args.yml", "config.yml", "env.yaml", "versions.json", POLICY)
+"""Files of a run folder from which its policy can be judged."""
 
 
 @dataclass(frozen=True)
 class Arguments:
     """Let a controller learn, throw the held-out throws of the benchmark, and write the outcomes to NAME.json.
 
-    Beside the file stands a copy of your module, or of the policy of your run folder. `pnt-gym verify NAME.json` throws
-    a sample of the outcomes again.
+    The throws lie in the folder NAME beside the file, and a copy of your module, or of the policy of your run folder,
+    stands there too. `pnt-gym verify NAME.json` throws a sample of the outcomes again.
     """
 
     controller: Annotated[
@@ -60,21 +66,74 @@ def main(arguments: Arguments) -> None:
     name = arguments.name or submission_name(arguments.controller)
     folder = arguments.out or MADE / "results" / "submissions"
     file = folder / f"{name}.json"
-    check_writable(file)
+    check_place(file)
     folder.mkdir(parents=True, exist_ok=True)
     controller = take_along(arguments.controller, name, folder)
     plan = submission_plan(name, controller, arguments.throws, arguments.seeds)
+    about = {"by": arguments.by, "about": arguments.about, "command": _command(arguments)}
+    planned = Comparison(plan, file, about=about)
     workers = pool(arguments.jobs, None, Needs())
-    parts = do_missing(jobs(pieces(plan)), MADE / "runs" / "submissions" / name, workers, unit="throws")
-    results = [result for part in parts for result in part["results"]]
-    comparison = assemble(plan, results)
-    head = {"by": arguments.by, "about": arguments.about, "command": _command(arguments)}
-    head |= {"plan": plan.model_dump(mode="json"), "versions": versions()}
-    seconds = sum(part["seconds"] for part in parts)
-    policies = stored_policies(parts)
-    deliver_json(file, {**head, "seconds": seconds, **comparison, POLICIES: policies, "results": results}, indent=None)
-    show(plan, comparison["table"])
+    planned.write(keep_missing(planned.jobs, MADE / "runs" / "submissions" / name, workers, unit=planned.unit))
     console().print(f"the submission is {file}; `pnt-gym verify {file}` repeats it")
+
+
+def submission_plan(name: str, controller: str, throws: int, seeds: int) -> Plan:
+    """The plan of a submission: one entry on the benchmark's held-out throws.
+
+    Args:
+        name: name of the submission, and label of its entry.
+        controller: as an entry of a benchmark's plan names it.
+        throws: throws to learn from before the held-out ones; 0 for none.
+        seeds: number of learnings, of a controller that learns.
+
+    Raises:
+        UsageError: the controller is unknown, or has to learn and may not, or the reverse.
+    """
+    frame = read_plan(compare.BENCHMARK)
+    entry = {"label": name, "controller": controller, "throws": (throws,)}
+    values = frame.model_dump(include={*compare.FRAME, "train_level"}, exclude_defaults=True)
+    try:
+        return Plan.model_validate({**values, "name": name, "seeds": tuple(range(seeds)), "entries": (entry,)})
+    except ValidationError as error:
+        raise UsageError(*list_problems(f"submission {name!r}", error, Plan)) from None
+
+
+def submission_name(controller: str) -> str:
+    """The usual name of a submission: that of the module, of the run folder, or of the controller."""
+    return module_of(controller) or (controller.rpartition(":")[2] if is_shipped(controller) else Path(controller).stem)
+
+
+def take_along(controller: str, name: str, folder: Path) -> str:
+    """Copy what a submission needs beside its file; return the name of the controller there.
+
+    A user's module is copied as it is, and a run folder without its checkpoints. Other controllers need nothing.
+
+    Raises:
+        UsageError: the module is no single file or has another name than the submission, or a file is missing.
+    """
+    if (module := module_of(controller)) is not None:
+        file = Path(import_user_module(module).__file__ or "")
+        if file.name != f"{module}.py":
+            raise UsageError(f"module {module!r} is not one file in the working folder; a submission is one .py file")
+        if module != name:
+            raise UsageError(f"--name is {name!r}; a submission has the name of its module, {module!r}")
+        _copy(file, folder / file.name)
+        return controller
+    if is_shipped(controller) or not at(controller).is_dir():
+        return controller
+    target = folder / name
+    for file in (at(controller) / part for part in RUN_FILES):
+        if not file.is_file():
+            raise UsageError(f"run folder {controller!r} has no {file.name}")
+        _copy(file, target / file.name)
+    return str(target) if len(target.parts) > 1 else f"./{target}"
+
+
+def _copy(file: Path, target: Path) -> None:
+    """Copy a file, unless the file is there already."""
+    if file.resolve() != target.resolve():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(file, target)
 
 
 def _command(arguments: Arguments) -> str:

@@ -14,6 +14,8 @@ from typing import Annotated, Any, Final
 import numpy as np
 import tyro
 
+from pnt_gym.arrays import Bools
+
 from ..ground.bars import throws_bar
 from ..ground.cli import Exit, UsageError, at_least, option, run
 from ..ground.files import jsonable
@@ -22,14 +24,21 @@ from ..ground.shipped import module_of
 from ..ground.tables import Grid, console
 from ..ground.versions import versions
 from ..jobs.limited import UnfinishedError, limited_worker
-from ..results.content import ROW, Content, check_figures, name_row, read_form, untrusted
-from ..results.entries import TRAINED, labels_of
+from ..results.compare import check_figures, check_submission, untrusted
+from ..results.content import ROW, Content, is_submission, name_row, other_versions, read_form
+from ..results.entries import TRAINED
 from ..results.plan import Piece, Plan, pieces, trial_of_plan
-from ..results.submission import check_submission, is_submission
 from .run import run_piece
-from .stored import POLICIES, Stored, stored_policy
-from .verdicts import DIFFERENT, EQUAL, LEFT_OUT, NEAR, VERDICTS, judge
 
+EQUAL: Final = "equal"
+DIFFERENT: Final = "different"
+LEFT_OUT: Final = "left out"
+VERDICTS: Final = (EQUAL, DIFFERENT, LEFT_OUT)
+"""Verdicts, the best one first."""
+BOUNDS: Final = {"along_m": 1e-4, "across_m": 1e-4, "error_m": 1e-4, "cycle_s": 1e-3}
+"""Largest difference of a column's values that another processor explains, landings in m and times in s."""
+FEW: Final = 0.01
+"""Share of the throws that may differ by more, or have another outcome: a throw at a rim may fall to either side."""
 EXIT_DIFFERENT: Final = 1
 """Exit code if a row could not be repeated."""
 EXIT_LEFT_OUT: Final = 3
@@ -40,9 +49,10 @@ EXIT_LEFT_OUT: Final = 3
 class Arguments:
     """Compute a benchmark's figures from its throws anew, and throw a random sample of its rows again.
 
-    A row is thrown with the policy that the file stores for it. A controller without a stored policy learns again.
-    Exit code: 0 if all rows of the sample were thrown and are equal, 1 if a row is different, 3 if no row is different
-    but some were left out, for instance because they took too long.
+    A row is thrown with the policy that is stored for it. A controller without a stored policy learns again. A row is
+    equal if it is of the same objects, and of all throws but one in a hundred the landings are within 0.1 mm, the times
+    within 1 ms, and the outcomes the same. Exit code: 0 if all rows of the sample were thrown and are equal, 1 if a row
+    is different, 3 if no row is different but some were left out, for instance because they took too long.
     """
 
     file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FILE")]
@@ -55,16 +65,12 @@ class Arguments:
     """Compare only the first N throws, or work shifts, of each row; totals of a row are not compared then."""
     longest: float = 300.0
     """Longest time for learning and throwing a row here [s]; a row that is not done then is left out."""
-    near: bool = False
-    """Accept rows whose throws differ by no more than another processor explains."""
     learn: bool = False
-    """Let controllers learn again whose policies are stored in the file."""
+    """Let controllers learn again whose policies are stored beside the file."""
     trust: bool = False
     """Import modules that the file names, whose code then runs."""
     json: Annotated[Path | None, option("none", "FILE")] = None
     """Write the verdicts to this file."""
-    write: bool = False
-    """Write the digests of policy, level and code here into the rows of FILE that are equal in all throws."""
 
 
 def main(arguments: Arguments) -> None:
@@ -72,21 +78,15 @@ def main(arguments: Arguments) -> None:
     _check_arguments(arguments)
     content = _read(arguments.file, trust=arguments.trust)
     results, made_by = content.data["results"], content.data["versions"]
-    others = {name: version for name, version in versions().items() if made_by.get(name) != version}
-    if arguments.write and others:
-        raise UsageError(f"--write: {str(arguments.file)!r} is of other versions")
     seed = secrets.randbelow(2**32) if arguments.seed is None else arguments.seed
-    sample = choose(len(results), arguments.rows, seed)
-    verdicts = _throw_again(content, sample, arguments, others)
-    show(verdicts, len(results), seed, others, made_by)
-    _say_what_is_unchecked(content.plan, arguments)
+    verdicts = _throw_again(content, choose(len(results), arguments.rows, seed), arguments)
+    show(verdicts, len(results), seed)
+    _say_of_the_file(content, arguments)
     if arguments.json is not None:
         head = {"file": str(arguments.file), "rows": len(results), "seed": seed}
         deliver_json(arguments.json, {**head, "versions": versions(), "made_by": made_by, "verdicts": verdicts})
-    if arguments.write:
-        deliver_json(arguments.file, content.data, indent=None)
     counts = Counter(row["verdict"] for row in verdicts)
-    if counts[DIFFERENT] or (counts[NEAR] and not arguments.near):
+    if counts[DIFFERENT]:
         raise Exit(EXIT_DIFFERENT)
     if counts[LEFT_OUT]:
         raise Exit(EXIT_LEFT_OUT)
@@ -97,8 +97,6 @@ def _check_arguments(arguments: Arguments) -> None:
     if not arguments.longest > 0.0:
         raise UsageError(f"--longest is {arguments.longest:g}; it must be above 0 s")
     check_writable(arguments.json)
-    if arguments.write and arguments.throws is not None:
-        raise UsageError("--write goes without --throws: a row is equal if all of its throws are")
 
 
 def _read(file: Path, *, trust: bool) -> Content:
@@ -113,8 +111,8 @@ def _read(file: Path, *, trust: bool) -> Content:
     if trust:  # the module of a submission lies beside its file
         sys.path.insert(0, str(file.resolve().parent))
     if is_submission(content.data):
-        check_submission(file, content)
-    return check_figures(file, content, trust=trust)
+        check_submission(content)
+    return check_figures(content, trust=trust)
 
 
 def choose(count: int, rows: int, seed: int) -> list[int]:
@@ -122,91 +120,56 @@ def choose(count: int, rows: int, seed: int) -> list[int]:
     return sorted(np.random.default_rng(seed).choice(count, min(rows, count), replace=False).tolist())
 
 
-def _throw_again(
-    content: Content, sample: Sequence[int], arguments: Arguments, others: Mapping[str, str]
-) -> list[dict[str, Any]]:
-    """Verdicts on the rows of a sample; rows that are equal get the digests here if that is asked for.
+def _throw_again(content: Content, sample: Sequence[int], arguments: Arguments) -> list[dict[str, Any]]:
+    """Verdicts on the rows of a sample.
 
     Raises:
         UsageError: a stored policy is damaged.
     """
-    plan, data = content
-    results, planned = data["results"], pieces(plan)
+    plan, data, file = content
+    planned = {names: piece for piece in pieces(plan) for names in piece.rows}
     verdicts: list[dict[str, Any]] = []
     with throws_bar() as bar, limited_worker(arguments.longest) as worker:
         task = bar.add_task(f"rows thrown again, {arguments.longest:g} s each at most", total=len(sample))
-        for index in sample:
-            row = results[index]
-            stored = None if arguments.learn else _policy(arguments.file, data.get(POLICIES, {}), row)
-            head = {name: row[name] for name in ROW} | {"stored": stored is not None}
+        for row in (data["results"][index] for index in sample):
+            policy = None if arguments.learn else content.policy(row)
+            head = {name: row[name] for name in ROW} | {"stored": policy is not None}
             try:
-                anew = worker.call(repeat, find_piece(planned, row), row, arguments.throws, stored)
+                piece = planned[tuple(row[name] for name in ROW)]
+                anew = worker.call(repeat, piece, row, arguments.throws, policy)
             except UnfinishedError as error:
                 verdicts.append({**head, "verdict": LEFT_OUT, "difference": None, "why": str(error)})
             except UsageError as error:
-                raise UsageError(f"{str(arguments.file)!r}: row {name_row(row)}: {error}") from None
+                raise UsageError(f"{str(file)!r}: row {name_row(row)}: {error}") from None
             else:
-                verdicts.append({**head, **judge(comparable(plan, row, arguments.throws), anew, others)})
-                if arguments.write and verdicts[-1]["difference"] is None:
-                    row["digests"] = {**row.get("digests", {}), **anew["digests"]}
+                columns = comparable(plan, row["columns"], arguments.throws)
+                verdicts.append({**head, **judge(columns, anew), "why": None})
             bar.advance(task)
     return verdicts
 
 
-def _policy(file: Path, policies: Mapping[str, str], row: Mapping[str, Any]) -> Stored | None:
-    """The policy that a file stores for a row.
-
-    Raises:
-        UsageError: the text is none of a policy.
-    """
-    try:
-        return stored_policy(policies, row)
-    except ValueError:
-        raise UsageError(f"{str(file)!r}: row {name_row(row)}: the stored policy is no text in base64") from None
-
-
-def find_piece(planned: Sequence[Piece], row: Mapping[str, Any]) -> Piece:
-    """The piece of a plan that computes a row.
-
-    Raises:
-        UsageError: no piece of the plan does.
-    """
-    for piece in planned:
-        if row["level"] in piece.levels and _is_of(piece, row):
-            return piece
-    raise UsageError(f"row {name_row(row)} is of no entry of the file's plan")
-
-
-def _is_of(piece: Piece, row: Mapping[str, Any]) -> bool:
-    """Whether a row is of the learning of a piece, on any level."""
-    is_same = row["label"] in labels_of(piece.entry) and row["throws"] in piece.throws
-    return is_same and (piece.seed, piece.train_level) == (row["seed"], row["train_level"])
-
-
 def repeat(
-    piece: Piece, row: Mapping[str, Any], count: int | None = None, stored: Stored | None = None
+    piece: Piece, row: Mapping[str, Any], count: int | None = None, policy: bytes | None = None
 ) -> dict[str, Any]:
-    """A row computed anew, or its first throws; other levels and numbers of practice throws are left out.
+    """Columns of a row computed anew, or its first throws; other levels and numbers of practice throws are left out.
 
     Args:
         piece: the piece of the plan that computes the row.
         row: the row of results.
         count: number of throws or work shifts; None for all.
-        stored: policy to throw with; None to let the controller learn.
+        policy: content of the file of a policy to throw with; None to let the controller learn.
 
     Raises:
-        UsageError: the stored policy is damaged.
+        UsageError: the policy is damaged.
     """
     plan = piece.plan
     if count is not None:
         piece = _shortened(piece, count)
-    throws = piece.throws if piece.entry.controller in TRAINED else (row["throws"],)
+    throws = piece.throws if piece.entry.controller in TRAINED and policy is None else (row["throws"],)
     with TemporaryDirectory() as folder:
-        anew = run_piece(replace(piece, levels=(row["level"],), throws=throws), Path(folder), stored)["results"]
+        anew = run_piece(replace(piece, levels=(row["level"],), throws=throws), Path(folder), policy).results
     (result,) = [other for other in anew if (other["label"], other["throws"]) == (row["label"], row["throws"])]
-    if stored is not None and result["digests"]["policy"] != row["digests"]["policy"]:
-        raise UsageError("the stored policy has not the digest of its row")
-    return comparable(plan, jsonable(result), count)
+    return comparable(plan, jsonable(result["columns"]), count)
 
 
 def _shortened(piece: Piece, count: int) -> Piece:
@@ -216,18 +179,16 @@ def _shortened(piece: Piece, count: int) -> Piece:
     return replace(piece, plan=piece.plan.model_copy(update={option: count, "picks_on": {}}), entry=entry)
 
 
-def comparable(plan: Plan, row: Mapping[str, Any], count: int | None) -> dict[str, Any]:
-    """A row without times of the computation; with a count, its first throws alone and none of the totals of all."""
+def comparable(plan: Plan, columns: Mapping[str, Any], count: int | None) -> dict[str, Any]:
+    """Columns without times of the computation; with a count, of the first throws alone and without totals of all."""
     timings = trial_of_plan(plan).record.timings
-    columns = {name: column for name, column in row["columns"].items() if name not in timings}
-    if count is not None:
-        columns = {name: column[:count] for name, column in columns.items() if isinstance(column, list | str)}
-    return {**row, "columns": columns}
+    kept = {name: column for name, column in columns.items() if name not in timings}
+    if count is None:
+        return kept
+    return {name: column[:count] for name, column in kept.items() if isinstance(column, list | str)}
 
 
-def show(
-    verdicts: Sequence[Mapping[str, Any]], count: int, seed: int, others: Mapping[str, str], made_by: Mapping[str, str]
-) -> None:
+def show(verdicts: Sequence[Mapping[str, Any]], count: int, seed: int) -> None:
     """Print a line for each row of the sample, and what the sample says of the file."""
     lines = [
         [row["label"], str(row["throws"] or "-"), str(row["seed"]), row["level"], row["verdict"], _where(row)]
@@ -241,30 +202,25 @@ def show(
     console().print(f"{count - len(verdicts)} further rows were not thrown again")
     if count_stored := sum(row["stored"] for row in verdicts):
         console().print(f"stored policies threw {count_stored} of them; with --learn their controllers learn again")
-    if count_elsewhere := sum(row.get("elsewhere", False) for row in verdicts):
-        console().print(f"{count_elsewhere} of them are said to be of a processor that rounds otherwise")
-    if counts[NEAR]:
-        console().print("docs/reproducibility.md has the bounds of another processor; with --near they count as equal")
-    if any(row.get("other_code", False) for row in verdicts):
-        console().print("the file was made by another version of the code, which may throw otherwise")
-    for name, version in others.items():
-        console().print(f"the file was made with {name} {made_by.get(name, 'of no version')}; here is {version}")
 
 
-def _say_what_is_unchecked(plan: Plan, arguments: Arguments) -> None:
-    """Print what no repetition of the sample compares."""
-    timings = sorted(trial_of_plan(plan).record.timings)
+def _say_of_the_file(content: Content, arguments: Arguments) -> None:
+    """Print what no repetition of the sample compares, and the versions here that the file does not have."""
+    timings = sorted(trial_of_plan(content.plan).record.timings)
     parts = ["times of learning", *timings]
     if arguments.throws is not None:
         parts += [f"throws of these rows after the first {arguments.throws}", "totals of rows"]
     console().print(f"not compared: {', '.join(parts)}")
+    made_by = content.data["versions"]
+    for name, version in other_versions(made_by).items():
+        console().print(f"the file was made with {name} {made_by.get(name, 'of no version')}; here is {version}")
 
 
 def _where(row: Mapping[str, Any]) -> str:
     difference = row["difference"]
     if difference is None:
         return row["why"] or "-"
-    place = "" if difference["at"] is None else f", {difference['count']} throws, first {difference['at']}"
+    place = "" if difference["at"] is None else f", {difference['count']} of them, first {difference['at']}"
     return f"{difference['column']}{place}: {str(difference['file'])[:20]}, here {str(difference['here'])[:20]}"
 
 
@@ -278,6 +234,56 @@ def _check_trust(file: Path, plan: Plan, *, trust: bool) -> None:
     modules = [name for name in names if module_of(name) is not None]
     if modules and not trust:
         raise untrusted(file, modules[0])
+
+
+def judge(columns: Mapping[str, Any], anew: Mapping[str, Any]) -> dict[str, Any]:
+    """Verdict on the columns of a row by the same columns computed anew, and the first difference.
+
+    What the file says of its making has no part in it.
+    """
+    names = [name for name in dict.fromkeys((*columns, *anew)) if columns.get(name) != anew.get(name)]
+    difference = _difference(names[0], columns.get(names[0]), anew.get(names[0])) if names else None
+    return {"verdict": EQUAL if is_near(columns, anew) else DIFFERENT, "difference": difference}
+
+
+def _difference(name: str, before: Any, now: Any) -> dict[str, Any]:
+    """A column that differs: the first throw of those that do, both its values, and their number."""
+    if not (isinstance(before, list | str) and isinstance(now, list | str) and len(before) == len(now)):
+        return {"column": name, "at": None, "file": before, "here": now, "count": 1}
+    at, *others = (number for number, (x, y) in enumerate(zip(before, now, strict=True)) if x != y)
+    return {"column": name, "at": at, "file": before[at], "here": now[at], "count": 1 + len(others)}
+
+
+def is_near(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
+    """Whether the columns of two rows agree within the bounds: the same objects, and all but few throws the same.
+
+    Columns without a bound must be equal; totals may differ by as many throws as may have another outcome.
+    """
+    count = len(old.get("outcome", ""))
+    far = np.zeros(count, dtype=np.bool_)
+    for name in dict.fromkeys((*old, *new)):
+        before, now = old.get(name), new.get(name)
+        if before == now:
+            continue
+        if isinstance(before, list | str) and isinstance(now, list | str):
+            if name not in (*BOUNDS, "outcome") or not len(before) == len(now) == count:
+                return False
+            far |= _are_far(before, now, BOUNDS.get(name))
+            continue
+        if not (count and isinstance(before, int | float) and isinstance(now, int | float)):
+            return False
+        if abs(before - now) > FEW * max(count, abs(now)):
+            return False
+    return not far.any() or float(far.mean()) <= FEW
+
+
+def _are_far(before: Any, now: Any, bound: float | None) -> Bools:
+    """Which throws differ, by more than the bound if there is one."""
+    if bound is None:
+        return np.array([x != y for x, y in zip(before, now, strict=True)], dtype=np.bool_)
+    left, right = (np.array([np.nan if x is None else x for x in side], dtype=np.float64) for side in (before, now))
+    is_far = np.abs(left - right) > bound + 1e-9  # the bound itself is within, however its decimals round
+    return is_far | (np.isnan(left) != np.isnan(right))
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ COMMANDS: Final = {
     "publish": ("publish.__main__", "write a folder with a trained policy, its card, its film and its ONNX file"),
     "dataset": ("dataset.__main__", "collect throws of a controller as a Minari dataset, for offline learning"),
     "benchmark": ("benchmark.__main__", "let every controller of a plan learn, and compare them throw by throw"),
-    "verify": ("benchmark.verify", "throw a sample of a benchmark's results again, and compare bit by bit"),
+    "verify": ("benchmark.verify", "throw a sample of a benchmark's results again, and compare"),
     "submit": ("benchmark.submit", "measure a controller of yours on the benchmark's throws, in a file to hand in"),
     "levels": ("levels", "list the shipped levels, print one in full, or write a new one to start from"),
     "controllers": ("roster", "list the controllers, and the policies that ship"),

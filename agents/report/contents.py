@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from ..ground.files import read_json
 from ..reproduce.record import check_record, is_reproduction
-from ..results.content import check_figures, form_of, is_benchmark
+from ..results.compare import check_figures
+from ..results.content import ROWS, folder_of, form_of, is_benchmark
 from ..results.study import check_study, is_study
 
 
@@ -24,19 +26,22 @@ def read_results(path: Path, *, trust: bool = False) -> Any:
     Raises:
         UsageError: the file is missing, too large, or not JSON; or it shows other figures than its throws give.
     """
-    try:
-        status = path.stat()
-    except OSError:
-        return read_json(path)  # says what is wrong with the place
-    return _read(path, trust, status.st_mtime_ns, status.st_size)
+    return _read(path, trust, (_stamp(path), _stamp(folder_of(path) / ROWS)))
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    """Time and size of a file, which another content changes; zeros where there is none."""
+    with suppress(OSError):
+        return path.stat().st_mtime_ns, path.stat().st_size
+    return 0, 0
 
 
 @lru_cache(maxsize=64)
-def _read(path: Path, trust: bool, _modified: int, _size: int) -> Any:
-    """Data of a file; a file that was written anew has another time or size."""
+def _read(path: Path, trust: bool, _stamps: tuple[tuple[int, int], ...]) -> Any:
+    """Data of a file; a file that was written anew has another stamp."""
     data = read_json(path)
     if is_benchmark(data):
-        return check_figures(path, form_of(path, data), trust=trust).data
+        return check_figures(form_of(path, data), trust=trust).data
     if is_reproduction(data):
         check_record(path, data)
     elif is_study(data):

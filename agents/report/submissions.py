@@ -14,7 +14,7 @@ from ..ground import metrics
 from ..ground.files import check_form
 from ..ground.tables import Grid, millimetres, percent
 from ..judging.throw_record import ThrowRecord
-from ..results.submission import read_submission
+from ..results.compare import read_submission
 from .contents import read_results
 
 Data = Mapping[str, Any]
@@ -38,7 +38,6 @@ HEADER: Final = (
     "sorted/min",
     "landing, less the planner's",
     "sorted/min, less the planner's",
-    "code",
 )
 
 
@@ -62,8 +61,8 @@ def submissions_grid(results: Path) -> Grid:
     rows = sorted([*ours, *lines], key=lambda line: levels.index(line[0]))
     note = (
         f"{benchmark['plan']['picks']} held-out throws per seed on `{benchmark['plan']['env']}`, the same objects for "
-        "all. Differences to the analytic planner have 95 % intervals, paired throw by throw. *Code*: whether a row is "
-        "of the same code as the planner's; rows of other code are compared only if their objects are the same."
+        "all. Differences to the analytic planner have 95 % intervals, paired throw by throw; rows whose objects are "
+        "others are not compared."
     )
     return Grid(TITLE, HEADER, rows, note)
 
@@ -88,7 +87,6 @@ def _results(data: Data, row: Data) -> list[Data]:
 def _line(row: Data, by: str, data: Data, reference: Sequence[Data]) -> list[str]:
     results = _results(data, row)
     success = metrics.Interval(row["success_rate"], row["success_low"], row["success_high"])
-    codes = [[result.get("digests", {}).get("code") for result in side] for side in (results, reference)]
     return [
         row["label"],
         by,
@@ -97,7 +95,6 @@ def _line(row: Data, by: str, data: Data, reference: Sequence[Data]) -> list[str
         f"{percent(success.value)} ({100 * success.low:.1f}..{100 * success.high:.1f})",
         f"{row['sorted_per_min']:.1f}",
         *_differences(results, reference, data["plan"]["num_envs"]),
-        "the same" if codes[0] == codes[1][:1] * len(codes[0]) and codes[0][0] is not None else "other",
     ]
 
 

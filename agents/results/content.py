@@ -1,37 +1,54 @@
-"""Content of a benchmark's file: read in one form, and every shown figure computed from the throws in the file.
+"""What a result is: a readable head, the throws or work shifts of its rows, and policies, in files and in memory.
 
-A file of results may be a stranger's. The rows must be those that the file's plan asks for, each number in its range;
-table and comparisons are computed from the rows anew, and a file that says otherwise is refused.
+A result NAME.json is the head: plan, versions, table, comparisons, and for each row what it is of, its totals, and the
+file of its policy. Beside the head lies the folder NAME. Its `rows.npz` holds one table for each row, named by the
+row's number, with an entry for each throw or shift: letters, and whole numbers in units of the last decimal that the
+head gives for the column. In memory a row has all of its columns as JSON values.
+
+A file of results may be a stranger's, so its content is data of a checked form; `compare` checks what it shows.
 """
 
 from __future__ import annotations
 
+import base64
+import binascii
+import io
 import json
-import math
-from collections import Counter
+import re
 from collections.abc import Mapping, Sequence
-from itertools import product
 from pathlib import Path
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple, cast
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pnt_gym.cells.base.problems import list_problems
-from pnt_gym.errors import PntGymError, one_sentence
+from pnt_gym.errors import one_sentence
+from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of
 
 from ..ground.cli import UsageError
-from ..ground.files import check_form, json_text, read_json
-from ..ground.shipped import module_of
+from ..ground.files import MOST_RESULTS, check_form, json_text, jsonable, read_json
+from ..ground.outputs import check_ending, check_writable, deliver, deliver_text
+from ..ground.versions import versions
 from ..judging.form import Amount, Count, check_model
-from .compare import assemble
-from .entries import labels_of
-from .plan import Plan, entries_by_level, seeds_of, trial_of_plan
+from .plan import Plan
 
-NEARLY: Final = 1e-9
-"""Relative difference of two figures that the order of sums explains."""
 ROW: Final = ("label", "throws", "seed", "level", "train_level")
 """What names a row of the results."""
+ABOUT: Final = ("by", "about", "command")
+"""What a submission says of itself, beside what a benchmark's file says."""
+ROWS: Final = "rows.npz"
+"""File of the tables of all rows."""
+POLICY: Final = "policy"
+"""Key of a row with the name of its policy's file."""
+MOST_VALUES: Final = 2**24
+"""Values in all tables of a result: as many numbers take half a gigabyte of memory."""
+MOST_DECIMALS: Final = 6
+"""Decimals up to which numbers are stored as whole ones."""
 Text = Annotated[str, Field(max_length=2000)]
+Result = dict[str, Any]
+"""A row of results in memory: what names the row, `columns` by name, and `policy` where its policy is stored."""
 
 
 class ResultRow(BaseModel):
@@ -46,7 +63,9 @@ class ResultRow(BaseModel):
     level: Text
     train_level: Text
     learn_seconds: Amount
+    policy: Annotated[str, Field(pattern=r"^[\w+-][\w.+-]{0,200}$")] = ""
     digests: dict[str, Text] = {}
+    """Of earlier versions, which named policies by them."""
     columns: dict[str, Any]
 
 
@@ -67,7 +86,10 @@ class BenchmarkFile(BaseModel):
     figures: dict[str, Any]
     table: list[dict[str, Any]]
     comparisons: list[dict[str, Any]]
+    decimals: dict[str, Annotated[int, Field(ge=0, le=MOST_DECIMALS)]] = {}
+    """Decimals of the columns that are stored as whole numbers; missing in files of earlier versions."""
     policies: dict[str, str] = {}
+    """Of earlier versions: policies by their digests, as text in base64, or the digest of one that is the same."""
     results: Annotated[list[ResultRow], Field(min_length=1)]
 
 
@@ -76,16 +98,65 @@ class Content(NamedTuple):
 
     Attributes:
         plan: the plan.
-        data: everything by key, as JSON.
+        data: everything by key, as JSON; `results` with all columns.
+        path: path of the head.
     """
 
     plan: Plan
     data: dict[str, Any]
+    path: Path
+
+    @property
+    def is_of_before(self) -> bool:
+        """Whether an earlier version wrote the file, which kept everything in the head."""
+        return "decimals" not in self.data
+
+    def policy(self, row: Mapping[str, Any]) -> bytes | None:
+        """Content of the file of a row's policy, which holds numbers alone; None if the policy is not stored.
+
+        Raises:
+            UsageError: the file is missing, too large, or no file.
+        """
+        if self.is_of_before:
+            return self._policy_of_before(row)
+        if POLICY not in row:
+            return None
+        file = folder_of(self.path) / row[POLICY]
+        with check_form(file):
+            return bytes_of(file, MOST_NUMBERS)
+
+    def _policy_of_before(self, row: Mapping[str, Any]) -> bytes | None:
+        policies = self.data.get("policies", {})
+        text = policies.get(row.get("digests", {}).get("policy"))
+        try:
+            return None if text is None else base64.b64decode(policies.get(text, text), validate=True)
+        except (binascii.Error, ValueError):
+            raise UsageError(f"{str(self.path)!r}: row {name_row(row)}: the policy is no text in base64") from None
+
+
+# Reading
 
 
 def is_benchmark(data: Any) -> bool:
     """Whether data are of a benchmark's file, a damaged one perhaps, and no other file of results."""
     return isinstance(data, dict) and "plan" in data
+
+
+def is_submission(data: Mapping[str, Any]) -> bool:
+    """Whether the content of a file of results is that of a submission."""
+    return not data.keys().isdisjoint(ABOUT)
+
+
+def other_versions(made_by: Mapping[str, str]) -> dict[str, str]:
+    """Versions here, by name, that a file does not have or has otherwise."""
+    here = versions()
+    names = [name for name in {**made_by, **here} if made_by.get(name) != here.get(name)]
+    return {name: here.get(name, "none") for name in names}
+
+
+def folder_of(path: Path) -> Path:
+    """The folder beside the head of a result."""
+    return path.with_suffix("")
 
 
 def read_form(path: Path) -> Content:
@@ -102,37 +173,18 @@ def read_form(path: Path) -> Content:
 
 
 def form_of(path: Path, data: dict[str, Any]) -> Content:
-    """Content of a benchmark's file from its data, of which the form alone is checked.
+    """Content of a benchmark's file from its head, of which the form alone is checked.
 
     Raises:
         UsageError: the data are of another form.
     """
     check_model(path, BenchmarkFile, data)
-    return Content(plan_of_file(path, data["plan"]), data)
-
-
-def check_figures(path: Path, content: Content, *, trust: bool = False) -> Content:
-    """The same content, if its figures are those of its rows.
-
-    The last digits of its figures stay: rounding differs from machine to machine, and drawings are named by digits.
-
-    Args:
-        path: path of the file.
-        content: content of the file, of which the form is checked.
-        trust: import the module of the environment that the file names.
-
-    Raises:
-        UsageError: the file says other than its rows, or names a module.
-    """
-    plan, data = content
-    if module_of(plan.env) is not None and not trust:
-        raise untrusted(path, plan.env)
-    _check_rows(path, plan, data["results"])
-    for key, figure in _figures_of_rows(path, plan, data["results"]).items():
-        difference = _difference(data[key], figure, key)
-        if difference is not None:
-            raise UsageError(f"{str(path)!r} shows what its {data['unit']} do not give: {difference}")
-    return content
+    plan = plan_of_file(path, data["plan"])
+    if "decimals" in data:
+        file = folder_of(path) / ROWS
+        tables = read_arrays(file, r"\d+")
+        data = {**data, "results": with_columns(file, data["results"], tables, data["decimals"])}
+    return Content(plan, data, path)
 
 
 def plan_of_file(file: Path, plan: Any) -> Plan:
@@ -148,88 +200,183 @@ def plan_of_file(file: Path, plan: Any) -> Plan:
         raise UsageError(*list_problems(f"plan in {str(file)!r}", error, Plan)) from None
 
 
-def untrusted(path: Path, name: str) -> UsageError:
-    """Error of a file that names a module, which nobody has said to trust."""
-    return UsageError(f"{str(path)!r} names {name!r}: importing the module runs its code; give --trust if it is yours")
-
-
 def name_row(row: Mapping[str, Any]) -> str:
     """A row in words."""
     return ", ".join(f"{name} {one_sentence(row[name], 60)}" for name in ROW)
 
 
-def _check_rows(path: Path, plan: Plan, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Make sure that rows are those of a plan, each once, and that their columns have the form of its trial.
+def with_columns(
+    file: Path, heads: Sequence[Result], tables: Mapping[str, NDArray[Any]], decimals: Mapping[str, int]
+) -> list[Result]:
+    """Rows with the columns that their tables hold.
 
     Raises:
-        UsageError: a row is missing, stands twice, is of no entry, or has other columns.
+        UsageError: a table is missing or of another form.
     """
-    expected = _expected_rows(plan)
-    counts = Counter(tuple(row[name] for name in ROW) for row in rows)
-    for row in rows:
-        place = tuple(row[name] for name in ROW)
-        if place not in expected or expected[place][0] != row["controller"]:
-            raise UsageError(f"{str(path)!r}: row {name_row(row)} is of no entry of the file's plan")
-        if counts[place] > 1:
-            raise UsageError(f"{str(path)!r}: row {name_row(row)} stands there {counts[place]} times")
-    missing = [place for place in expected if place not in counts]
-    if missing:
-        row = name_row(dict(zip(ROW, missing[0], strict=True)))
-        raise UsageError(f"{str(path)!r} lacks {len(missing)} of the rows of its plan; the first is {row}")
-    form = trial_of_plan(plan).record.form()
-    for row in rows:
-        _, count = expected[tuple(row[name] for name in ROW)]
-        try:
-            form.model_validate(row["columns"], context={"count": count})
-        except ValidationError as error:
-            raise UsageError(*list_problems(f"{str(path)!r}: row {name_row(row)}", error, form)) from None
-
-
-def _expected_rows(plan: Plan) -> dict[tuple[Any, ...], tuple[str, int]]:
-    """Controller and number of held-out units of every row that a plan asks for, by what names the row."""
-    trial = trial_of_plan(plan)
-    rows: dict[tuple[Any, ...], tuple[str, int]] = {}
-    for entry, _ in entries_by_level(plan):
-        levels, train_level = entry.levels or plan.levels, entry.train_level or plan.train_level
-        names = zip(labels_of(entry), (entry.controller, *entry.also), strict=True)
-        for (label, name), throws, seed, level in product(names, entry.throws, seeds_of(plan, entry), levels):
-            rows[label, throws, seed, level, train_level] = name, plan.count_of(trial, level, entry)
+    if tables.keys() != {str(number) for number in range(len(heads))}:
+        raise UsageError(f"{str(file)!r} must hold one table for each of the {len(heads)} rows")
+    rows: list[Result] = []
+    left = MOST_VALUES
+    for number, head in enumerate(heads):
+        table = tables[str(number)]
+        names = table.dtype.names
+        if names is None or table.ndim != 1 or not table.dtype.itemsize:
+            raise UsageError(f"{str(file)!r}: {number} is no table")
+        left -= sum(table[name].size for name in names)
+        if left < 0:
+            raise UsageError(f"{str(file)!r} holds more than {MOST_VALUES:,} values")
+        columns = {name: _values(file, name, table[name], decimals.get(name)) for name in names}
+        rows.append({**head, "columns": {**head["columns"], **columns}})
     return rows
 
 
-def _figures_of_rows(path: Path, plan: Plan, rows: list[Any]) -> dict[str, Any]:
-    """Everything that a file shows, computed from its rows.
+def _values(file: Path, name: str, column: NDArray[Any], decimals: int | None) -> Any:
+    """A column of a table as JSON values: a text, or a list of numbers in which None is a missing one."""
+    kind = column.dtype.kind
+    if column.dtype == np.dtype("S1") and column.ndim == 1:
+        return column.tobytes().decode("latin-1")
+    if kind not in "bif" or column.ndim > 2:
+        raise UsageError(f"{str(file)!r}: column {one_sentence(repr(name), 60)} holds neither letters nor numbers")
+    if kind != "i" or decimals is None:
+        return jsonable(column)
+    return jsonable(np.where(column == np.iinfo(column.dtype).min, np.nan, column / 10**decimals))
+
+
+def read_arrays(file: Path, names: str) -> dict[str, NDArray[Any]]:
+    """The arrays of a file.
 
     Raises:
-        UsageError: the rows give no figures.
+        UsageError: the file is missing, too large, or none of arrays.
     """
-    with check_form(path):
-        try:
-            return json.loads(json_text(assemble(plan, rows)))
-        except PntGymError as error:
-            raise UsageError(f"{str(path)!r}: {error}") from None
+    with check_form(file):
+        return arrays_of(file, re.compile(names), MOST_RESULTS)
 
 
-def _difference(shown: Any, computed: Any, place: str) -> str | None:
-    """The first difference of what a file shows and what its rows give, in words; None if there is none."""
-    if isinstance(shown, dict) and isinstance(computed, dict):
-        if shown.keys() != computed.keys():
-            name = min(shown.keys() ^ computed.keys())
-            return f"{place}.{one_sentence(name, 60)} is {'missing' if name in computed else 'no figure of theirs'}"
-        parts = [(name, shown[name], computed[name]) for name in computed]
-    elif isinstance(shown, list) and isinstance(computed, list):
-        if len(shown) != len(computed):
-            return f"{place} has {len(shown)} entries, and not {len(computed)}"
-        parts = [(str(number), *pair) for number, pair in enumerate(zip(shown, computed, strict=True))]
-    else:
-        said, given = (one_sentence(repr(value), 40) for value in (shown, computed))
-        return None if _is_same(shown, computed) else f"{place} is {said}, and not {given}"
-    differences = (_difference(said, given, f"{place}.{name}") for name, said, given in parts)
-    return next((words for words in differences if words is not None), None)
+# Writing
 
 
-def _is_same(shown: Any, computed: Any) -> bool:
-    """Whether two values are equal; numbers may differ by rounding."""
-    if isinstance(shown, bool) or isinstance(computed, bool) or not isinstance(shown, int | float):
-        return type(shown) is type(computed) and shown == computed
-    return isinstance(computed, int | float) and math.isclose(shown, computed, rel_tol=NEARLY, abs_tol=1e-12)
+def check_place(path: Path) -> None:
+    """Make sure, before hours of work, that a result can be written.
+
+    Raises:
+        UsageError: the path has another ending than .json, or cannot be written.
+    """
+    check_writable(path)
+    check_ending("out", path, (".json",))
+    check_writable(folder_of(path) / ROWS)
+
+
+def write_result(path: Path, head: Mapping[str, Any], results: Sequence[Result], policies: Mapping[str, bytes]) -> None:
+    """Write a result: the files of its folder, then its head.
+
+    Args:
+        path: path of the head.
+        head: everything but the rows.
+        results: the rows with all columns.
+        policies: content of the policies by the names of their files, those that rows name.
+
+    Raises:
+        UsageError: a path cannot be written.
+    """
+    rows, decimals, tables = without_columns(results)
+    files = {ROWS: archive_of(tables), **policies}
+    for name, content in files.items():
+        deliver(folder_of(path) / name, lambda place, content=content: place.write_bytes(content))
+    deliver_text(path, _head_text({**head, "decimals": decimals, "results": rows}))
+
+
+def _head_text(data: Mapping[str, Any]) -> str:
+    """A head as JSON, with a line for each key and for each row."""
+    parts: list[str] = []
+    for name, value in data.items():
+        lines = ",\n  ".join(json_text(entry, indent=None).rstrip() for entry in value) if _is_rows(value) else ""
+        text = f"[\n  {lines}\n ]" if lines else json_text(value, indent=None).rstrip()
+        parts.append(f" {json.dumps(name)}: {text}")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+def _is_rows(value: Any) -> bool:
+    return (
+        isinstance(value, list) and bool(value) and all(isinstance(entry, dict) for entry in cast("list[Any]", value))
+    )
+
+
+def without_columns(results: Sequence[Result]) -> tuple[list[Result], dict[str, int], dict[str, NDArray[Any]]]:
+    """Rows without what tables hold of them; the decimals of columns; and the tables by number."""
+    found = [_arrays(row["columns"]) for row in results]
+    decimals = _decimals(found)
+    tables: dict[str, NDArray[Any]] = {}
+    rows: list[Result] = []
+    for number, (row, arrays) in enumerate(zip(results, found, strict=True)):
+        stored = {name: _stored(array, decimals.get(name)) for name, array in arrays.items()}
+        fields = [(name, array.dtype, array.shape[1:]) for name, array in stored.items()]
+        tables[str(number)] = table = np.empty(len(next(iter(stored.values()), ())), dtype=fields)
+        for name, array in stored.items():
+            table[name] = array
+        rest = {name: value for name, value in row["columns"].items() if name not in stored}
+        rows.append({**row, "columns": rest})
+    return rows, decimals, tables
+
+
+def _arrays(columns: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
+    """The columns with an entry for each throw or shift, as arrays; names, totals and other values stay in the head."""
+    found: dict[str, NDArray[Any]] = {}
+    for name, values in columns.items():
+        array = _array(values) if isinstance(values, list | str) else None
+        if array is not None and len(array) == len(next(iter(found.values()), array)):
+            found[name] = array
+    return found
+
+
+def _array(values: list[Any] | str) -> NDArray[Any] | None:
+    """Letters, or numbers of which None is NaN; None where there are other values, or lists of several lengths."""
+    if isinstance(values, str):
+        return np.array([*values], dtype="S1") if values.isascii() else None
+    try:
+        array = np.array(values)
+    except ValueError:
+        return None
+    if array.dtype.kind == "O" and all(value is None or type(value) in (int, float) for value in array.flat):
+        array = array.astype(np.float64)
+    return array if array.dtype.kind in "bif" and array.ndim <= 2 and array.size else None
+
+
+def _decimals(found: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, int]:
+    """The decimals of a column's numbers, by column; without columns that whole numbers cannot hold."""
+    columns: dict[str, list[NDArray[Any]]] = {}
+    for name, array in (entry for arrays in found for entry in arrays.items()):
+        columns.setdefault(name, []).append(array)
+    exact: dict[str, int] = {}
+    for name, arrays in columns.items():
+        if any(array.dtype.kind == "f" for array in arrays):
+            decimals = next((d for d in range(MOST_DECIMALS + 1) if _are_exact(arrays, d)), None)
+            exact |= {} if decimals is None else {name: decimals}
+    return exact
+
+
+def _are_exact(arrays: Sequence[NDArray[Any]], decimals: int) -> bool:
+    """Whether numbers can be stored as whole ones, in units of a decimal."""
+    for array in arrays:
+        numbers = array[np.isfinite(array)]
+        units = np.round(numbers * 10.0**decimals)
+        if np.any(np.abs(units) >= 2.0**53) or np.any(units / 10**decimals != numbers):
+            return False
+    return True
+
+
+def _stored(array: NDArray[Any], decimals: int | None) -> NDArray[Any]:
+    """A column in the smallest whole numbers that hold it; letters, and numbers of more decimals, as they are."""
+    if array.dtype.kind not in "if" or (array.dtype.kind == "f" and decimals is None):
+        return array
+    is_missing = ~np.isfinite(array)
+    units = np.where(is_missing, 0, np.round(array * 10 ** (decimals or 0))).astype(np.int64)
+    low, high = units.min(), units.max()
+    kind = next(k for k in (np.int8, np.int16, np.int32, np.int64) if np.iinfo(k).min < low and high <= np.iinfo(k).max)
+    return np.where(is_missing, np.iinfo(kind).min, units).astype(kind)
+
+
+def archive_of(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Arrays as the content of a file .npz."""
+    file = io.BytesIO()
+    np.savez_compressed(file, **cast("dict[str, Any]", dict(arrays)))
+    return file.getvalue()

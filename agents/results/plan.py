@@ -2,34 +2,38 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
+import re
 from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any, Self, final
+from typing import Annotated, Any, Final, Self, final
 
 from pydantic import Field, ValidationError, model_validator
 
 from pnt_gym.cells.base.config import FileName, LevelConfig, Section
 from pnt_gym.cells.base.problems import list_problems
 from pnt_gym.names import unknown_name
+from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers.protocol import Controller
 from ..ground.cli import UsageError, about, check_libraries, check_once
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
-from ..ground.shipped import is_shipped, module_of
+from ..ground.shipped import is_shipped, module_of, policy_place
 from ..jobs.cluster import Needs
+from ..jobs.code import code_digest
 from ..jobs.parcel import user_code_digest
 from ..jobs.work import key
 from ..judging.trial import Trial
 from ..judging.trials import check_options, controller_with, open_trial, trial_class
-from .digests import file_digest, results_code
+from ..learning.runs import POLICY
 from .entries import (
     EACH,
     LEARNED_BY,
@@ -43,6 +47,9 @@ from .entries import (
     labels_of,
     settings_of,
 )
+
+CODE: Final = ("pnt_gym/**/*.py", "agents/controllers/*.py", "agents/dispatchers/*.py")
+"""Code on which results depend and which is loaded by a name; all other code is found by following imports."""
 
 
 @final
@@ -143,12 +150,28 @@ class Piece:
     alone."""
     key: str
     """Digest of everything that the results depend on."""
-    name: str
-    """Name of the piece, for people and file names."""
-    code: str
-    """Digest of the code alone."""
+    copy: str
+    """Prefix that tells the entry's copies for several levels apart."""
     cost: int
     """Number of throws or decisions to be simulated; those of slow controllers count several times."""
+
+    @property
+    def name(self) -> str:
+        """Name of the piece, for people and file names."""
+        return self._name(self.throws)
+
+    @property
+    def rows(self) -> list[tuple[str, int, int, str, str]]:
+        """What names each row of the piece: label, throws, seed, level, level of the learning."""
+        labels = labels_of(self.entry)
+        return [*product(labels, self.throws, (self.seed,), self.levels, (self.train_level,))]
+
+    def policy_file(self, throws: int) -> str:
+        """Name of the file of what the entry has learned from a number of throws."""
+        return re.sub(r"[^\w.+-]+", "-", self._name((throws,))) + ".npz"
+
+    def _name(self, throws: tuple[int, ...]) -> str:
+        return f"{self.entry.label}-{self.copy}{'-'.join(map(str, throws))}-seed{self.seed}"
 
 
 def read_plan(path: Path) -> Plan:
@@ -190,8 +213,7 @@ def pieces(plan: Plan) -> list[Piece]:
         # A training run passes through its smaller throw counts; practice is planned for each count anew.
         groups = [tuple(sorted(entry.throws))] if entry.controller in TRAINED else [(t,) for t in entry.throws]
         for group, seed in product(groups, seeds_of(plan, entry)):
-            name = f"{entry.label}-{where}{'-'.join(map(str, group))}-seed{seed}"
-            work.append(_piece(plan, kind, entry, group, seed, name, code))
+            work.append(_piece(plan, kind, entry, group, seed, where, code))
     return sorted(work, key=lambda piece: -piece.cost)
 
 
@@ -214,7 +236,7 @@ def seeds_of(plan: Plan, entry: Entry) -> tuple[int, ...]:
 
 
 def _piece(
-    plan: Plan, kind: type[Trial], entry: Entry, throws: tuple[int, ...], seed: int, name: str, code: str
+    plan: Plan, kind: type[Trial], entry: Entry, throws: tuple[int, ...], seed: int, copy: str, code: str
 ) -> Piece:
     levels = entry.levels or plan.levels
     train_level = entry.train_level or plan.train_level
@@ -239,20 +261,26 @@ def _piece(
     user_configs = {level: config for level, config in configs.items() if _is_user_level(plan, level, config)}
     efforts = (kind.effort(entry.controller, configs[level], counts[level], plan.num_envs) for level in levels)
     cost = max(throws) + len(throws) * len(labels_of(entry)) * sum(efforts)
-    return Piece(plan, entry, throws, seed, levels, train_level, user_configs, key(**inputs), name, code, cost)
+    return Piece(plan, entry, throws, seed, levels, train_level, user_configs, key(**inputs), copy, cost)
 
 
 def _dependencies(kind: type[Trial], entry: Entry, levels: list[Any], throws: tuple[int, ...]) -> list[Any]:
     """Dependencies of an entry's figures beside code and levels: shipped settings and files, and trained policies."""
-    names = [value for _, value in _artefact_settings(kind, entry, levels)]
+    names = [value for _, value in kind.artefact_settings(entry.controller, levels, entry.options)]
     parts = [kind.dependencies(name, levels, entry.options, throws) for name in (entry.controller, *names)]
     learned = [file_digest(name) for name in (entry.controller, *names) if is_learned(name)]
     return [*parts, kind.dependencies(entry.over, levels, {}, (0,)), *learned]
 
 
-def _artefact_settings(kind: type[Trial], entry: Entry, levels: list[Any]) -> list[tuple[str, str]]:
-    """Settings of an entry by which its controller reads further files, and their values."""
-    return kind.artefact_settings(entry.controller, levels, entry.options)
+def results_code() -> str:
+    """Digest of the code on which results depend."""
+    return code_digest(CODE, ["agents.benchmark.run"])
+
+
+def file_digest(name: str) -> str:
+    """Digest of a trained policy: of its file, or of the policy in a run folder."""
+    place = policy_place(name)
+    return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
 
 
 def _check_keys(plan: Plan, kind: type[Trial]) -> None:
@@ -334,7 +362,8 @@ def needs(plan: Plan) -> Needs:
         for level, config in configs.items():
             if not isinstance(config, LevelConfig) and os.path.exists(level):
                 raise UsageError(f"level {level!r} is a file, which {plan.env!r} would have to read on another machine")
-        learned = [("controller", entry.controller), *_artefact_settings(kind, entry, list(configs.values()))]
+        files = kind.artefact_settings(entry.controller, list(configs.values()), entry.options)
+        learned = [("controller", entry.controller), *files]
         for name, value in (*learned, ("config", entry.config), *entry.options.items()):
             if _is_local_file(name, value):
                 raise UsageError(f"entry {entry.label!r}: {name} {value!r} is a file, which lies on this machine alone")

@@ -32,7 +32,7 @@ from pnt_gym.cells.line.chances import digest, format_table, required_table
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.reading import json_of, yaml_text
-from tests.tools.benchmark import carried_out, toy_plan
+from tests.tools.benchmark import carried_out, toy_plan, write
 from tests.tools.commands import call_here
 from tests.tools.fitting import WASTE, throw
 from tests.tools.toy_cell import register_toy
@@ -166,7 +166,7 @@ def make_benchmark(folder: Path) -> None:
     }  # fmt: skip
     for name, plan in (("throws", throws), ("shifts", shifts)):
         (folder / name).mkdir()
-        (folder / name / "results.json").write_text(json_text(carried_out(plan, folder / "work")))
+        write(folder / name / "results.json", carried_out(plan, folder / "work"))
 
 
 def make_study_plan(folder: Path) -> None:

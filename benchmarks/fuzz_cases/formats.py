@@ -91,7 +91,8 @@ FORMATS: Final[dict[str, Format]] = {
     ),
     "settings-file": Format(examples.make_settings, readers.read_settings_of, ("sac.yml", "ppo.yml")),
     "benchmark-file": Format(
-        examples.make_benchmark, readers.read_report, ("throws/results.json", "shifts/results.json"),
+        examples.make_benchmark, readers.read_report,
+        tuple(f"{trial}/results{end}" for end in ("/rows.npz", ".json") for trial in ("throws", "shifts")),
         "agents.benchmark.verify FILE --rows 1 --throws 2", "figures of the file are those of its throws",
     ),
     "study-file": Format(examples.make_study, readers.read_report, ("results.json",)),

@@ -136,5 +136,5 @@ def read_network(path: Path) -> None:
 
 
 def read_report(path: Path) -> None:
-    """Tables and drawings of a file of results, alone in its folder."""
-    read_chapters(path.parent)
+    """Tables and drawings of a result, alone in its folder."""
+    read_chapters(path.parents[path.suffix == ".npz"])

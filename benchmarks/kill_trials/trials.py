@@ -28,6 +28,7 @@ from typing import Any, Final, final
 from unittest import mock
 from zipfile import ZipFile
 
+from agents.benchmark.run import Part
 from agents.ground.files import LOCK
 from agents.reproduce import papers
 from agents.results import plan
@@ -206,6 +207,9 @@ def _stable_content(path: Path) -> bytes:
         return _model(path)
     if path.suffix == ".json":
         return json.dumps(_timeless(json.loads(path.read_text(encoding="utf-8"))), sort_keys=True).encode()
+    if path.suffix == ".npz" and path.parent.name == "work":
+        part = Part.read(path)
+        return repr([_timeless([*part.results]), sorted(part.policies.items())]).encode()
     if path.name == "progress.csv":
         lines = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
         return repr([[*line[:1], *line[2:]] for line in lines]).encode()

@@ -80,7 +80,7 @@ def _assemble(settings: Settings, entries: list[dict[str, Any]], amount: Amount,
         }
     )
     with TemporaryDirectory() as folder:
-        results = [result for piece in pieces(plan) for result in run_piece(piece, Path(folder))["results"]]
+        results = [result for piece in pieces(plan) for result in run_piece(piece, Path(folder)).results]
     return assemble(plan, results)
 
 
@@ -145,7 +145,7 @@ def main(plan: str) -> None:
     """Print the columns of a plan's only row."""
     (piece,) = pieces(Plan.model_validate_json(plan))
     with TemporaryDirectory() as folder:
-        (result,) = run_piece(piece, Path(folder))["results"]
+        (result,) = run_piece(piece, Path(folder)).results
     print(json.dumps(result["columns"]))
 
 

@@ -12,7 +12,6 @@ from typing import Any, Final
 import numpy as np
 
 from agents.ground import metrics
-from agents.ground.files import read_json
 from agents.ground.places import SHIPPED, at
 from agents.judging.comparison import compare
 from agents.judging.figures import Figure
@@ -20,6 +19,7 @@ from agents.judging.sequential import log_capital_path
 from agents.judging.throw_record import ThrowRecord
 from agents.judging.throws import kept_rows
 from agents.judging.trials import open_trial
+from agents.results.content import read_form
 from agents.results.study import Amount, Figures, Settings
 from pnt_gym.arrays import Floats, Ints
 
@@ -36,7 +36,7 @@ POWER: Final = 0.8
 @cache
 def benchmark() -> Any:
     """The committed benchmark."""
-    return read_json(SHIPPED / "results" / "benchmark.json")
+    return read_form(SHIPPED / "results" / "benchmark.json").data
 
 
 def columns(result: Mapping[str, Any]) -> dict[str, Floats]:

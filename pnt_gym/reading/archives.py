@@ -19,7 +19,7 @@ from pnt_gym.reading.files import ReadError, check_size, opened
 
 MOST_NUMBERS: Final = 2**26
 """Bytes of the arrays in a file; a network of three layers of 2,000 has half as many."""
-MOST_PARTS: Final = 1000
+MOST_PARTS: Final = 10_000
 """Files in an archive."""
 
 
@@ -84,11 +84,13 @@ def _directory(file: BinaryIO, expected: re.Pattern[str], most: int, suffix: str
     if len(infos) > MOST_PARTS:
         raise ReadError(f"it holds {len(infos):,} parts; at most {MOST_PARTS:,} are read")
     names = [info.filename for info in infos]
+    seen: set[str] = set()
     for name in names:
         if not (name.endswith(suffix) and expected.fullmatch(name.removesuffix(suffix))):
             raise ReadError(f"it holds {one_sentence(repr(name), 60)}, which does not belong there")
-        if names.count(name) > 1:
+        if name in seen:
             raise ReadError(f"it holds {name!r} twice")
+        seen.add(name)
     check_size("what it holds", sum(info.file_size for info in infos), most)
     return parts, infos
 

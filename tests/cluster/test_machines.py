@@ -17,11 +17,12 @@ import psutil
 import pytest
 import yaml
 
-from agents.benchmark.run import run_piece
+from agents.benchmark.run import Part, run_piece
 from agents.ground.cli import UsageError
 from agents.jobs import cluster
 from agents.jobs.cluster import Needs, pool
 from agents.jobs.work import Job, do_missing
+from agents.results.content import read_form
 from agents.results.plan import Plan, pieces
 from pnt_gym.errors import PntGymError
 from tests.cluster.conftest import Machines, all_gone, lose_power, workers
@@ -77,7 +78,7 @@ def fingerprint(found: Any) -> str:
 
 def kept(folder: Path) -> dict[str, str]:
     """Fingerprints of what jobs have found, by the names of their files."""
-    return {path.name: fingerprint(json.loads(path.read_text())) for path in folder.glob("*.json")}
+    return {path.name: fingerprint(Part.read(path).results) for path in folder.glob("*.npz")}
 
 
 @pytest.fixture
@@ -94,7 +95,8 @@ def serial(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         Path("mild.yaml").write_text(yaml.safe_dump(MILD))
-        return {f"{p.name}-{p.key}.json": fingerprint(run_piece(p, folder)) for p in pieces(Plan.model_validate(STUDY))}
+        planned = pieces(Plan.model_validate(STUDY))
+        return {f"{p.name}-{p.key}.npz": fingerprint(run_piece(p, folder).results) for p in planned}
 
 
 def begun(folder: Path, address: str) -> subprocess.Popen[str]:
@@ -256,7 +258,7 @@ def test_training_and_what_is_of_the_user_travel(machines: Machines, here: Path)
         command = [sys.executable, "-m", "agents.benchmark", "--config", "plan.yaml", *where, *options]
         done = subprocess.run(command, cwd=here, env=environment(), capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-        found.append(fingerprint(json.loads((here / f"out{options[0]}.json").read_text())))
+        found.append(fingerprint(read_form(here / f"out{options[0]}.json").data))
     assert found[0] == found[1]
 
 

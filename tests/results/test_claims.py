@@ -14,6 +14,7 @@ from agents.ground.places import SHIPPED as ROOT
 from agents.report.line import CLASS_BLIND, best, by_seed, learners, value
 from agents.report.paired import interval
 from agents.report.tables import rows_of
+from agents.results.content import read_form
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.line.config import LineConfig
@@ -21,7 +22,8 @@ from pnt_gym.cells.line.config import LineConfig
 
 @cache
 def read(name: str) -> Any:
-    return read_json(ROOT / "results" / f"{name}.json")
+    path = ROOT / "results" / f"{name}.json"
+    return read_form(path).data if name.startswith("benchmark") else read_json(path)
 
 
 # Drift: results/drift.md and docs/drift.md.

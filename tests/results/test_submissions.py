@@ -20,7 +20,7 @@ def test_there_is_one() -> None:
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_its_first_throws_are_thrown_again(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
-    options = ("--trust", "--rows", "1", "--throws", "48", "--near", "--longest", "1000")
+    options = ("--trust", "--rows", "1", "--throws", "48", "--longest", "1000")
     code, text = answered("agents.benchmark.verify", str(file), *options)
     assert code == 0, f"{text}; the command in {file.name} measures it again after a change of the throws"
 

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from agents.benchmark.run import run_piece
-from agents.benchmark.stored import stored_policies
 from agents.ground.files import json_text
 from agents.ground.versions import versions
 from agents.results.compare import assemble
+from agents.results.content import write_result
 from agents.results.plan import Plan, pieces
 
 
@@ -20,14 +20,21 @@ def toy_plan(*entries: Mapping[str, Any], **more: Any) -> dict[str, Any]:
 
 
 def carried_out(content: Mapping[str, Any], work: Path) -> dict[str, Any]:
-    """The file of a plan whose pieces are done in this process."""
+    """The result of a plan whose pieces are done in this process, and under `policies` the stored ones by file."""
     plan = Plan.model_validate(content)
     parts = [run_piece(piece, work) for piece in pieces(plan)]
-    results = [row for part in parts for row in part["results"]]
-    head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "policies": stored_policies(parts)}
-    return {**head, "seconds": 1.0, **assemble(plan, results), "results": results}
+    results = [row for part in parts for row in part.results]
+    head = {"plan": plan.model_dump(mode="json"), "versions": versions(), "seconds": 1.0}
+    policies = {name: policy for part in parts for name, policy in part.policies.items()}
+    return {**json.loads(json_text({**head, **assemble(plan, results), "results": results})), "policies": policies}
+
+
+def write(path: Path, data: Mapping[str, Any]) -> None:
+    """Write a result and its policies, as a command does."""
+    head = {name: value for name, value in data.items() if name not in ("decimals", "results", "policies")}
+    write_result(path, head, data["results"], data.get("policies", {}))
 
 
 def forge(data: dict[str, Any]) -> None:
-    """Let a file show what its changed throws give."""
+    """Let a result show what its changed throws give."""
     data |= json.loads(json_text(assemble(Plan.model_validate(data["plan"]), data["results"])))

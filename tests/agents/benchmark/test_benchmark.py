@@ -23,7 +23,7 @@ from agents.results import plan as plans
 from agents.results.compare import assemble
 from agents.results.plan import Plan, needs, pieces, read_plan
 from benchmarks.kill_trials.commands import LEARNER
-from tests.tools.benchmark import carried_out, toy_plan
+from tests.tools.benchmark import carried_out, toy_plan, write
 from tests.tools.nightly import with_nightly
 
 PLAN = toy_plan(
@@ -115,7 +115,7 @@ def test_cells_that_practise_side_by_side_change_what_is_learned_and_not_the_hel
     entries = [{"label": "few", **goal, "practice_envs": 2}, {"label": "usual", **goal}, {"label": "eight", **goal}]
     entries[2]["practice_envs"] = PLAN["num_envs"]
     plan = Plan.model_validate({**PLAN, **BARE, "entries": entries, "seeds": [0], "levels": ["waste"]})
-    results = {row["label"]: row["columns"] for piece in pieces(plan) for row in run_piece(piece, tmp_path)["results"]}
+    results = {row["label"]: row["columns"] for piece in pieces(plan) for row in run_piece(piece, tmp_path).results}
     assert results["usual"] == results["eight"] != results["few"]
     assert results["usual"]["item"] == results["few"]["item"]
 
@@ -187,8 +187,8 @@ def test_a_level_of_the_users_is_done_as_it_was_when_planned(tmp_path: Path, mon
     Path("base.yaml").unlink()
     Path("mild.yaml").unlink()
     after = run_piece(pickle.loads(pickle.dumps(first)), tmp_path)
-    assert [r["columns"] for r in after["results"]] == [r["columns"] for r in before["results"]]
-    assert [r["level"] for r in after["results"]] == ["mild.yaml", "unseen"]
+    assert [r["columns"] for r in after.results] == [r["columns"] for r in before.results]
+    assert [r["level"] for r in after.results] == ["mild.yaml", "unseen"]
     assert second.configs["mild.yaml"].mismatch == 0.5
     assert [*second.configs] == ["mild.yaml"]
 
@@ -212,7 +212,7 @@ def test_a_level_may_take_more_throws_than_the_others(tmp_path: Path) -> None:
     (few,) = pieces(Plan.model_validate(alone))
     (more,) = pieces(Plan.model_validate({**alone, "picks_on": {"unseen": 48}}))
     assert more.cost == few.cost + 32
-    before, after = (run_piece(piece, tmp_path)["results"] for piece in (few, more))
+    before, after = (run_piece(piece, tmp_path).results for piece in (few, more))
     assert [len(r["columns"]["outcome"]) for r in after] == [16, 48]
     assert after[0]["columns"] == before[0]["columns"]
     assert after[1]["columns"]["along_m"][:16] == before[1]["columns"]["along_m"]
@@ -224,11 +224,11 @@ def test_training_is_one_piece_for_all_its_throw_counts(tmp_path: Path, monkeypa
     sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0]}
     small = {**PLAN, **BARE, "entries": [sac], "levels": ["waste"], "picks": 16}
     (piece,) = pieces(Plan.model_validate(small))
-    first = run_piece(piece, tmp_path)["results"]
+    first = run_piece(piece, tmp_path).results
     assert [r["throws"] for r in first] == [32, 64]
     assert first[0]["columns"] != first[1]["columns"]
     # A piece that was cut off after its training goes on from the run it left.
-    again = run_piece(piece, tmp_path)["results"]
+    again = run_piece(piece, tmp_path).results
     assert [r["columns"] for r in again] == [r["columns"] for r in first]
 
 
@@ -279,7 +279,7 @@ def test_shipped_plans_hold_together(name: str) -> None:
 
 
 def test_report_writes_tables_figures_and_page(done: dict[str, Any], tmp_path: Path) -> None:
-    (tmp_path / "benchmark.json").write_text(json.dumps(done))
+    write(tmp_path / "benchmark.json", done)
     (tmp_path / "other.json").write_text("[1, 2]")
     (tmp_path / "README.top").write_text("# x\n<!-- table:benchmark -->\nold\n<!-- /table -->\nend\n")
     report(ReportArguments(results=tmp_path, readme=tmp_path / "README.top"))

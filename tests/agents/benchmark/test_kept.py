@@ -1,6 +1,5 @@
 """A benchmark computes the entries that are named, and keeps the other rows of its file."""
 
-import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,7 +9,8 @@ import pytest
 import yaml
 
 from agents.jobs.work import Completion, Job, run_job
-from tests.tools.benchmark import forge, toy_plan
+from agents.results.content import read_form
+from tests.tools.benchmark import forge, toy_plan, write
 from tests.tools.commands import answered, refused
 
 PLANNER = {"label": "analytic", "controller": "analytic"}
@@ -32,7 +32,7 @@ def benchmark(plan: dict[str, Any], *options: str) -> dict[str, Any]:
     Path("plan.yaml").write_text(yaml.safe_dump(plan))
     code, text = answered(*COMMAND, *options)
     assert code == 0, text
-    return json.loads(Path("out.json").read_text())
+    return read_form(Path("out.json")).data
 
 
 def columns(data: dict[str, Any]) -> dict[str, Any]:
@@ -49,7 +49,7 @@ def test_the_named_entries_are_computed_and_the_other_rows_are_kept(first: dict[
     marked = next(row for row in first["results"] if row["label"] == "analytic")
     marked["learn_seconds"] = 7.0  # the mark of a row that nobody computes again
     forge(first)
-    Path("out.json").write_text(json.dumps({**first, "seconds": 100.0}))
+    write(Path("out.json"), {**first, "seconds": 100.0})
     changed = {**PLAN, "entries": [PLANNER, SLOW, RIDGE]}
     second = benchmark(changed, "--only", "goal", "--only", "ridge")
     assert marked in second["results"]
@@ -74,8 +74,8 @@ def test_rows_that_do_not_fit_are_refused(
     first: dict[str, Any], changes: dict[str, Any], versions: dict[str, str], only: str, words: str
 ) -> None:
     first["versions"] |= versions
-    text = json.dumps(first)
-    Path("out.json").write_text(text)
+    write(Path("out.json"), first)
+    text = Path("out.json").read_text()
     Path("plan.yaml").write_text(yaml.safe_dump({**PLAN, **changes}))
     assert words in refused(*COMMAND, "--only", only)
     assert Path("out.json").read_text() == text

@@ -13,7 +13,6 @@ import yaml
 from agents.dispatchers.registry import line_controller, line_core
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector, stream_seed
-from agents.ground.files import write_json
 from agents.ground.places import SHIPPED
 from agents.judging.evaluation import evaluate
 from agents.judging.shift_record import ShiftRecord
@@ -22,7 +21,7 @@ from agents.learning.runs import RunFolder
 from agents.policies.scorer import Scorer
 from agents.report.__main__ import benchmark_chapter
 from agents.results.plan import Plan, needs, pieces
-from tests.tools.benchmark import carried_out
+from tests.tools.benchmark import carried_out, write
 from tests.tools.commands import answered, output_of
 
 SMALL = {"n_envs": 2, "n_steps": 4, "batch_size": 8, "policy_kwargs": {"net_arch": [8]}}
@@ -73,7 +72,7 @@ def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def done(work: Path) -> dict[str, Any]:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(work)
-        return json.loads(json.dumps(carried_out(PLAN, work), allow_nan=False))
+        return carried_out(PLAN, work)
 
 
 def rows_by(done: dict[str, Any]) -> dict[Any, Any]:
@@ -103,7 +102,7 @@ def test_figures_are_those_of_an_evaluation(done: dict[str, Any], work: Path, la
 def test_shifts_are_worked_again_by_a_stored_policy(work: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(work)
     file = carried_out({**PLAN, "learned": [], "entries": [PLAN["entries"][0], PLAN["entries"][5]]}, work)
-    write_json(Path("file.json"), file)
+    write(Path("file.json"), file)
     assert answered("agents.benchmark.verify", "file.json", "--rows", "99", "--json", "out.json")[0] == 0
     verdicts = json.loads(Path("out.json").read_text())["verdicts"]
     assert [row["verdict"] for row in verdicts] == ["equal"] * len(file["results"])

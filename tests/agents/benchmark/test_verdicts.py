@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from agents.benchmark.verdicts import is_near
+from agents.benchmark.verify import is_near
 
 ROW: dict[str, Any] = {
     "item": [0, 1] * 100,
@@ -41,6 +41,7 @@ def changed(name: str, count: int, value: Any) -> dict[str, Any]:
         ({**ROW, "outcome": "s"}, False),
         ({**ROW, "clipped": 4}, True),
         ({name: column for name, column in ROW.items() if name != "cycle_s"}, False),
+        ({**ROW, "dropped": 0}, False),
     ],
 )
 def test_all_but_few_throws_must_agree_within_the_bounds(row: dict[str, Any], near: bool) -> None:
@@ -51,3 +52,7 @@ def test_few_counts_throws_whatever_column_differs() -> None:
     row = changed("along_m", 2, 0.2)
     row["outcome"] = "s" * 190 + "mm" + "s" * 7 + "p"
     assert not is_near(ROW, row)
+
+
+def test_totals_of_work_shifts_must_be_equal() -> None:
+    assert not is_near({"value_per_min": [1.0], "success": 990}, {"value_per_min": [1.0], "success": 991})

@@ -1,5 +1,7 @@
 """Rows of a benchmark are carried out again: equal, different and where, or of another version."""
 
+import base64
+import copy
 import json
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -7,56 +9,70 @@ from pathlib import Path
 from tempfile import gettempdir
 from typing import Any
 
+import numpy as np
 import pytest
 from rich.progress import Progress
 
 from agents.benchmark import run
-from agents.benchmark.verdicts import first_difference
+from agents.benchmark.verify import judge
 from agents.ground import bars
 from agents.ground.bars import throws_bar
-from agents.ground.files import json_text
 from agents.jobs.limited import LimitedWorker, UnfinishedError
-from agents.jobs.parcel import torch_arithmetic
-from tests.tools.benchmark import carried_out, forge, toy_plan
-from tests.tools.commands import answered, refused
+from agents.results import content
+from agents.results.content import read_form, with_columns, without_columns
+from tests.tools.benchmark import carried_out, forge, toy_plan, write
+from tests.tools.commands import answered, output_of, refused
 
 RIDGE = {"label": "ridge", "controller": "ridge", "throws": [16, 32]}
 PLAN = toy_plan({"label": "analytic", "controller": "analytic"}, RIDGE, levels=["waste", "unseen"], seeds=[0, 1])
 ROWS = 10
 """Two levels of one planner, and of ridge with two seeds and two numbers of throws."""
+FILE = Path("file.json")
 
 pytestmark = pytest.mark.usefixtures("worker_here")
 
 
 @pytest.fixture(scope="module")
-def text(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return json_text(carried_out(PLAN, tmp_path_factory.mktemp("work")))
+def result(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    return carried_out(PLAN, tmp_path_factory.mktemp("work"))
 
 
 @pytest.fixture(scope="module")
-def stored_text(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """File with the policies of a training and of fits."""
+def stored_result(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Result with the policies of a training and of fits."""
     sac = {"label": "sac", "controller": "sac", "throws": [32, 64], "seeds": [0], "options": {"learning_starts": 16}}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "STORED_FROM", 0.0)
-        return json_text(carried_out(toy_plan(RIDGE, sac, seeds=[0, 1]), tmp_path_factory.mktemp("work")))
+        return carried_out(toy_plan(RIDGE, sac, seeds=[0, 1]), tmp_path_factory.mktemp("work"))
 
 
 @pytest.fixture
-def stored(stored_text: str, desk: Path) -> dict[str, Any]:
-    return json.loads(stored_text)
+def stored(stored_result: dict[str, Any], desk: Path) -> dict[str, Any]:
+    return copy.deepcopy(stored_result)
 
 
 @pytest.fixture
-def data(text: str, desk: Path) -> dict[str, Any]:
-    return json.loads(text)
+def data(result: dict[str, Any], desk: Path) -> dict[str, Any]:
+    return copy.deepcopy(result)
 
 
 def verify(data: Any, *options: str) -> tuple[int, list[dict[str, Any]]]:
-    """Exit code and verdicts of the command about a file with these data."""
-    Path("file.json").write_text(json.dumps(data))
-    code, _ = answered("agents.benchmark.verify", "file.json", "--json", "out.json", *options)
+    """Exit code and verdicts of the command about a result."""
+    write(FILE, data)
+    return verified(*options)
+
+
+def verified(*options: str) -> tuple[int, list[dict[str, Any]]]:
+    """Exit code and verdicts of the command about the file."""
+    code, words = answered("agents.benchmark.verify", FILE, "--json", "out.json", *options)
+    assert code in (0, 1, 3), words
     return code, json.loads(Path("out.json").read_text())["verdicts"]
+
+
+def change_head(data: dict[str, Any], **changes: Any) -> None:
+    """Write a result, and change keys of its head."""
+    write(FILE, data)
+    FILE.write_text(json.dumps({**json.loads(FILE.read_text()), **changes}))
 
 
 def test_every_row_of_an_honest_file_is_equal(data: dict[str, Any]) -> None:
@@ -101,21 +117,17 @@ def test_one_changed_outcome_is_found_with_its_place(data: dict[str, Any]) -> No
     assert verdicts[3]["difference"] == expected
 
 
-def test_a_file_of_other_versions_is_told_apart_from_a_changed_one(data: dict[str, Any]) -> None:
-    data["versions"]["numpy"] = "1.0"
-    assert verify(data, "--rows", "1")[1][0]["verdict"] == "equal"
-    for result in data["results"]:
-        result["columns"]["cycle_s"][0] += 1.0
-    forge(data)
-    code, (row,) = verify(data, "--rows", "1")
-    assert (code, row["verdict"], row["difference"]["at"], row["other_code"]) == (1, "different", 0, True)
-
-
-def test_differences_in_form_are_differences() -> None:
-    assert first_difference({"a": 1, "b": [1, 2]}, {"a": 1, "b": [1, 2]}) is None
-    shorter = {"column": "b", "at": None, "file": [1, 2], "here": [1], "count": 1}
-    assert first_difference({"b": [1, 2]}, {"b": [1]}) == shorter
-    assert first_difference({}, {"b": 1}) == {"column": "b", "at": None, "file": None, "here": 1, "count": 1}
+@pytest.mark.parametrize(
+    ("old", "new", "found"),
+    [
+        ({"a": 1, "b": [1, 2]}, {"a": 1, "b": [1, 2]}, None),
+        ({"b": [1, 2]}, {"b": [1]}, {"column": "b", "at": None, "file": [1, 2], "here": [1], "count": 1}),
+        ({}, {"b": 1}, {"column": "b", "at": None, "file": None, "here": 1, "count": 1}),
+        ({"b": [1, 2, 3]}, {"b": [1, 5, 4]}, {"column": "b", "at": 1, "file": 2, "here": 5, "count": 2}),
+    ],
+)
+def test_differences_in_form_are_differences(old: Any, new: Any, found: Any) -> None:
+    assert judge(old, new) == {"verdict": "different" if found else "equal", "difference": found}
 
 
 @pytest.mark.parametrize(
@@ -136,8 +148,8 @@ def test_differences_in_form_are_differences() -> None:
 def test_wrong_files_are_one_sentence(
     data: dict[str, Any], changes: dict[str, Any], options: tuple[str, ...], words: str
 ) -> None:
-    Path("file.json").write_text(json.dumps({**data, **changes}))
-    assert words in refused("agents.benchmark.verify", "file.json", *options)
+    change_head(data, **changes)
+    assert words in refused("agents.benchmark.verify", FILE, *options)
 
 
 @pytest.mark.parametrize("content", ["[]", '{"results": []}'])
@@ -150,36 +162,8 @@ def test_a_file_of_anything_else_is_one_sentence(tmp_path: Path, content: str) -
 
 def test_a_row_of_no_entry_is_one_sentence(data: dict[str, Any]) -> None:
     data["results"][0]["seed"] = 7
-    Path("file.json").write_text(json.dumps(data))
+    write(FILE, data)
     assert "seed 7, level" in refused("agents.benchmark.verify", "file.json")
-
-
-def test_rows_name_their_policy_level_and_code(data: dict[str, Any]) -> None:
-    digests = [row["digests"] for row in data["results"]]
-    assert len({digest["code"] for digest in digests}) == 1
-    assert len({digest["level"] for digest in digests}) == 2
-    policies = {(row["label"], row["throws"], row["seed"]): row["digests"]["policy"] for row in data["results"]}
-    assert len(set(policies.values())) == len(policies), "one planner, and four fits that differ"
-
-
-@pytest.mark.parametrize("name", ["policy", "level"])
-def test_another_policy_or_level_than_the_row_says_is_different(data: dict[str, Any], name: str) -> None:
-    data["results"][3]["digests"][name] = "0" * 32
-    code, verdicts = verify(data, "--rows", "99")
-    assert code == 1
-    (row,) = [row for row in verdicts if row["verdict"] != "equal"]
-    assert (row["verdict"], row["difference"]["column"]) == ("different", name)
-
-
-def test_of_other_code_throws_alone_count(data: dict[str, Any]) -> None:
-    for row in data["results"]:
-        row["digests"] = {"policy": "0", "level": "0", "code": "0"}
-    assert {row["verdict"] for row in verify(data, "--rows", "99")[1]} == {"equal"}
-    data["results"][0]["columns"]["cycle_s"][0] += 1.0
-    forge(data)
-    _, verdicts = verify(data, "--rows", "99")
-    assert [row["verdict"] for row in verdicts].count("different") == 1
-    assert all(row["other_code"] for row in verdicts)
 
 
 def test_the_first_throws_alone_are_compared(data: dict[str, Any]) -> None:
@@ -194,61 +178,8 @@ def test_the_first_throws_alone_are_compared(data: dict[str, Any]) -> None:
     assert (row["difference"]["column"], row["difference"]["at"]) == ("cycle_s", 15)
 
 
-def test_rows_that_are_equal_get_digests(data: dict[str, Any]) -> None:
-    whole = json.loads(json.dumps(data["results"]))
-    for row in data["results"]:
-        del row["digests"]
-    data["results"][3]["columns"]["cycle_s"][5] += 0.1
-    forge(data)
-    code, verdicts = verify(data, "--rows", "99", "--write")
-    assert code == 1
-    assert [row["verdict"] for row in verdicts].count("different") == 1
-    written = json.loads(Path("file.json").read_text())
-    whole[3] = data["results"][3]
-    assert written == {**data, "results": whole}
-    assert verify(written, "--rows", "99")[1] == verdicts, "the digests are those that are compared"
-
-
-def test_digests_are_of_whole_rows_and_of_the_versions_of_the_file(data: dict[str, Any]) -> None:
-    Path("file.json").write_text(json.dumps(data))
-    said = refused("agents.benchmark.verify", "file.json", "--write", "--throws", "9")
-    assert "--write goes without --throws: a row is equal if all of its throws are" in said
-    Path("file.json").write_text(json.dumps({**data, "versions": {**data["versions"], "numpy": "1.0"}}))
-    said = refused("agents.benchmark.verify", "file.json", "--write")
-    assert "'file.json' is of other versions" in said
-
-
-def test_rows_within_the_bounds_are_equal_for_those_who_accept_them(data: dict[str, Any]) -> None:
-    for row in data["results"]:
-        row["columns"]["error_m" if "error_m" in row["columns"] else "along_m"][0] += 5e-5
-    forge(data)
-    for options, expected in (((), 1), (("--near",), 0)):
-        code, verdicts = verify(data, "--rows", "99", *options)
-        assert code == expected
-        assert {row["verdict"] for row in verdicts} == {"equal within the bounds"}
-        assert all(row["difference"]["at"] == 0 for row in verdicts)
-    data["results"][0]["columns"]["cycle_s"][0] += 1.0  # one throw of 24 is more than a hundredth
-    forge(data)
-    code, verdicts = verify(data, "--rows", "99", "--near")
-    assert code == 1
-    assert [row["verdict"] for row in verdicts].count("different") == 1
-
-
-def test_a_file_has_no_say_in_how_it_is_checked(data: dict[str, Any]) -> None:
-    """Whatever the file says of its making, a changed throw is different, and every row may be drawn."""
-    for row in data["results"]:
-        row["columns"]["cycle_s"][7] += 0.5
-        row["learn_seconds"] = 1e8
-        row["digests"] |= {"arithmetic": "of another processor", "torch": "of another processor", "code": "0"}
-    data["versions"] = dict.fromkeys(data["versions"], "1.0")
-    forge(data)
-    code, verdicts = verify(data, "--rows", "99", "--near")
-    assert code == 1
-    assert [row["verdict"] for row in verdicts] == ["different"] * ROWS
-
-
 def test_a_drawn_sample_is_another_one_each_time(data: dict[str, Any]) -> None:
-    Path("file.json").write_text(json.dumps(data))
+    write(FILE, data)
     seeds = set()
     for _ in range(3):
         answered("agents.benchmark.verify", "file.json", "--rows", "1", "--throws", "2", "--json", "out.json")
@@ -293,7 +224,8 @@ def _late(data: dict[str, Any]) -> None:
 
 
 def _torn(data: dict[str, Any]) -> None:
-    data["results"][2]["columns"]["cycle_s"].pop()
+    columns = data["results"][2]["columns"]
+    columns |= {name: values[:-1] for name, values in columns.items() if isinstance(values, list | str)}
 
 
 @pytest.mark.parametrize(
@@ -305,38 +237,49 @@ def _torn(data: dict[str, Any]) -> None:
         (_dropped, "'file.json' lacks 1 of the rows of its plan; the first is label"),
         (_doubled, "stands there 2 times"),
         (_late, "cycle_s.3 is -1.0: input should be greater than 0"),
-        (_torn, "cycle_s has 23 entries; the plan asks for 24"),
+        (_torn, "has 23 entries; the plan asks for 24"),
     ],
 )
 def test_a_file_that_says_other_than_its_throws_is_refused(data: dict[str, Any], change: Any, words: str) -> None:
     change(data)
-    Path("file.json").write_text(json.dumps(data))
+    write(FILE, data)
     for command in (("agents.benchmark.verify", "file.json"), ("agents.report", "--results", ".", "--readme", "x.md")):
         assert words in refused(*command)
 
 
-def test_rounding_of_torch_counts_where_torch_fits_a_network_anew(stored: dict[str, Any]) -> None:
-    trained = [row for row in stored["results"] if row["controller"] == "sac"]
-    assert ["torch" in row["digests"] for row in stored["results"]] == [row in trained for row in stored["results"]]
-    for row in trained:
-        row["digests"]["torch"] = "of another processor"
-        row["digests"]["policy"] = "of another rounding"
-    stored["policies"] = {}
-    verdicts = verify(stored, "--rows", "99", "--longest", "1000")[1]
-    assert {row["verdict"] for row in verdicts} == {"equal"}  # no throw differs, and the policy need not be the same
-    assert [row["elsewhere"] for row in verdicts] == [row["label"] == "sac" for row in verdicts]
-    trained[0]["columns"]["cycle_s"][0] += 5e-4
-    forge(stored)
-    trained[0]["digests"]["torch"] = torch_arithmetic()
-    verdicts = [row["verdict"] for row in verify(stored, "--rows", "99", "--longest", "1000")[1]]
-    assert verdicts.count("equal within the bounds") == 1
+def test_a_file_of_other_versions_is_equal_if_its_throws_are(data: dict[str, Any]) -> None:
+    data["versions"] |= {"numpy": "1.0", "abacus": "2.0"}
+    assert verify(data, "--rows", "1")[1][0]["verdict"] == "equal"
+    said = output_of("benchmark.verify file.json --rows 1", Path())
+    assert "the file was made with numpy 1.0; here is" in said
+    assert "the file was made with abacus 2.0; here is none" in said
 
 
-def test_an_honest_stored_policy_is_thrown_whatever_torch_rounds(stored: dict[str, Any]) -> None:
-    for row in stored["results"]:
-        row["digests"]["torch"] = "of another processor"
-    verdicts = verify(stored, "--rows", "99")[1]
-    assert {(row["verdict"], row["elsewhere"]) for row in verdicts} == {("equal", False)}
+def test_rows_within_the_bounds_are_equal_and_their_differences_are_shown(data: dict[str, Any]) -> None:
+    for row in data["results"]:
+        row["columns"]["error_m" if "error_m" in row["columns"] else "along_m"][0] += 5e-5
+    forge(data)
+    code, verdicts = verify(data, "--rows", "99")
+    assert code == 0
+    assert {row["verdict"] for row in verdicts} == {"equal"}
+    assert all((row["difference"]["at"], row["difference"]["count"]) == (0, 1) for row in verdicts)
+    data["results"][0]["columns"]["cycle_s"][0] += 1.0  # one throw of 24 is more than a hundredth
+    forge(data)
+    code, verdicts = verify(data, "--rows", "99")
+    assert code == 1
+    assert [row["verdict"] for row in verdicts].count("different") == 1
+
+
+def test_a_file_has_no_say_in_how_it_is_checked(data: dict[str, Any]) -> None:
+    """Whatever the file says of its making, a changed throw is different, and every row may be drawn."""
+    for row in data["results"]:
+        row["columns"]["cycle_s"][7] += 0.5
+        row["learn_seconds"] = 1e8
+    data["versions"] = dict.fromkeys(data["versions"], "1.0")
+    forge(data)
+    code, verdicts = verify(data, "--rows", "99")
+    assert code == 1
+    assert [row["verdict"] for row in verdicts] == ["different"] * ROWS
 
 
 def test_stored_policies_throw_without_learning(stored: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -348,37 +291,120 @@ def test_stored_policies_throw_without_learning(stored: dict[str, Any], monkeypa
     assert all(row["stored"] for row in verdicts)
 
 
+@pytest.mark.parametrize("label", ["ridge", "sac"])
+def test_a_policy_of_another_row_throws_otherwise(stored: dict[str, Any], label: str) -> None:
+    first, second, *_ = (row for row in stored["results"] if row["label"] == label)
+    first["policy"] = second["policy"]
+    code, verdicts = verify(stored, "--rows", "99")
+    assert code == 1
+    (found,) = (row for row in verdicts if row["verdict"] != "equal")
+    assert (found["verdict"], found["label"], found["throws"]) == ("different", label, first["throws"])
+
+
 def test_controllers_of_stored_policies_learn_again_when_asked(stored: dict[str, Any]) -> None:
-    other = {row["digests"]["policy"]: next(iter(stored["policies"].values())) for row in stored["results"]}
-    code, verdicts = verify({**stored, "policies": other}, "--rows", "99", "--learn")
+    for row in stored["results"]:
+        row["policy"] = stored["results"][0]["policy"]
+    code, verdicts = verify(stored, "--rows", "99", "--learn")
     assert code == 0
     assert {row["verdict"] for row in verdicts} == {"equal"}
     assert not any(row["stored"] for row in verdicts)
 
 
-def test_a_row_without_its_policy_learns_again(stored: dict[str, Any]) -> None:
-    del stored["policies"][stored["results"][0]["digests"]["policy"]]
+def test_a_row_without_a_policy_learns_again(stored: dict[str, Any]) -> None:
+    del stored["results"][0]["policy"]
     assert [row["stored"] for row in verify(stored, "--rows", "99")[1]] == [False, *[True] * 5]
 
 
-@pytest.mark.parametrize("label", ["ridge", "sac"])
-def test_a_stored_policy_of_another_row_is_refused(stored: dict[str, Any], label: str) -> None:
-    first, second, *_ = (row["digests"]["policy"] for row in stored["results"] if row["label"] == label)
-    stored["policies"][first] = stored["policies"][second]
-    Path("file.json").write_text(json.dumps(stored))
-    sentence = f"'file.json': row label {label}, throws"
-    said = refused("agents.benchmark.verify", "file.json", "--rows", "99")
-    assert sentence in said
-    assert "the stored policy has not the digest of its row" in said
+@pytest.mark.parametrize(
+    ("policy", "words"), [(b"x", "the stored policy cannot be used: it "), (None, "cannot read 'file/")]
+)
+def test_a_policy_that_cannot_be_read_is_named_with_its_file(
+    stored: dict[str, Any], policy: bytes | None, words: str
+) -> None:
+    write(FILE, stored)
+    for place in Path("file").glob("*seed*.npz"):
+        place.write_bytes(policy) if policy else place.unlink()
+    said = refused("agents.benchmark.verify", FILE, "--rows", "99")
+    assert words in said
+    assert gettempdir() not in said
+
+
+@pytest.mark.parametrize("name", ["../file.npz", ".npz", "a/b.npz", ""])
+def test_a_policy_lies_in_the_folder_of_its_file(stored: dict[str, Any], name: str) -> None:
+    stored["results"][0]["policy"] = name
+    write(FILE, stored)
+    assert "'file.json': results.0.policy is" in refused("agents.benchmark.verify", FILE)
+
+
+def test_a_result_is_as_it_was_when_it_is_read(stored: dict[str, Any], data: dict[str, Any]) -> None:
+    for result in (stored, data):
+        write(FILE, result)
+        found = read_form(FILE)
+        assert found.data["results"] == result["results"]
+        for row in found.data["results"]:
+            assert found.policy(row) == result["policies"].get(row.get("policy"))
+
+
+def test_a_head_without_its_folder_is_one_sentence(data: dict[str, Any]) -> None:
+    write(FILE, data)
+    Path("file/rows.npz").unlink()
+    assert "cannot read 'file/rows.npz': " in refused("agents.benchmark.verify", FILE)
+
+
+TABLE = np.zeros(24, dtype=[("item", "i1"), ("outcome", "S1")])
 
 
 @pytest.mark.parametrize(
-    ("policy", "words"), [("x", "is no text in base64"), ("AAAA", "the stored policy cannot be used: it ")]
+    ("tables", "words"),
+    [
+        ([TABLE] * 9, "must hold one table for each of the 10 rows"),
+        ([np.zeros(24)] * ROWS, "0 is no table"),
+        ([np.zeros(5, dtype=[("item", "S0")])] * ROWS, "0 is no table"),
+        ([np.zeros(24, dtype=[("item", "S9")])] * ROWS, "column 'item' holds neither letters nor numbers"),
+        ([np.zeros(24, dtype=[("item", "i1", (2, 2))])] * ROWS, "column 'item' holds neither letters nor numbers"),
+        ([TABLE] * ROWS, "key 'cycle_s' is missing"),
+    ],
 )
-def test_a_damaged_policy_is_named_by_its_file_and_row(stored: dict[str, Any], policy: str, words: str) -> None:
-    damaged = dict.fromkeys(stored["policies"], policy)
-    Path("file.json").write_text(json.dumps({**stored, "policies": damaged}))
-    said = refused("agents.benchmark.verify", "file.json", "--rows", "99")
-    assert said.startswith("error: 'file.json': row label ")
-    assert words in said
-    assert gettempdir() not in said
+def test_tables_of_another_form_are_refused(data: dict[str, Any], tables: list[Any], words: str) -> None:
+    write(FILE, data)
+    with Path("file/rows.npz").open("wb") as file:
+        np.savez(file, **{str(number): table for number, table in enumerate(tables)})
+    assert words in refused("agents.benchmark.verify", FILE)
+
+
+def test_more_values_than_memory_holds_are_refused(data: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(content, "MOST_VALUES", 1000)
+    write(FILE, data)
+    assert "'file/rows.npz' holds more than 1,000 values" in refused("agents.benchmark.verify", FILE)
+
+
+def test_a_file_of_an_earlier_version_is_read(stored: dict[str, Any]) -> None:
+    """Earlier versions kept throws, digests and policies in the head."""
+    files = {row.pop("policy"): row for row in stored["results"]}
+    texts = {name: base64.b64encode(policy).decode() for name, policy in stored.pop("policies").items()}
+    for name, row in files.items():
+        row["digests"] = {"policy": name, "code": "0"}
+    shared = {"second": next(iter(texts)), **texts}
+    FILE.write_text(json.dumps({**stored, "policies": shared}))
+    code, verdicts = verified("--rows", "99")
+    assert code == 0
+    assert [(row["verdict"], row["stored"]) for row in verdicts] == [("equal", True)] * 6
+    FILE.write_text(json.dumps({**stored, "policies": dict.fromkeys(texts, "x")}))
+    assert "the policy is no text in base64" in refused("agents.benchmark.verify", FILE)
+
+
+ODD: list[dict[str, Any]] = [
+    {"error_m": [0.01, None, -3.2], "letters": "sap", "count": [1, 2, 300], "hit": [True, False, True]},
+    {"error_m": [0.12345, 1e8, None], "by_robot": [[0.5, None], [1.0, 2.0], [3.0, 4.5]], "total": 4, "names": ["a"]},
+    {"error_m": [1.0, 2.0, 3.0], "large": [1e300, None, 0.1], "fine": [1e-9, 0.5, None], "torn": [[1], [1, 2], []]},
+    {"large": [1, 2, 3], "count": [0.5, None, 1.0], "words": ["1", None, "x"], "accent": "é", "none": [None] * 3},
+]
+
+
+def test_columns_of_any_kind_are_as_they_were() -> None:
+    rows = [{"label": str(number), "columns": columns} for number, columns in enumerate(ODD)]
+    heads, decimals, tables = without_columns(rows)
+    assert with_columns(FILE, heads, tables, decimals) == rows
+    assert decimals == {"error_m": 5, "by_robot": 1, "count": 1, "none": 0}
+    assert {name: head for name, head in heads[1]["columns"].items()} == {"total": 4, "names": ["a"]}
+    assert tables["0"].dtype["error_m"] == np.int32

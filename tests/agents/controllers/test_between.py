@@ -314,7 +314,7 @@ def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_p
     )  # fmt: skip
     work = {piece.entry.label: piece for piece in pieces(plan)}
     assert len({piece.key for piece in work.values()}) == 3
-    found = {label: run_piece(piece, tmp_path)["results"] for label, piece in work.items()}
+    found = {label: run_piece(piece, tmp_path).results for label, piece in work.items()}
     assert [(one["throws"], one["level"]) for one in found["stacked"]] == [
         (20, level), (20, still), (40, level), (40, still),
     ]  # fmt: skip
@@ -328,7 +328,7 @@ def test_the_benchmark_trains_policies_with_a_memory_and_goes_on_with_them(tmp_p
     told = next(one for one in found["recurrent"] if (one["throws"], one["level"]) == (40, level))
     errors = [np.nan if value is None else value for value in told["columns"]["along_m"]]
     np.testing.assert_allclose(errors, again.info["landing_along"], atol=6e-6)
-    assert run_piece(work["recurrent"], tmp_path)["results"][3]["columns"] == found["recurrent"][3]["columns"]
+    assert run_piece(work["recurrent"], tmp_path).results[3]["columns"] == found["recurrent"][3]["columns"]
 
 
 def test_the_benchmark_learns_from_flights_and_judges_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -349,7 +349,7 @@ def test_the_benchmark_learns_from_flights_and_judges_in_full(tmp_path: Path, mo
     ]  # fmt: skip
     (piece,), (full,) = (pieces(plan) for plan in plans)
     assert piece.key != full.key
-    assert len(run_piece(piece, tmp_path)["results"]) == 1
+    assert len(run_piece(piece, tmp_path).results) == 1
     assert given == {"judged": "full", "learned": "flight", "seen": True}
     assert RunFolder(tmp_path / f"{piece.name}-{piece.key}-run").arguments["num_envs"] == 4
 
