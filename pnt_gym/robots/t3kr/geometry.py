@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pnt_gym.arrays import Floats
 from pnt_gym.constants import GRAVITY
 from pnt_gym.errors import PlanningError
+from pnt_gym.rows import Row, Rows, field
 
 N_ARMS = 4
 
@@ -25,6 +26,32 @@ _SIDE_Y = np.array([1.0, 1.0, -1.0, -1.0])
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Acute = Annotated[float, Field(ge=0.0, le=np.pi / 2, allow_inf_nan=False)]
+
+
+class ArmFrame(Row):
+    """An arm's azimuth, and its vector from pivot to platform joint at a TCP in the origin."""
+
+    cos: float = field("-", "cosine of the azimuth")
+    sin: float = field("-", "sine of the azimuth")
+    offset_x: float = field("m", "the vector along the azimuth")
+    offset_y: float = field("m", "the vector across the azimuth")
+
+
+class Mechanism(Row):
+    """Constants of pose and dynamics, with L the length of an arm and l that of a rod."""
+
+    offset_z: float = field("m", "height of the platform joints above the pivots at a TCP in the origin")
+    length: float = field("m", "L")
+    squares: float = field("m2", "L^2 - l^2")
+    half: float = field("1/m", "0.5 / L")
+    inertia: float = field("kg m2", "inertia of an arm on its motor")
+    weight: float = field("N m", "torque of an arm's weight, outstretched")
+    coupling: float = field("kg m", "the rods' coupling of elbow and platform")
+    moved: float = field("kg", "mass that the platform moves")
+    carried: float = field("kg", "mass that the platform carries")
+
+
 Acute = Annotated[float, Field(ge=0.0, le=np.pi / 2, allow_inf_nan=False)]
 
 
@@ -57,9 +84,10 @@ class ArmFrames:
     """(4, 3) unit vectors along the motor axes."""
 
     @cached_property
-    def columns(self) -> Floats:
-        """Cosine, sine, x and y of the offset of each arm (4, 4), as the kernel reads frames."""
-        return np.concatenate([self.cos, self.sin, self.offset_x, self.offset_y], axis=1)
+    def rows(self) -> Rows[ArmFrame]:
+        """Frames of the arms (4,)."""
+        columns = {name: getattr(self, name)[:, 0] for name in ArmFrame.fields}
+        return ArmFrame.zeros(N_ARMS, **columns)
 
 
 @final
@@ -159,15 +187,22 @@ class T3krGeometry(BaseModel):
         )
 
     @cached_property
-    def numbers(self) -> Floats:
-        """Constants of pose and dynamics (9,), in the order of the kernel's `numbers`."""
+    def mechanism(self) -> Rows[Mechanism]:
+        """Constants of pose and dynamics (1,)."""
         length, rods = self.arm_length, 2.0 * self.rod_mass
-        inertia = self.armature + (self.arm_inertia + self.arm_mass * self.arm_com**2) + rods * length**2 / 3.0
-        weight = GRAVITY * (self.arm_mass * self.arm_com + rods * length / 2.0)
         moved, carried = (self.platform_mass + N_ARMS * rods / part for part in (3.0, 2.0))
-        squares = length**2 - self.rod_length**2
-        pose = self.arms.offset_z, length, squares, 0.5 / length
-        return np.array([*pose, inertia, weight, rods * length / 6.0, moved, carried])
+        return Mechanism.zeros(
+            1,
+            offset_z=self.arms.offset_z,
+            length=length,
+            squares=length**2 - self.rod_length**2,
+            half=0.5 / length,
+            inertia=self.armature + (self.arm_inertia + self.arm_mass * self.arm_com**2) + rods * length**2 / 3.0,
+            weight=GRAVITY * (self.arm_mass * self.arm_com + rods * length / 2.0),
+            coupling=rods * length / 6.0,
+            moved=moved,
+            carried=carried,
+        )
 
 
 T3KR = T3krGeometry()

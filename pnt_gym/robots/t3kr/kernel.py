@@ -18,49 +18,44 @@ from __future__ import annotations
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
+from pnt_gym.robots.t3kr.geometry import ArmFrame, Mechanism
+from pnt_gym.rows import Floats1, Floats2, Floats3, Rows1
 
 ARMS = 4
-# Columns of an arm's `frames`: cosine and sine of its azimuth, and the vector from pivot to platform joint at a TCP in
-# the origin, along the azimuth and across it.
-COS, SIN, OFFSET_X, OFFSET_Y = range(4)
-# Entries of `numbers`: height of the platform joints above the pivots at a TCP in the origin, L, L^2 - l^2 and 0.5 / L;
-# then inertia and weight of an arm on its motor, the rods' coupling of elbow and platform, and the masses that the
-# platform moves and carries.
-OFFSET_Z, LENGTH, SQUARES, HALF, INERTIA, WEIGHT, COUPLING, MOVED, CARRIED = range(9)
 
 
 @kernel_part
 def _arm_pose(
-    frame: Floats, numbers: Floats, x: float, y: float, z: float
+    frame: ArmFrame, links: Mechanism, x: float, y: float, z: float
 ) -> tuple[float, float, float, float, float, float, float]:
     """An arm's cosine and sine, rod (outward, along the motor axis, up), root and reach at a TCP (x, y, z).
 
     The root is minus the rod's component along the elbow's direction of travel, zero where the arm is singular; the
     reach is k.
     """
-    d_x = frame[COS] * x + frame[SIN] * y + frame[OFFSET_X]
-    d_y = frame[COS] * y - frame[SIN] * x + frame[OFFSET_Y]
-    d_z = z + numbers[OFFSET_Z]
+    d_x = frame.cos * x + frame.sin * y + frame.offset_x
+    d_y = frame.cos * y - frame.sin * x + frame.offset_y
+    d_z = z + links.offset_z
     planar = d_x * d_x + d_z * d_z
-    reach = (planar + d_y * d_y + numbers[SQUARES]) * numbers[HALF]
+    reach = (planar + d_y * d_y + links.squares) * links.half
     # The direction of d, turned by the angle whose cosine is k / |d| in the plane.
     root = np.sqrt(planar - reach * reach)
     scale = 1.0 / planar
     cos = (d_x * reach - d_z * root) * scale
     sin = (d_z * reach + d_x * root) * scale
-    return cos, sin, d_x - numbers[LENGTH] * cos, d_y, d_z - numbers[LENGTH] * sin, root, reach
+    return cos, sin, d_x - links.length * cos, d_y, d_z - links.length * sin, root, reach
 
 
 @kernel_part
 def _arm_row(
-    frame: Floats, length: float, root: float, rod_x: float, rod_y: float, rod_z: float
+    frame: ArmFrame, length: float, root: float, rod_x: float, rod_y: float, rod_z: float
 ) -> tuple[float, float, float]:
     """Derivative of an arm's angle by the TCP."""
     scale = -1.0 / (length * root)
     out, along, up = rod_x * scale, rod_y * scale, rod_z * scale
-    return frame[COS] * out - frame[SIN] * along, frame[SIN] * out + frame[COS] * along, up
+    return frame.cos * out - frame.sin * along, frame.sin * out + frame.cos * along, up
 
 
 @kernel_part
@@ -80,41 +75,46 @@ def _solve_normal(rows: Floats, load_x: float, load_y: float, load_z: float) -> 
     return c_xx * a + c_xy * b + c_xz * c, c_xy * a + c_yy * b + c_yz * c, c_xz * a + c_yz * b + c_zz * c
 
 
-@compile_for("void(float64[:, ::1], float64[:, ::1], float64[::1], float64[:, :, ::1])")
-def fill_poses(tcp: Floats, frames: Floats, numbers: Floats, out: Floats) -> None:
+@kernel
+def fill_poses(tcp: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism], out: Floats3) -> None:
     """Fill cosine and sine of each arm, and the rod's components in its frame (5, 4, M), for TCPs (M, 3)."""
+    links = mechanism[0]
     for k in range(tcp.shape[0]):
         for arm in range(ARMS):
-            pose = _arm_pose(frames[arm], numbers, tcp[k, 0], tcp[k, 1], tcp[k, 2])
+            pose = _arm_pose(arms[arm], links, tcp[k, 0], tcp[k, 1], tcp[k, 2])
             out[0, arm, k], out[1, arm, k] = pose[0], pose[1]
             out[2, arm, k], out[3, arm, k], out[4, arm, k] = pose[2], pose[3], pose[4]
 
 
-@compile_for("void(float64[:, ::1], float64[:, ::1], float64[::1], float64[:, :, ::1])")
-def fill_jacobians(tcp: Floats, frames: Floats, numbers: Floats, out: Floats) -> None:
+@kernel
+def fill_jacobians(tcp: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism], out: Floats3) -> None:
     """Fill the derivatives of the arm angles by the TCP (M, 4, 3), for TCPs (M, 3)."""
+    links = mechanism[0]
     for k in range(tcp.shape[0]):
         for arm in range(ARMS):
-            _, _, rod_x, rod_y, rod_z, root, _ = _arm_pose(frames[arm], numbers, tcp[k, 0], tcp[k, 1], tcp[k, 2])
+            _, _, rod_x, rod_y, rod_z, root, _ = _arm_pose(arms[arm], links, tcp[k, 0], tcp[k, 1], tcp[k, 2])
             out[k, arm, 0], out[k, arm, 1], out[k, arm, 2] = _arm_row(
-                frames[arm], numbers[LENGTH], root, rod_x, rod_y, rod_z
+                arms[arm], links.length, root, rod_x, rod_y, rod_z
             )
 
 
-@compile_for("void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[:, :, ::1])")
-def fill_closed_rates(tcp: Floats, velocity: Floats, frames: Floats, numbers: Floats, out: Floats) -> None:
+@kernel
+def fill_closed_rates(
+    tcp: Floats2, velocity: Floats2, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism], out: Floats3
+) -> None:
     """Fill the rates of arms, of rods in the arm's plane and of rods out of it (3, 4, M), for moving TCPs (M, 3)."""
-    length = numbers[LENGTH]
+    links = mechanism[0]
+    length = links.length
     for k in range(tcp.shape[0]):
         x, y, z = velocity[k, 0], velocity[k, 1], velocity[k, 2]
         for arm in range(ARMS):
-            frame = frames[arm]
-            cos, sin, rod_x, rod_y, rod_z, root, _ = _arm_pose(frame, numbers, tcp[k, 0], tcp[k, 1], tcp[k, 2])
+            frame = arms[arm]
+            cos, sin, rod_x, rod_y, rod_z, root, _ = _arm_pose(frame, links, tcp[k, 0], tcp[k, 1], tcp[k, 2])
             row_x, row_y, row_z = _arm_row(frame, length, root, rod_x, rod_y, rod_z)
             turn = row_x * x + row_y * y + row_z * z
             # The rod's lower end moves with the platform, its upper end with the elbow: difference of the velocities.
-            out_rate = frame[COS] * x + frame[SIN] * y + length * sin * turn
-            along = frame[COS] * y - frame[SIN] * x
+            out_rate = frame.cos * x + frame.sin * y + length * sin * turn
+            along = frame.cos * y - frame.sin * x
             up = z - length * cos * turn
             planar = rod_x * rod_x + rod_z * rod_z
             level = np.sqrt(planar)
@@ -124,8 +124,8 @@ def fill_closed_rates(tcp: Floats, velocity: Floats, frames: Floats, numbers: Fl
             out[2, arm, k] = lean / (planar + rod_y * rod_y)
 
 
-@compile_for("void(f8[:, :], f8[:, :], f8[:, :], f8[:, :], f8[::1], f8[:, ::1])")
-def close_loops(arm: Floats, swing: Floats, tilt: Floats, hand: Floats, platform: Floats, values: Floats) -> None:
+@kernel
+def close_loops(arm: Floats2, swing: Floats2, tilt: Floats2, hand: Floats2, platform: Floats1, values: Floats2) -> None:
     """Fill rows of joint values (N, n) as `kinematics.closed_pose`; rows with a NaN are NaN.
 
     Args:
@@ -149,8 +149,8 @@ def close_loops(arm: Floats, swing: Floats, tilt: Floats, hand: Floats, platform
             row[:] = np.nan
 
 
-@compile_for("void(float64[:, :, ::1], float64, float64[:, ::1])")
-def fit_points(centre: Floats, radius: float, point: Floats) -> None:
+@kernel
+def fit_points(centre: Floats3, radius: float, point: Floats2) -> None:
     """Move points (M, 3) by two Gauss-Newton steps towards a distance from four centres each (M, 4, 3), in place."""
     rods = np.empty((ARMS, 3))
     for k in range(point.shape[0]):
@@ -172,30 +172,33 @@ def fit_points(centre: Floats, radius: float, point: Floats) -> None:
             point[k, 2] += z
 
 
-@compile_for("void(float64[:, ::1], float64[::1], float64[:, ::1], float64[::1], float64[:, :, ::1])")
-def fill_joint_motion(hand: Floats, payload: Floats, frames: Floats, numbers: Floats, out: Floats) -> None:
+@kernel
+def fill_joint_motion(
+    hand: Floats2, payload: Floats1, arms: Rows1[ArmFrame], mechanism: Rows1[Mechanism], out: Floats3
+) -> None:
     """Fill cosine, sine, velocity, acceleration and motor torque of each arm (5, 4, M).
 
     Args:
         hand: position, velocity and acceleration of the TCP (M, 9) [m, m/s, m/s2].
         payload: masses that the platform holds (M,) [kg].
-        frames: see above.
-        numbers: see above.
+        arms: frames of the arms.
+        mechanism: one row.
         out: filled.
     """
-    length, coupling, rows = numbers[LENGTH], numbers[COUPLING], np.empty((ARMS, 3))
+    links, rows = mechanism[0], np.empty((ARMS, 3))
+    length, coupling = links.length, links.coupling
     for k in range(hand.shape[0]):
         v_x, v_y, v_z, a_x, a_y, a_z = hand[k, 3], hand[k, 4], hand[k, 5], hand[k, 6], hand[k, 7], hand[k, 8]
         speed2 = v_x * v_x + v_y * v_y + v_z * v_z
         pull_x, pull_y, pull_z = 0.0, 0.0, 0.0
         for arm in range(ARMS):
-            frame, row = frames[arm], rows[arm]
-            cos, sin, rod_x, rod_y, rod_z, root, reach = _arm_pose(frame, numbers, hand[k, 0], hand[k, 1], hand[k, 2])
+            frame, row = arms[arm], rows[arm]
+            cos, sin, rod_x, rod_y, rod_z, root, reach = _arm_pose(frame, links, hand[k, 0], hand[k, 1], hand[k, 2])
             row[0], row[1], row[2] = _arm_row(frame, length, root, rod_x, rod_y, rod_z)
             turn = row[0] * v_x + row[1] * v_y + row[2] * v_z
             # Components of the TCP's velocity and acceleration along the elbow's direction of travel.
-            speed_along = v_z * cos - (frame[COS] * v_x + frame[SIN] * v_y) * sin
-            pull_along = a_z * cos - (frame[COS] * a_x + frame[SIN] * a_y) * sin
+            speed_along = v_z * cos - (frame.cos * v_x + frame.sin * v_y) * sin
+            pull_along = a_z * cos - (frame.cos * a_x + frame.sin * a_y) * sin
             elbow = length * turn
             rod_rate2 = speed2 + elbow * (elbow - 2.0 * speed_along)
             centripetal = elbow * turn * (reach - length)
@@ -203,13 +206,13 @@ def fill_joint_motion(hand: Floats, payload: Floats, frames: Floats, numbers: Fl
             rate = linear - (rod_rate2 + centripetal) / (length * root)
             out[0, arm, k], out[1, arm, k], out[2, arm, k], out[3, arm, k] = cos, sin, turn, rate
             # Torque that moves the motor, the arm and the rods' upper ends.
-            out[4, arm, k] = numbers[INERTIA] * rate + numbers[WEIGHT] * cos + coupling * pull_along
+            out[4, arm, k] = links.inertia * rate + links.weight * cos + coupling * pull_along
             # Acceleration of the elbow over the arm's length, outward and up: tangential and centripetal.
             outward, up = -(rate * sin + turn * turn * cos), rate * cos - turn * turn * sin
-            pull_x, pull_y, pull_z = pull_x + frame[COS] * outward, pull_y + frame[SIN] * outward, pull_z + up
+            pull_x, pull_y, pull_z = pull_x + frame.cos * outward, pull_y + frame.sin * outward, pull_z + up
         # A slender rod puts a third of its inertia and half of its weight on its lower end, and couples a sixth of its
         # mass to the elbow.
-        moved, weight = payload[k] + numbers[MOVED], (payload[k] + numbers[CARRIED]) * GRAVITY
+        moved, weight = payload[k] + links.moved, (payload[k] + links.carried) * GRAVITY
         x, y, z = _solve_normal(
             rows,
             moved * a_x + coupling * pull_x,
@@ -221,8 +224,10 @@ def fill_joint_motion(hand: Floats, payload: Floats, frames: Floats, numbers: Fl
             out[4, arm, k] += rows[arm, 0] * x + rows[arm, 1] * y + rows[arm, 2] * z
 
 
-@compile_for("void(float64[:, :, ::1], float64[:, :, ::1], float64[:, :, ::1], float64, int64, float64[:, :, ::1])")
-def fill_controls(position: Floats, velocity: Floats, torque: Floats, spacing: float, stride: int, out: Floats) -> None:
+@kernel
+def fill_controls(
+    position: Floats3, velocity: Floats3, torque: Floats3, spacing: float, stride: int, out: Floats3
+) -> None:
     """Fill position, velocity and torque of each motor at samples from those at knots.
 
     The position is the cubic Hermite p0 + h01 (p1 - p0) + h10 v0 + h11 v1, the velocity its derivative; the torque is

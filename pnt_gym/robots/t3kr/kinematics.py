@@ -32,7 +32,7 @@ def per_arm(values: Floats, shape: tuple[int, ...]) -> Floats:
 def _arm_poses(tcp: Floats, geometry: T3krGeometry) -> Floats:
     """Cosine and sine of each arm, and the rod's components in the arm's frame (5, 4, M), for TCPs (M, 3)."""
     poses = np.empty((5, N_ARMS, len(tcp)))
-    kernel.fill_poses(tcp, geometry.arms.columns, geometry.numbers, poses)
+    kernel.fill_poses(tcp, geometry.arms.rows, geometry.mechanism, poses)
     return poses
 
 
@@ -111,7 +111,7 @@ def jacobian(tcp: ArrayLike, geometry: T3krGeometry = T3KR) -> Floats:
     """
     shape, points = as_rows(tcp, "tcp")
     rows = np.empty((len(points), N_ARMS, 3))
-    kernel.fill_jacobians(points, geometry.arms.columns, geometry.numbers, rows)
+    kernel.fill_jacobians(points, geometry.arms.rows, geometry.mechanism, rows)
     rows[np.isnan(rows).any(axis=(1, 2))] = np.nan
     return rows.reshape(*shape, N_ARMS, 3)
 
@@ -156,7 +156,7 @@ def closed_velocity(
     _, points = as_rows(tcp, "tcp")
     _, speeds = as_rows(velocity, "velocity")
     rates = np.empty((3, N_ARMS, len(points)))
-    kernel.fill_closed_rates(points, speeds, geometry.arms.columns, geometry.numbers, rates)
+    kernel.fill_closed_rates(points, speeds, geometry.arms.rows, geometry.mechanism, rates)
     return _close_loops(rates, rods_per_arm, speeds, [0.0, 0.0, 0.0] if rods_per_arm == 2 else [])
 
 

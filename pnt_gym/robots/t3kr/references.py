@@ -90,7 +90,7 @@ def _solve(
     mass = np.full(shape, payload, dtype=np.float64).ravel()
     joints = np.empty((5, N_ARMS, mass.size))
     kernel.fill_joint_motion(
-        np.ascontiguousarray(hand.reshape(-1, 9)), mass, geometry.arms.columns, geometry.numbers, joints
+        np.ascontiguousarray(hand.reshape(-1, 9)), mass, geometry.arms.rows, geometry.mechanism, joints
     )
     return joints.reshape(5, N_ARMS, *shape)
 
