@@ -49,8 +49,8 @@ def empty_rows(shape: Any, dtype: Any) -> Any:
 def kernel(function: FunctionT) -> FunctionT:
     """Compile a function for the types of its annotations, when its module is imported, and keep the machine code.
 
-    An annotation is float, int, bool, an array of `pnt_gym.rows` such as `Floats2` or `Rows1[Robot]`, or a NamedTuple
-    of these.
+    An annotation is float, int, bool, np.uint64, an array of `pnt_gym.rows` such as `Floats2` or `Rows1[Robot]`, or a
+    NamedTuple of these.
     """
     hints = get_type_hints(function, include_extras=True)
     names = function.__code__.co_varnames[: function.__code__.co_argcount]
@@ -66,7 +66,7 @@ def _numba_type(hint: Any) -> Any:
         parts = get_type_hints(hint, include_extras=True).values()
         types: Any = numba.types
         return types.BaseTuple.from_types([_numba_type(part) for part in parts], hint)
-    return {float: numba.float64, int: numba.int64, bool: numba.boolean}[hint]
+    return {float: numba.float64, int: numba.int64, bool: numba.boolean, np.uint64: numba.uint64}[hint]
 
 
 def compile_for(signature: Any) -> Callable[[FunctionT], FunctionT]:

@@ -8,9 +8,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.grasp.image_kernel import BLUE, GREEN, HEIGHT, PIXEL, PIXELS, RED, VALID
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.rows import Bytes4, Floats1, Floats2, Ints2
 
 ON = 4.0
 """Height above which a pixel shows an object and not the belt; lids lie only 9 mm above the belt [mm]."""
@@ -238,41 +241,23 @@ def _write_object(whole: Floats, count: int, radius: float, x: float, y: float, 
     features[OBJECT_LENGTH], features[CUP] = whole[4] / 0.03, radius / 0.018
 
 
-@compile_for(
-    "i8(u1[:, :, :, ::1], f8[::1], b1, f8[:, :, ::1], f8[:, :, ::1], i8[:, ::1], i8[::1], f8[::1], f8[:, ::1],"
-    "i8[:, ::1], f8[:, ::1])"
-)
-def write_features(
-    images: Any,
-    radius: Floats,
-    of_all: bool,
-    planes: Floats,
-    smooth: Floats,
-    part: Ints,
-    stack: Ints,
-    whole: Floats,
-    sums: Floats,
-    pixels: Ints,
-    features: Floats,
-) -> int:
+@kernel
+def write_features(images: Bytes4, radius: Floats1, of_all: bool, pixels: Ints2, features: Floats2) -> int:
     """Write the pixels on the objects of N pictures, and the features there.
 
     Args:
         images: pictures (N, 5, PIXELS, PIXELS).
         radius: radii of the cups (N,) [m].
         of_all: whether all objects of a picture count, or the one nearest to the picture's middle.
-        planes: room for the planes of a picture (PIXELS, PIXELS, 5).
-        smooth: room for smoothed heights and valid shares (2, PIXELS, PIXELS).
-        part: room for the objects of a picture (PIXELS, PIXELS).
-        stack: room for pixels (PIXELS * PIXELS,).
-        whole: room for an object's values (9,).
-        sums: room for the sums over the two discs of a place (2, SUMS).
         pixels: written with picture, row and column (T, 3) of the first T rows; a picture without an object gives none.
         features: written (T, FEATURES).
 
     Returns:
         The number of rows T.
     """
+    planes, smooth = np.empty((PIXELS, PIXELS, 5)), np.empty((2, PIXELS, PIXELS))
+    part, stack = np.empty((PIXELS, PIXELS), dtype=np.int64), np.empty(PIXELS * PIXELS, dtype=np.int64)
+    whole, sums = np.empty(9), np.empty((2, SUMS))
     total, half = 0, (PIXELS - 1) / 2.0
     for n in range(len(images)):
         _smooth(images[n], smooth[0], smooth[1])

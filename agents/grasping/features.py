@@ -102,14 +102,9 @@ def place_features(images: NDArray[np.uint8], radius: Floats, *, of_all: bool = 
 
 def _features_of(images: NDArray[np.uint8], radius: Floats, of_all: bool) -> tuple[Ints, Floats]:
     """Picture, row and column (T, 3) and features (T, 26) of the places in a few pictures."""
-    from .feature_kernel import FEATURES, SUMS, write_features  # noqa: PLC0415 - numba takes a while
+    from .feature_kernel import FEATURES, write_features  # noqa: PLC0415 - numba takes a while
 
     most = len(images) * MOST_PIXELS
     pixels, values = np.empty((most, 3), dtype=np.int64), np.empty((most, FEATURES))
-    planes, smooth, part = np.empty((48, 48, 5)), np.empty((2, 48, 48)), np.empty((48, 48), dtype=np.int64)
-    stack, whole, sums = np.empty(MOST_PIXELS, dtype=np.int64), np.empty(9), np.empty((2, SUMS))
-    total = write_features(
-        np.ascontiguousarray(images), np.ascontiguousarray(radius), of_all, planes, smooth, part, stack, whole, sums,
-        pixels, values,
-    )  # fmt: skip
+    total = write_features(np.ascontiguousarray(images), np.ascontiguousarray(radius), of_all, pixels, values)
     return pixels[:total].copy(), values[:total].copy()

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.grasp.config import PIXEL, PIXELS
 from pnt_gym.cells.grasp.random_kernel import GOLDEN, LOW_16, S16, S32, S48, mix, rough_normal
-from pnt_gym.cells.grasp.surface_kernel import LOOK, ZONE_LOOK, surface_point
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.cells.grasp.surface_kernel import LOOK, ZONE_LOOK, SurfaceRows, surface_point
+from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.rows import Bytes4, Floats3, Keys1
 
 BELT_GRAY, BELT_TEXTURE = 0.12, 0.05
 """Look of the belt: dark and matte; assumed."""
@@ -40,10 +41,9 @@ def _byte(value: float) -> Any:
 
 
 @kernel_part
-def _write_object(
-    shape: int, size: Floats, yaw: float, body: Floats, zones: Floats, x: float, y: float, height: Floats, look: Floats
-) -> None:
-    """Write the heights of an object with its middle at x, y above what is there, and its look (PIXELS, PIXELS, 4)."""
+def _write_object(surfaces: SurfaceRows, k: int, x: float, y: float, height: Floats, look: Floats) -> None:
+    """Write the heights of object k with its middle at x, y above what is there, and its look (PIXELS, PIXELS, 4)."""
+    size, yaw, body, zones = surfaces.size[k], surfaces.yaw[k], surfaces.body[k], surfaces.zones[k]
     cos, sin = math.cos(yaw), math.sin(yaw)
     wide = (abs(cos) * size[0] + abs(sin) * size[1]) / 2.0
     tall = (abs(sin) * size[0] + abs(cos) * size[1]) / 2.0
@@ -54,7 +54,7 @@ def _write_object(
         q = (half - row) * PIXEL - y
         for column in range(first, last + 1):
             p = (column - half) * PIXEL - x
-            above, _, zone = surface_point(shape, size, body, zones, cos * p + sin * q, cos * q - sin * p)
+            above, _, zone = surface_point(surfaces, k, cos * p + sin * q, cos * q - sin * p)
             if above > height[row, column]:
                 height[row, column] = above
                 for part in range(4):
@@ -62,16 +62,14 @@ def _write_object(
 
 
 @kernel_part
-def _write_scene(
-    shape: Ints, size: Floats, yaw: Floats, body: Floats, zones: Floats, middles: Floats, height: Floats, look: Floats
-) -> None:
-    """Write the belt and the M objects on the belt; an object with a NaN for its middle is absent."""
+def _write_scene(surfaces: SurfaceRows, first: int, middles: Floats, height: Floats, look: Floats) -> None:
+    """Write the belt and M objects on the belt, from a first row on; an object with a NaN for its middle is absent."""
     height[:] = 0.0
     look[:] = 0.0
     look[:, :, 0], look[:, :, 3] = BELT_GRAY, BELT_TEXTURE
-    for k in range(len(shape)):
+    for k in range(len(middles)):
         if not math.isnan(middles[k, 0]):
-            _write_object(shape[k], size[k], yaw[k], body[k], zones[k], middles[k, 0], middles[k, 1], height, look)
+            _write_object(surfaces, first + k, middles[k, 0], middles[k, 1], height, look)
 
 
 @kernel_part
@@ -108,40 +106,20 @@ def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats
     image[BLUE, row, column] = _byte((gray * (1.0 - WARMTH * warm) + blue) * diffuse + mirror)
 
 
-_SCENES = "i8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, :, ::1], f8[:, :, ::1]"
-
-
-@compile_for(f"void({_SCENES}, f8[:, ::1], f8[:, :, ::1], u8[::1], b1, u1[:, :, :, ::1])")
-def paint_rows(
-    shape: Ints,
-    size: Floats,
-    yaw: Floats,
-    body: Floats,
-    zones: Floats,
-    middles: Floats,
-    height: Floats,
-    look: Floats,
-    keys: Any,
-    is_noisy: bool,
-    images: Any,
-) -> None:
+@kernel
+def paint_rows(surfaces: SurfaceRows, middles: Floats3, keys: Keys1, is_noisy: bool, images: Bytes4) -> None:
     """Paint N pictures of M objects each.
 
     Args:
-        shape: shapes of the objects (N, M).
-        size: extents (N, M, 3) [m].
-        yaw: yaws (N, M) [rad].
-        body: surfaces (N, M, BODY_COLUMNS), see `surface_kernel`.
-        zones: zones of the surfaces (N, M, MOST_ZONES, ZONE_COLUMNS).
+        surfaces: the objects, picture after picture (N * M rows).
         middles: middles of the outlines from the middle of the picture (N, M, 2) [m]; NaN for an absent object.
-        height: room for the heights in one picture (PIXELS, PIXELS).
-        look: room for the looks in one picture (PIXELS, PIXELS, 4).
         keys: keys of the noise (N,).
         is_noisy: whether depths are noisy or lost, and colours noisy.
         images: written (N, 5, PIXELS, PIXELS).
     """
+    height, look = np.empty((PIXELS, PIXELS)), np.empty((PIXELS, PIXELS, 4))
     for n in range(len(images)):
-        _write_scene(shape[n], size[n], yaw[n], body[n], zones[n], middles[n], height, look)
+        _write_scene(surfaces, n * middles.shape[1], middles[n], height, look)
         for row in range(PIXELS):
             for column in range(PIXELS):
                 _paint_pixel(images[n], row, column, height, look[row, column], is_noisy, keys[n])

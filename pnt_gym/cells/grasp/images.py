@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp import image_kernel
 from pnt_gym.cells.grasp.config import CHANNELS, PIXEL, PIXELS
-from pnt_gym.cells.grasp.surfaces import Keys, SurfaceTable, draw_surfaces, kernel_columns
+from pnt_gym.cells.grasp.surfaces import Keys, SurfaceTable, draw_surfaces, surface_rows
 
 Bytes = NDArray[np.uint8]
 
@@ -46,16 +46,9 @@ def pixel_places() -> Floats:
     return np.stack(np.broadcast_arrays(line[None, :], -line[:, None]), axis=-1)
 
 
-def _scenes(table: SurfaceTable, objects: Objects) -> tuple[Ints, Floats, Floats, Floats, Floats]:
-    """Shapes, extents, yaws, bodies and zones of objects (N, M)."""
-    return kernel_columns(draw_surfaces(table, objects), objects)
-
-
 def _paint(table: SurfaceTable, objects: Objects, middles: Floats, keys: Any, is_noisy: bool) -> Bytes:
     """Pictures with or without noise."""
     images = np.empty((len(middles), CHANNELS, PIXELS, PIXELS), dtype=np.uint8)
-    image_kernel.paint_rows(
-        *_scenes(table, objects), np.ascontiguousarray(middles), np.empty((PIXELS, PIXELS)),
-        np.empty((PIXELS, PIXELS, 4)), np.ascontiguousarray(keys), is_noisy, images,
-    )  # fmt: skip
+    surfaces = surface_rows(draw_surfaces(table, objects), objects)
+    image_kernel.paint_rows(surfaces, np.ascontiguousarray(middles), np.ascontiguousarray(keys), is_noisy, images)
     return images

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.rows import Floats1, Keys1, Keys2
 
 # Integers of another type would turn a sum of them into a float.
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -41,8 +41,8 @@ def rough_normal(bits: Any) -> float:
     return (total + np.int64(bits >> S48) - 131070) * IRWIN_HALL
 
 
-@compile_for("void(u8[:, ::1], u8, u8[::1])")
-def hash_rows(bits: Any, purpose: Any, keys: Any) -> None:
+@kernel
+def hash_rows(bits: Keys2, purpose: np.uint64, keys: Keys1) -> None:
     """Write the keys (N,) of rows of bits (N, C), for one of several purposes."""
     for row in range(len(bits)):
         key = mix(purpose * GOLDEN)
@@ -51,8 +51,8 @@ def hash_rows(bits: Any, purpose: Any, keys: Any) -> None:
         keys[row] = key
 
 
-@compile_for("void(u8[::1], f8[::1])")
-def draw_normals(keys: Any, normals: Floats) -> None:
+@kernel
+def draw_normals(keys: Keys1, normals: Floats1) -> None:
     """Write a standard normal draw of each key (N,), by Box and Muller's formula."""
     for row in range(len(keys)):
         radius = math.sqrt(-2.0 * math.log(1.0 - uniform(keys[row], 0)))

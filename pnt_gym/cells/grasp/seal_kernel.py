@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import math
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.cells.grasp.surface_kernel import COUNT, surface_point
-from pnt_gym.compiled import compile_for, kernel_part
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.grasp.surface_kernel import COUNT, SurfaceRows, surface_point
+from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.rows import Floats1, Floats2, Floats3
 
 POINTS = 16
 """Points of the lip, and of a circle inside the lip."""
+_ANGLES = 2.0 * np.pi / POINTS * np.arange(POINTS)
+COSINES, SINES = tuple(np.cos(_ANGLES).tolist()), tuple(np.sin(_ANGLES).tolist())
+"""Of the angles of the lip's points."""
 INNER, MIDDLE = 0.6, 3.0
 """Radius of that circle over the lip's radius, and weight of the middle against a point; assumed."""
 FOLLOWS = 0.2
@@ -26,7 +32,7 @@ VACUUM = 0.6e5
 
 
 @kernel_part
-def _mean_gap(heights: Floats, radius: float, cosine: Floats, sine: Floats) -> float:
+def _mean_gap(heights: Floats, radius: float) -> float:
     """Mean squared gap [m2] under a lip over heights (POINTS,) [m], -1 beside the object."""
     count, mean, along, across = 0, 0.0, 0.0, 0.0
     for k in range(POINTS):
@@ -38,81 +44,56 @@ def _mean_gap(heights: Floats, radius: float, cosine: Floats, sine: Floats) -> f
     # Least squares on a circle: the slope is the first Fourier coefficient.
     for k in range(POINTS):
         if heights[k] >= 0.0:
-            along += 2.0 * (heights[k] - mean) * cosine[k] / (POINTS * radius)
-            across += 2.0 * (heights[k] - mean) * sine[k] / (POINTS * radius)
+            along += 2.0 * (heights[k] - mean) * COSINES[k] / (POINTS * radius)
+            across += 2.0 * (heights[k] - mean) * SINES[k] / (POINTS * radius)
     steepness = math.sqrt(along * along + across * across)
     share = SLOPE / steepness if steepness > SLOPE else 1.0
     along, across = share * along * radius, share * across * radius
     highest, total = -1.0, 0.0
     for k in range(POINTS):
         if heights[k] >= 0.0:
-            highest = max(highest, heights[k] - along * cosine[k] - across * sine[k])
+            highest = max(highest, heights[k] - along * COSINES[k] - across * SINES[k])
     for k in range(POINTS):
         gap = OFF
         if heights[k] >= 0.0:
-            gap = highest - (heights[k] - along * cosine[k] - across * sine[k]) - FOLLOWS * radius
+            gap = highest - (heights[k] - along * COSINES[k] - across * SINES[k]) - FOLLOWS * radius
             gap = min(max(gap, 0.0), OFF)
         total += gap * gap
     return total / POINTS
 
 
-@compile_for(
-    "void(i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, :, ::1], f8[::1], f8[:, :, ::1], f8[::1], f8[::1],"
-    "f8[::1], f8[:, ::1])"
-)
-def find_leaks(
-    shape: Ints,
-    size: Floats,
-    yaw: Floats,
-    body: Floats,
-    zones: Floats,
-    radius: Floats,
-    places: Floats,
-    cosine: Floats,
-    sine: Floats,
-    heights: Floats,
-    leak: Floats,
-) -> None:
+@kernel
+def find_leaks(surfaces: SurfaceRows, radius: Floats1, places: Floats3, leak: Floats2) -> None:
     """Write the leak under cups at places on N objects.
 
     Args:
-        shape: shapes of the objects (N,).
-        size: extents (N, 3) [m].
-        yaw: yaws (N,) [rad].
-        body: surfaces (N, BODY_COLUMNS), see `surface_kernel`.
-        zones: zones of the surfaces (N, MOST_ZONES, ZONE_COLUMNS).
+        surfaces: the objects.
         radius: radii of the cups (N,) [m].
         places: axes of the cups from the outlines' middles, world axes (N, P, 2) [m].
-        cosine: cosines of the angles of the lip's points (POINTS,).
-        sine: sines of these angles (POINTS,).
-        heights: room for the heights under one lip (POINTS,).
         leak: written (N, P).
     """
-    for row in range(len(shape)):
-        cos, sin, r = math.cos(yaw[row]), math.sin(yaw[row]), radius[row]
+    heights = np.empty(POINTS)
+    for row in range(len(radius)):
+        cos, sin, r = math.cos(surfaces.yaw[row]), math.sin(surfaces.yaw[row]), radius[row]
         for k in range(places.shape[1]):
             x, y = places[row, k, 0], places[row, k, 1]
             along, across = cos * x + sin * y, cos * y - sin * x
-            _, inner, _ = surface_point(shape[row], size[row], body[row], zones[row], along, across)
+            _, inner, _ = surface_point(surfaces, row, along, across)
             total = MIDDLE * inner
             for point in range(POINTS):
-                p, q = r * cosine[point], r * sine[point]
-                heights[point], outer, _ = surface_point(
-                    shape[row], size[row], body[row], zones[row], along + p, across + q
-                )
-                _, inner, _ = surface_point(
-                    shape[row], size[row], body[row], zones[row], along + INNER * p, across + INNER * q
-                )
+                p, q = r * COSINES[point], r * SINES[point]
+                heights[point], outer, _ = surface_point(surfaces, row, along + p, across + q)
+                _, inner, _ = surface_point(surfaces, row, along + INNER * p, across + INNER * q)
                 total += outer + inner
-            if body[row, COUNT] < 0.0:  # the shape itself does not leak
+            if surfaces.body[row, COUNT] < 0.0:  # the shape itself does not leak
                 for point in range(POINTS):
                     heights[point] = min(heights[point], 0.0)
-            gap = _mean_gap(heights, r, cosine, sine)
+            gap = _mean_gap(heights, r)
             leak[row, k] = max(total / (2.0 * POINTS + MIDDLE) + GAP_LEAK * gap, LEAST_LEAK)
 
 
-@compile_for("void(f8[::1], f8[::1], f8[:, ::1], f8[:, ::1])")
-def find_forces(seal: Floats, radius: Floats, leak: Floats, force: Floats) -> None:
+@kernel
+def find_forces(seal: Floats1, radius: Floats1, leak: Floats2, force: Floats2) -> None:
     """Write the forces (N, P) [N] of cups (N,) whose forces on a tight item are `seal`, at leaks (N, P)."""
     for row in range(len(seal)):
         most = VACUUM * (math.pi * radius[row] * radius[row])

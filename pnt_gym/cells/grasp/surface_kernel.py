@@ -6,13 +6,14 @@ Points are in an object's own axes: x along its length, y across, from the middl
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
 from pnt_gym.cells.base.zones import MOST_ZONES
 from pnt_gym.cells.grasp.random_kernel import uniform
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.rows import Floats1, Floats2, Floats3, Ints1, Keys1
 
 RECT, DISC, BOWL = range(3)
 WAVES = 5
@@ -40,6 +41,21 @@ LOWEST = 0.001
 # Numbers of draws in an object's stream: ends, sides, brightness; three a wave; three a zone.
 U_END, U_SIDE, U_GRAY, U_WAVES = 0, 1, 2, 3
 U_ZONES = U_WAVES + 3 * WAVES
+
+
+class SurfaceRows(NamedTuple):
+    """Bodies of N objects with their surfaces."""
+
+    shape: Ints1
+    """Shapes (N,)."""
+    size: Floats2
+    """Extents (N, 3) [m]."""
+    yaw: Floats1
+    """Yaws (N,) [rad]."""
+    body: Floats2
+    """Relief, look and waves (N, BODY_COLUMNS)."""
+    zones: Floats3
+    """Zones (N, MOST_ZONES, ZONE_COLUMNS)."""
 
 
 @kernel_part
@@ -72,33 +88,21 @@ def _write_zone(item: Floats, length: float, width: float, x: float, y: float, l
         zone[ZONE_LOOK] = min(max(item[Z_LOOK] + lighter, 0.0), 1.0)
 
 
-@compile_for(
-    "void(i8[::1], f8[:, ::1], f8[::1], u8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1])"
-)
+@kernel
 def draw_rows(
-    kind: Ints,
-    size: Floats,
-    yaw: Floats,
-    keys: Any,
-    items: Floats,
-    item_zones: Floats,
-    body: Floats,
-    zones: Floats,
-    com: Floats,
+    kind: Ints1, keys: Keys1, items: Floats2, item_zones: Floats3, surfaces: SurfaceRows, com: Floats2
 ) -> None:
     """Draw the surfaces of N objects.
 
     Args:
         kind: items of the objects (N,).
-        size: extents (N, 3) [m].
-        yaw: yaws (N,) [rad].
         keys: keys of the objects' draws (N,).
         items: the items (K, ITEM_COLUMNS).
         item_zones: their zones (K, MOST_ZONES, ITEM_ZONE_COLUMNS).
-        body: written (N, BODY_COLUMNS).
-        zones: written (N, MOST_ZONES, ZONE_COLUMNS); the zones that an object has come first.
+        surfaces: bodies and zones are written; the zones that an object has come first.
         com: written with the centre of mass from the middle of the outline, along the world's axes (N, 2) [m].
     """
+    size, yaw, body, zones = surfaces.size, surfaces.yaw, surfaces.body, surfaces.zones
     for row in range(len(kind)):
         key, item, length, width = keys[row], items[kind[row]], size[row, 0] / 2.0, size[row, 1] / 2.0
         end = 1.0 if uniform(key, U_END) < 0.5 else -1.0
@@ -148,11 +152,13 @@ def _depth_inside(zone: Floats, x: float, y: float) -> float:
 
 
 @kernel_part
-def surface_point(
-    shape: int, size: Floats, body: Floats, zones: Floats, x: float, y: float
-) -> tuple[float, float, int]:
-    """Height above the belt [m] (-1 beside the object) and leak at a point, and the zone that gives the look or -1."""
-    height = base_height(shape, size, x, y)
+def surface_point(surfaces: SurfaceRows, row: int, x: float, y: float) -> tuple[float, float, int]:
+    """Height above the belt [m] (-1 beside the object) and leak at a point, and the zone that gives the look or -1.
+
+    The point lies at x, y in the axes of the object of a row.
+    """
+    body, zones = surfaces.body[row], surfaces.zones[row]
+    height = base_height(surfaces.shape[row], surfaces.size[row], x, y)
     if height < 0.0 or body[COUNT] < 0.0:
         return height, 1.0, -1
     relief, leak, look, ribs, rib_number = body[RELIEF], 1.0, -1, 0.0, 0.0

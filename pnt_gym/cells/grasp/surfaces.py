@@ -123,14 +123,8 @@ def draw_surfaces(table: SurfaceTable, objects: Objects) -> Surfaces:
     shape, count = objects.kind.shape, objects.kind.size
     body, com = np.empty((count, surface_kernel.BODY_COLUMNS)), np.empty((count, 2))
     zones = np.empty((count, MOST_ZONES, surface_kernel.ZONE_COLUMNS))
-    kind, size, yaw = (
-        np.ascontiguousarray(objects.kind).reshape(-1),
-        np.ascontiguousarray(objects.size).reshape(-1, 3),
-        np.ascontiguousarray(objects.yaw).reshape(-1),
-    )
-    surface_kernel.draw_rows(
-        kind, size, yaw, object_keys(objects, SURFACE).reshape(-1), table.items, table.zones, body, zones, com
-    )
+    kind, keys = np.ascontiguousarray(objects.kind).reshape(-1), object_keys(objects, SURFACE).reshape(-1)
+    surface_kernel.draw_rows(kind, keys, table.items, table.zones, _rows(objects, body, zones), com)
     surfaces = Surfaces(
         body[:, 0].astype(np.int64).reshape(shape), com.reshape(*shape, 2), body.reshape(*shape, -1),
         zones.reshape(*shape, *zones.shape[1:]),
@@ -138,11 +132,19 @@ def draw_surfaces(table: SurfaceTable, objects: Objects) -> Surfaces:
     return surfaces.pack()
 
 
-def kernel_columns(surfaces: Surfaces, objects: Objects) -> tuple[Ints, Floats, Floats, Floats, Floats]:
-    """Shapes, extents, yaws, bodies and zones of objects, as kernels take them."""
-    size, yaw = np.ascontiguousarray(objects.size), np.ascontiguousarray(objects.yaw)
-    body, zones = np.ascontiguousarray(surfaces.body), np.ascontiguousarray(surfaces.zones)
-    return np.ascontiguousarray(objects.shape), size, yaw, body, zones
+def _rows(objects: Objects, body: Floats, zones: Floats) -> surface_kernel.SurfaceRows:
+    """Objects of any leading shape with bodies and zones of their surfaces, row after row."""
+    columns = np.ascontiguousarray(objects.shape), np.ascontiguousarray(objects.size), np.ascontiguousarray(objects.yaw)
+    shape, size, yaw = columns
+    return surface_kernel.SurfaceRows(
+        shape.reshape(-1), size.reshape(-1, 3), yaw.reshape(-1), body.reshape(yaw.size, -1),
+        zones.reshape(yaw.size, *zones.shape[-2:]),
+    )  # fmt: skip
+
+
+def surface_rows(surfaces: Surfaces, objects: Objects) -> surface_kernel.SurfaceRows:
+    """Objects of any leading shape with their surfaces, row after row."""
+    return _rows(objects, np.ascontiguousarray(surfaces.body), np.ascontiguousarray(surfaces.zones))
 
 
 def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
@@ -153,12 +155,8 @@ def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
         objects: N objects; `seal` is the force on the item's own surface.
         places: axes of the cups from the middles of the outlines, along the world's axes (N, P, 2) [m].
     """
-    angle = 2.0 * np.pi / seal_kernel.POINTS * np.arange(seal_kernel.POINTS)
     leak, radius = np.empty(places.shape[:2]), np.ascontiguousarray(objects.cup_radius)
-    seal_kernel.find_leaks(
-        *kernel_columns(surfaces, objects), radius, np.ascontiguousarray(places),
-        np.cos(angle), np.sin(angle), np.empty(seal_kernel.POINTS), leak,
-    )  # fmt: skip
+    seal_kernel.find_leaks(surface_rows(surfaces, objects), radius, np.ascontiguousarray(places), leak)
     force = np.empty_like(leak)
     seal_kernel.find_forces(np.ascontiguousarray(objects.seal), radius, leak, force)
     return Seals(force, leak)

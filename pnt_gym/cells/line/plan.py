@@ -18,8 +18,15 @@ from pnt_gym.planning.motion.chase import CHASE_COLUMNS, END, FIRST, LAST, earli
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED
 from pnt_gym.planning.motion.strokes import brake_distance, is_short, long_peaks, ramp_times, stop_times, stroke_time
-from pnt_gym.planning.straight.kernel import choose_slopes, is_inside, keep_stops_inside, release_rows
-from pnt_gym.rows import Bools1, Floats1, Floats2, Floats3, Ints1, Rows1, Rows2, Triple
+from pnt_gym.planning.straight.kernel import (
+    Releases,
+    ThrowLines,
+    choose_slopes,
+    is_inside,
+    keep_stops_inside,
+    release_rows,
+)
+from pnt_gym.rows import Bools1, Floats1, Floats2, Ints1, Rows1, Rows2, Triple
 
 THROW_ROWS = 15
 MEETING, CHOICE, SHORT = Meeting.dtype, Choice.dtype, Short.dtype
@@ -159,13 +166,12 @@ def _keep_in_workspace(
     line: LineNumbers,
     throws: Floats2,
     meetings: Rows1[Meeting],
-    slopes: Floats1,
-    reasons: Ints1,
-    vectors: Floats3,
-    figures: Floats2,
+    lines: ThrowLines,
+    releases: Releases,
     is_good: Bools1,
 ) -> None:
     """Write which of the possible throws stop inside the workspace, also with their targets moved by the reserve."""
+    slopes, reasons, vectors, figures = lines.slope, lines.reason, releases.vectors, releases.numbers
     count, workspace = len(reasons), line.workspace.copy()
     plans, shifts = np.empty((7, count)), np.empty((2, count if line.reserve > 0.0 else 0))
     for m in range(count):
@@ -226,12 +232,12 @@ def plan_throws(
         candidate = candidates[meetings[m].candidate]
         setting, site = tables.settings[candidate.setting], tables.sites[candidate.site]
         fading[m], is_good[m] = _lay_out(line, setting, site, meetings[m].pick, throws, m)
-    slopes, is_moved, reasons = np.empty(count), np.empty(count, dtype=np.bool_), np.empty(count, dtype=np.int64)
-    choose_slopes(throws, False, slopes, is_moved, reasons)
+    lines = ThrowLines(np.empty(count), np.empty(count, dtype=np.bool_), np.empty(count, dtype=np.int64))
+    choose_slopes(throws, False, lines)
     vectors, figures = np.empty((3, count, 3)), np.empty((7, count))
-    brakes = not math.isnan(line.gravity_share)
-    release_rows(throws, False, brakes, slopes, is_moved, reasons, vectors, figures, np.empty((2, count), np.bool_))
-    _keep_in_workspace(line, throws, meetings, slopes, reasons, vectors, figures, is_good)
+    releases = Releases(vectors, figures, np.empty((2, count), np.bool_))
+    release_rows(throws, False, not math.isnan(line.gravity_share), lines, releases)
+    _keep_in_workspace(line, throws, meetings, lines, releases, is_good)
     # The row after the last short throw is room for the numbers of a long one.
     choices, short, good, shorts = empty_rows(count, CHOICE), empty_rows(count + 1, SHORT), 0, 0
     for m in range(count):

@@ -17,9 +17,10 @@ import math
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.arrays import Floats, Ints
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.planning.motion.strokes import is_short, stroke_time
+from pnt_gym.rows import Bools1, Floats1, Floats2
 
 # Samples of lateness after the object's closest approach, where lateness may begin and end several times.
 SCAN = 96
@@ -279,8 +280,8 @@ def search(chases: Floats, time: Floats) -> None:
         _search_block(chases, rows, count, block, time)
 
 
-@compile_for("void(float64[:,::1], float64[::1], boolean[::1])")
-def earliest(chases: Floats, time: Floats, reached: Bools) -> None:
+@kernel
+def earliest(chases: Floats2, time: Floats1, reached: Bools1) -> None:
     """Write the first meetings of N chases to `time` and `reached` (N,).
 
     Args:

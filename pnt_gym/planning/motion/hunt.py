@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.arrays import Floats
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.planning.motion.chase import (
     ACCELERATION,
     CHASE_COLUMNS,
@@ -31,6 +31,7 @@ from pnt_gym.planning.motion.chase import (
 )
 from pnt_gym.planning.motion.strokes import stroke_time
 from pnt_gym.planning.reasons import InterceptReason
+from pnt_gym.rows import Floats2, Ints1
 
 # Rows of `hunts` (16, N): hand, object, the object's velocity, clearance, limits of the hand, window along the axis,
 # and time before which the object may not be picked.
@@ -75,8 +76,8 @@ def _write_meeting(hunts: Floats, row: int, chase: Floats, time: float, numbers:
     numbers[5, row], numbers[6, row] = travel, chase[DESCENT]
 
 
-@compile_for("void(float64[:, ::1], int64, float64, float64[:, ::1], int64[::1])")
-def meet(hunts: Floats, axis: int, horizon: float, numbers: Floats, reasons: Ints) -> None:
+@kernel
+def meet(hunts: Floats2, axis: int, horizon: float, numbers: Floats2, reasons: Ints1) -> None:
     """Find the first meetings of N hands with objects.
 
     Args:

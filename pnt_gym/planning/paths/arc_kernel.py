@@ -16,7 +16,8 @@ import math
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.compiled import kernel, kernel_part
+from pnt_gym.rows import Floats2, Floats3
 
 PHASES = 9
 CRUISE = 4
@@ -306,8 +307,8 @@ def _spline_slowdown(limits: tuple[float, float, float], accelerations: Floats, 
     return _slowdown(limits, (speed, acceleration, jerk))
 
 
-@compile_for("void(float64[:,::1], float64[:,::1], float64[:,:,::1])")
-def arc_motions(arcs: Floats, steps: Floats, accelerations: Floats) -> None:
+@kernel
+def arc_motions(arcs: Floats2, steps: Floats2, accelerations: Floats3) -> None:
     """Compute the motions over N arcs.
 
     Args:

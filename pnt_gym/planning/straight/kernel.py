@@ -6,11 +6,12 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.arrays import Floats
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.strokes import brake_distance
 from pnt_gym.planning.straight.bounds import LANES, Box, slope_below_roof, slope_in_bounds
@@ -34,8 +35,42 @@ from pnt_gym.planning.straight.crossing import (
     lay_out,
 )
 from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, Reason
+from pnt_gym.rows import Bools1, Bools2, Floats1, Floats2, Floats3, Ints1
 
 NO_REACH, TOO_HIGH, OUTSIDE, TOO_FLAT = map(int, (Reason.NO_REACH, Reason.CEILING, Reason.WORKSPACE, Reason.ELEVATION))
+
+
+class ThrowLines(NamedTuple):
+    """ThrowLines of N throws."""
+
+    slope: Floats1
+    """Tangents of the elevations (N,), NaN where there is no throw."""
+    moved: Bools1
+    """Whether a bound moved the line (N,)."""
+    reason: Ints1
+    """`Reason` where there is no throw (N,)."""
+
+
+class Releases(NamedTuple):
+    """Releases of N throws along their lines."""
+
+    vectors: Floats3
+    """Position, velocity and direction (3, N, 3)."""
+    numbers: Floats2
+    """Speed, acceleration, angle, azimuth, distance, time and time of flight (7, N)."""
+    active: Bools2
+    """Whether the ceiling and whether the workspace moved the release (2, N)."""
+
+
+class StopRules(NamedTuple):
+    """Rules by which a hand stops after a throw."""
+
+    window: float
+    """Time between release and braking [s]."""
+    gravity_share: float
+    """Share of gravity with which the hand may fall while braking; 0 for full braking."""
+    reserve: float
+    """Displacement of the targets, forth and back, with which a throw has to be possible [m]."""
 
 
 @kernel_part
@@ -60,37 +95,25 @@ def _choose_slope(throws: Floats, row: int, has_workspace: bool, slacks: Floats)
     return slope, False, TOO_HIGH
 
 
-@compile_for("void(f8[:, ::1], b1, f8[::1], b1[::1], i8[::1])")
-def choose_slopes(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bools, reasons: Ints) -> None:
-    """Find the quickest lines of N throws ``throws`` (15, N), within a workspace if ``has_workspace``.
-
-    Written are ``slopes`` (N,), the tangents of the lines' elevations, NaN where there is no throw; ``moved`` (N,),
-    whether a bound moved the line; and ``reasons`` (N,), the `Reason` where there is no throw.
-    """
+@kernel
+def choose_slopes(throws: Floats2, has_workspace: bool, lines: ThrowLines) -> None:
+    """Write the quickest lines of N throws ``throws`` (15, N), within a workspace if ``has_workspace``."""
     slacks = np.empty(LANES)
     for row in range(throws.shape[1]):
-        slopes[row], moved[row], reasons[row] = _choose_slope(throws, row, has_workspace, slacks)
+        slope, moved, reason = _choose_slope(throws, row, has_workspace, slacks)
+        lines.slope[row], lines.moved[row], lines.reason[row] = slope, moved, reason
 
 
-@compile_for("void(f8[:, ::1], b1, b1, f8[::1], b1[::1], i8[::1], f8[:, :, ::1], f8[:, ::1], b1[:, ::1])")
+@kernel
 def release_rows(
-    throws: Floats,
-    has_workspace: bool,
-    needs_angles: bool,
-    slopes: Floats,
-    moved: Bools,
-    reasons: Ints,
-    vectors: Floats,
-    numbers: Floats,
-    active: Bools,
+    throws: Floats2, has_workspace: bool, needs_angles: bool, lines: ThrowLines, releases: Releases
 ) -> None:
-    """Compute the releases of N throws along lines of given slopes, for instance of `choose_slopes`; NaN gives NaN.
+    """Write the releases of N throws ``throws`` (15, N) along lines, for instance of `choose_slopes`; NaN gives NaN.
 
-    Written are ``reasons`` (N,), the `Reason` where a line leads to no throw; ``vectors`` (3, N, 3), position, velocity
-    and direction; ``numbers`` (7, N), speed, acceleration, angle, azimuth, distance, time and time of flight; and
-    ``active`` (2, N), whether the ceiling and whether the workspace moved the release. Angle and azimuth stay NaN
-    unless ``needs_angles``.
+    The reason of a line that leads to no throw is written, too. Angle and azimuth stay NaN unless ``needs_angles``.
     """
+    slopes, moved, reasons = lines
+    vectors, numbers, active = releases
     for row in range(throws.shape[1]):
         throw, cosine, sine = lay_out(throws, row)
         slope, flight = slopes[row], flight_time(throw, slopes[row])
@@ -161,9 +184,9 @@ def _has_reserve(
     return is_good
 
 
-@compile_for("void(f8[:, ::1], f8[:, ::1], f8[:, ::1], f8, f8[::1], b1[::1])")
+@kernel
 def keep_stops_inside(
-    throws: Floats, plans: Floats, shifts: Floats, window: float, workspace: Floats, good: Bools
+    throws: Floats2, plans: Floats2, shifts: Floats2, window: float, workspace: Floats1, good: Bools1
 ) -> None:
     """Write which of N planned throws stop inside a workspace, also with their targets moved forth and back.
 
@@ -190,9 +213,7 @@ def keep_stops_inside(
 
 
 @kernel_part
-def _is_accepted(
-    throws: Floats, row: int, slope: float, origin: Floats, rules: tuple[float, float, float], workspace: Floats
-) -> bool:
+def _is_accepted(throws: Floats, row: int, slope: float, origin: Floats, rules: StopRules, workspace: Floats) -> bool:
     """Whether a throw at a slope stops inside the workspace, also to moved targets; see `choose_targets`."""
     window, gravity_share, reserve = rules
     line = _line_at(throws, row, slope)
@@ -211,20 +232,16 @@ def _is_accepted(
     return _has_reserve(throws, row, slope, shift, window, brake, workspace)
 
 
-@compile_for(
-    "void(f8[:, ::1], f8[:, :, ::1], f8[:, :], UniTuple(f8, 3), f8[::1], i8[::1], f8[::1], b1[::1], i8[::1], b1[::1])"
-)
+@kernel
 def choose_targets(
-    throws: Floats,
-    targets: Floats,
-    origins: Floats,
-    rules: tuple[float, float, float],
-    workspace: Floats,
-    attempts: Ints,
-    slopes: Floats,
-    moved: Bools,
-    reasons: Ints,
-    good: Bools,
+    throws: Floats2,
+    targets: Floats3,
+    origins: Floats2,
+    rules: StopRules,
+    workspace: Floats1,
+    attempts: Ints1,
+    lines: ThrowLines,
+    good: Bools1,
 ) -> None:
     """Find for each of N objects the first of T targets with an accepted throw; the last target where there is none.
 
@@ -232,13 +249,10 @@ def choose_targets(
         throws: the throws (15, N); their targets are overwritten by the chosen targets.
         targets: targets in the order in which to try them (N, T, 3) [m].
         origins: picks from which targets are moved along the throw (N, 3) [m].
-        rules: time between release and braking [s]; share of gravity with which the hand may fall while braking, 0 for
-            full braking; displacement of the targets, forth and back, with which a throw has to be possible [m].
+        rules: rules of the stop.
         workspace: two semi-axes, least and greatest height (4,) [m].
         attempts: written, indices of the chosen targets (N,).
-        slopes: written, as `choose_slopes`, and so are `moved` and `reasons`.
-        moved: see `slopes`.
-        reasons: see `slopes`.
+        lines: written, as by `choose_slopes`.
         good: which objects may be thrown; overwritten by which throws are accepted (N,).
     """
     slacks, count = np.empty(LANES), targets.shape[1]
@@ -247,8 +261,9 @@ def choose_targets(
         for attempt in range(0 if may_throw else count - 1, count):
             for k in range(3):
                 throws[TO_X + k, row] = targets[row, attempt, k]
-            slopes[row], moved[row], reasons[row] = _choose_slope(throws, row, False, slacks)
+            slope, moved, reason = _choose_slope(throws, row, False, slacks)
+            lines.slope[row], lines.moved[row], lines.reason[row] = slope, moved, reason
             attempts[row] = attempt
-            if may_throw and _is_accepted(throws, row, slopes[row], origins[row], rules, workspace):
+            if may_throw and _is_accepted(throws, row, slope, origins[row], rules, workspace):
                 good[row] = True
                 break

@@ -254,11 +254,11 @@ def choose_targets(
     throws[:3], throws[6], throws[7], throws[8] = picks.T, *limits
     throws[9:] = np.array([0.0, 0.0, *OPEN])[:, None]
     throws[10] = ceiling
-    attempt, slopes, moved = np.empty(count, dtype=np.int64), np.empty(count), np.empty(count, dtype=np.bool_)
-    reason, good = np.empty(count, dtype=np.int64), may_throw.copy()
+    attempt, lines, good = np.empty(count, dtype=np.int64), _empty_lines(count), may_throw.copy()
     borders = np.array([space.semi_x, space.semi_y, space.z_min, space.z_max])
-    kernel.choose_targets(throws, targets, origins, rules[:3], borders, attempt, slopes, moved, reason, good)
-    return TargetChoice(attempt, to_batch(release_lines(throws, False, slopes, moved, reason)), good)
+    stop = kernel.StopRules(*rules[:3])
+    kernel.choose_targets(throws, targets, np.ascontiguousarray(origins), stop, borders, attempt, lines, good)
+    return TargetChoice(attempt, to_batch(release_lines(throws, False, lines)), good)
 
 
 def check_bounds(ceiling: float | None, tolerance: float) -> None:
@@ -287,22 +287,27 @@ def _plan_throws(throws: Floats, *, has_workspace: bool = False, slope: Floats |
         slope: tangents of the elevations (N,); None for the quickest lines.
     """
     count = throws.shape[1]
-    moved, reason = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64)
-    slopes = np.empty(count) if slope is None else slope
+    lines = _empty_lines(count)
+    if slope is not None:
+        lines = lines._replace(slope=slope)
     for begin in range(0, count if slope is None else 0, PIECE):
         rows = slice(begin, begin + PIECE)
-        kernel.choose_slopes(
-            np.ascontiguousarray(throws[:, rows]), has_workspace, slopes[rows], moved[rows], reason[rows]
-        )
-    return release_lines(throws, has_workspace, slopes, moved, reason)
+        piece = kernel.ThrowLines(lines.slope[rows], lines.moved[rows], lines.reason[rows])
+        kernel.choose_slopes(np.ascontiguousarray(throws[:, rows]), has_workspace, piece)
+    return release_lines(throws, has_workspace, lines)
 
 
-def release_lines(throws: Floats, has_workspace: bool, slopes: Floats, moved: Bools, reason: Ints) -> KernelResults:
+def _empty_lines(count: int) -> kernel.ThrowLines:
+    """Lines that are not chosen yet, without a bound that moves them and with no reason against them."""
+    return kernel.ThrowLines(np.empty(count), np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64))
+
+
+def release_lines(throws: Floats, has_workspace: bool, lines: kernel.ThrowLines) -> KernelResults:
     """Releases of throws (15, N) along lines, as the kernel `release_rows`."""
     count = throws.shape[1]
-    results = KernelResults(np.empty((3, count, 3)), np.empty((7, count)), np.empty((2, count), dtype=np.bool_), reason)
-    kernel.release_rows(throws, has_workspace, True, slopes, moved, reason, *results[:3])
-    return results
+    releases = kernel.Releases(np.empty((3, count, 3)), np.empty((7, count)), np.empty((2, count), dtype=np.bool_))
+    kernel.release_rows(throws, has_workspace, True, lines, releases)
+    return KernelResults(*releases, lines.reason)
 
 
 def to_batch(results: KernelResults) -> ReleaseBatch:
