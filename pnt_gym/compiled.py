@@ -90,7 +90,7 @@ def compile_for(signature: Any) -> Callable[[FunctionT], FunctionT]:
             # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
             kept = compiled._cache._cache_file
             kept._source_stamp = source_digest(function)
-            if not kept._load_index():
+            if not _is_kept(kept):
                 _announce()
             compiled.compile(signature)
             compiled.disable_compile()
@@ -100,6 +100,18 @@ def compile_for(signature: Any) -> Callable[[FunctionT], FunctionT]:
             return _NJIT(signature)(function)
 
     return decorate
+
+
+def _is_kept(file: Any) -> bool:
+    """Whether there is machine code in numba's index; an index that cannot be read is removed.
+
+    An index of an earlier version may name classes that are gone.
+    """
+    try:
+        return bool(file._load_index())
+    except Exception:  # whatever unpickling raises
+        Path(file._index_path).unlink(missing_ok=True)
+        return False
 
 
 def source_digest(function: FunctionType) -> str:

@@ -70,14 +70,19 @@ def test_two_processes_at_once_make_it_and_a_third_finds_it(made, known):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("broken", ["no folder", "empty files"])
-def test_where_it_cannot_be_kept_plans_are_made_all_the_same(made, known, tmp_path, broken):
+def test_an_index_that_cannot_be_read_is_made_anew(made, known, tmp_path):
+    folder = shutil.copytree(made[1], tmp_path / "copy")
+    for file in folder.rglob("*.nbi"):
+        file.write_bytes(b"")
+    done = run(PLAN, NUMBA_CACHE_DIR=folder)
+    assert (done.stdout, done.stderr) == (known, "")
+    assert run(KEPT, NUMBA_CACHE_DIR=folder).stdout.split() == ["1", "1"]
+
+
+@pytest.mark.nightly
+def test_where_it_cannot_be_kept_plans_are_made_all_the_same(known):
     # Nothing but a folder below a file is offered, as where neither the package nor the home can be written.
     where = {"NUMBA_CACHE_DIR": ROOT / "LICENSE" / "no", "NUMBA_CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}
-    if broken == "empty files":
-        where = {"NUMBA_CACHE_DIR": shutil.copytree(made[1], tmp_path / "copy")}
-        for file in (tmp_path / "copy").rglob("*.nbi"):
-            file.write_bytes(b"")
     done = run(PLAN, **where)
     assert done.stdout == known
     assert done.stderr.count("set NUMBA_CACHE_DIR to an empty folder that can be written") == 1
@@ -129,3 +134,25 @@ def test_only_somebody_at_a_terminal_is_told_that_code_is_made(tmp_path):
         said = os.read(ours, 10_000).decode()
         os.close(ours), os.close(theirs)
         assert said.count("pnt_gym makes machine code, once after an installation") == said.count("\n") == lines
+
+
+KIND = """
+from typing import NamedTuple
+from pnt_gym.compiled import kernel
+
+class {name}(NamedTuple):
+    length: float
+
+@kernel
+def double(given: {name}) -> float:
+    return 2.0 * given.length
+
+print(double({name}(4.0)), len(double.stats.cache_hits))
+"""
+
+
+def test_code_on_disk_of_a_class_that_is_gone_is_made_anew(tmp_path):
+    for name, hits in (("Old", "0"), ("Old", "1"), ("New", "0"), ("New", "1")):
+        (tmp_path / "kinds.py").write_text(KIND.format(name=name))
+        done = run("import kinds", NUMBA_CACHE_DIR=tmp_path / "kept", PYTHONPATH=tmp_path)
+        assert (done.stdout.split(), done.stderr) == (["8.0", hits], "")
