@@ -14,8 +14,7 @@ from pnt_gym.errors import PntGymError
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers import Learner
-from ..controllers.apart import SeparateControllers
-from ..controllers.protocol import Controller
+from ..controllers.protocol import Controller, SeparateControllers
 from ..controllers.state import load_state
 from ..ground.cli import UsageError
 from ..jobs.parcel import arithmetic, torch_arithmetic

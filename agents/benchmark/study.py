@@ -17,8 +17,8 @@ from ..ground.files import json_text, read_json
 from ..ground.outputs import deliver_json
 from ..ground.places import SHIPPED
 from ..ground.tables import console
+from ..ground.versions import code_digest
 from ..jobs.cluster import Needs
-from ..jobs.code import code_digest
 from ..jobs.work import Job, JobValues, key
 from ..results.study import Amount, Case, Figures, Settings, StudyPlan, check_study
 

@@ -21,7 +21,7 @@ from ..ground.outputs import check_writable, deliver_json
 from ..ground.shipped import module_of
 from ..ground.tables import Grid, console
 from ..ground.versions import versions
-from ..jobs.limited import UnfinishedError, limited_worker
+from ..jobs.work import UnfinishedError, limited_worker
 from ..results.content import ROW, Content, check_figures, name_row, read_form, untrusted
 from ..results.entries import TRAINED, labels_of
 from ..results.plan import Piece, Plan, pieces, trial_of_plan

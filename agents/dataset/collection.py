@@ -25,7 +25,7 @@ from ..controllers.protocol import Controller, Learner, State
 from ..ground.environments import Env, Role, make_vector, stream_seed
 from ..ground.files import check_form
 from ..ground.shipped import module_of
-from ..jobs.code import code_digest
+from ..ground.versions import code_digest
 from ..jobs.parcel import user_code_digest
 from ..jobs.work import Job, key
 from ..judging.trials import trial_of

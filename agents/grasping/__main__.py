@@ -55,8 +55,8 @@ def main(arguments: Arguments) -> None:
     check_writable(arguments.out)
     check_libraries("torch")
     from .features import SIGHTS  # noqa: PLC0415 - help comes first
-    from .kinds import with_drawn_kinds  # noqa: PLC0415 - as above
     from .practice import practise  # noqa: PLC0415 - as above
+    from .scenes import with_drawn_kinds  # noqa: PLC0415 - as above
 
     level = with_drawn_kinds(arguments.level, arguments.drawn, arguments.seed)
     with throws_bar() as bar:

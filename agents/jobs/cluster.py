@@ -24,7 +24,7 @@ from typing import Any, Final
 from pnt_gym.errors import one_sentence
 
 from ..ground.cli import UsageError
-from ..ground.signals import handle_signals, interrupt
+from ..ground.streams import handle_signals, interrupt
 from .parcel import check_identity, identity, pack
 from .work import Completion, Job, Pool, processes, run_job
 

@@ -18,8 +18,7 @@ from ..ground.cli import UsageError
 from ..ground.environments import import_user_module, make_vector
 from ..ground.fitting import fit_from
 from ..ground.places import CHECKOUT, CODE
-from ..ground.versions import versions
-from .code import code_digest
+from ..ground.versions import code_digest, versions
 
 PARTS: Final = (
     ("pnt_gym", "agents", "benchmarks/studies", "configs", "results/policies", "pyproject.toml")

@@ -19,9 +19,8 @@ from pnt_gym.cells.line.throws import SimulatedThrows
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers import NAMES
-from ..dispatchers.decisions import work_shifts
+from ..dispatchers.decisions import make_release, work_shifts
 from ..dispatchers.registry import ENV, line_controller, line_core
-from ..dispatchers.release import make_release
 from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
 from ..ground.environments import make_vector, stream_seed

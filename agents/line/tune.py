@@ -128,10 +128,8 @@ def tune_controller(
     if controller == "price":
         return tuning.search_price(bench, patience)
     if controller == "index":
-        from ..dispatchers.scores import search_weights  # noqa: PLC0415 - needs a library that only it does
-
         begin = settings(name, controller).get("weights") if arguments.go_on else None
-        return search_weights(bench, patience, arguments.generations, arguments.seed, begin)
+        return tuning.search_weights(bench, patience, arguments.generations, arguments.seed, begin)
     brings = value_per_second(results["atc"]) if "atc" in results else rate(name)
     brings = value_per_second(bench.try_rule("atc", [{"patience": patience}])) if brings is None else brings
     return tuning.search_planner(bench, controller, brings / robots)

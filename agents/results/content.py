@@ -22,7 +22,7 @@ from pnt_gym.errors import PntGymError, one_sentence
 from ..ground.cli import UsageError
 from ..ground.files import check_form, json_text, read_json
 from ..ground.shipped import module_of
-from ..judging.form import Amount, Count, check_model
+from ..judging.rows import Amount, Count, check_model
 from .compare import assemble
 from .entries import labels_of
 from .plan import Plan, entries_by_level, seeds_of, trial_of_plan

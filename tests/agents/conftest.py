@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from agents.jobs import work
-from agents.jobs.limited import LimitedWorker
+from agents.jobs.work import LimitedWorker
 from agents.train import Arguments, main
 from benchmarks.kill_trials.commands import LEARNER
 from tests.tools.lob import write_package

@@ -15,8 +15,8 @@ from agents.benchmark.verdicts import first_difference
 from agents.ground import bars
 from agents.ground.bars import throws_bar
 from agents.ground.files import json_text
-from agents.jobs.limited import LimitedWorker, UnfinishedError
 from agents.jobs.parcel import torch_arithmetic
+from agents.jobs.work import LimitedWorker, UnfinishedError
 from tests.tools.benchmark import carried_out, forge, toy_plan
 from tests.tools.commands import answered, refused
 
