@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import tyro
 
-from .ground.bars import throws_bar
 from .ground.cli import NUM_ENVS, at_least, option, run
 from .ground.outputs import check_drawing, check_ending, check_writable, deliver_json, deliver_text
-from .ground.tables import Grid, console
+from .ground.tables import Grid, console, throws_bar
 
 if TYPE_CHECKING:
     from .judging.comparison import Comparison

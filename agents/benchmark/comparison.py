@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple, final
 
 from ..ground.cli import UsageError, about, check_known
+from ..ground.cluster import Needs
 from ..ground.outputs import deliver_json
 from ..ground.tables import console
 from ..ground.versions import versions
-from ..jobs.cluster import Needs
-from ..jobs.work import JobValues
+from ..ground.work import JobValues
 from ..judging.record import Result
 from ..results.compare import assemble
 from ..results.content import check_figures, read_form

@@ -17,8 +17,8 @@ from ..controllers import Learner
 from ..controllers.protocol import Controller, SeparateControllers
 from ..controllers.state import load_state
 from ..ground.cli import UsageError
-from ..jobs.parcel import arithmetic, torch_arithmetic
-from ..jobs.work import Job
+from ..ground.parcel import arithmetic, torch_arithmetic
+from ..ground.work import Job
 from ..judging.trial import Trial
 from ..judging.trials import open_trial
 from ..learning.runs import POLICY, RunFolder

@@ -10,12 +10,12 @@ from typing import Annotated
 import tyro
 
 from ..ground.cli import UsageError, at_least, option, run
+from ..ground.cluster import Needs, pool
 from ..ground.outputs import check_writable, deliver_json
 from ..ground.places import MADE
 from ..ground.tables import console
 from ..ground.versions import versions
-from ..jobs.cluster import Needs, pool
-from ..jobs.work import do_missing
+from ..ground.work import do_missing
 from ..results.compare import assemble
 from ..results.plan import pieces
 from .comparison import show

@@ -14,14 +14,13 @@ from typing import Annotated, Any, Final
 import numpy as np
 import tyro
 
-from ..ground.bars import throws_bar
 from ..ground.cli import Exit, UsageError, at_least, option, run
 from ..ground.files import jsonable
 from ..ground.outputs import check_writable, deliver_json
 from ..ground.shipped import module_of
-from ..ground.tables import Grid, console
+from ..ground.tables import Grid, console, throws_bar
 from ..ground.versions import versions
-from ..jobs.work import UnfinishedError, limited_worker
+from ..ground.work import UnfinishedError, limited_worker
 from ..results.content import ROW, Content, check_figures, name_row, read_form, untrusted
 from ..results.entries import TRAINED, labels_of
 from ..results.plan import Piece, Plan, pieces, trial_of_plan

@@ -11,12 +11,11 @@ from typing import Annotated
 
 import tyro
 
-from ..ground.bars import throws_bar
 from ..ground.cli import NUM_ENVS, at_least, option, run
+from ..ground.cluster import pool
 from ..ground.environments import make_single
 from ..ground.places import MADE
-from ..ground.tables import console
-from ..jobs.cluster import pool
+from ..ground.tables import console, throws_bar
 from ..judging.trials import open_trial
 from .crew import Crew, EpisodeStore, Tally, collection_task, packing_progress
 

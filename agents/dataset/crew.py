@@ -16,14 +16,13 @@ from gymnasium.spaces import Box, Space
 from rich.progress import Progress
 
 from ..controllers.protocol import Controller, Learner
-from ..ground.bars import throws_bar
 from ..ground.cli import UsageError, about
+from ..ground.cluster import Needs
 from ..ground.environments import Role
 from ..ground.metrics import mean_of_finite
 from ..ground.shipped import policy_place
-from ..ground.tables import Grid, millimetres, percent
-from ..jobs.cluster import Needs
-from ..jobs.work import Pool, keep_missing
+from ..ground.tables import Grid, millimetres, percent, throws_bar
+from ..ground.work import Pool, keep_missing
 from ..judging.trial import Trial
 from ..learning.trained import files_of, resolve_task
 from .collection import Collection, ControllerRecipe, unpack_episodes

@@ -7,10 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
-from ..ground.bars import throws_bar
 from ..ground.cli import at_least, check_libraries, option, run
 from ..ground.outputs import check_ending, check_writable, deliver
-from ..ground.tables import Grid, console
+from ..ground.tables import Grid, console, throws_bar
 
 if TYPE_CHECKING:
     from pnt_gym.arrays import Floats

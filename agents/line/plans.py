@@ -20,10 +20,10 @@ from pnt_gym.names import unknown_name
 
 from ..dispatchers.decisions import make_release
 from ..dispatchers.registry import ENV, line_controller, line_core
-from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
 from ..ground.environments import make_vector, stream_seed
 from ..ground.metrics import mean_interval
+from ..ground.tables import throws_bar
 from ..judging.losses import FATES, Counted, Fates, decision_energy, energy_summary
 from ..judging.shifts import Shifts, run_shifts
 from .thrown import with_table

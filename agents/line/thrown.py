@@ -21,11 +21,11 @@ from pnt_gym.reading import MOST_NUMBERS, bytes_of
 from ..controllers import NAMES
 from ..dispatchers.decisions import make_release, work_shifts
 from ..dispatchers.registry import ENV, line_controller, line_core
-from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
 from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import deliver_text
 from ..ground.shipped import policy_place
+from ..ground.tables import throws_bar
 from ..ground.versions import versions
 from ..judging.losses import ENTRY, Counted, read_counted
 from ..learning.runs import POLICY

@@ -16,11 +16,10 @@ from pnt_gym.reading import yaml_text
 from ..dispatchers import search as tuning
 from ..dispatchers.search import Bench, SettingsResult
 from ..dispatchers.settings import FILE, MADE, rate, settings, settings_in
-from ..ground.bars import throws_bar
 from ..ground.cli import UsageError, at_least, check_libraries, option
 from ..ground.environments import stream_seed
 from ..ground.outputs import check_writable, deliver_json, deliver_text
-from ..ground.tables import console, settings_table
+from ..ground.tables import console, settings_table, throws_bar
 from ..ground.versions import versions
 
 Tunable = Literal["atc", "price", "beam", "price_beam", "index", "guided_beam"]

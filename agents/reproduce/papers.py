@@ -15,7 +15,7 @@ from ..ground.cli import UsageError
 from ..ground.files import read_json
 from ..ground.places import CODE, SHIPPED
 from ..ground.versions import code_digest
-from ..jobs.work import Job, key
+from ..ground.work import Job, key
 from .finding import Overview, Parts
 
 PAPERS: Final = {"hassan": "conveyor", "choe": "conveyor", "miyashita": "one_joint", "leveziel": "gripper"}

@@ -12,9 +12,9 @@ from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers.protocol import Controller, Learner
 from ..ground.files import json_text
+from ..ground.parcel import user_code_digest
 from ..ground.shipped import module_of, policy_place
 from ..ground.versions import code_digest
-from ..jobs.parcel import user_code_digest
 from ..learning.runs import POLICY
 from .entries import is_learned
 

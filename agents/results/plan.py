@@ -20,13 +20,13 @@ from pnt_gym.names import unknown_name
 
 from ..controllers.protocol import Controller
 from ..ground.cli import UsageError, about, check_libraries, check_once
+from ..ground.cluster import Needs
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
+from ..ground.parcel import user_code_digest
 from ..ground.places import SHIPPED, at
 from ..ground.shipped import is_shipped, module_of
-from ..jobs.cluster import Needs
-from ..jobs.parcel import user_code_digest
-from ..jobs.work import key
+from ..ground.work import key
 from ..judging.trial import Trial
 from ..judging.trials import check_options, controller_with, open_trial, trial_class
 from .digests import file_digest, results_code

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any, Final, final
 from gymnasium.spaces import Dict
 
 from ..controllers.between import wrap_env
-from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of, make_vector, stream_seed
 from ..ground.files import lock_folder, write_json
 from ..ground.places import module_name
 from ..ground.streams import destination
-from ..ground.tables import console
+from ..ground.tables import console, throws_bar
 from ..judging.evaluation import evaluate_all
 from ..judging.trial import Trial
 from ..learning.hyperparameters import ON_POLICY

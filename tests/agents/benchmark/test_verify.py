@@ -12,11 +12,11 @@ from rich.progress import Progress
 
 from agents.benchmark import run
 from agents.benchmark.verdicts import first_difference
-from agents.ground import bars
-from agents.ground.bars import throws_bar
+from agents.ground import tables
 from agents.ground.files import json_text
-from agents.jobs.parcel import torch_arithmetic
-from agents.jobs.work import LimitedWorker, UnfinishedError
+from agents.ground.parcel import torch_arithmetic
+from agents.ground.tables import throws_bar
+from agents.ground.work import LimitedWorker, UnfinishedError
 from tests.tools.benchmark import carried_out, forge, toy_plan
 from tests.tools.commands import answered, refused
 
@@ -75,7 +75,7 @@ def test_rows_are_counted_on_a_bar(data: dict[str, Any], monkeypatch: pytest.Mon
             seen.append(bar)
             yield bar
 
-    monkeypatch.setattr(bars, "throws_bar", watched)
+    monkeypatch.setattr(tables, "throws_bar", watched)
     assert verify(data, "--rows", "3")[0] == 0
     assert [(task.description, task.completed, task.total) for task in seen[0].tasks] == [
         ("rows thrown again, 300 s each at most", 3, 3)

@@ -19,12 +19,12 @@ from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar, final
 
 from pnt_gym.errors import PntGymError
 
-from ..ground.bars import throws_bar
-from ..ground.cli import UsageError, user_code
-from ..ground.files import lock_folder, read_json, write_bytes
-from ..ground.outputs import check_writable
-from ..ground.streams import block_signals
-from ..ground.versions import versions
+from .cli import UsageError, user_code
+from .files import lock_folder, read_json, write_bytes
+from .outputs import check_writable
+from .streams import block_signals
+from .tables import throws_bar
+from .versions import versions
 
 JobValues: TypeAlias = dict[str, Any]
 """Result of a job, JSON values by name."""
