@@ -22,7 +22,7 @@ from agents.learning.hyperparameters import MASKED
 from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
-from agents.training.request import resolve_request
+from agents.training.session import resolve_request
 from tests.tools.commands import figures_of, output_of
 from tests.tools.models import weights
 
