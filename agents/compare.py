@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import tyro
 
-from .ground.amounts import NUM_ENVS
-from .ground.bars import throws_bar
-from .ground.cli import at_least, option, run
+from .ground.cli import NUM_ENVS, at_least, option, run
 from .ground.outputs import check_drawing, check_ending, check_writable, deliver_json, deliver_text
-from .ground.tables import Grid, console
+from .ground.tables import Grid, console, throws_bar
 
 if TYPE_CHECKING:
     from .judging.comparison import Comparison
@@ -116,7 +114,7 @@ def _deliver(comparison: Comparison, head: dict[str, Any], arguments: Arguments)
         console().print(sentence, highlight=False, markup=False, soft_wrap=True)
     report = {**head, **comparison.report()}
     if arguments.picture is not None:
-        from .pictures.intervals import intervals
+        from .ground.drawings import intervals
 
         deliver_text(arguments.picture, intervals(report))
     if arguments.json is not None:

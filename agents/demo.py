@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
-from .ground.amounts import NUM_ENVS, PRACTICE
-from .ground.bars import throws_bar
-from .ground.cli import at_least, run
+from .ground.cli import NUM_ENVS, PRACTICE, at_least, run
 from .ground.places import POLICY
-from .ground.tables import console
+from .ground.tables import console, throws_bar
 from .judging.evaluation import evaluate_all
 from .judging.trials import open_trial
 from .learning.runs import RunFolder

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .ground.amounts import NUM_ENVS
-from .ground.cli import run
+from .ground.cli import NUM_ENVS, run
 from .ground.versions import versions
 
 

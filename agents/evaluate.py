@@ -9,8 +9,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from .ground.amounts import NUM_ENVS
-from .ground.cli import at_least, option, read_settings, run
+from .ground.cli import NUM_ENVS, at_least, option, read_settings, run
 from .ground.outputs import VIDEOS, check_drawing, check_ending, check_writable, deliver_json, deliver_text
 from .ground.tables import console
 
@@ -79,7 +78,7 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
-    from .ground.starters import assumed_values, show_assumed
+    from .ground.levels import assumed_values, show_assumed
     from .judging.evaluation import judge
     from .judging.trials import check_options, controller_with, open_trial
     from .learning.trained import resolve_task

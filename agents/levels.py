@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Annotated
 
 from .ground.cli import UsageError, option, run
-from .ground.levels import find_level, full_text, purpose, shipped_levels
+from .ground.levels import find_level, full_text, purpose, shipped_levels, starter_text
 from .ground.outputs import check_ending, deliver_text
 from .ground.shipped import POLICIES, PREFIX
-from .ground.starters import starter_text
 from .ground.tables import Grid, console
 
 

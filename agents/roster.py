@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Annotated, Final
 
 from .controllers import GRASPING_NAMES, NAMES, Learner, make_controller
-from .controllers.described import describe_controller
+from .controllers.named import describe_controller
 from .dispatchers.registry import CHOICES
 from .dispatchers.registry import NAMES as LINE_NAMES
 from .ground.cli import option, run

@@ -9,10 +9,8 @@ from typing import Annotated, Literal
 
 from .ground.cli import Exit, at_least, option, run
 from .judging.trials import open_trial
-from .learning.algorithms import MASKED, RESIDUAL, Algorithm
-from .training.request import resolve_request
-from .training.session import Session, run_session, say_how_to_resume
-from .training.table import show_table
+from .learning.hyperparameters import MASKED, RESIDUAL, Algorithm
+from .training.session import Session, resolve_request, run_session, say_how_to_resume, show_table
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from typing import Annotated
 import tyro
 
 from ..ground.cli import at_least, option, run
+from ..ground.cluster import Needs, pool
 from ..ground.places import MADE, SHIPPED
 from ..ground.tables import console
-from ..jobs.cluster import Needs, pool
-from ..jobs.work import keep_missing
+from ..ground.work import keep_missing
 from ..results.plan import read_plan
 from ..results.study import StudyPlan, is_study_plan, read_study
 from .comparison import Comparison

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any, final
 
 from ..ground.cli import UsageError, about, check_known
+from ..ground.cluster import Needs
 from ..ground.tables import console
 from ..ground.versions import versions
-from ..jobs.cluster import Needs
 from ..results.compare import assemble, check_figures
 from ..results.content import POLICY, check_place, other_versions, read_form, write_result
 from ..results.entries import labels_of

@@ -19,12 +19,11 @@ from pnt_gym.errors import PntGymError
 from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of
 
 from ..controllers import Learner
-from ..controllers.apart import SeparateControllers
-from ..controllers.protocol import Controller
+from ..controllers.protocol import Controller, SeparateControllers
 from ..controllers.state import STATE, load_state, save_state
 from ..ground.cli import UsageError
 from ..ground.files import check_form, json_text
-from ..jobs.work import Job
+from ..ground.work import Job
 from ..judging.trial import Trial
 from ..judging.trials import open_trial
 from ..learning.runs import POLICY, RunFolder

@@ -13,13 +13,13 @@ from typing import Any, Final, cast, final
 import pnt_gym
 
 from ..ground.cli import UsageError, about, check_known
+from ..ground.cluster import Needs
 from ..ground.files import json_text, read_json
 from ..ground.outputs import check_writable, deliver_json
 from ..ground.places import SHIPPED
 from ..ground.tables import console
-from ..jobs.cluster import Needs
-from ..jobs.code import code_digest
-from ..jobs.work import Job, key
+from ..ground.versions import code_digest
+from ..ground.work import Job, key
 from ..results.study import Amount, Case, Figures, Settings, StudyPlan, check_study
 
 MEASURES: Final = "benchmarks.studies"

@@ -14,12 +14,12 @@ from pydantic import ValidationError
 from pnt_gym.cells.base.problems import list_problems
 
 from ..ground.cli import UsageError, at_least, option, run
+from ..ground.cluster import Needs, pool
 from ..ground.environments import import_user_module
 from ..ground.places import MADE, at
 from ..ground.shipped import is_shipped, module_of
 from ..ground.tables import console
-from ..jobs.cluster import Needs, pool
-from ..jobs.work import keep_missing
+from ..ground.work import keep_missing
 from ..learning.runs import POLICY
 from ..results import compare
 from ..results.content import check_place

@@ -16,14 +16,13 @@ import tyro
 
 from pnt_gym.arrays import Bools
 
-from ..ground.bars import throws_bar
 from ..ground.cli import Exit, UsageError, at_least, option, run
 from ..ground.files import jsonable
 from ..ground.outputs import check_writable, deliver_json
 from ..ground.shipped import module_of
-from ..ground.tables import Grid, console
+from ..ground.tables import Grid, console, throws_bar
 from ..ground.versions import versions
-from ..jobs.limited import UnfinishedError, limited_worker
+from ..ground.work import UnfinishedError, limited_worker
 from ..results.compare import check_figures, check_submission, untrusted
 from ..results.content import ROW, Content, is_submission, name_row, other_versions, read_form
 from ..results.entries import TRAINED

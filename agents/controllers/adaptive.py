@@ -20,12 +20,9 @@ from pnt_gym.cells.conveyor.observation import FEEDBACK, SHIFT_TABLE
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env, core_of
-from .mlp import Mlp
-from .newcomers import UnseenKinds
-from .protocol import Actions, Learner, Observation, Outcome, State
-from .regression import OnPolicyRegression
-from .shift import to_action
-from .trackers import NoTracker, Tracker
+from .protocol import Actions, Learner, Observation, Outcome, State, to_action
+from .regression import Mlp, OnPolicyRegression
+from .trackers import NoTracker, Tracker, UnseenKinds
 
 FEEDBACK_SIZE: Final = len(FEEDBACK)
 """Entries at the end of an observation that describe the previous throw."""

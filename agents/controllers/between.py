@@ -20,7 +20,7 @@ from pnt_gym.names import unknown_name
 
 from ..ground.cli import UsageError
 from ..ground.environments import Env
-from ..learning.algorithms import MAX_STACK, RECURRENT
+from ..learning.hyperparameters import MAX_STACK, RECURRENT
 from ..policies.actor import Actor
 from .adaptive import PRETRAINED, begins_shift, check_begins
 from .named import GRASPING_NAMES, make_named

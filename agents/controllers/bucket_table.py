@@ -14,8 +14,17 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
 
-from .protocol import Actions, Learner, Observation, Outcome, State
-from .shift import check_width, ideal_offset, is_instructive, to_action
+from .protocol import (
+    Actions,
+    Learner,
+    Observation,
+    Outcome,
+    State,
+    check_width,
+    ideal_offset,
+    is_instructive,
+    to_action,
+)
 
 ANY = "*"
 

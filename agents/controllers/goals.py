@@ -13,8 +13,7 @@ from pnt_gym.cells.base.action import Correction
 from pnt_gym.errors import PntGymError
 
 from .bucket_table import BucketTable
-from .protocol import Actions, Learner, Observation, Outcome, State
-from .shift import ideal_offset, is_instructive
+from .protocol import Actions, Learner, Observation, Outcome, State, ideal_offset, is_instructive
 
 NAME: Final = "virtual_goal"
 GAINS: Final = (0.05, 0.1, 0.2, 0.5, 1.0)

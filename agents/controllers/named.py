@@ -1,10 +1,10 @@
-"""Registry of the controllers with a name."""
+"""Registry of the controllers with a name, and their descriptions."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from gymnasium import Space
@@ -17,18 +17,14 @@ from ..ground.cli import UsageError, about, check_known, settings_of
 from ..ground.environments import Env, core_of
 from ..ground.places import ADAPTIVE, GRASPING
 from .adaptive import IN_CONTEXT, STATIC, Adaptive, has_feedback
-from .analytic import Analytic
 from .fitted_q import FittedQ
 from .goals import virtual_goal
 from .grasps import Centre, GraspController, Place, residual_width
 from .in_context import InContext
-from .mlp import Mlp
-from .oracle import Oracle
+from .oracle import Analytic, Oracle, Random
 from .places import OraclePlaces, centroid, flattest, local_mlp
 from .protocol import Controller
-from .random import Random
-from .regression import OnPolicyRegression
-from .ridge import Ridge
+from .regression import Mlp, OnPolicyRegression, Ridge
 from .state import read_state
 from .trackers import Kalman, NoTracker, OracleTracker, RecursiveRidge, RunningMean, Tracker
 
@@ -174,3 +170,32 @@ def _features(env: Env) -> int:
 def _entry_count(space: Space[Any]) -> int:
     """Number of entries of one action or observation."""
     return int(np.prod(space.shape or (1,)))
+
+
+DESCRIBED_IN: Final[Mapping[str, Any]] = {
+    "virtual_goal": virtual_goal,
+    "ridge": Ridge,
+    "mlp": Mlp,
+}
+"""Objects whose docstring describes a controller, where the class of the controller serves several."""
+WORDS: Final[Mapping[str, str]] = {
+    "static": "An MLP that was trained under the drift of `day`; it does not adapt",
+    "ema": "An MLP, minus the running mean of its errors in this shift",
+    "kalman": "An MLP, minus the effect of valve delay, camera and encoder on each throw, as two filters estimate it",
+    "recursive_ridge": "An MLP, minus a recursive ridge regression of its errors on features of the plan",
+    "in_context": "An MLP, minus the prediction of a recurrent network that was trained on simulated shifts",
+    "centre": "Grasps the middle of the outline",
+    "centroid": "Grasps the middle of what the picture shows of the object",
+    "flattest": "Grasps where the picture is flat under the cup and around; `rule` is depth, colour or naive",
+    "local_mlp": "Grasps where a network on features of the picture expects the most; it learned from tries on `grasp`",
+    "fitted_q": "Grasps and throws by two networks of values, which learned on `grasp` from rewards alone",
+    "oracle_grasp": "Cheats: grasps where a try is worth most by the true surface, without the error of the cup",
+    "oracle_drift": "Cheats: an MLP, minus the effect of the true drift; draught is not corrected",
+}
+"""Descriptions of controllers that share a class: each names its estimate of the drift, or its place to grasp."""
+
+
+def describe_controller(name: str, controller: Controller) -> str:
+    """The first paragraph of the docstring of a controller, or the words for it in `WORDS`."""
+    text = WORDS.get(name) or inspect.getdoc(DESCRIBED_IN.get(name) or type(controller)) or ""
+    return " ".join(text.split("\n\n", 1)[0].rstrip(".").split())

@@ -1,7 +1,9 @@
-"""Oracle controller: simulates each throw with its hidden values before the throw.
+"""Reference controllers: without corrections, with random ones, and with a simulation of each throw before it.
 
 The oracle lacks only the scatter of the release, which is drawn in the throw itself, and offsets beyond the range of an
 action. It aims at the target, so it bounds no figure but the landing error, and that only where its search succeeds.
+
+In the conveyor's mode `fixed_throw` an action of zero is one throw for all picks, and the controller has that name.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.action import Correction
 from pnt_gym.cells.base.core import Core
+from pnt_gym.cells.conveyor.action import FIXED_THROW
 
 from .protocol import Actions, Controller, Observation
 
@@ -33,7 +36,9 @@ JUMPS: Final = (0.01, 0.03, 0.1)
 
 @final
 class Oracle(Controller):
-    """Damped Newton steps on the simulated outcome of each throw, with a Jacobian from all of its previews.
+    """Oracle controller: simulates each throw with its hidden values before the throw.
+
+    Damped Newton steps on the simulated outcome of each throw, with a Jacobian from all of its previews.
 
     The first step is a fixed point iteration with gain 1, action <- action - error / scale. Each later step uses the
     Jacobian estimated from the previous previews (a secant method in several dimensions), damped after Levenberg and
@@ -158,3 +163,35 @@ class _Search:
         donor = order[np.searchsorted(ranked, self._bucket) + random.integers(rank + 1)]
         jump = random.choice(JUMPS, size=(len(order), 1)) * random.standard_normal(self.best.shape)
         return self.best[donor] + jump
+
+
+@final
+class Analytic(Controller):
+    """The uncorrected analytic planner: the object is a point at the cup, without drag and without delay."""
+
+    def __init__(self, actions: int, mode: str | None = None) -> None:
+        self.name = mode if mode == FIXED_THROW else "analytic"
+        self._actions = actions
+
+    def act(self, observation: Observation) -> Actions:
+        """Zeros (N, A)."""
+        return np.zeros((len(observation.kind), self._actions), dtype=np.float32)
+
+
+@final
+class Random(Controller):
+    """Uniform random corrections: what every controller should beat."""
+
+    name = "random"
+
+    def __init__(self, actions: int) -> None:
+        self._actions = actions
+        self.reset(0)
+
+    def reset(self, seed: int) -> None:
+        """Reseed the generator."""
+        self._random = np.random.default_rng(seed)
+
+    def act(self, observation: Observation) -> Actions:
+        """Random actions (N, A), uniform in [-1, 1]."""
+        return self._random.uniform(-1.0, 1.0, (len(observation.kind), self._actions)).astype(np.float32)

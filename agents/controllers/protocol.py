@@ -7,14 +7,17 @@ row per throw of a batch.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, final, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, take
+from pnt_gym.cells.base.action import Correction
+
+from ..ground.cli import UsageError
 
 Actions = NDArray[np.float32]
 State = Mapping[str, NDArray[Any]]
@@ -109,3 +112,63 @@ class Learner(Controller, Protocol):
     def restore(self, state: State) -> None:
         """Load the state of another controller of the same name."""
         ...
+
+
+def to_action(offset: Floats, correction: Correction) -> Actions:
+    """Actions (N, E) that offset the planned outcome by `offset` (N, E), clipped to [-1, 1]."""
+    return np.clip(offset / correction.scale, -1.0, 1.0).astype(np.float32)
+
+
+def ideal_offset(outcome: Outcome, correction: Correction) -> Floats:
+    """Offset (N, E) that would have brought each throw to its goal.
+
+    The outcome is assumed to follow the offset one to one: the offset of the action minus the error. The result is
+    clipped to the action range, so that an object deflected by a rim or a touch only counts as far off.
+    """
+    return np.clip(outcome.action * correction.scale - outcome.error, -correction.scale, correction.scale)
+
+
+def is_instructive(outcome: Outcome) -> Bools:
+    """Whether each throw (N,) was executed as asked and its error was measured."""
+    return np.isfinite(outcome.error).all(axis=1) & ~outcome.clipped
+
+
+def check_width(offset: Floats, correction: Correction, name: str) -> None:
+    """Check that the learned offsets (M, E) of a controller have the number of coordinates of this cell.
+
+    Raises:
+        UsageError: the number of coordinates differs.
+    """
+    count, required = offset.shape[1], correction.count
+    if count != required:
+        raise UsageError(f"the saved state of {name!r} holds shifts of {count} numbers; they must have {required} here")
+
+
+@final
+class SeparateControllers(Controller):
+    """N controllers of one class; controller i sees only row i.
+
+    Args:
+        controllers: one controller for each row.
+    """
+
+    def __init__(self, controllers: Sequence[Controller]) -> None:
+        self._controllers = list(controllers)
+        self.name = self._controllers[0].name
+
+    def reset(self, seed: int) -> None:
+        """Reset every controller, each with its own seed."""
+        for row, controller in enumerate(self._controllers):
+            controller.reset(seed + row)
+
+    def act(self, observation: Observation) -> Actions:
+        """Action of each row's controller (N, A)."""
+        rows = [slice(row, row + 1) for row in range(len(observation.kind))]
+        return np.concatenate(
+            [controller.act(take(observation, row)) for controller, row in zip(self._controllers, rows, strict=False)]
+        )
+
+    def learn(self, outcome: Outcome) -> None:
+        """Pass each row's outcome to the row's controller."""
+        for row in range(len(outcome.cycle_time)):
+            self._controllers[row].learn(take(outcome, slice(row, row + 1)))

@@ -11,16 +11,13 @@ from typing import Annotated
 
 import tyro
 
-from ..ground.amounts import NUM_ENVS
-from ..ground.bars import throws_bar
-from ..ground.cli import at_least, option, run
+from ..ground.cli import NUM_ENVS, at_least, option, run
+from ..ground.cluster import pool
 from ..ground.environments import make_single
 from ..ground.places import MADE
-from ..ground.tables import console
-from ..jobs.cluster import pool
+from ..ground.tables import console, throws_bar
 from ..judging.trials import open_trial
-from .crew import Crew, EpisodeStore, collection_task
-from .tally import Tally, packing_progress
+from .crew import Crew, EpisodeStore, Tally, collection_task, packing_progress
 
 CONTROLLERS = (
     "The controller that throws: a name, the word expert, the folder of a training run, a class of your own, on a line "
@@ -88,7 +85,7 @@ def main(arguments: Arguments) -> None:
     """Collect the throws, write the dataset, and print its figures."""
     at_least(vars(arguments), throws=1, seed=0, practice=0, score_throws=1, num_envs=1, jobs=1)
     from . import offline  # noqa: PLC0415 - of an extra
-    from .facts import facts_of  # noqa: PLC0415 - as above
+    from .offline import facts_of  # noqa: PLC0415 - as above
 
     if arguments.name is not None:
         offline.check_name(arguments.name)

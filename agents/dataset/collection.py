@@ -24,10 +24,10 @@ from pnt_gym.reading import MOST_NUMBERS, arrays_of, bytes_of, parsed_json
 from ..controllers.protocol import Controller, Learner, State
 from ..ground.environments import Env, Role, make_vector, stream_seed
 from ..ground.files import check_form
+from ..ground.parcel import user_code_digest
 from ..ground.shipped import module_of
-from ..jobs.code import code_digest
-from ..jobs.parcel import user_code_digest
-from ..jobs.work import Job, key
+from ..ground.versions import code_digest
+from ..ground.work import Job, key
 from ..judging.trials import trial_of
 from .episodes import Episode, Noise, episode_seeds, episodes
 

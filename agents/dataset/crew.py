@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -13,19 +13,84 @@ from typing import Any, Final, final
 
 import numpy as np
 from gymnasium.spaces import Box, Space
+from rich.progress import Progress
 
 from ..controllers.protocol import Controller, Learner
-from ..ground.bars import throws_bar
 from ..ground.cli import UsageError, about
+from ..ground.cluster import Needs
 from ..ground.environments import Role
+from ..ground.metrics import mean_of_finite
 from ..ground.shipped import policy_place
-from ..jobs.cluster import Needs
-from ..jobs.work import Pool, keep_missing
+from ..ground.tables import Grid, millimetres, percent, throws_bar
+from ..ground.work import Pool, keep_missing
 from ..judging.trial import Trial
 from ..learning.trained import files_of, resolve_task
 from .collection import Collection, ControllerRecipe, unpack_episodes
 from .episodes import Episode
-from .tally import Scores
+
+SHOWN: Final[Mapping[str, tuple[str, Callable[[float], str]]]] = {
+    "is_success": ("success", percent),
+    "sorted": ("sorted", percent),
+    "landing_error": ("landing error, mean", millimetres),
+    "shift_value_per_min": ("value a minute, mean", "{:.1f}".format),
+    "shift_sorted_per_min": ("sorted a minute, mean", "{:.1f}".format),
+}
+"""Info values whose means the final table shows, where an environment has them: label and number format of each."""
+
+
+@final
+@dataclass(frozen=True)
+class Scores:
+    """Mean returns of an episode that define the scores 0 and 1."""
+
+    lowest: float
+    highest: float
+    episodes: int
+    """Number of episodes behind the means."""
+
+
+@final
+@dataclass
+class Tally:
+    """Returns, throws and figures of the episodes of a dataset, counted while the episodes are written."""
+
+    returns: list[float] = field(default_factory=list)
+    throws: int = 0
+    figures: dict[str, list[float]] = field(default_factory=dict)
+    """Values of throws and of whole episodes by the names in `SHOWN` that the environment has."""
+
+    def count_episodes(self, episodes: Iterator[Episode]) -> Iterator[Episode]:
+        """Yield the episodes unchanged, counting each."""
+        for episode in episodes:
+            self.returns.append(float(episode.rewards.sum()))
+            self.throws += len(episode)
+            columns = {**{name: values[1:] for name, values in episode.info.items()}, **episode.figures}
+            for name in columns.keys() & SHOWN.keys():
+                self.figures.setdefault(name, []).extend(np.ravel(columns[name]).tolist())
+            yield episode
+
+    def table(self, name: str, scores: Scores) -> Grid:
+        """Table of the counted figures and of the mean score."""
+        mean, span = float(np.mean(self.returns)), scores.highest - scores.lowest
+        rows = [
+            ("episodes", f"{len(self.returns)}"),
+            ("throws", f"{self.throws}"),
+            *(
+                (label, show(mean_of_finite(self.figures[key])))
+                for key, (label, show) in SHOWN.items()
+                if key in self.figures
+            ),
+            ("return of an episode, mean", f"{mean:.3f}"),
+            ("score: 0 is random, 1 the expert", f"{(mean - scores.lowest) / span:.3f}" if span else "-"),
+        ]
+        return Grid(name, ("figure", "value"), rows)
+
+
+def packing_progress(bar: Progress) -> Callable[[int, int], None]:
+    """Callback that shows the number of repacked episodes on a progress bar, from the first call on."""
+    task = bar.add_task("packing", total=None, visible=False)
+    return lambda number, total: bar.update(task, completed=number, total=total, visible=True)
+
 
 EXPERT: Final = "expert"
 """As `--controller`: the controller that `--expert` names."""

@@ -1,4 +1,4 @@
-"""Work shifts of lines, decision by decision: the loop in which controllers make the decisions."""
+"""Work shifts of lines, decision by decision, and the corrections of their throws."""
 
 from __future__ import annotations
 
@@ -10,10 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Ints
+from pnt_gym.cells.line.config import LineConfig
+from pnt_gym.cells.line.throws import Release
 
+from ..controllers import make_controller
 from ..controllers.protocol import Observation
-from ..ground.cli import UsageError
-from ..ground.environments import Env
+from ..ground.cli import UsageError, about
+from ..ground.environments import Env, make_vector
 from .registry import line_core
 
 Act = Callable[[Observation], NDArray[Any]]
@@ -90,3 +93,27 @@ def _check_figures(over: Bools, info: Mapping[str, Any]) -> None:
     figures = info.get("final_info", {}).get("_shift_value_per_min", np.zeros(len(over), dtype=np.bool_))
     if (over & ~figures).any():
         raise UsageError("max_episode_steps ends work shifts early; leave max_episode_steps out")
+
+
+ENV = "PnTRelease-v0"
+
+
+def make_release(name: str, config: LineConfig) -> Release:
+    """Function that corrects throws by a controller of `PnTRelease-v0`.
+
+    Args:
+        name: name of a controller that needs no practice, or a run folder.
+        config: level of the line.
+
+    Raises:
+        UsageError: the controller does not exist, or belongs to another environment.
+    """
+    env = make_vector(ENV, config.cell_of(0), 1, 1)
+    with about("release"):
+        controller = make_controller(name, env)
+    env.close()
+
+    def correct(observation: NDArray[np.float32], kind: Ints) -> NDArray[np.floating]:
+        return controller.act(Observation(observation, kind))
+
+    return correct

@@ -1,5 +1,7 @@
 """Lookahead planners: beam search over the decisions that follow a choice, by camera, encoder and planner.
 
+True properties of objects, results of throws, and objects upstream of the camera are not included.
+
 An `Outlook` holds all of the planners' knowledge: chances come from the table, and other robots are free when expected.
 """
 
@@ -12,13 +14,75 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints, concatenate_records, take
+from pnt_gym.cells.line.choosing import Chooser, Sight
 from pnt_gym.cells.line.core import LineCore
-from pnt_gym.cells.line.rows import CHOICES, IDLE_TIME, UNAVAILABLE_X
+from pnt_gym.cells.line.rows import CHOICES, IDLE_TIME, UNAVAILABLE_X, Choice, Rider, Seen
+from pnt_gym.rows import Rows1, Rows2
+from pnt_gym.rows import take as take_rows
 
 from ..controllers.protocol import Controller, Observation
-from .outlook import Outlook, observe_outlook
-from .rules import first_of
-from .scored import ScoreController, choice_mask
+from .rules import ScoreController, choice_mask, first_of
+
+
+@final
+@dataclass(frozen=True)
+class Outlook:
+    """N lines with R robots and at most W objects in sight, at a decision; times are from now on."""
+
+    sight: Sight
+    """Positions and classified items of the objects in sight."""
+    riders: Rows2[Rider]
+    """Objects in sight, as sensors report them (N, W)."""
+    choices: Rows2[Choice]
+    """Choices of the deciding robots."""
+    robot: Ints
+    """Index of the deciding robot (N,)."""
+    speed: float
+    """Speed of the belt [m/s]."""
+    chooser: Chooser
+    """Finds options by the robots' planner and the table of chances."""
+
+    def options(self, line: Ints, x: Floats, robot: Ints, hand: Floats) -> tuple[Rows1[Choice], Bools]:
+        """Options at later decisions.
+
+        Args:
+            line: indices of the lines (P,).
+            x: positions of the objects in sight at that time (P, W) [m]; `UNAVAILABLE_X` where the object may not
+                be taken.
+            robot: index of the deciding robot at that time (P,).
+            hand: position of the robot's hand (P, 3) [m].
+
+        Returns:
+            C options, and whether a robot downstream can take the object too (C,).
+        """
+        seen = Seen.zeros(*x.shape, index=np.arange(x.shape[1]), x=x, kind=self.sight.seen["kind"][line])
+        options = self.chooser.options(self.riders, Sight(line, seen), robot, hand)
+        kind = seen["kind"][options["line"], options["place"]]
+        return options, np.asarray(self.chooser.heirs(robot[options["line"]], kind).any(axis=1))
+
+
+def observe_outlook(core: LineCore) -> Outlook:
+    """Outlook of lines at their coming decisions."""
+    cell = core.cell
+    sight = cell.chooser.sight(cell.state, cell.stream, np.arange(core.count))
+    riders = take_rows(cell.stream.riders, (sight.line[:, None], sight.seen["index"]))
+    return Outlook(
+        sight=sight,
+        riders=report_riders(riders),
+        choices=cell.state.choices,
+        robot=cell.state.robot,
+        speed=core.config.cell.belt.speed,
+        chooser=cell.chooser,
+    )
+
+
+def report_riders(riders: Rows2[Rider]) -> Rows2[Rider]:
+    """Objects with measured values instead of true ones; NaN, or -1, where no sensor measures."""
+    reported = riders.copy()
+    reported["height"], reported["kind"] = riders["measured_height"], -1
+    reported["seal"] = reported["luck"] = np.nan
+    return reported
+
 
 MAX_DECISIONS: Final = 24
 """Decisions of one plan at most."""

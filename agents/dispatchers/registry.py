@@ -16,8 +16,7 @@ from ..ground.environments import Env, core_of
 from ..ground.shipped import DECIDING, LINE, policy_place, shipped_names
 from ..policies.scorer import Scorer
 from .lookahead import Beam, GuidedBeam, Lookahead
-from .rules import IndexRule, RandomChoice
-from .scored import ScoreController, run_scores
+from .rules import IndexRule, RandomChoice, ScoreController, run_scores
 from .settings import check_settings, settings
 
 ENV: Final = LINE

@@ -5,7 +5,7 @@ Every setting works the same shifts, so that the comparison is of settings and n
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any, Final, final
@@ -18,9 +18,11 @@ from pnt_gym.cells.line.config import LineConfig
 
 from ..controllers.protocol import Controller, Observation
 from ..dispatchers import settings as tuned
-from ..dispatchers.registry import ENV, GUIDED, line_controller, line_core
 from ..ground.environments import Env, make_vector
+from ..policies.scorer import NAMES, Scorer
 from .decisions import Progress, line_observation, work_single_shifts
+from .registry import ENV, GUIDED, line_controller, line_core
+from .rules import ScoreController
 
 PATIENCE: Final = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
 """Candidate patiences of ATC and price [s]."""
@@ -184,3 +186,53 @@ def search_planner(bench: Bench, name: str, rate: float) -> list[SettingsResult]
     results = bench.try_planner(name, [{"price": round(rate, 3), "share": share} for share in SHARES])
     share = best_result(results).settings["share"]
     return results + bench.try_planner(name, [{"price": round(rate * factor, 3), "share": share} for factor in AROUND])
+
+
+WEIGHED: Final = tuple(name for name in NAMES if name != "real")
+"""Entries of a choice that an index can weigh."""
+SPREAD: Final = 0.15
+"""Standard deviation of the weights in the first generation about their initial values."""
+
+
+def search_weights(
+    bench: Bench, patience: float, generations: int, seed: int, begin: Mapping[str, float] | None = None
+) -> list[SettingsResult]:
+    """Results of the index at the end of a search and of the initial one, with their settings of `index`.
+
+    Args:
+        bench: bench on which both are compared in the end; the search uses other shifts.
+        patience: patience of the rule [s].
+        generations: generations of the search.
+        seed: seed of the search.
+        begin: initial weights, zero for entries not listed; without any the index is the ATC rule.
+    """
+    import cma  # noqa: PLC0415 - an extra, which only this search needs
+
+    first = np.array([(begin or {}).get(name, 0.0) for name in WEIGHED])
+    # For cma the seed 0 means the time of day.
+    search = cma.CMAEvolutionStrategy(first, SPREAD, {"popsize": POPULATION, "seed": seed + 1, "verbose": -9})
+    for generation in range(generations):
+        candidates = search.ask()
+        shifts = bench.other_shifts(EACH, generation)
+        search.tell(
+            candidates, (-_mean_values(shifts, [_index_settings(patience, weights) for weights in candidates])).tolist()
+        )
+    settings_pair = [
+        _index_settings(patience, search.result.xfavorite),
+        {"patience": patience, "weights": dict(begin or {})},
+    ]
+    values = bench.compare([ScoreController("index", Scorer.linear(**settings)) for settings in settings_pair])
+    return [SettingsResult(settings, value) for settings, value in zip(settings_pair, values, strict=True)]
+
+
+def _mean_values(bench: Bench, candidates: list[Settings]) -> Floats:
+    """Mean value per minute of some indices (C,)."""
+    return bench.compare([ScoreController("index", Scorer.linear(**settings)) for settings in candidates]).mean(axis=1)
+
+
+def _index_settings(patience: float, weights: Floats) -> Settings:
+    """Settings of a controller `index`."""
+    return {
+        "patience": patience,
+        "weights": {name: round(float(w), 3) for name, w in zip(WEIGHED, weights, strict=True)},
+    }

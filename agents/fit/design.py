@@ -14,8 +14,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from ..ground.environments import core_of, make_vector
 from ..ground.infos import results
 from ..judging.log import ThrowLog, complete_log
-from .density import Density
-from .finite import finite_numbers
+from .density import Density, finite_numbers
 from .fitted import Fitted
 from .model import ThrowModel
 from .parameters import Parameter

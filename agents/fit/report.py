@@ -13,9 +13,8 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.names import check_keywords
 
-from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
-from ..ground.tables import Grid
+from ..ground.tables import Grid, throws_bar
 from ..judging.log import ThrowLog
 from .fitted import Fitted, fit_log
 from .parameters import PARAMETERS, Parameter, priors

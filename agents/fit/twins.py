@@ -18,9 +18,8 @@ from ..controllers.protocol import Actions, Controller, Observation
 from ..ground.cli import UsageError
 from ..judging.log import Recorder, ThrowLog
 from ..judging.trials import open_trial
-from .combinations import combinations
 from .design import DesignPool, optimal_throws
-from .fitted import Fitted, fit_log
+from .fitted import Fitted, combinations, fit_log
 from .parameters import Parameter, level_at, priors, values_at
 
 ENV: Final = "PnTRelease-v0"

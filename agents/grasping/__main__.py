@@ -7,10 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
-from ..ground.bars import throws_bar
 from ..ground.cli import at_least, check_libraries, option, run
 from ..ground.outputs import check_ending, check_writable, deliver
-from ..ground.tables import Grid, console
+from ..ground.tables import Grid, console, throws_bar
 
 if TYPE_CHECKING:
     from pnt_gym.arrays import Floats
@@ -55,8 +54,8 @@ def main(arguments: Arguments) -> None:
     check_writable(arguments.out)
     check_libraries("torch")
     from .features import SIGHTS  # noqa: PLC0415 - help comes first
-    from .kinds import with_drawn_kinds  # noqa: PLC0415 - as above
     from .practice import practise  # noqa: PLC0415 - as above
+    from .scenes import with_drawn_kinds  # noqa: PLC0415 - as above
 
     level = with_drawn_kinds(arguments.level, arguments.drawn, arguments.seed)
     with throws_bar() as bar:

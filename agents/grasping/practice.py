@@ -11,8 +11,7 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.grasp.config import GraspConfig
 
-from .features import NAMES, PlaceFeatures, place_features
-from .maps import best_places, blur_maps
+from .features import NAMES, PlaceFeatures, best_places, blur_maps, place_features
 from .network import PlaceNetwork
 from .scenes import Scenes
 

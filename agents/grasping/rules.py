@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import product
 from typing import Final, NamedTuple, final
 
 import numpy as np
@@ -10,8 +11,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.grasp.images import pixel_places
 
-from .features import PlaceFeatures
-from .maps import best_places, blur_maps
+from .features import PlaceFeatures, best_places, blur_maps, place_features
 from .scenes import Scenes
 
 
@@ -36,7 +36,7 @@ class Weights(NamedTuple):
 
 
 TUNED: Final = Weights(rough_in=0.0, rough_out=1.0, distance=2.0, slope=8.0)
-"""The best of the settings without colour by tries on seen kinds (`agents.grasping.tuning`, seed 0)."""
+"""The best of the settings without colour by tries on seen kinds (`agents.grasping.rules`, seed 0)."""
 COLOURED: Final = Weights(rough_in=0.0, rough_out=1.0, distance=1.0, slope=8.0, matte=4.0)
 """The best of the settings with colour by the same number of tries."""
 
@@ -100,3 +100,37 @@ PLACES: Final[dict[str, Callable[[Scenes, PlaceFeatures], Floats]]] = {
     "oracle": lambda scenes, features: oracle_places(scenes),
 }
 """Places (N, 2) [m] by the rules and by the oracle, by the names of tables."""
+
+
+DEPTH_SETTINGS: Final = tuple(
+    Weights(rough_in=share, rough_out=1.0 - share, distance=distance, slope=slope)
+    for share, distance, slope in product((0.0, 0.5, 1.0), (0.2, 0.5, 1.0, 2.0, 4.0, 8.0), (0.0, 4.0, 8.0, 16.0))
+)
+"""72 settings without colour."""
+STAGES: Final = 3
+"""Rounds; each leaves a quarter of the settings, and takes the same number of tries."""
+
+
+def colour_settings(weights: Weights) -> tuple[Weights, ...]:
+    """64 settings with colour and gloss around a setting without."""
+    return tuple(
+        weights._replace(matte=matte, odd=odd, distance=weights.distance * factor)
+        for matte, odd, factor in product(
+            (-2.0, 0.0, 1.0, 2.0, 4.0, 8.0, 12.0, 16.0), (-2.0, 0.0, 1.0, 2.0), (0.5, 1.0)
+        )
+    )
+
+
+def tune(level: str, settings: Sequence[Weights], tries: int, seed: int) -> Weights:
+    """The setting whose tries are worth the most, by successive halving; every try is on a fresh object."""
+    left = list(settings)
+    for stage in range(STAGES):
+        count = max(tries // (STAGES * len(left)), 1)
+        scores: list[float] = []
+        for k, weights in enumerate(left):
+            scenes = Scenes.draw(level, count, 100_000 * (seed + 1) + 1000 * stage + k)
+            features = place_features(scenes.images, scenes.radius)
+            scores.append(float(scenes.try_places(rule_places(features, weights)).worth.mean()))
+        keep = max(len(left) // 4, 1) if stage < STAGES - 1 else 1
+        left = [left[k] for k in np.argsort(scores)[::-1][:keep]]
+    return left[0]

@@ -1,1 +1,1 @@
-"""Basics of all of `agents`: command lines, files, environments by id, figures and tables."""
+"""Basics of all of `agents`: command lines, files, environments, figures, tables, work in processes and on clusters."""

@@ -25,8 +25,17 @@ from pnt_gym.errors import PntGymError, one_sentence
 from pnt_gym.names import unknown_name
 
 from .places import module_name
-from .signals import REASONS, Interrupt, handle_signals, interrupt
-from .streams import is_printed
+from .streams import REASONS, Interrupt, handle_signals, interrupt, is_printed
+
+NUM_ENVS: Final = 16
+"""Cells simulated side by side."""
+PICKS: Final = 200
+"""Throws of an evaluation."""
+PRACTICE: Final = 120
+"""Practice throws of a controller before an evaluation."""
+SHIFTS: Final = 32
+"""Work shifts of an evaluation on a line."""
+
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

@@ -13,11 +13,10 @@ import gymnasium as gym
 
 from ..controllers.protocol import Controller, Learner, learns
 from ..controllers.state import check_learns, practice_steps, save_state
-from ..ground.amounts import NUM_ENVS
-from ..ground.bars import throws_bar
-from ..ground.cli import UsageError, at_least, check_known
+from ..ground.cli import NUM_ENVS, UsageError, at_least, check_known
 from ..ground.environments import OPTIONS, Env, as_vector, make_vector
 from ..ground.outputs import deliver_text
+from ..ground.tables import throws_bar
 from .log import Recorder
 from .loop import Progress
 from .record import Record, Row

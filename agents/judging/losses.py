@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Self, final
+from typing import Any, Final, NamedTuple, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,30 @@ WORDS: Final[Mapping[str, str]] = {
 """Fates in words."""
 
 
+class CountedThrows(NamedTuple):
+    """Columns of N simulated throws, from which losses are counted.
+
+    Attributes:
+        kind: index of the item (N,).
+        percent: speed setting (N,) [%].
+        hits: whether the throw was a success (N,).
+        picked: whether the cup sealed (N,).
+        lost: whether the object left the cup before its release (N,).
+        ended_in: index of the bin in which the object lies, -1 for none (N,).
+        energy: energy of the throw (N,) [J].
+        miss: landing from the middle of the opening (N, 2) [m].
+    """
+
+    kind: Ints
+    percent: Floats
+    hits: Bools
+    picked: Bools
+    lost: Bools
+    ended_in: Ints
+    energy: Floats
+    miss: Floats
+
+
 @final
 @dataclass(frozen=True)
 class Counted:
@@ -55,35 +79,21 @@ class Counted:
     """Landings of some throws of each item from the middle of the opening, K arrays (L, 2) [m]."""
 
     @classmethod
-    def from_throws(
-        cls, items: int, kind: Ints, percent: Floats, hits: Bools, picked: Bools, lost: Bools, ended_in: Ints,
-        energy: Floats, miss: Floats,
-    ) -> Self:  # fmt: skip
-        """Counts of N simulated throws.
-
-        Args:
-            items: number of items K.
-            kind: index of the item (N,).
-            percent: speed setting (N,) [%].
-            hits: whether the throw was a success (N,).
-            picked: whether the cup sealed (N,).
-            lost: whether the object left the cup before its release (N,).
-            ended_in: index of the bin in which the object lies, -1 for none (N,).
-            energy: energy of the throw (N,) [J].
-            miss: landing from the middle of the opening (N, 2) [m].
-        """
-        settings, no_bin = np.unique(percent), picked & (ended_in < 0)
-        groups = [(~no_bin & picked & ~hits), no_bin & lost, no_bin & ~lost]
-        strayed, lost_count, missed = (np.bincount(kind[group], minlength=items) for group in groups)
-        landed = np.isfinite(miss).all(axis=1)
+    def from_throws(cls, items: int, throws: CountedThrows) -> Self:
+        """Counts of N simulated throws of K items."""
+        kind, picked, missing = throws.kind, throws.picked, throws.picked & (throws.ended_in < 0)
+        groups = [~missing & picked & ~throws.hits, missing & throws.lost, missing & ~throws.lost]
+        strayed, lost, missed = (np.bincount(kind[group], minlength=items) for group in groups)
+        landed, settings = np.isfinite(throws.miss).all(axis=1), np.unique(throws.percent)
+        energy = [[_mean(throws.energy[(kind == k) & (throws.percent == p)]) for p in settings] for k in range(items)]
         return cls(
             held=np.bincount(kind[picked], minlength=items),
             missed=missed,
-            lost=lost_count,
+            lost=lost,
             strayed=strayed,
             percent=settings,
-            energy=np.array([[_mean(energy[(kind == k) & (percent == p)]) for p in settings] for k in range(items)]),
-            landings=tuple(miss[landed & (kind == k)][:LANDINGS] for k in range(items)),
+            energy=np.array(energy),
+            landings=tuple(throws.miss[landed & (kind == k)][:LANDINGS] for k in range(items)),
         )
 
     def entry(self) -> dict[str, Any]:

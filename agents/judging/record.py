@@ -14,8 +14,7 @@ from pnt_gym.arrays import Floats
 from ..ground.files import jsonable
 from ..ground.tables import Grid, value_table
 from .figures import Figure, count, rate
-from .form import Columns, FigureColumns
-from .rows import Rows, Values, numbers
+from .rows import Columns, FigureColumns, Rows, Values, numbers
 
 Summary: TypeAlias = Mapping[str, Any]
 Result: TypeAlias = Mapping[str, Any]

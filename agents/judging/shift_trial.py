@@ -18,18 +18,15 @@ from pnt_gym.cells.line.core import LineCore
 from ..controllers.between import PLANNER
 from ..controllers.own import controller_of, import_controller
 from ..controllers.protocol import Controller
-from ..dispatchers.decisions import work_shifts
+from ..dispatchers.decisions import make_release, work_shifts
 from ..dispatchers.registry import FIRST, GUIDED, SEARCHED, line_controller
-from ..dispatchers.release import make_release
-from ..dispatchers.scored import ScoreController, run_scores
+from ..dispatchers.rules import ScoreController, run_scores
 from ..dispatchers.settings import PLANNERS, rate
 from ..dispatchers.settings import settings as tuned_settings
-from ..ground.amounts import SHIFTS
-from ..ground.cli import UsageError
+from ..ground.cli import SHIFTS, UsageError
 from ..ground.environments import Env, stream_seed
 from ..ground.shipped import module_of
-from ..learning.algorithms import MASKED, SCORING
-from ..learning.hyperparameters import algorithm_arguments
+from ..learning.hyperparameters import MASKED, SCORING, algorithm_arguments
 from ..learning.runs import RunFolder
 from ..learning.windows import DecisionWindow
 from ..policies.scorer import Scorer
@@ -118,8 +115,7 @@ class ShiftTrial(Trial):
         del progress
         if controller.name != SEARCHED or steps == 0:
             return controller
-        from ..dispatchers.scores import search_weights  # noqa: PLC0415 - needs a library that only a search does
-        from ..dispatchers.search import SEARCHED_SHIFTS, Bench, best_result  # noqa: PLC0415 - as above
+        from ..dispatchers.search import SEARCHED_SHIFTS, Bench, best_result, search_weights  # noqa: PLC0415 - as above
 
         level = LineConfig.load(self.core.config, throws="table")
         first = stream_seed("practice", seed)

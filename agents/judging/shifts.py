@@ -19,7 +19,7 @@ from ..dispatchers.registry import line_core
 from ..ground.environments import Env
 from ..ground.files import jsonable
 from ..ground.infos import results
-from .form import Amount, Columns, Count, Number
+from .rows import Amount, Columns, Count, Number
 
 MEANS: Final = {
     "value_per_min": "shift_value_per_min",

@@ -14,8 +14,8 @@ from ..controllers.protocol import Controller
 from ..ground.cli import UsageError
 from ..ground.environments import stream_seed
 from ..ground.places import ADAPTIVE
-from ..jobs.code import code_digest
-from ..learning.algorithms import SEEING
+from ..ground.versions import code_digest
+from ..learning.hyperparameters import SEEING
 from .loop import throw_batches, throw_held_out
 from .record import Card
 from .throw_record import CARD, ThrowRecord, depend, run_length

@@ -13,8 +13,8 @@ from pydantic import Field, model_validator
 from pnt_gym.arrays import Bools, Floats, Ints
 
 from ..ground.infos import results
-from .form import LARGEST, Amount, Columns, Count, Number
 from .record import mappings
+from .rows import LARGEST, Amount, Columns, Count, Number
 
 FIELDS: Final = {
     "item": ("item", np.int64),

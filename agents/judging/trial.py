@@ -18,11 +18,10 @@ from pnt_gym.cells.base.config import LevelConfig
 from ..controllers import make_controller
 from ..controllers.own import controller_of, run_policy
 from ..controllers.protocol import Controller, learns
-from ..ground.amounts import PICKS, PRACTICE
-from ..ground.cli import UsageError
+from ..ground.cli import PICKS, PRACTICE, UsageError
 from ..ground.environments import Env, core_of
 from ..ground.places import POLICY
-from ..learning.algorithms import RESIDUAL
+from ..learning.hyperparameters import RESIDUAL
 from ..learning.runs import RunFolder
 from ..learning.windows import ThrowWindow, Window
 from .loop import Progress, practise

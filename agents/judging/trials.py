@@ -12,8 +12,7 @@ from pnt_gym.errors import PntGymError, one_sentence
 from pnt_gym.names import unknown_name
 
 from ..controllers.protocol import Controller
-from ..ground.amounts import NUM_ENVS
-from ..ground.cli import UsageError
+from ..ground.cli import NUM_ENVS, UsageError
 from ..ground.environments import Env, config_of, core_of, import_user_module, make_vector
 from ..ground.places import module_name
 from .shift_trial import ShiftTrial

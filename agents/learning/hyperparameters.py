@@ -1,4 +1,4 @@
-"""Hyperparameters of the learning algorithms, in RL-Zoo syntax."""
+"""The learning algorithms by name, and their hyperparameters in RL-Zoo syntax."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal, get_args
 
 from pnt_gym.cells.base.config import quotes_hint
 from pnt_gym.errors import one_sentence
@@ -16,6 +16,27 @@ from pnt_gym.names import join_names
 from ..ground.cli import UsageError
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
+
+Residual = Literal["sac", "td3", "ppo", "tqc", "recurrent_ppo"]
+Masked = Literal["maskable_ppo", "residual_ppo"]
+Algorithm = Literal[Residual, Masked]
+RESIDUAL: tuple[Residual, ...] = get_args(Residual)
+"""Algorithms that learn a residual: they correct throws."""
+MASKED: tuple[Masked, ...] = get_args(Masked)
+"""Algorithms for masked discrete actions: they choose the next object on a line."""
+SCORING: tuple[Algorithm, ...] = ("residual_ppo",)
+"""Algorithms whose policies are scorers: one network scores each choice."""
+ON_POLICY: tuple[Algorithm, ...] = ("ppo", "recurrent_ppo")
+"""Algorithms that learn from every step once, and have no replay buffer."""
+RECURRENT: tuple[Algorithm, ...] = ("recurrent_ppo",)
+"""Algorithms with recurrent policies, which remember earlier observations of a shift."""
+SEEING: tuple[Algorithm, ...] = ("sac", "ppo")
+"""Algorithms that learn from pictures beside vectors."""
+MAX_STACK: Final = 100
+"""Observations that a policy sees at once, at most."""
+MOST_MODEL: Final = 2**28
+"""Largest size of a model file, compressed or not [bytes]."""
+
 
 DEFAULT: Final = "default"
 """Name of the entry for environments without an entry of their own."""

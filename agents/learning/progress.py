@@ -16,7 +16,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from pnt_gym.reading import text_of
 
 from ..ground.files import MOST_RESULTS, write_text
-from ..ground.signals import handle_signals, interrupt
+from ..ground.streams import handle_signals, interrupt
 from .windows import Window
 
 HEADER = "throws,seconds,success_rate,{},reward_mean"

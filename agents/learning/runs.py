@@ -1,6 +1,6 @@
 """The folder of a training run: its arguments, its policy, and the checkpoints from which the run can go on.
 
-    args.yml            arguments of the run         config.yml          hyperparameters (RL-Zoo syntax)
+args.yml            arguments of the run         config.yml          hyperparameters (RL-Zoo syntax)
     env.yaml            the level in full            versions.json       of Python and packages
     git.txt             commit, if there is one      command.txt         the command line
     progress.csv        seconds of training, success and landing error, over all resumes
@@ -15,6 +15,9 @@ counts are read, into networks that args.yml and config.yml describe. Nothing is
 
 from __future__ import annotations
 
+import json
+import random
+import re
 import shutil
 import sys
 from collections.abc import Generator, Mapping
@@ -23,23 +26,89 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pnt_gym.cells.base.config import LevelConfig
 from pnt_gym.errors import one_sentence
-from pnt_gym.reading import yaml_text
+from pnt_gym.reading import arrays_of, json_of, yaml_text
 
 from ..ground.cli import UsageError
 from ..ground.files import read_yaml, replace_file, sweep, temporary_path, write_json, write_text
 from ..ground.versions import git_state, versions
 from ..policies.actor import Actor
 from ..policies.scorer import Scorer
-from .algorithms import MASKED, MAX_STACK, RESIDUAL, SCORING
+from .hyperparameters import MASKED, MAX_STACK, RESIDUAL, SCORING, hyperparameters
 from .hyperparameters import WHOLE as RANGES
-from .hyperparameters import hyperparameters
-from .memory import load_memory, load_random, save_memory, save_random
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
     from stable_baselines3.common.vec_env import VecEnv
+
+HEADER: Final = 1024
+"""Largest size of an array's header in a file [bytes]."""
+
+
+def save_memory(memory: Any, path: Path) -> None:
+    """Write the throws in a replay buffer to a .npz file."""
+    rows: dict[str, Any] = {name: array[: memory.size()] for name, array in _arrays(memory).items()}
+    np.savez(path, pos=memory.pos, full=memory.full, **rows)
+
+
+def load_memory(memory: Any, path: Path) -> None:
+    """Fill a new replay buffer from a file that `save_memory` has written.
+
+    Raises:
+        ValueError: the file is of a buffer of another size, or of another kind, or its numbers are not finite.
+    """
+    arrays = _arrays(memory)
+    names = re.compile("|".join([*arrays, "pos", "full"]))
+    stored = arrays_of(path, names, sum(array.nbytes + HEADER for array in arrays.values()) + 4 * HEADER)
+    pos, full = int(stored["pos"]), bool(stored["full"])
+    if not 0 <= pos < memory.buffer_size:
+        raise ValueError(f"pos is {pos}; it must be from 0 to {memory.buffer_size - 1}")
+    for name, array in arrays.items():
+        rows, values = array[: None if full else pos], stored[name]
+        if (values.shape, values.dtype) != (rows.shape, rows.dtype):
+            raise ValueError(f"{name} is {values.dtype} {values.shape}; it must be {rows.dtype} {rows.shape}")
+        if not np.isfinite(values).all():
+            raise ValueError(f"{name} has numbers that are not finite")
+        rows[:] = values
+    memory.pos, memory.full = pos, full
+
+
+def _arrays(memory: Any) -> dict[str, NDArray[Any]]:
+    """Arrays of a replay buffer by name; of one for pictures beside vectors, those in its dictionaries too."""
+    parts = {name: value for name, value in vars(memory).items() if isinstance(value, dict)}
+    inner = {f"{name}_{key}": array for name, part in parts.items() for key, array in part.items()}
+    return {name: value for name, value in {**vars(memory), **inner}.items() if isinstance(value, np.ndarray)}
+
+
+def save_random(model: BaseAlgorithm, path: Path) -> None:
+    """Write the state of every random generator of a training as JSON."""
+    import torch  # noqa: PLC0415 - a second to import
+
+    name, words, *position = np.random.get_state()  # noqa: NPY002 - the generator that stable-baselines3 draws from
+    state = {
+        "torch": torch.get_rng_state().tolist(),
+        "numpy": [name, np.asarray(words).tolist(), *position],
+        "python": random.getstate(),
+        "actions": model.action_space.np_random.bit_generator.state,
+    }
+    path.write_text(json.dumps(state), encoding="utf-8")
+
+
+def load_random(model: BaseAlgorithm, path: Path) -> None:
+    """Set every random generator to the state that `save_random` has written."""
+    import torch  # noqa: PLC0415 - as above
+
+    state = json_of(path)
+    torch.set_rng_state(torch.tensor(state["torch"], dtype=torch.uint8))
+    np.random.set_state(tuple(state["numpy"]))  # noqa: NPY002 - as above
+    version, words, gauss = state["python"]
+    random.setstate((version, tuple(words), gauss))
+    model.action_space.np_random.bit_generator.state = state["actions"]
+
 
 ARGUMENTS = ("env", "level", "algo", "steps", "seed", "num_envs", "action_mode", "checkpoint_every")
 LATER = {

@@ -34,9 +34,17 @@ from pnt_gym.names import unknown_name
 from pnt_gym.reading import ReadError, archive, parsed_json
 
 from ..ground.cli import UsageError, about, check_known
-from .algorithms import MASKED, MOST_MODEL, RECURRENT, RESIDUAL
 from .bandit_sac import BanditSAC
-from .hyperparameters import FALLING, WIDEST, algorithm_arguments, initial_value
+from .hyperparameters import (
+    FALLING,
+    MASKED,
+    MOST_MODEL,
+    RECURRENT,
+    RESIDUAL,
+    WIDEST,
+    algorithm_arguments,
+    initial_value,
+)
 from .vec_env import rows_thrown
 
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")

@@ -29,7 +29,7 @@ from pnt_gym.reading import PlainLoader, ReadError, bytes_of, yaml_of
 
 from ..ground.cli import UsageError
 from ..ground.shipped import policy_place
-from .algorithms import MOST_MODEL
+from .hyperparameters import MOST_MODEL
 from .runs import RunFolder
 
 LevelT = TypeVar("LevelT")

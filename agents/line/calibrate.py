@@ -11,8 +11,8 @@ import tyro
 from pnt_gym.cells.line.config import LineConfig
 
 from ..ground.cli import at_least, option
+from ..ground.levels import show_assumed
 from ..ground.outputs import check_writable
-from ..ground.starters import show_assumed
 from ..ground.tables import console
 from .thrown import NUM_ENVS, calibrate, table_place
 

@@ -11,8 +11,8 @@ import tyro
 from pnt_gym.cells.line.table_name import MADE
 
 from ..ground.cli import option
+from ..ground.levels import show_assumed
 from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
-from ..ground.starters import show_assumed
 from ..ground.tables import console
 from .plan_picture import plan_picture
 from .reasons import plans_table

@@ -1,18 +1,32 @@
-"""Plans of a line: combinations of robots, skills, belt speeds and limits over one stream of objects."""
+"""Plans of a line, and what each brings: recovery, causes, energy and money, from simulated work shifts."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
-from pnt_gym.cells.line.config import LineConfig
+import numpy as np
+
+from pnt_gym.arrays import Floats
+from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 from pnt_gym.cells.line.sections import Down, Robot
+from pnt_gym.cells.line.table_name import MADE
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import unknown_name
 
+from ..dispatchers.decisions import make_release
+from ..dispatchers.registry import ENV, line_controller, line_core
 from ..ground.cli import UsageError
+from ..ground.environments import make_vector, stream_seed
+from ..ground.metrics import mean_interval
+from ..ground.tables import throws_bar
+from ..judging.losses import FATES, Counted, Fates, decision_energy, energy_summary
+from ..judging.shifts import Shifts, run_shifts
+from .thrown import with_table
 
 
 @dataclass(frozen=True)
@@ -100,3 +114,194 @@ def with_standstill(config: LineConfig, down: dict[str, Any] | None) -> LineConf
     """The line with a standstill, if the line has the robot."""
     has_robot = down is not None and down["robot"] in [robot.name for robot in config.robots]
     return LineConfig.load(config, down=[down]) if has_robot else config
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """How plans are judged."""
+
+    controller: str = "price"
+    shifts: int = 16
+    seed: int = 0
+    throws: int = 1000
+    """Throws to count for a table that does not exist yet."""
+    tables: Path = MADE
+    """Folder of such tables."""
+    check: int = 4
+    """Shifts that a chosen plan works in the full physics as well."""
+    threads: int = 2
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A judged plan."""
+
+    config: LineConfig
+    """The line with its table of chances."""
+    counted: Counted | None
+    """What became of the throws behind the table."""
+    row: dict[str, Any]
+    """Figures by the names of the JSON contract."""
+    recovery: Floats
+    """Recovery of each shift (S,)."""
+
+    def shares(self, item: int) -> dict[str, float]:
+        """Shares of the fates of an item's objects."""
+        return self.row["fates_by_item"][self.config.cell.items[item]]
+
+    def thrown_badly(self, item: int) -> float:
+        """Share of the thrown objects of an item that do not end in their bin; 0 where none was thrown."""
+        shares = self.shares(item)
+        bad = shares["misplaced"] + shares["missed"] + shares["lost"]
+        return bad / (bad + shares["sorted"]) if bad > 0.0 else 0.0
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What tells this plan from others of the same level."""
+        return {name: self.row[name] for name in ("robots", "belt_speed", "percent", "skills")}
+
+    @property
+    def bound(self) -> float:
+        """Recovery if every object were picked, and thrown as well as those of its item that were."""
+        arrived = np.array(self.row["arrived"])
+        good = np.array([1.0 - self.thrown_badly(item) for item in range(len(arrived))])
+        return float(arrived @ good / arrived.sum())
+
+
+def judge_plan(
+    numbers: dict[str, Any],
+    config: LineConfig,
+    conditions: Conditions,
+    release: str | None = None,
+    recount: bool = False,
+) -> Planned:
+    """Work the shifts of a plan, with throws by the table of a release.
+
+    Args:
+        numbers: what tells the plan from others.
+        config: the line.
+        conditions: how plans are judged.
+        release: what corrects the throws; None for nothing.
+        recount: whether the table counts throws as the plan's own controller chooses them, and not random ones.
+    """
+    chooser = conditions.controller if recount else None
+    line, counted = with_table(
+        config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads, chooser
+    )
+    shifts = work(line, conditions)
+    figures = plan_figures(shifts, line, counted)
+    row = {**numbers, "chances_by": chooser or "random", **figures}
+    return Planned(line, counted, row, shifts.figures["shift_recovery"].astype(np.float64))
+
+
+def work(line: LineConfig, conditions: Conditions) -> Shifts:
+    """The shifts of a line with throws by its table."""
+    with closing(make_vector(ENV, line, conditions.shifts, conditions.threads)) as env, throws_bar() as bar:
+        core = line_core(env)
+        task = bar.add_task("shifts", total=conditions.shifts)
+        controller = line_controller(conditions.controller, core)
+        seed = stream_seed("evaluate", conditions.seed)
+        env.reset(seed=seed)
+        return run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
+
+
+def try_changes(plan: Planned, conditions: Conditions) -> dict[str, float]:
+    """Recovery of a plan with one thing changed, by the plan's own table, by words for the change."""
+    line, rate = plan.config, plan.config.arrivals.rate
+    robots = [robot.model_dump(mode="json") for robot in line.robots]
+    changes: dict[str, dict[str, Any]] = {}
+    if len(robots) < MOST_ROBOTS:
+        more = line_up(line, len(robots) + 1)
+        changes["one more robot"] = {"robots": [robot.model_dump(mode="json") for robot in more]}
+    if any(robot["skills"] for robot in robots):
+        changes["all skills for every robot"] = {"robots": [{**robot, "skills": []} for robot in robots]}
+    changes["half as many objects"] = {"arrivals": {**line.arrivals.model_dump(mode="json"), "rate": rate / 2.0}}
+    recovery: dict[str, float] = {}
+    for words, change in changes.items():
+        shifts = work(LineConfig.load(line, **change), conditions)
+        recovery[words] = float(shifts.figures["shift_recovery"].mean())
+    return recovery
+
+
+def check_plan(plan: Planned, conditions: Conditions, release: str | None = None) -> dict[str, Any] | None:
+    """Recovery of a plan's first shifts in the full physics, and less that by the table; None for no shift to check.
+
+    The interval of the difference holds the spread of the counts behind the table as well.
+    """
+    count = min(conditions.check, conditions.shifts)
+    if count == 0:
+        return None
+    config = LineConfig.load(plan.config, throws="full")
+    with closing(make_vector(ENV, config, count, conditions.threads)) as env, throws_bar() as bar:
+        core = line_core(env)
+        if release is not None:
+            core.use(make_release(release, config))
+        task = bar.add_task("shifts in the full physics", total=count)
+        controller, seed = line_controller(conditions.controller, core), stream_seed("evaluate", conditions.seed)
+        shifts = run_shifts(controller, env, count, seed, lambda number: bar.advance(task, number))
+    simulated = shifts.figures["shift_recovery"].astype(np.float64)
+    recovery, over = mean_interval(simulated), mean_interval(simulated - plan.recovery[:count])
+    below, above = (float(np.hypot(end - over.value, plan.row["recovery_counts"])) for end in (over.low, over.high))
+    return {
+        "shifts": count,
+        "recovery": recovery.value,
+        "recovery_low": recovery.low,
+        "recovery_high": recovery.high,
+        "over_table": over.value,
+        "over_table_low": over.value - below,
+        "over_table_high": over.value + above,
+    }
+
+
+def plan_figures(shifts: Shifts, config: LineConfig, counted: Counted | None) -> dict[str, Any]:
+    """Figures of a plan from its shifts."""
+    recovery, value = mean_interval(shifts.figures["shift_recovery"]), mean_interval(shifts.value)
+    fates = Fates.of_shifts(shifts, config, counted)
+    # A shipped table is larger than the one whose throws say what became of them.
+    spread = 0.0 if counted is None or config.chances is None else table_spread(shifts, fates, counted)
+    by_item = zip(config.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
+    return {
+        "recovery": recovery.value,
+        "recovery_counts": spread,
+        "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
+        "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
+        "value_per_min": value.value,
+        "value_per_min_low": value.low,
+        "value_per_min_high": value.high,
+        "utilisation": shifts.figures["shift_utilisation"].mean(axis=0).tolist(),
+        "fates": fates.shares(),
+        "fates_by_item": {item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item},
+        "arrived": fates.arrived.tolist(),
+        **energy_summary(shifts, counted),
+        "money_per_hour": money_per_hour(shifts, config, counted),
+    }
+
+
+def table_spread(shifts: Shifts, fates: Fates, counted: Counted) -> float:
+    """Half of the 95 % interval of a recovery that comes from the counts of the table: sums of binomial variances.
+
+    An attempt succeeds if the cup seals and the object ends in its bin. Robots that have time left try again after a
+    failed pick; for their plans the figure is an upper bound.
+    """
+    kind, items = shifts.decisions["true_kind"], len(counted.held)
+    attempts = np.bincount(kind, minlength=items).astype(np.float64)
+    sealed = np.bincount(kind[shifts.decisions["picked"].astype(bool)], minlength=items)
+    chance = np.minimum(fates.counts.sum(axis=0)[:, 0] / np.maximum(attempts, 1.0), 1.0)
+    tries = counted.held * attempts / np.maximum(sealed, 1)  # the table's file keeps the sealed ones
+    variance = (attempts / fates.counts.sum()) ** 2 * chance * (1.0 - chance) / np.maximum(tries, 1.0)
+    return float(1.96 * np.sqrt(variance.sum()))
+
+
+def money_per_hour(shifts: Shifts, config: LineConfig, counted: Counted | None) -> float | None:
+    """Money that a plan earns an hour: proceeds less the robots' hours and energy; None without costs or energy."""
+    cost, hours = config.cost, config.duration / 3600.0
+    if not cost.applies:
+        return None
+    energy = decision_energy(shifts, counted)
+    if energy is None and cost.joule > 0.0:
+        return None
+    tonnes = [item.mass / 1000.0 for item in config.cell.item_list()]
+    prices = [cost.per_tonne.get(name, 0.0) for name in config.cell.items]
+    proceeds = float(shifts.figures["shift_sorted_by_item"].mean(axis=0) @ np.multiply(tonnes, prices)) / hours
+    joules = 0.0 if energy is None else float(np.nansum(energy)) / len(shifts.value) / hours
+    return proceeds - cost.robot_hour * len(config.robots) - cost.joule * joules

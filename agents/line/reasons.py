@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from ..ground.tables import Grid, percent
-from .planned import Planned
+from .plans import Planned
 
 MAJOR: Final = 0.25
 """Share of all objects thrown in vain from which on an item is named as a reason."""

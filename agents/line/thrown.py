@@ -19,16 +19,15 @@ from pnt_gym.cells.line.throws import SimulatedThrows
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers import NAMES
-from ..dispatchers.decisions import work_shifts
+from ..dispatchers.decisions import make_release, work_shifts
 from ..dispatchers.registry import ENV, line_controller, line_core
-from ..dispatchers.release import make_release
-from ..ground.bars import throws_bar
 from ..ground.cli import UsageError
 from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import deliver_text
 from ..ground.shipped import policy_place
+from ..ground.tables import throws_bar
 from ..ground.versions import versions
-from ..judging.losses import ENTRY, Counted, read_counted
+from ..judging.losses import ENTRY, Counted, CountedThrows, read_counted
 from ..learning.runs import POLICY
 
 NUM_ENVS: Final = 32
@@ -39,8 +38,6 @@ MOST_EMPTY: Final = 200
 shifts without any would come once in a billion times."""
 CHANCES: Final = ("kind", "percent", "distance", "hits", "picked")
 """Columns of throws that make a table of chances."""
-COUNTED: Final = ("kind", "percent", "hits", "picked", "lost", "ended_in", "energy", "miss")
-"""Columns of throws that say what became of them."""
 
 
 def table_place(config: LineConfig, release: str | None, folder: Path = MADE, controller: str | None = None) -> Path:
@@ -124,7 +121,9 @@ def calibrate(
     head |= {} if release is None else {"release": release}
     head |= {} if controller is None else {"controller": controller}
     chances = Chances.from_throws(config.cell, **{name: columns[name] for name in CHANCES})
-    counted = Counted.from_throws(len(config.cell.items), **{name: columns[name] for name in COUNTED})
+    counted = Counted.from_throws(
+        len(config.cell.items), CountedThrows(**{name: columns[name] for name in CountedThrows._fields})
+    )
     text = format_table(chances, **head, items=list(config.cell.items), **{ENTRY: counted.entry()})
     deliver_text(place, text)
     success_share = columns["hits"].sum() / columns["picked"].sum()

@@ -16,11 +16,10 @@ from pnt_gym.reading import yaml_text
 from ..dispatchers import search as tuning
 from ..dispatchers.search import Bench, SettingsResult
 from ..dispatchers.settings import FILE, MADE, rate, settings, settings_in
-from ..ground.bars import throws_bar
 from ..ground.cli import UsageError, at_least, check_libraries, option
 from ..ground.environments import stream_seed
 from ..ground.outputs import check_writable, deliver_json, deliver_text
-from ..ground.tables import console, settings_table
+from ..ground.tables import console, settings_table, throws_bar
 from ..ground.versions import versions
 
 Tunable = Literal["atc", "price", "beam", "price_beam", "index", "guided_beam"]
@@ -128,10 +127,8 @@ def tune_controller(
     if controller == "price":
         return tuning.search_price(bench, patience)
     if controller == "index":
-        from ..dispatchers.scores import search_weights  # noqa: PLC0415 - needs a library that only it does
-
         begin = settings(name, controller).get("weights") if arguments.go_on else None
-        return search_weights(bench, patience, arguments.generations, arguments.seed, begin)
+        return tuning.search_weights(bench, patience, arguments.generations, arguments.seed, begin)
     brings = value_per_second(results["atc"]) if "atc" in results else rate(name)
     brings = value_per_second(bench.try_rule("atc", [{"patience": patience}])) if brings is None else brings
     return tuning.search_planner(bench, controller, brings / robots)

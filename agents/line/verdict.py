@@ -9,12 +9,11 @@ from typing import Any, Final
 
 from pnt_gym.cells.line.config import MOST_ROBOTS, LineConfig
 
+from ..dispatchers.decisions import make_release
 from ..dispatchers.registry import NAMES
-from ..dispatchers.release import make_release
 from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.versions import versions
-from .planned import Conditions, Planned, check_plan, judge_plan, try_changes
-from .plans import Sweep, make_plans
+from .plans import Conditions, Planned, Sweep, check_plan, judge_plan, make_plans, try_changes
 from .reasons import answer, check_text, chosen_plan, reason, throws_are_the_reason
 
 ANALYTIC: Final = "analytic"

@@ -13,8 +13,7 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.torch_layers import CombinedExtractor, NatureCNN
 
 from ..ground.cli import UsageError
-from .actor import Actor
-from .eye import Eye
+from .actor import Actor, Eye
 from .networks import ACTIVATIONS, Convolution, Dense, Lstm, layers_from_torch
 from .scorer import Scorer
 

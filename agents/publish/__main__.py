@@ -11,13 +11,12 @@ from typing import Annotated, Any
 
 import tyro
 
-from ..ground.bars import throws_bar
 from ..ground.cli import UsageError, at_least, check_libraries, option, run
 from ..ground.environments import config_of
 from ..ground.files import sweep, temporary_path, write_text
 from ..ground.outputs import check_drawing, check_writable
 from ..ground.places import MADE
-from ..ground.tables import console
+from ..ground.tables import console, throws_bar
 from ..judging.evaluation import evaluate
 from ..judging.trials import check_options, trial_class
 from ..learning.runs import RunFolder

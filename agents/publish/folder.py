@@ -19,7 +19,7 @@ from ..ground.cli import UsageError
 from ..ground.files import read_yaml
 from ..judging.trial import Trial
 from ..learning import runs
-from ..learning.algorithms import RECURRENT
+from ..learning.hyperparameters import RECURRENT
 from ..pictures.stage import Stage
 from .card import CURVE, GRAPH, REPLAY, curve
 from .onnx_graph import save_onnx

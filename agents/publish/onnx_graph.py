@@ -18,8 +18,7 @@ from pnt_gym.cells.line.observation import ENTRIES, LINE_TABLE
 from pnt_gym.cells.line.rows import CHOICES
 
 from ..dispatchers.decisions import line_observation
-from ..dispatchers.rules import HALF
-from ..dispatchers.scored import REAL, ScoreController, choice_mask
+from ..dispatchers.rules import HALF, REAL, ScoreController, choice_mask
 from ..ground.cli import UsageError
 from ..ground.versions import versions
 from ..policies.actor import Actor

@@ -18,15 +18,14 @@ from ..results.content import is_benchmark
 from ..results.study import is_study
 from .blocks import makers_from, rewrite
 from .contents import read_results
-from .kinds import kind_of
-from .page import Chapter, html_page, index_page, sections, tables_page
+from .figures import kind_of
+from .page import Chapter, html_page, index_page, paper_chapters, sections, tables_page
 from .pays import crossover_grid, curves_figures, improvement_grid, mismatch_figures
 from .pictures import methods_figures
 from .questions import DRAWINGS, QUESTIONS
-from .reproduction import paper_chapters
 from .speeds import KNOWN
-from .study import study_grids
 from .submissions import BLOCK, TITLE, submissions_grid
+from .templates import study_grids
 
 
 @dataclass(frozen=True)

@@ -17,18 +17,17 @@ from ..ground.outputs import deliver_text
 from ..ground.tables import Grid, markdown_text
 from ..results.study import STUDIES, read_study
 from .contents import read_results
-from .headline import headline_failures, headline_table
+from .headline import headline_failures, headline_table, peers_table
 from .line import gains_table, line_table, seeds_table
+from .page import table as reproduced_table
 from .page import tables_line
 from .pays import crossover_grid
-from .peers import peers_table
 from .questions import QUESTIONS, Question
-from .reproduction import table as reproduced_table
 from .speeds import speed_grid
-from .study import study_grid
 from .submissions import BLOCK as SUBMISSIONS
 from .submissions import submissions_grid
 from .tables import benchmark_table, first_shift_table
+from .templates import study_grid
 
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
     "headline": ("benchmark.json", headline_table),

@@ -1,18 +1,31 @@
-"""Figures of the benchmark as SVG."""
+"""Figures of the benchmark as SVG, and what the report shows of a benchmark by the kind of task."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import cycle
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg, tile_panels
+from ..ground.metrics import Interval
+from ..ground.tables import Grid
+from ..judging import figures as judged
 from .headline import headline_figure
-from .line import gains_figure
-from .profiles import profiles_figure, run_errors
-from .tables import is_of_shifts, labels, name_of, rows_of
+from .line import gains_figure, line_grids
+from .profiles import improvement_grids, profiles_figure, run_errors
+from .tables import (
+    benchmark_grids,
+    comparison_table,
+    conditions,
+    is_of_shifts,
+    labels,
+    name_of,
+    other_level_tables,
+    rows_of,
+    side_by_side,
+)
 
 
 class Measure(NamedTuple):
@@ -201,3 +214,67 @@ def _cloud_choices(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     on_first = [r for r in reversed(data["results"]) if r["level"] == plan["levels"][0] and "along_m" in r["columns"]]
     first = {(r["label"], r["throws"]): r for r in on_first}
     return [first[key] for key in choices if key in first]
+
+
+Data = Mapping[str, Any]
+
+
+class Kind(NamedTuple):
+    """What is shown of one kind of task.
+
+    Attributes:
+        grids: every table of a benchmark.
+        figures: SVG texts by file name.
+    """
+
+    grids: Callable[[Data], list[Grid]]
+    figures: Callable[[Data], dict[str, str]]
+
+
+def usual_grids(data: Data) -> list[Grid]:
+    """Tables of a kind of task that has none of its own: its figures side by side, and paired differences."""
+    levels, who = data["plan"]["levels"], ("controller", f"{data['step']}s to learn")
+    columns = {figure.label: _cell(name, figure) for name, figure in _figures(data).items()}
+    note = conditions(data, f"{data['table'][0]['count']} held-out {data['unit']}", "95 % intervals")
+    grids = [
+        side_by_side("Every controller on the same held-out tasks", data, levels, columns, note, who),
+        *other_level_tables(data, columns, who),
+        *(comparison_table(data, level, _figures(data)) for level in levels),
+    ]
+    return [grid for grid in grids if grid.rows]
+
+
+def usual_figures(data: Data) -> dict[str, str]:
+    """Learning curves of a kind of task that has no drawings of its own; nothing where nobody has learned."""
+    if not any(row["throws"] for row in data["table"]):
+        return {}
+    name, figure = next(iter(_figures(data).items()))
+    label = f"{figure.label} [{figure.unit}]" if figure.unit else figure.label
+    measure = Measure((name, f"{name}_low", f"{name}_high"), figure.scale, label, f"{data['step']}s learned from")
+    return {"learning_curves.svg": svg(learning_curves(data, measure))}
+
+
+KINDS: Final = {
+    "throws": Kind(lambda data: [*benchmark_grids(data), *improvement_grids(data)], throw_figures),
+    "work_shifts": Kind(line_grids, line_figures),
+}
+
+
+def kind_of(data: Data) -> Kind:
+    """The kind of task that a benchmark was about."""
+    return KINDS.get(data["trial"], Kind(usual_grids, usual_figures))
+
+
+def _figures(data: Data) -> dict[str, judged.Figure]:
+    """How the figures of a benchmark are called and written."""
+    return {name: judged.Figure(**fields) for name, fields in data["figures"].items()}
+
+
+def _cell(name: str, figure: judged.Figure) -> Callable[[Data], str]:
+    """What a table shows of a row."""
+
+    def text(row: Data) -> str:
+        low, high = row[f"{name}_low"], row[f"{name}_high"]
+        return "-" if row[name] is None else figure.interval(Interval(row[name], low, high))
+
+    return text

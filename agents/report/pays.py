@@ -10,7 +10,7 @@ import numpy as np
 
 from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg
 from ..ground.tables import Grid
-from .runs_compared import improvement_text, performance_profile
+from .profiles import improvement_text, performance_profile
 from .templates import NoFigure
 
 Data = Mapping[str, Any]

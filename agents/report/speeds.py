@@ -10,7 +10,7 @@ from typing import Any, Final
 from ..ground.files import read_yaml
 from ..ground.tables import Grid
 from ..results.study import Table
-from .study import make_grid
+from .templates import make_grid
 
 Data = Mapping[str, Any]
 Rows = list[dict[str, Any]]

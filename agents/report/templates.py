@@ -1,11 +1,16 @@
-"""Texts from templates and expressions of Jinja, with filters that write figures with their units and intervals."""
+"""Texts and tables from templates and expressions of Jinja; filters write figures with their units and intervals."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
+from types import MappingProxyType
 from typing import Any, Final
+
+from ..ground.cli import UsageError
+from ..ground.tables import Grid
+from ..results.study import StudyPlan, Table, pool, shipped_study
 
 NONE: Final = "-"
 """Text of a figure that is missing."""
@@ -85,3 +90,82 @@ def count(value: Any) -> str:
 def code(value: Any) -> str:
     """A name as code."""
     return f"`{value}`"
+
+
+Data = Mapping[str, Any]
+Names = Mapping[str, Mapping[Any, str]]
+
+
+def study_grids(data: Data) -> list[Grid]:
+    """Every table of a study."""
+    plan = shipped_study(data["study"])
+    return [study_grid(plan, table, data) for table in plan.tables]
+
+
+def study_grid(plan: StudyPlan, table: Table, data: Data) -> Grid:
+    """A table of a study; its note tells of its first part."""
+    part = plan.parts[table.parts[0] if table.parts else next(iter(plan.parts))]
+    values = {**data, "throws": part.count(data["throws"]), "settings": part.settings}
+    rows = [row for row in data["rows"] if _is_shown(row, table)]
+    return make_grid(table, rows, values, plan.names)
+
+
+def make_grid(table: Table, rows: Sequence[Data], values: Data, names: Names = MappingProxyType({})) -> Grid:
+    """A table as it is declared: a line for each row, or for those that agree in the index.
+
+    Args:
+        table: the declaration.
+        rows: figures by name.
+        values: what the note tells.
+        names: what cells and columns call values, by axis.
+    """
+    note = fill_template(table.note, values)
+    if not table.columns:
+        texts = [*table.index.values(), *table.figures.values()]
+        lines = [[_text(text, row, names) for text in texts] for row in rows]
+        return Grid(table.title, [*table.index, *table.figures], lines, note)
+    header = dict.fromkeys(_heading(table.columns, row, names) for row in _in_order(rows, table.columns))
+    meeting: dict[tuple[str, ...], dict[str, list[Data]]] = {}
+    for row in rows:
+        line = meeting.setdefault(tuple(_text(text, row, names) for text in table.index.values()), {})
+        line.setdefault(_heading(table.columns, row, names), []).append(row)
+    lines = [
+        [*index, *(_text(table.figure, _pooled(line[name], table), names) if name in line else NONE for name in header)]
+        for index, line in meeting.items()
+    ]
+    return Grid(table.title, [*table.index, *header], lines, note)
+
+
+def _text(expression: str, row: Data, names: Names) -> str:
+    """A cell: what an expression makes of a row, whose values may have other names."""
+    named = {axis: known[row[axis]] for axis, known in names.items() if axis in row and row[axis] in known}
+    return cell_text(expression, {**row, **named, "row": row})
+
+
+def _heading(axis: str, row: Data, names: Names) -> str:
+    """What a column of an axis is called: a name, or the value, whole numbers without a point."""
+    value = row[axis]
+    return names.get(axis, {}).get(value) or (f"{value:g}" if isinstance(value, float) else str(value))
+
+
+def _in_order(rows: Sequence[Data], axis: str) -> Sequence[Data]:
+    """Rows by their value of an axis if all values are numbers, or as they are."""
+    return rows if any(isinstance(row[axis], str) for row in rows) else sorted(rows, key=lambda row: row[axis])
+
+
+def _pooled(rows: Sequence[Data], table: Table) -> Data:
+    """The rows that meet in a cell, as one.
+
+    Raises:
+        UsageError: the rows have different values of the axis, which the plan calls by the same name.
+    """
+    values = {row[table.columns] for row in rows}
+    if len(values) > 1:
+        met = ", ".join(map(str, sorted(values)))
+        raise UsageError(f"table {table.title!r}: {table.columns} {met} meet in a cell; they need different names")
+    return pool(rows)
+
+
+def _is_shown(row: Data, table: Table) -> bool:
+    of_part = not table.parts or row["part"] in table.parts
+    return of_part and all(row.get(axis) in values for axis, values in table.where.items())

@@ -15,7 +15,7 @@ from ..ground.cli import about, at_least, check_known, check_libraries, check_on
 from ..ground.outputs import check_writable, deliver_json, deliver_text
 from ..ground.places import MADE
 from ..ground.tables import console
-from ..jobs.work import Job, do_missing, processes
+from ..ground.work import Job, do_missing, processes
 from .papers import PAPERS, describe_parts, duration, jobs, needs_optima
 from .record import assemble, headlines
 

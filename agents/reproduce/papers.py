@@ -14,8 +14,8 @@ from pnt_gym.errors import PntGymError, one_sentence
 from ..ground.cli import UsageError
 from ..ground.files import read_json
 from ..ground.places import CODE, SHIPPED
-from ..jobs.code import code_digest
-from ..jobs.work import Job, key
+from ..ground.versions import code_digest
+from ..ground.work import Job, key
 from .finding import Overview, Parts
 
 PAPERS: Final = {"hassan": "conveyor", "choe": "conveyor", "miyashita": "one_joint", "leveziel": "gripper"}

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from ..ground.tables import Grid
 from ..ground.versions import versions
-from ..judging.form import check_model
+from ..judging.rows import check_model
 from .finding import Overview, Verdict, agree, judge_statements
 from .grids import Rows, plain
 from .papers import package

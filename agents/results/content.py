@@ -31,7 +31,7 @@ from ..ground.cli import UsageError
 from ..ground.files import MOST_RESULTS, check_form, json_text, jsonable, read_json
 from ..ground.outputs import check_ending, check_writable, deliver, deliver_text
 from ..ground.versions import versions
-from ..judging.form import Amount, Count, check_model
+from ..judging.rows import Amount, Count, check_model
 from .plan import Plan
 
 ROW: Final = ("label", "throws", "seed", "level", "train_level")

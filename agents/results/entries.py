@@ -18,8 +18,7 @@ from ..dispatchers.registry import NAMES as DECIDING
 from ..dispatchers.registry import SEARCHED
 from ..ground.cli import about, check_known, check_once
 from ..ground.shipped import is_shipped, module_of
-from ..learning.algorithms import MASKED, RESIDUAL
-from ..learning.hyperparameters import hyperparameters
+from ..learning.hyperparameters import MASKED, RESIDUAL, hyperparameters
 
 Count = Annotated[int, Field(ge=0)]
 Several = Annotated[int, Field(ge=2)]

@@ -23,14 +23,14 @@ from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers.protocol import Controller
 from ..ground.cli import UsageError, about, check_libraries, check_once
+from ..ground.cluster import Needs
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
+from ..ground.parcel import user_code_digest
 from ..ground.places import SHIPPED, at
 from ..ground.shipped import is_shipped, module_of, policy_place
-from ..jobs.cluster import Needs
-from ..jobs.code import code_digest
-from ..jobs.parcel import user_code_digest
-from ..jobs.work import key
+from ..ground.versions import code_digest
+from ..ground.work import key
 from ..judging.trial import Trial
 from ..judging.trials import check_options, controller_with, open_trial, trial_class
 from ..learning.runs import POLICY

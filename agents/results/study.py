@@ -18,7 +18,7 @@ from ..ground.cli import UsageError, check_known
 from ..ground.files import read_yaml
 from ..ground.metrics import wilson
 from ..ground.places import SHIPPED
-from ..judging.form import Count, check_model
+from ..judging.rows import Count, check_model
 
 STUDIES: Final = SHIPPED / "configs" / "studies"
 """Plans that ship, NAME.yaml."""

@@ -1,4 +1,4 @@
-"""A training in the cells of a trial: new or resumed, until the training is done or a signal stops it."""
+"""A training: its arguments, its cells, and its legs from checkpoint to checkpoint."""
 
 from __future__ import annotations
 
@@ -7,25 +7,220 @@ import time
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 from gymnasium.spaces import Dict
 
-from ..controllers.between import wrap_env
+from ..controllers.between import PLANNER, wrap_env
 from ..ground.cli import UsageError
-from ..ground.files import lock_folder
+from ..ground.environments import Env, config_of, core_of, make_vector, stream_seed
+from ..ground.files import lock_folder, write_json
 from ..ground.places import module_name
 from ..ground.streams import destination
+from ..ground.tables import console, throws_bar
+from ..judging.evaluation import evaluate_all
 from ..judging.trial import Trial
-from ..learning.algorithms import ON_POLICY
-from ..learning.runs import RunFolder, run_name
-from .course import learn, open_flight_env
-from .table import TABLE
+from ..judging.trials import trial_class
+from ..learning.hyperparameters import ON_POLICY, hyperparameters, training_size
+from ..learning.runs import RunFolder, check_new, run_name
+from ..learning.trained import importless_environment
+from ..learning.windows import Window
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
 
     from ..learning.progress import Stop
+    from ..learning.vec_env import SameStepVecEnv
+
+LEVELS: Final[Mapping[str, str]] = dict.fromkeys(("PnTConveyor-v0", "PnTRelease-v0"), "waste")
+"""Default level of a training by environment: a level where learning improves the success, not only the landing."""
+DEFAULTS: Final[Mapping[str, Any]] = {
+    "env": "PnTConveyor-v0",
+    "level": None,
+    "fidelity": "full",
+    "full_last": 0,
+    "algo": None,
+    "steps": None,
+    "seed": 0,
+    "num_envs": None,
+    "action_mode": None,
+    "checkpoint_every": None,
+    "stack": 1,
+    "over": PLANNER,
+    "eval_picks": None,
+    "tensorboard": False,
+}
+"""Default arguments of a new run, which its folder keeps; None for defaults of the kind of trial or of the
+hyperparameters."""
+ANEW: Final = ("steps", "eval_picks", "tensorboard")
+"""Arguments that a resume may give anew; otherwise they are what the folder holds."""
+
+
+def resolve_request(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Arguments and hyperparameters of a run; hyperparameters give the default number of steps and cells.
+
+    Raises:
+        UsageError: see `request`; or the hyperparameters are missing or damaged.
+    """
+    run_args, resume = request(arguments), arguments["resume"]
+    settings = hyperparameters(
+        run_args["algo"], run_args["env"], resume / "config.yml" if resume else arguments["config"]
+    )
+    usual = training_size(run_args["algo"], run_args["env"], settings)
+    return {**run_args, **{name: value for name, value in usual.items() if run_args[name] is None}}, settings
+
+
+def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of a run: from the command line and the defaults, or from the run that is resumed.
+
+    Args:
+        arguments: options of the command; None where nothing was given.
+
+    Raises:
+        UsageError: an option is given that a resumed run has already fixed, or options contradict one another.
+    """
+    given = ((name, arguments[name]) for name in DEFAULTS)
+    options = {name: value for name, value in given if value is not None and value is not False}
+    if arguments["resume"] is not None:
+        return _resume_request(arguments["resume"], arguments, options)
+    if arguments["out"] is not None:
+        check_new(arguments["out"])
+    run_args = {**DEFAULTS, **options}
+    if run_args["full_last"] and run_args["fidelity"] != "flight":
+        raise UsageError("--full-last goes with --fidelity flight")
+    run_args["level"] = run_args["level"] or LEVELS.get(run_args["env"])
+    trial = trial_class(config_of(run_args["env"], run_args["level"]))
+    usual = {
+        "algo": trial.algorithms[0], "checkpoint_every": trial.checkpoint_every, "eval_picks": trial.usual_table
+    }  # fmt: skip
+    return {**run_args, **{name: value for name, value in usual.items() if run_args[name] is None}}
+
+
+def _resume_request(folder: Path, arguments: Mapping[str, Any], options: dict[str, Any]) -> dict[str, Any]:
+    """Arguments of the run in a folder, with those that the command line gives anew."""
+    recorded = RunFolder(folder).arguments
+    if options.get("env") == recorded["env"]:
+        recorded["env"] = options.pop("env")
+    else:
+        importless_environment(folder, recorded["env"])
+    fixed = [*(options.keys() - {*ANEW}), *(name for name in ("out", "config") if arguments[name] is not None)]
+    if fixed:
+        name = fixed[0].replace("_", "-")
+        raise UsageError(
+            f"--{name} cannot be changed with --resume, because the run folder holds its value; leave it out"
+        )
+    return {**recorded, **options}
+
+
+SEED: Final = 0
+"""Seed of the held-out units."""
+TABLE: Final = "evaluation.json"
+"""File of the table in the run folder."""
+
+
+def show_table(trial: Trial, folder: RunFolder, steps: int, run_args: Mapping[str, Any]) -> None:
+    """Evaluate the policy and its peers, print the table, and write the table to the run folder.
+
+    Args:
+        trial: trial of the training.
+        folder: folder of the run.
+        steps: number of steps that the policy has learned from.
+        run_args: arguments of the training; `eval_picks` is the number of units of each controller, None for the
+            default of the kind of trial.
+    """
+    asked = run_args["eval_picks"]
+    count = trial.usual_table if asked is None else asked
+    learned = trial.policy(folder, None, run_args, f"learned ({run_args['algo']})")
+    entries = [(trial.controller(name), practice) for name, practice in trial.peers(run_args).items()]
+    for controller, _ in [*entries, (learned, 0)]:
+        controller.reset(run_args["seed"])
+    rows = evaluate_all(
+        trial, [(controller.name, controller, practice) for controller, practice in entries], count, SEED,
+        practice_seed=run_args["seed"],
+    )  # fmt: skip
+    rows += evaluate_all(trial, [(learned.name, learned, steps)], count, SEED)
+    title = f"{count} held-out {trial.unit} each, level {trial.core.config.name}; run folder {folder.path}"
+    console().print(trial.record.comparison(title, rows, trial.reference))
+    table = [{"controller": name, "throws": learned_from, **summary} for name, learned_from, summary in rows]
+    write_json(folder.path / TABLE, table)
+
+
+def open_flight_env(cell: Env, run_args: Mapping[str, Any], threads: int) -> Env | None:
+    """The training's cells with only flights simulated, as the policy observes them; None for a full simulation.
+
+    Raises:
+        UsageError: the environment has no simulation of flights alone.
+    """
+    if run_args["fidelity"] == "full":
+        return None
+    config = core_of(cell).config
+    if "fidelity" not in type(config).model_fields:
+        raise UsageError(f"--fidelity flight: environment {run_args['env']!r} is simulated in full only")
+    level = config.model_copy(update={"fidelity": "flight"})
+    return wrap_env(
+        make_vector(run_args["env"], level, run_args["num_envs"], threads, run_args["action_mode"]), run_args
+    )
+
+
+def learn(
+    model: BaseAlgorithm,
+    env: SameStepVecEnv,
+    folder: RunFolder,
+    run_args: Mapping[str, Any],
+    stop: Stop,
+    window: Window,
+    *,
+    quick: Env | None = None,
+    until: int | None = None,
+    tensorboard: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Train in legs from checkpoint to checkpoint, in `quick`, if given, until the last `full_last` throws.
+
+    With `until` the training stops at this throw, and can go on later to the total number of throws.
+
+    Each leg starts from newly seeded environments, whether or not the process was restarted in between. So a resumed
+    run equals an uninterrupted run bit for bit.
+    """
+    from stable_baselines3.common.logger import Logger, configure  # noqa: PLC0415
+
+    from ..learning.progress import ProgressCallback  # noqa: PLC0415
+    from ..learning.sb3 import begin_leg  # noqa: PLC0415
+
+    logger = configure(str(folder.path / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
+    model.set_logger(logger)
+    total, every = run_args["steps"], run_args["checkpoint_every"]
+    change, full_env = total - run_args.get("full_last", 0) if quick is not None else 0, env.env
+    with throws_bar("rate", "success", "error", quiet=quiet) as bar:
+        task = bar.add_task(
+            f"{run_args['algo']} on {run_args['env']}",
+            total=total,
+            completed=model.num_timesteps,
+            rate="",
+            success="",
+            error="",
+        )
+
+        def show(count: int, rate: float, success: float, figure: float) -> None:
+            bar.update(
+                task,
+                advance=count,
+                rate=f"{rate:.0f} {window.step}/s",
+                success=f"{100 * success:.0f} % success",
+                error=window.text(figure),
+            )
+
+        callback = ProgressCallback(folder.path / "progress.csv", model.num_timesteps, stop, window, show)
+        while model.num_timesteps < (until or total) and not stop.is_set:
+            steps_done = model.num_timesteps
+            env.env = quick if quick is not None and steps_done < change else full_env
+            leg = min((steps_done // every + 1) * every, change if steps_done < change else total) - steps_done
+            env.seed(stream_seed("train", run_args["seed"], steps_done))
+            begin_leg(model, steps_done + leg, total)
+            model._last_obs = None  # makes learn() reset the environment
+            model.learn(leg, callback=callback, log_interval=16, reset_num_timesteps=False)
+            folder.save_checkpoint(model)
+    env.env = full_env
 
 
 @final
@@ -78,7 +273,7 @@ class Session:
             folder: folder of the run.
             stop: checked after each batch.
             checkpoint_every: steps between checkpoints; None for the number in the training's arguments.
-            how: further arguments of `agents.training.course.learn`.
+            how: further arguments of `agents.training.session.learn`.
         """
         run_args = (
             self.run_args if checkpoint_every is None else {**self.run_args, "checkpoint_every": checkpoint_every}

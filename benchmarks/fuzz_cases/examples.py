@@ -19,8 +19,7 @@ from agents.ground.places import GRASPING
 from agents.ground.places import SHIPPED as ROOT
 from agents.judging.trials import open_trial
 from agents.learning.hyperparameters import hyperparameters
-from agents.policies.actor import Actor
-from agents.policies.eye import CHANNELS, Eye
+from agents.policies.actor import CHANNELS, Actor, Eye
 from agents.policies.networks import Convolution, Dense, Lstm
 from agents.policies.scorer import INPUTS, Scorer
 from benchmarks.fuzz_cases.levels import whole_level

@@ -28,8 +28,7 @@ from agents.judging.loop import observed
 from agents.judging.trials import open_trial
 from agents.learning.hyperparameters import algorithm_arguments, hyperparameters, training_size
 from agents.learning.trained import resolve_task
-from agents.policies.actor import Actor
-from agents.policies.eye import CHANNELS
+from agents.policies.actor import CHANNELS, Actor
 from agents.policies.scorer import Scorer
 from agents.report.__main__ import read_chapters
 from agents.train import Arguments

@@ -175,7 +175,7 @@ def _run(line: Line, folder: Path, log: Path) -> int:
         open(place, "w", encoding="utf-8") as words,
         contextlib.redirect_stdout(words),
         contextlib.redirect_stderr(words),
-        mock.patch("agents.jobs.work.multiprocessing.get_context", lambda _: FORK),
+        mock.patch("agents.ground.work.multiprocessing.get_context", lambda _: FORK),
         mock.patch.object(plan, "code_digest", lambda *_, **__: "code"),
         mock.patch.object(papers, "code_digest", lambda *_, **__: "code"),
         mock.patch("agents.learning.runs.git_state", lambda: "commit\n"),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from agents.controllers import make_controller
-from agents.ground.amounts import NUM_ENVS
+from agents.ground.cli import NUM_ENVS
 from agents.ground.environments import make_vector
 from agents.ground.metrics import throughput
 from agents.judging.loop import practise, throw_held_out

@@ -9,8 +9,7 @@ from typing import Any, Final, final
 import numpy as np
 
 from agents.controllers import make_controller
-from agents.controllers.protocol import Actions, Controller, Observation
-from agents.controllers.shift import to_action
+from agents.controllers.protocol import Actions, Controller, Observation, to_action
 from agents.controllers.trackers import Kalman
 from agents.fit.misfit import TESTS
 from agents.fit.parameters import PARAMETERS

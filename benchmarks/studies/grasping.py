@@ -12,11 +12,9 @@ from typing import Any, Final, cast
 import numpy as np
 
 from agents.grasping.features import SIGHTS, PlaceFeatures, place_features
-from agents.grasping.kinds import with_drawn_kinds
 from agents.grasping.practice import Practice, network_places, practise
-from agents.grasping.rules import PLACES
-from agents.grasping.scenes import Scenes, Tries
-from agents.grasping.tuning import DEPTH_SETTINGS, colour_settings, tune
+from agents.grasping.rules import DEPTH_SETTINGS, PLACES, colour_settings, tune
+from agents.grasping.scenes import Scenes, Tries, with_drawn_kinds
 from agents.ground.metrics import rate_difference, throughput, wilson
 from agents.judging.evaluation import open_cells
 from agents.judging.throw_record import ThrowRecord

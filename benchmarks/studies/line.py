@@ -7,8 +7,8 @@ from contextlib import closing
 from typing import Final
 
 from agents.controllers.protocol import Controller
+from agents.dispatchers.decisions import make_release
 from agents.dispatchers.registry import ENV, NAMES, line_controller, line_core
-from agents.dispatchers.release import make_release
 from agents.ground.environments import Env, make_vector, stream_seed
 from agents.ground.metrics import mean_interval
 from agents.ground.places import SHIPPED, at

@@ -15,7 +15,7 @@ from agents.controllers.protocol import Controller, Observation, Outcome
 from agents.dataset.collection import unpack_episodes
 from agents.dataset.crew import Crew
 from agents.dataset.episodes import Episode
-from agents.ground.amounts import NUM_ENVS
+from agents.ground.cli import NUM_ENVS
 from agents.ground.environments import Env, core_of
 from agents.judging.trials import open_trial
 from agents.learning.from_data import Function, Lesson, behaviour_cloning, iql, td3_bc

@@ -15,7 +15,7 @@ from agents.controllers import make_controller
 from agents.controllers.between import PLANNER
 from agents.controllers.own import run_policy
 from agents.controllers.protocol import Controller
-from agents.ground.amounts import NUM_ENVS
+from agents.ground.cli import NUM_ENVS
 from agents.ground.environments import Env, core_of, make_vector
 from agents.judging.loop import practise, throw_held_out
 from agents.judging.throw_record import summary
@@ -26,7 +26,7 @@ from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
 from agents.learning.windows import ThrowWindow
 from agents.results.study import Amount, Figures, Settings
-from agents.training.course import learn
+from agents.training.session import learn
 
 ENV: Final = "PnTRelease-v0"
 

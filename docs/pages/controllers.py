@@ -7,7 +7,7 @@ from typing import Any
 
 import pnt_gym
 from agents.controllers import NAMES, Controller, Learner, make_controller
-from agents.controllers.described import describe_controller
+from agents.controllers.named import describe_controller
 from agents.dispatchers.registry import CHOICES, line_controller, line_core
 from agents.dispatchers.registry import NAMES as line_names
 from agents.ground.cli import UsageError

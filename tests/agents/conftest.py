@@ -11,8 +11,8 @@ import gymnasium as gym
 import pytest
 import yaml
 
-from agents.jobs import work
-from agents.jobs.limited import LimitedWorker
+from agents.ground import work
+from agents.ground.work import LimitedWorker
 from agents.train import Arguments, main
 from benchmarks.kill_trials.commands import LEARNER
 from tests.tools.lob import write_package

@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 from agents.ground.files import json_text
-from agents.ground.levels import FAMILIES, shipped_levels
-from agents.ground.starters import assumed_text, assumed_values
+from agents.ground.levels import FAMILIES, assumed_text, assumed_values, shipped_levels
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.reading import parsed_json, yaml_of
 from tests.tools.commands import output_of, refused

@@ -14,7 +14,7 @@ from agents.learning.progress import ProgressCallback, Stop
 from agents.learning.runs import ARGUMENTS, LATER, RunFolder
 from agents.learning.windows import ThrowWindow
 from agents.train import Arguments, main
-from agents.training.request import ANEW, DEFAULTS, request
+from agents.training.session import ANEW, DEFAULTS, request
 from benchmarks.kill_trials.commands import LEARNER
 
 ELSEWHERE = {"config": "config.yml, a file of the folder", "out": "the folder itself"}

@@ -18,10 +18,10 @@ import pytest
 import yaml
 
 from agents.benchmark.run import Part, run_piece
+from agents.ground import cluster
 from agents.ground.cli import UsageError
-from agents.jobs import cluster
-from agents.jobs.cluster import Needs, pool
-from agents.jobs.work import Job, do_missing
+from agents.ground.cluster import Needs, pool
+from agents.ground.work import Job, do_missing
 from agents.results.content import read_form
 from agents.results.plan import Plan, pieces
 from pnt_gym.errors import PntGymError

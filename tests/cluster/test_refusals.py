@@ -12,10 +12,10 @@ import yaml
 from ray._private.ray_constants import KV_NAMESPACE_CLUSTER
 from ray._raylet import GcsClient
 
+from agents.ground import cluster
 from agents.ground.cli import UsageError
-from agents.jobs import cluster
-from agents.jobs.cluster import Needs, pool
-from agents.jobs.work import Job, do_missing
+from agents.ground.cluster import Needs, pool
+from agents.ground.work import Job, do_missing
 from tests.cluster.conftest import Machines
 from tests.tools.commands import refused
 

@@ -11,8 +11,8 @@ import yaml
 from agents.dispatchers.settings import PLANNERS
 from agents.ground.files import read_json
 from agents.ground.places import SHIPPED as ROOT
+from agents.report.answers import interval
 from agents.report.line import CLASS_BLIND, best, by_seed, learners, value
-from agents.report.paired import interval
 from agents.report.tables import rows_of
 from agents.results.content import read_form
 from pnt_gym.arrays import Floats

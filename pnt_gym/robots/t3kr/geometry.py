@@ -52,9 +52,6 @@ class Mechanism(Row):
     carried: float = field("kg", "mass that the platform carries")
 
 
-Acute = Annotated[float, Field(ge=0.0, le=np.pi / 2, allow_inf_nan=False)]
-
-
 @final
 @dataclass(frozen=True)
 class ArmFrames:

@@ -11,8 +11,8 @@ import yaml
 
 from agents.benchmark.run import jobs, run_piece
 from agents.ground.cli import UsageError
+from agents.ground.cluster import Needs
 from agents.ground.places import SHIPPED as ROOT
-from agents.jobs.cluster import Needs
 from agents.judging.throw_record import ThrowRecord
 from agents.judging.throws import OUTCOMES, kept_rows
 from agents.report.__main__ import Arguments as ReportArguments

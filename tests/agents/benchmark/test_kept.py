@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from agents.jobs.work import Completion, Job, run_job
+from agents.ground.work import Completion, Job, run_job
 from agents.results.content import read_form
 from tests.tools.benchmark import forge, toy_plan, write
 from tests.tools.commands import answered, refused
@@ -41,7 +41,7 @@ def columns(data: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.fixture
 def first(desk: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    monkeypatch.setattr("agents.jobs.cluster.pool", lambda *_: in_this_process)
+    monkeypatch.setattr("agents.ground.cluster.pool", lambda *_: in_this_process)
     return benchmark(PLAN)
 
 

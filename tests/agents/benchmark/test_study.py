@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from agents.jobs.work import Completion, Job, run_job
+from agents.ground.work import Completion, Job, run_job
 from tests.tools.commands import answered, refused
 
 SMALL = """
@@ -39,7 +39,7 @@ def desk_with_a_plan(desk: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         JOBS.extend(job.name for job in jobs)
         yield ((job, run_job(job, folder)) for job in jobs)
 
-    monkeypatch.setattr("agents.jobs.cluster.pool", lambda *_: in_this_process)
+    monkeypatch.setattr("agents.ground.cluster.pool", lambda *_: in_this_process)
     (desk / "plan.yaml").write_text(SMALL)
     return desk
 

@@ -15,9 +15,9 @@ from rich.progress import Progress
 
 from agents.benchmark import run
 from agents.benchmark.verify import judge
-from agents.ground import bars
-from agents.ground.bars import throws_bar
-from agents.jobs.limited import LimitedWorker, UnfinishedError
+from agents.ground import tables
+from agents.ground.tables import throws_bar
+from agents.ground.work import LimitedWorker, UnfinishedError
 from agents.results import content
 from agents.results.content import read_form, with_columns, without_columns
 from tests.tools.benchmark import carried_out, forge, toy_plan, write
@@ -91,7 +91,7 @@ def test_rows_are_counted_on_a_bar(data: dict[str, Any], monkeypatch: pytest.Mon
             seen.append(bar)
             yield bar
 
-    monkeypatch.setattr(bars, "throws_bar", watched)
+    monkeypatch.setattr(tables, "throws_bar", watched)
     assert verify(data, "--rows", "3")[0] == 0
     assert [(task.description, task.completed, task.total) for task in seen[0].tasks] == [
         ("rows thrown again, 300 s each at most", 3, 3)

@@ -12,8 +12,8 @@ import pytest
 from agents.controllers import Learner, adaptive, load_state, make_controller, save_state
 from agents.controllers.adaptive import STATIC, begins_shift, has_feedback, ideal_offsets, without_feedback
 from agents.controllers.filters import landing_noise
-from agents.controllers.mlp import Mlp
 from agents.controllers.protocol import Observation, Outcome
+from agents.controllers.regression import Mlp
 from agents.controllers.trackers import drift_effects
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector

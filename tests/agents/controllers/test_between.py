@@ -23,7 +23,7 @@ from agents.ground.environments import core_of, make_vector
 from agents.judging.evaluation import evaluate
 from agents.judging.loop import throw_batches, throw_held_out
 from agents.judging.trials import trial_of
-from agents.learning.algorithms import MAX_STACK
+from agents.learning.hyperparameters import MAX_STACK
 from agents.learning.runs import LATER, RunFolder
 from agents.learning.sb3 import build, load_policy
 from agents.learning.vec_env import SameStepVecEnv

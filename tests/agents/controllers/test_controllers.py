@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from agents.controllers import GRASPING_NAMES, NAMES, Learner, load_state, make_controller, save_state
 from agents.controllers.goals import virtual_goal
-from agents.controllers.ridge import Ridge
-from agents.controllers.shift import ideal_offset, to_action
+from agents.controllers.protocol import ideal_offset, to_action
+from agents.controllers.regression import Ridge
 from agents.controllers.trackers import later_release
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from agents.controllers import make_controller, save_state
-from agents.controllers.fitted_q import FittedQ
-from agents.controllers.grasp_values import _scaled, _Tries
+from agents.controllers.fitted_q import FittedQ, _scaled, _Tries
 from agents.grasping.features import place_features
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
@@ -38,8 +37,8 @@ def test_what_ships_sorts_faster_than_the_middle(env: Any) -> None:
 
 def test_a_short_practice_learns_from_rewards(env: Any, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("torch")
-    monkeypatch.setattr("agents.controllers.grasp_values.QUICK_STEPS", 150)
-    monkeypatch.setattr("agents.controllers.grasp_values.STEPS", 400)
+    monkeypatch.setattr("agents.controllers.fitted_q.QUICK_STEPS", 150)
+    monkeypatch.setattr("agents.controllers.fitted_q.STEPS", 400)
     controller = make_controller("fitted_q", env)
     controller.reset(0)
     practise(controller, env, 320, 0)

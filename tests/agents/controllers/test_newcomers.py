@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from agents.controllers.filters import NOISE, Filters, kalman_update
-from agents.controllers.newcomers import UnseenKinds
-from agents.controllers.trackers import delay_effect, drift_effects
+from agents.controllers.trackers import UnseenKinds, delay_effect, drift_effects
 from pnt_gym.cells.conveyor.observation import TABLE
 from tests.agents.controllers.test_trackers import CAMERA, everyone, noise, throws
 

@@ -14,7 +14,7 @@ import yaml
 
 from agents.dataset.collection import Collection, ControllerRecipe
 from agents.ground.places import SHIPPED
-from agents.jobs.work import Job
+from agents.ground.work import Job
 from agents.policies.scorer import Scorer
 from pnt_gym.cells.line.config import LineConfig
 from tests.tools.commands import refused

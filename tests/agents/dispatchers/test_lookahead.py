@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from agents.dispatchers.decisions import line_observation
-from agents.dispatchers.lookahead import Beam, GuidedBeam
-from agents.dispatchers.outlook import observe_outlook
+from agents.dispatchers.lookahead import Beam, GuidedBeam, observe_outlook
 from agents.dispatchers.registry import line_controller
-from agents.dispatchers.scored import ScoreController
+from agents.dispatchers.rules import ScoreController
 from agents.dispatchers.settings import settings
 from agents.ground.cli import UsageError
 from pnt_gym.arrays import take

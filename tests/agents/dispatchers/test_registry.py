@@ -13,16 +13,16 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from agents.controllers import make_controller
 from agents.controllers.protocol import Observation
 from agents.dispatchers.registry import line_controller, line_core
-from agents.dispatchers.scored import choice_mask, run_scores
+from agents.dispatchers.rules import choice_mask, run_scores
 from agents.dispatchers.settings import rate, settings
 from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.judging.shifts import run_shifts
-from agents.learning.algorithms import MASKED
+from agents.learning.hyperparameters import MASKED
 from agents.learning.runs import RunFolder
 from agents.learning.vec_env import SameStepVecEnv
 from agents.train import Arguments, main
-from agents.training.request import resolve_request
+from agents.training.session import resolve_request
 from tests.tools.commands import figures_of, output_of
 from tests.tools.models import weights
 

@@ -15,9 +15,8 @@ from agents.fit.fitted import Fitted, fit_log
 from agents.fit.misfit import DEVIATION, EXPECTED, WINSOR, find_misfit
 from agents.fit.model import ThrowModel
 from agents.fit.parameters import priors
-from agents.fit.posterior import posterior
+from agents.fit.posterior import posterior, seal_chances
 from agents.fit.report import report
-from agents.fit.seals import seal_chances
 from agents.fit.twins import Twin, judge_fit, make_twin
 from agents.fit.words import sentences
 from agents.fit.writing import level_text, page

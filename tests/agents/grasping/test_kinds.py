@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from agents.grasping.kinds import with_drawn_kinds
 from agents.grasping.practice import practise
-from agents.grasping.scenes import Scenes
+from agents.grasping.scenes import Scenes, with_drawn_kinds
 
 
 def test_drawn_kinds_stand_beside_those_of_the_level_and_are_those_of_the_seed():

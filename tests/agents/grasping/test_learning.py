@@ -7,9 +7,18 @@ from agents.grasping.__main__ import Arguments, main
 from agents.grasping.features import NAMES, place_features
 from agents.grasping.network import PlaceNetwork
 from agents.grasping.practice import network_places, practise, worth_maps
-from agents.grasping.rules import TUNED, Weights, centroid_places, flattest_places, rule_places, rule_scores
+from agents.grasping.rules import (
+    DEPTH_SETTINGS,
+    TUNED,
+    Weights,
+    centroid_places,
+    colour_settings,
+    flattest_places,
+    rule_places,
+    rule_scores,
+    tune,
+)
 from agents.grasping.scenes import Scenes
-from agents.grasping.tuning import DEPTH_SETTINGS, colour_settings, tune
 from agents.ground.cli import UsageError
 from pnt_gym.cells.grasp.images import pixel_places
 from tests.tools.throws import same_bits

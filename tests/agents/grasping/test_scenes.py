@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from agents.grasping.maps import best_places, blur_maps
+from agents.grasping.features import best_places, blur_maps
 from agents.grasping.rules import oracle_places
 from agents.grasping.scenes import HELD, Scenes
 from pnt_gym.cells.grasp.images import pixel_places

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import pytest
 from rich.console import Console
 
-from agents.ground import bars
-from agents.ground.bars import throws_bar
+from agents.ground import tables
+from agents.ground.tables import throws_bar
 
 Told = Callable[[str], str]
 
@@ -17,8 +17,8 @@ Told = Callable[[str], str]
 @pytest.fixture(autouse=True)
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Lines come at once."""
-    monkeypatch.setattr(bars, "FIRST", 0.01)
-    monkeypatch.setattr(bars, "LONGEST", 0.02)
+    monkeypatch.setattr(tables, "FIRST", 0.01)
+    monkeypatch.setattr(tables, "LONGEST", 0.02)
 
 
 @pytest.fixture
@@ -70,7 +70,7 @@ def test_nothing_is_told_before_there_is_a_task_and_after_the_end(capsys: pytest
 def test_a_terminal_shows_the_bar_alone(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     text = io.StringIO()
     screen = Console(file=text, force_terminal=True, width=100)
-    monkeypatch.setattr(bars, "console", lambda **_: screen)
+    monkeypatch.setattr(tables, "console", lambda **_: screen)
     with throws_bar() as bar:
         bar.add_task("shifts", total=3)
         time.sleep(0.05)

@@ -8,8 +8,7 @@ import torch
 
 import pnt_gym
 from agents.ground.cli import UsageError
-from agents.learning.algorithms import RESIDUAL
-from agents.learning.hyperparameters import hyperparameters, policy_arguments
+from agents.learning.hyperparameters import RESIDUAL, hyperparameters, policy_arguments
 from agents.learning.sb3 import build
 from agents.learning.vec_env import SameStepVecEnv
 from agents.learning.windows import DecisionWindow

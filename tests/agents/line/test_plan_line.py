@@ -10,8 +10,18 @@ from agents.ground.cli import UsageError
 from agents.judging.losses import FATES, Counted, Fates
 from agents.judging.shifts import Shifts
 from agents.line import verdict
-from agents.line.planned import Conditions, Planned, money_per_hour, table_spread, try_changes
-from agents.line.plans import Sweep, line_up, make_plans, standstill, with_standstill
+from agents.line.plans import (
+    Conditions,
+    Planned,
+    Sweep,
+    line_up,
+    make_plans,
+    money_per_hour,
+    standstill,
+    table_spread,
+    try_changes,
+    with_standstill,
+)
 from agents.line.reasons import check_text, chosen_plan, plans_table, reason
 from pnt_gym.cells.line.chances import shipped_table
 from pnt_gym.cells.line.config import LineConfig
@@ -131,7 +141,7 @@ def test_a_plan_is_tried_with_one_thing_changed(monkeypatch):
         lines.append(line)
         return Shifts({"shift_recovery": np.full(2, 0.5 + 0.1 * len(lines))}, {}, 0, 0, 0.0)
 
-    monkeypatch.setattr("agents.line.planned.work", work)
+    monkeypatch.setattr("agents.line.plans.work", work)
     changes = try_changes(planned(0.5, WELL, WELL, WELL), Conditions())
     assert changes == pytest.approx(
         {"one more robot": 0.6, "all skills for every robot": 0.7, "half as many objects": 0.8}

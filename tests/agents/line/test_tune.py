@@ -10,11 +10,9 @@ import numpy as np
 import pytest
 import yaml
 
-from agents.dispatchers import scores as searching
 from agents.dispatchers import search as tuning
 from agents.dispatchers.registry import line_controller, line_core
-from agents.dispatchers.rules import IndexRule
-from agents.dispatchers.scored import ScoreController
+from agents.dispatchers.rules import IndexRule, ScoreController
 from agents.dispatchers.search import Bench
 from agents.dispatchers.settings import FILE, rate, settings
 from agents.ground.cli import UsageError
@@ -89,22 +87,22 @@ def test_price_is_tuned_in_share_and_patience_where_somebody_comes_after(pair: B
 
 
 def test_a_search_ends_with_weights_that_make_a_controller(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(searching, "EACH", 2)
-    found, rule = searching.search_weights(bench, 1.4, 2, 0)
+    monkeypatch.setattr(tuning, "EACH", 2)
+    found, rule = tuning.search_weights(bench, 1.4, 2, 0)
     assert rule.settings == {"patience": 1.4, "weights": {}}
-    assert set(found.settings["weights"]) == set(searching.WEIGHED)
+    assert set(found.settings["weights"]) == set(tuning.WEIGHED)
     again = bench.compare(
         [ScoreController("index", Scorer.linear(**found.settings)), IndexRule("atc", "atc", patience=1.4)]
     )
     np.testing.assert_array_equal(again, [found.value, rule.value])
-    assert searching.search_weights(bench, 1.4, 2, 0)[0].settings == found.settings
+    assert tuning.search_weights(bench, 1.4, 2, 0)[0].settings == found.settings
     weights = found.settings["weights"]
-    on, begun = searching.search_weights(bench, 1.4, 1, 1, weights)
+    on, begun = tuning.search_weights(bench, 1.4, 1, 1, weights)
     assert begun.settings == found.settings
     np.testing.assert_array_equal(begun.value, found.value)
     assert on.settings["weights"] != weights
     distance = [abs(on.settings["weights"][name] - weights[name]) for name in weights]
-    assert max(distance) < 10 * searching.SPREAD
+    assert max(distance) < 10 * tuning.SPREAD
 
 
 def run(short: str, place: Path, **changes: Any) -> dict[str, Any]:

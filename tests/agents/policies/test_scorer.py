@@ -9,8 +9,7 @@ import torch
 
 from agents.controllers.protocol import Observation
 from agents.dispatchers.registry import line_controller
-from agents.dispatchers.rules import IndexRule
-from agents.dispatchers.scored import ScoreController, choice_mask
+from agents.dispatchers.rules import IndexRule, ScoreController, choice_mask
 from agents.ground.cli import UsageError
 from agents.learning.residual import Scoring, choices_of
 from agents.policies.networks import Dense

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from agents.controllers.protocol import Observation
-from agents.dispatchers.scored import ScoreController, choice_mask, run_scores
+from agents.dispatchers.rules import ScoreController, choice_mask, run_scores
 from agents.ground.cli import UsageError
 from agents.judging.evaluation import evaluate
 from agents.learning.runs import RunFolder

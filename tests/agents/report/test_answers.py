@@ -6,8 +6,8 @@ import pytest
 
 from agents.ground import files
 from agents.report import contents
+from agents.report.answers import difference, interval
 from agents.report.contents import read_results
-from agents.report.paired import difference, interval
 from agents.report.questions import QUESTIONS
 
 BENCHMARK = {

@@ -1,6 +1,6 @@
 """What a benchmark of grasps says of each kind."""
 
-from agents.report.by_kind import kind_table, landing_table
+from agents.report.tables import kind_table, landing_table
 
 
 def result(label, outcome, items, **counts):

@@ -1,7 +1,7 @@
 """The table of cells of other papers."""
 
 from agents.ground.metrics import wilson
-from agents.report.peers import PUBLISHED, peers_table
+from agents.report.headline import PUBLISHED, peers_table
 
 
 def test_published_shares_stand_below_ours_with_the_interval_of_our_throws() -> None:

@@ -7,13 +7,8 @@ import numpy as np
 import pytest
 
 from agents.report.pays import crossover_grid, improvement_grid, profiles_figure
+from agents.report.profiles import improvement_interval, performance_profile, probability_of_improvement, profile_band
 from agents.report.questions import QUESTIONS
-from agents.report.runs_compared import (
-    improvement_interval,
-    performance_profile,
-    probability_of_improvement,
-    profile_band,
-)
 
 RLIABLE = {
     "improvement": 0.5666666666666667,

@@ -7,8 +7,7 @@ import pytest
 
 from agents.ground.cli import UsageError
 from agents.report.pictures import methods_figure, methods_figures
-from agents.report.study import study_grid
-from agents.report.templates import cell_text
+from agents.report.templates import cell_text, study_grid
 from agents.results.study import StudyPlan, Table, pool, share, shipped_study
 
 ROW = {

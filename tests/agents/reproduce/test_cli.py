@@ -13,7 +13,7 @@ from agents.ground.cli import UsageError
 from agents.ground.files import write_json
 from agents.ground.places import CODE
 from agents.ground.tables import Grid
-from agents.jobs.code import module_files
+from agents.ground.versions import module_files
 from agents.reproduce import papers, record
 from agents.reproduce.__main__ import Arguments, main
 from agents.reproduce.finding import Findings, Overview, Row

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from agents.ground import parcel
 from agents.ground.cli import UsageError
+from agents.ground.parcel import PARTS, check_identity, identity, pack, user_code_digest
 from agents.ground.places import SHIPPED as ROOT
-from agents.jobs import parcel
-from agents.jobs.parcel import PARTS, check_identity, identity, pack, user_code_digest
 from tests.tools.commands import run_python
 
 POLICY = "results/policies/PnTLine-v0/value/residual_ppo/policy.npz"
-SAY = "import json; from agents.jobs.parcel import identity; print(json.dumps(identity(['theirs'], True)))"
+SAY = "import json; from agents.ground.parcel import identity; print(json.dumps(identity(['theirs'], True)))"
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def test_code_and_modules_are_there_and_nothing_else(sent: Path) -> None:
     assert {path.name for path in sent.iterdir()} == {*(part.partition("/")[0] for part in PARTS), "theirs.py", "lob"}
     assert [path.name for path in (sent / "results").iterdir()] == ["policies"]
     assert not [*sent.rglob("__pycache__")]
-    for part in ("pnt_gym/cells/base/items.yaml", "configs/cells/conveyor/waste.yaml", "agents/jobs/work.py", POLICY):
+    for part in ("pnt_gym/cells/base/items.yaml", "configs/cells/conveyor/waste.yaml", "agents/ground/work.py", POLICY):
         assert (sent / part).read_bytes() == (ROOT / part).read_bytes()
     assert sum(path.stat().st_size for path in sent.rglob("*") if path.is_file()) < 10e6
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from agents.ground.places import CODE
-from agents.jobs.code import code_digest, module_files
+from agents.ground.versions import code_digest, module_files
 
 Write = Callable[[str, str], None]
 
@@ -65,6 +65,6 @@ def test_digests_change_with_every_module_that_is_imported_and_with_no_other(wri
 
 def test_a_benchmark_depends_on_all_that_trains() -> None:
     files = {path.relative_to(CODE).as_posix() for path in module_files("agents.benchmark.run", CODE)}
-    for name in ("runs", "memory", "hyperparameters", "progress", "sb3", "vec_env", "residual"):
+    for name in ("runs", "hyperparameters", "progress", "sb3", "vec_env", "residual"):
         assert f"agents/learning/{name}.py" in files
-    assert "agents/training/course.py" in files
+    assert "agents/training/session.py" in files

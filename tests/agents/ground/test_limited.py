@@ -6,7 +6,7 @@ import time
 import pytest
 
 from agents.ground.cli import UsageError
-from agents.jobs.limited import UnfinishedError, limited_worker
+from agents.ground.work import UnfinishedError, limited_worker
 
 
 def refuse() -> None:

@@ -14,12 +14,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from ..ground.cli import UsageError
-from ..ground.environments import import_user_module, make_vector
-from ..ground.fitting import fit_from
-from ..ground.places import CHECKOUT, CODE
-from ..ground.versions import versions
-from .code import code_digest
+from .cli import UsageError
+from .environments import import_user_module, make_vector
+from .fitting import fit_from
+from .places import CHECKOUT, CODE
+from .versions import code_digest, versions
 
 PARTS: Final = (
     ("pnt_gym", "agents", "benchmarks/studies", "configs", "results/policies", "pyproject.toml")

@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 
+from agents.ground import work
 from agents.ground.cli import UsageError
-from agents.jobs import work
-from agents.jobs.work import Job, do_missing, key, processes
+from agents.ground.work import Job, do_missing, key, processes
 from pnt_gym.errors import PntGymError
 from tests.tools.commands import environment
 from tests.tools.nightly import with_nightly
@@ -104,8 +104,8 @@ def working(tmp_path: Path) -> subprocess.Popen[bytes]:
     code = (
         "import signal; from functools import partial; from pathlib import Path\n"
         "from agents.ground.cli import run\n"
-        "from agents.jobs.work import Job, do_missing, processes\n"
-        "from tests.agents.jobs.test_work import Nothing, noted, wait\n"
+        "from agents.ground.work import Job, do_missing, processes\n"
+        "from tests.agents.ground.test_work import Nothing, noted, wait\n"
         "if __name__ == '__main__':\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit deaf ears\n"
         "    waiting = [Job(f'w{n}', 'k', wait) for n in range(4)]\n"

@@ -23,9 +23,9 @@ from typing import Any, Final
 
 from pnt_gym.errors import one_sentence
 
-from ..ground.cli import UsageError
-from ..ground.signals import handle_signals, interrupt
+from .cli import UsageError
 from .parcel import check_identity, identity, pack
+from .streams import handle_signals, interrupt
 from .work import Completion, Job, Pool, processes, run_job
 
 RETRIES: Final = 10

@@ -1,1 +1,0 @@
-"""Work in processes and on other machines."""
