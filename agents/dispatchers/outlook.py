@@ -10,11 +10,11 @@ from typing import final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.line.choosing import Chooser, Sight
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.rows import Choice, Rider, Seen
-from pnt_gym.rows import Rows1, Rows2, take
+from pnt_gym.rows import Rows1, Rows2
 
 
 @final
