@@ -30,8 +30,7 @@ def some_objects(count, seed):
     """Objects of every shape and yaw."""
     objects = make_core("waste_plain", count, seed=seed).context.objects
     rng = np.random.default_rng(seed)
-    return replace(
-        objects,
+    return objects.replace(
         shape=rng.choice([ELLIPSOID, CYLINDER, BOX], count),
         size=rng.uniform(0.02, 0.2, (count, 3)),
         yaw=rng.uniform(-np.pi, np.pi, count),
