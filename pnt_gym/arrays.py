@@ -169,7 +169,7 @@ def words(rows: NDArray[Any]) -> Floats:
     return rows[..., None].view(np.float64)
 
 
-def rows_of_words(doubles: Floats, dtype: np.dtype[np.void]) -> NDArray[Any]:
+def rows_of_words(doubles: Floats, dtype: np.dtype[np.void]) -> Any:
     """The rows that `words` gives as doubles."""
     return np.ascontiguousarray(doubles).view(dtype)[..., 0]
 

@@ -21,6 +21,7 @@ from typing import (
     TypeAlias,
     TypeVar,
     cast,
+    get_args,
     get_type_hints,
 )
 
@@ -130,8 +131,8 @@ class Columns(Row):
         kinds = {name: hints[name] for name in cls.fields if isinstance(hints[name], type)}
         cls.kinds = {name: kind for name, kind in kinds.items() if issubclass(kind, Columns)}
 
-    def __init__(self, rows: NDArray[Any]) -> None:
-        self.rows = rows
+    def __init__(self, rows: Any) -> None:
+        self.rows: Any = rows
 
     def replace(self, **columns: Any) -> Self:
         """The object with other columns by name."""
@@ -170,7 +171,9 @@ def _column_type(hint: Any) -> tuple[Any, ...]:
     for kind, dtype in _TYPES:
         if hint == kind:
             return (dtype,)
-    return (hint.dtype,) if isinstance(hint, type) else (np.float64, hint.__metadata__[0])
+    if isinstance(hint, type) and issubclass(hint, Row):
+        return (hint.dtype,)
+    return np.float64, get_args(hint)[1]
 
 
 if TYPE_CHECKING:

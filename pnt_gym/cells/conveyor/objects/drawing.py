@@ -7,7 +7,7 @@ pure functions of these rows, so a cell draws the same objects alone and in a ba
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from pnt_gym.cells.conveyor.objects.rows import (
 )
 from pnt_gym.cells.conveyor.sections import Suction
 from pnt_gym.constants import GRAVITY
-from pnt_gym.rows import Rows1, RowT
+from pnt_gym.rows import Row, Rows1
 
 NORMALS, UNIFORMS = Normals.dtype.itemsize // 8, Uniforms.dtype.itemsize // 8
 """Numbers of an object's standard normal and uniform draws."""
@@ -86,7 +86,8 @@ class ObjectMaker:
     def make(self, normals: Floats, uniforms: Floats, side_draws: SideDraws) -> Objects:
         """Objects S from standard normal draws S + (NORMALS,), uniform draws S + (UNIFORMS,) and side draws S."""
         shape, config = normals.shape[:-1], self._config
-        rows, aside = Objects.empty(*shape), Aside.empty(*shape)
+        rows: Any = Objects.empty(*shape)
+        aside: Any = Aside.empty(*shape)
         aside["pick"], aside["seen"] = side_draws.pick, side_draws.seen
         z, u, made = _rows(normals, Normals), _rows(uniforms, Uniforms), rows.reshape(-1)
         kernel.draw_objects(StandardDraws(z, u, aside.reshape(-1), self._factors(z)), self._mix, made)
@@ -108,7 +109,7 @@ class ObjectMaker:
         return _rows(np.exp(exponents), Factors)
 
 
-def _rows(draws: Floats, kind: type[RowT]) -> Rows1[RowT]:
+def _rows(draws: Floats, kind: type[Row]) -> Any:
     """Draws S + (C,) as rows (N,)."""
     return rows_of_words(draws, kind.dtype).reshape(-1)
 
