@@ -8,7 +8,7 @@ a millisecond.
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -48,7 +48,7 @@ def alone(cell: LineCell, planner: PickPlanner, index: int, into: int, percent: 
     state, config = cell.state, planner.config
     robot = int(state.robot[0])
     objects = take(cell.stream.objects, (np.zeros(1, dtype=np.int64), np.array([index])))
-    objects = replace(objects, percent=np.array([percent]))
+    objects = objects.replace(percent=np.array([percent]))
     x = cell.stream.x[0, index] + config.belt.speed * state.clock[0] - cell.config.robots[robot].x
     limits, hand = LimitRows.t3kr(objects.percent), state.arms["hand"][:1, robot]
     met = planner.mover.meet(ThrowMotion.resting(hand), planner.pick_point(objects, np.array([x])), limits)

@@ -164,11 +164,21 @@ def join_columns(first: Floats, *columns: Floats | float) -> Floats:
     return result
 
 
+def words(rows: NDArray[Any]) -> Floats:
+    """The rows as doubles, with one more axis: a view; NumPy copies rows of many fields one field after the other."""
+    return rows[..., None].view(np.float64)
+
+
+def rows_of_words(doubles: Floats, dtype: np.dtype[np.void]) -> Any:
+    """The rows that `words` gives as doubles."""
+    return np.ascontiguousarray(doubles).view(dtype)[..., 0]
+
+
 def take(record: RecordT, index: Any) -> RecordT:
     """The record whose arrays are indexed along their leading shape; fields that are neither arrays nor records stay.
 
     Args:
-        record: a dataclass, a NamedTuple or a dict of arrays, nested records and plain values.
+        record: an array, also of rows; or a dataclass, NamedTuple or dict of arrays, nested records and plain values.
         index: any numpy index.
     """
     return _map_arrays(itemgetter(_copy_index(record, index)), record)
@@ -272,7 +282,7 @@ def concatenate_records(records: Sequence[RecordT], axis: int = 0) -> RecordT:
 def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
     """A record of the same type, each array computed by ``change`` from the records' arrays of that name."""
     if first.__class__ is np.ndarray:
-        return change(first, *records)
+        return _change_array(change, first, *records)
     if first.__class__ is dict:
         return {name: _map_arrays(change, *(record[name] for record in (first, *records))) for name in first}
     if isinstance(first, Record):
@@ -283,8 +293,18 @@ def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
     # Only a field that is no array costs a call of this function: records have up to a hundred arrays.
     columns = zip(*[values(record) for record in (first, *records)], strict=True)
     return first.__class__(
-        *[change(*column) if column[0].__class__ is np.ndarray else _map_arrays(change, *column) for column in columns]
+        *[
+            _change_array(change, *column) if column[0].__class__ is np.ndarray else _map_arrays(change, *column)
+            for column in columns
+        ]
     )
+
+
+def _change_array(change: Callable[..., Any], first: NDArray[Any], *arrays: NDArray[Any]) -> NDArray[Any]:
+    """What `change` makes of arrays; rows are changed as doubles."""
+    if first.dtype.names is None:
+        return change(first, *arrays)
+    return rows_of_words(change(words(first), *map(words, arrays)), first.dtype)
 
 
 def _map_unread(change: Callable[..., Any], first: Record, *records: Any) -> Any:
@@ -296,9 +316,7 @@ def _map_unread(change: Callable[..., Any], first: Record, *records: Any) -> Any
 
     def read(name: str) -> Any:
         column = getattr(first, name)
-        if records or column.__class__ is not np.ndarray:
-            return _map_arrays(change, column, *map(attrgetter(name), records))
-        return change(column)
+        return _map_arrays(change, column, *map(attrgetter(name), records))
 
     return first.unread(read, max([state.get("_depth", 0) for state in states]) + 1)
 

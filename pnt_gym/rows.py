@@ -1,7 +1,8 @@
 """Typed rows: what a record of numbers holds, with unit and meaning beside each field.
 
 A kind of rows is a class, and its rows stand in NumPy's structured arrays. Compiled functions take and return these
-arrays, and read a row's fields by their names. `array["lift"]` is the column of a field, a view.
+arrays, and read a row's fields by their names. `array["lift"]` is the column of a field, a view. A kind of rows that is
+a subclass of `Columns` gives objects whose columns are attributes: `objects.mass`.
 """
 
 from __future__ import annotations
@@ -13,22 +14,24 @@ from typing import (
     Annotated,
     Any,
     ClassVar,
+    Final,
     Generic,
     NamedTuple,
     Self,
     TypeAlias,
     TypeVar,
     cast,
+    get_args,
     get_type_hints,
 )
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, rows_of_words, words
+from pnt_gym.errors import PntGymError
 
 RowT = TypeVar("RowT")
-ArrayT = TypeVar("ArrayT", bound=NDArray[Any])
 
 
 class Form(NamedTuple):
@@ -65,6 +68,19 @@ class Field:
     meaning: str
     """What the values tell."""
 
+    def __set_name__(self, kind: type[Any], name: str) -> None:
+        self.__dict__["name"] = name
+
+    def __get__(self, columns: Columns | None, _: Any = None) -> Any:
+        """A copy of the column, which the object then keeps; of the class, the field itself."""
+        if columns is None:
+            return self
+        name, kinds = self.__dict__["name"], columns.kinds
+        column: Any = columns.rows[name]
+        column = kinds[name](rows_of_words(words(column), column.dtype)) if name in kinds else column.copy()
+        columns.__dict__[name] = column
+        return column
+
 
 def field(unit: str, meaning: str) -> Any:
     """Unit and meaning of a field, which stand as its value in a row class."""
@@ -99,11 +115,68 @@ class Row:
         return cast("Rows[Self]", rows)
 
 
+class Columns(Row):
+    """Base of the kinds of rows whose columns are attributes of an object, which holds the rows.
+
+    A subclass has fields of the types `Floats`, `Ints`, `Pair`, `Triple`, `Quadruple`, or of another kind of `Columns`.
+    A column is a copy in C's order, made when the column is first read; so `put` alone overwrites rows.
+    """
+
+    _fields: ClassVar[tuple[str, ...]] = ("rows",)
+    """Arrays of the object, as `arrays.take` takes them."""
+
+    kinds: ClassVar[dict[str, Any]]
+    """Kinds of the fields that are rows."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        hints = get_type_hints(cls)
+        kinds = {name: hints[name] for name in cls.fields if isinstance(hints[name], type)}
+        cls.kinds = {name: kind for name, kind in kinds.items() if issubclass(kind, Columns)}
+
+    def __init__(self, rows: Any) -> None:
+        self.rows: Any = rows
+
+    def replace(self, **columns: Any) -> Self:
+        """The object with other columns by name."""
+        parts = {name: columns.pop(name, getattr(self, name)) for name in self._fields}
+        rows = parts["rows"] = rows_of_words(words(self.rows).copy(), self.dtype)
+        for name, values in columns.items():
+            rows[name] = values.rows if isinstance(values, Columns) else values
+        return self.__class__(**parts)
+
+    def put(self, index: Any, source: Self) -> None:
+        """Write rows at an index of arrays, in place; columns that were read are read again."""
+        parts = {name: getattr(self, name) for name in self._fields}
+        for name, array in parts.items():
+            put(array, index, getattr(source, name))
+        self.__dict__.clear()
+        self.__dict__.update(parts)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return self.__class__, tuple([getattr(self, name) for name in self._fields])
+
+    def __setstate__(self, state: object) -> None:
+        raise PntGymError(
+            f"this pickle holds {type(self).__name__} of an older version of pnt_gym, which cannot be read; "
+            "load the pickle with that version, and store seeds and actions instead, from which this version continues"
+        )
+
+
+_TYPES: Final[list[tuple[Any, Any]]] = [
+    (float, np.float64), (int, np.int64), (bool, np.bool_), (Floats, np.float64), (Ints, np.int64)
+]  # fmt: skip
+"""Types of fields with one number a row, and NumPy's types."""
+
+
 def _column_type(hint: Any) -> tuple[Any, ...]:
     """NumPy's type of a field, and the shape of its values."""
-    if hint in (float, int, bool):
-        return (np.dtype(hint),)
-    return np.dtype(np.float64), (hint.__metadata__[0],)
+    for kind, dtype in _TYPES:
+        if hint == kind:
+            return (dtype,)
+    if isinstance(hint, type) and issubclass(hint, Row):
+        return (hint.dtype,)
+    return np.float64, get_args(hint)[1]
 
 
 if TYPE_CHECKING:
@@ -122,20 +195,6 @@ Rows1: TypeAlias = Annotated[Rows[RowT], Form(1)]
 Rows2: TypeAlias = Annotated[Rows[RowT], Form(2)]
 
 
-def _words(rows: NDArray[Any], axes: int) -> Floats:
-    """The rows as doubles, with one more axis; NumPy copies rows of many fields one field after the other."""
-    width = rows.dtype.itemsize // 8
-    return rows.view(np.float64).reshape(*rows.shape[:axes], width)
-
-
-def take(rows: ArrayT, index: Any) -> ArrayT:
-    """A copy of the rows at an index of arrays."""
-    if rows.dtype.names is None:
-        return cast("ArrayT", rows[index])
-    taken = np.ascontiguousarray(_words(rows, rows.ndim)[index])
-    return cast("ArrayT", taken.view(rows.dtype)[..., 0])
-
-
 def join(rows: Sequence[Rows[RowT]]) -> Rows[RowT]:
     """The rows of all arrays, one after the other."""
     return cast("Rows[RowT]", np.concatenate(rows))
@@ -146,4 +205,4 @@ def put(rows: NDArray[Any], index: Any, source: NDArray[Any]) -> None:
     if rows.dtype.names is None:
         rows[index] = source
     else:
-        _words(rows, rows.ndim)[index] = _words(source, source.ndim)
+        words(rows)[index] = words(source)

@@ -18,7 +18,6 @@ from pnt_gym.cells.line.choosing import Chooser, Sight
 from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.rows import CHOICES, IDLE_TIME, UNAVAILABLE_X, Choice, Rider, Seen
 from pnt_gym.rows import Rows1, Rows2
-from pnt_gym.rows import take as take_rows
 
 from ..controllers.protocol import Controller, Observation
 from .rules import ScoreController, choice_mask, first_of
@@ -65,7 +64,7 @@ def observe_outlook(core: LineCore) -> Outlook:
     """Outlook of lines at their coming decisions."""
     cell = core.cell
     sight = cell.chooser.sight(cell.state, cell.stream, np.arange(core.count))
-    riders = take_rows(cell.stream.riders, (sight.line[:, None], sight.seen["index"]))
+    riders = take(cell.stream.riders, (sight.line[:, None], sight.seen["index"]))
     return Outlook(
         sight=sight,
         riders=report_riders(riders),

@@ -22,10 +22,11 @@ from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.free import cross_rims
 from pnt_gym.cells.conveyor.hand import HandCycle, ThrowClock
 from pnt_gym.cells.conveyor.objects.drawing import random_spin, release_delay, spin_at_grasp
-from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Draws, Measured, Objects
+from pnt_gym.cells.conveyor.objects.records import Measured, Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.rows import Rows1
 
 from ..ground.cli import UsageError
 from ..judging.log import ThrowLog
@@ -232,32 +233,28 @@ def _check_speeds(log: ThrowLog, releases: ReleaseBatch) -> None:
 
 def _objects(hidden: Hidden, log: ThrowLog, config: ConveyorConfig, table: ItemTable) -> Objects:
     """Objects with hidden values; delay and spin, which depend on the parameters, are zero."""
-    row, count = hidden.row, len(hidden.row)
-    kind, zeros, units = log.kind[row], np.zeros(count), np.ones(count)
-    bins = max(len(config.bins.fixed), 1)
-    draws = Draws(
-        zeros, zeros, np.zeros((count, 4)), np.zeros((count, TARGET_DRAWS, 3)), np.zeros((count, bins))
-    )  # fmt: skip
-    return Objects(
-        kind=kind, shape=table.shape[kind], size=hidden.size, mass=hidden.mass, drag=hidden.drag,
+    row, count, kind = hidden.row, len(hidden.row), log.kind[hidden.row]
+    rows = Objects.zeros(
+        count, kind=kind, shape=table.shape[kind], size=hidden.size, mass=hidden.mass, drag=hidden.drag,
         com_depth=hidden.com_depth, known_depth=max(1.0 - config.mismatch, 0.0) * hidden.com_depth, seal=hidden.seal,
-        delay=zeros, jitter=hidden.jitter, friction=table.friction[kind], cup_friction=table.cup_friction[kind],
-        cup_radius=table.cup_radius[kind] if config.cup.fitted else CUP_RADIUS * units,
+        jitter=hidden.jitter, friction=table.friction[kind], cup_friction=table.cup_friction[kind],
+        cup_radius=table.cup_radius[kind] if config.cup.fitted else CUP_RADIUS,
         rolling_friction=table.rolling_friction[kind], solref=table.solref[kind], yaw=hidden.yaw, grasp=hidden.grasp,
-        belt_error=hidden.belt_error, spin=np.zeros((count, 3)), pick_chance=table.pick_chance[kind], pick_draw=units,
-        percent=log.percent[row], measured=_gauge_readings(take(log, row), table), draws=draws,
+        belt_error=hidden.belt_error, pick_chance=table.pick_chance[kind], pick_draw=1.0, percent=log.percent[row],
+        measured=_gauge_readings(take(log, row), table),
     )  # fmt: skip
+    return Objects(rows, np.zeros((count, max(len(config.bins.fixed), 1))))
 
 
-def _gauge_readings(log: ThrowLog, table: ItemTable) -> Measured:
+def _gauge_readings(log: ThrowLog, table: ItemTable) -> Rows1[Measured]:
     """What the gauges read, or the item's own values where the log lacks them."""
     kind = log.kind
 
     def reading_or(read: Floats, usual: Any) -> Floats:
         return np.where(np.isfinite(read), read, usual)
 
-    return Measured(
-        kind=kind, shape=table.shape[kind], size=reading_or(log.size, table.size[kind]),
+    return Measured.zeros(
+        len(log), kind=kind, shape=table.shape[kind], size=reading_or(log.size, table.size[kind]),
         mass=reading_or(log.mass, table.mass[kind]), seal=reading_or(log.seal, table.seal_force[kind]),
         yaw=reading_or(log.yaw, 0.0), friction=table.cup_friction[kind], grasp_noise=reading_or(log.grasp, 0.0),
     )  # fmt: skip

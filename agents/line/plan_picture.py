@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -104,7 +103,7 @@ def _arriving(cell: LineCell, robot: int) -> dict[int, tuple[Floats, Bools]]:
         if rows.size == 0:
             continue
         index = np.zeros(len(x), dtype=np.int64), np.full(len(x), rows[0])
-        throws = replace(take(objects, index), percent=np.full(len(x), percent))
+        throws = take(objects, index).replace(percent=np.full(len(x), percent))
         height = planner.height(throws.size, throws.known_depth)
         places = np.stack([x, y, height], axis=-1)
         _, feasible = planner.plan_into(throws, places, np.full(len(x), number))

@@ -1,6 +1,5 @@
 """Choices of a line by other code than the line's: each option by the planner of its robot's conveyor cell."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -58,7 +57,7 @@ def _plan_kind(chooser: Any, planner: Any, candidates: Any, look: Sight, hand: A
     points = np.stack([candidates["x"], objects.draws.lane_y[index], height], axis=-1)
     meeting = mover.reach(ThrowMotion.resting(hand[row]), points, LimitRows.t3kr(percent))
     met = np.flatnonzero(meeting.feasible & (meeting.time <= chooser._config.horizon))
-    throws = replace(take(objects, (index[0][met], index[1][met])), percent=percent[met])
+    throws = take(objects, (index[0][met], index[1][met])).replace(percent=percent[met])
     context, feasible = planner.plan_into(throws, meeting.position[met], bins[met])
     rows, pick, target = met[feasible], context.pick[feasible], context.target[feasible]
     motion = mover.throw(

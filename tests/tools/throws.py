@@ -1,7 +1,7 @@
 """What several tests need: cells made from a level and a few changes, and many throws at once."""
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 from unittest import mock
 
@@ -183,26 +183,26 @@ def is_feasible(core: Core, release: ReleaseBatch) -> np.ndarray:
 def with_objects(core: Core, **fields: Any) -> None:
     """Overwrite hidden values of the objects under the cups."""
     context = core.context
-    core.cell.context = replace(context, objects=replace(context.objects, **fields))
+    core.cell.context = replace(context, objects=context.objects.replace(**fields))
 
 
 def parts_of(objects: Objects) -> dict[str, np.ndarray]:
     """All arrays of objects by name, those of the records in them as `record.name`."""
     records = {"": objects, "measured.": objects.measured, "draws.": objects.draws}
     return {
-        prefix + field.name: getattr(record, field.name)
+        prefix + name: getattr(record, name)
         for prefix, record in records.items()
-        for field in fields(record)
-        if field.name not in ("measured", "draws")
-    }
+        for name in record.fields
+        if name not in ("measured", "draws")
+    } | {"fill": objects.fill}
 
 
 def with_part(objects: Objects, name: str, values: np.ndarray) -> Objects:
     """Objects with other values of a name of `parts_of`."""
     if "." not in name:
-        return replace(objects, **{name: values})
+        return objects.replace(**{name: values})
     record, column = name.split(".")
-    return replace(objects, **{record: replace(getattr(objects, record), **{column: values})})
+    return objects.replace(**{record: getattr(objects, record).replace(**{column: values})})
 
 
 def planned(config: ConveyorConfig, objects: Objects, x: np.ndarray) -> tuple[Context, np.ndarray]:

@@ -25,7 +25,6 @@ from pnt_gym.constants import GRAVITY
 from pnt_gym.engine import Batch
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.rows import Rows1
-from pnt_gym.rows import take as take_rows
 
 NEAR_DISTANCE: Final = 0.02
 """Distance from an opening beyond which an object's landing cannot end in that bin [m]."""
@@ -161,9 +160,7 @@ class FreeObjects:
         solid["shape"], solid["half"], solid["height"] = o.shape, o.extents / 2.0, body["height"]
         solid["spin"] = body["inertia"] / body["mass"][:, None]
         solid["rebound"], solid["farthest"] = rebounds, farthest_points(context)
-        return Vicinity(
-            solid, bins, context.target[:, 2].copy(), take_rows(self._ground, np.zeros(count, dtype=np.int64))
-        )
+        return Vicinity(solid, bins, context.target[:, 2].copy(), take(self._ground, np.zeros(count, dtype=np.int64)))
 
     def _near(self, context: Context, landing: Floats) -> Bools:
         """Which landings (N, 2) are near the opening of the throw's bin, or of any fixed one (N,)."""

@@ -258,9 +258,9 @@ class PickPlanner:
         """Free depths (N, B) [m] from the objects' draws: of all fixed bins, or of a drawn bin with opening (N, 2)."""
         emptied = self.config.bins.emptied
         if emptied is None:
-            return np.full(objects.draws.fill.shape, self.config.bins.depth)
+            return np.full(objects.fill.shape, self.config.bins.depth)
         area = self.areas if self.config.bins.fixed else opening[:, :1] * opening[:, 1:]
-        return draw_fill(objects.draws.fill, emptied, self._volumes).depth(area, self.config)
+        return draw_fill(objects.fill, emptied, self._volumes).depth(area, self.config)
 
     def _mover(self, name: str) -> Mover:
         mover = _MOVERS[name]

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Final, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints
-from pnt_gym.arrays import take as take_objects
+from pnt_gym.arrays import Bools, Floats, Ints, take
 from pnt_gym.cells.base.cell import MOST_CELLS, Generators, check_whole_number
 from pnt_gym.cells.base.features import Quantity
 from pnt_gym.cells.base.parallel import work_in_parts
@@ -27,7 +26,7 @@ from pnt_gym.cells.line.rows import LineState, Outcome, Result
 from pnt_gym.cells.line.stream import StreamSampler
 from pnt_gym.cells.line.throws import Attempt, SimulatedThrows, TableThrows, ThrowExecutor
 from pnt_gym.errors import ConfigError, OrderError
-from pnt_gym.rows import Rows1, take
+from pnt_gym.rows import Rows1
 
 USUAL_CYCLE: Final = 0.9
 """Typical time of a decision: 0.75 s with good planners, 1.4 s with random choices on the shipped levels [s]."""
@@ -182,7 +181,7 @@ class LineCell:
         """True objects of the coming choices, and the results of their throws where a table decides."""
         state, choices = self.state, self.state.choices
         index = np.arange(self.count)[:, None], choices["index"]
-        objects = replace(take_objects(self.stream.objects, index), percent=choices["percent"])
+        objects = take(self.stream.objects, index).replace(percent=choices["percent"])
         riders = take(self.stream.riders, index)
         if not isinstance(self.throws, TableThrows):
             return Truth(choices["real"], objects, riders, None, np.full(choices.shape, np.nan))
@@ -248,7 +247,7 @@ class LineCell:
         robot, start, context = (
             int(decisions.robot[0]),
             float(decisions.start[0]),
-            take_objects(decisions.context, np.zeros(1, dtype=np.int64)),
+            take(decisions.context, np.zeros(1, dtype=np.int64)),
         )
         planner, index = self.chooser.planner_of(robot), int(decisions.index[0])
         x = self.stream.x[0, index] + self.config.cell.belt.speed * start - self.config.robot_x()[robot]

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows
-from pnt_gym.arrays import take as take_objects
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.planner import PickPlanner
@@ -19,7 +17,7 @@ from pnt_gym.cells.line.rows import Candidate, Choice, LineState, Rider, Seen, S
 from pnt_gym.cells.line.stream import Stream
 from pnt_gym.cells.line.tables import make_tables
 from pnt_gym.errors import ConfigError
-from pnt_gym.rows import Rows1, Rows2, take
+from pnt_gym.rows import Rows1, Rows2
 
 MOST_LOOKS: Final = 100_000
 """Looks without a result in a row before a line is declared impossible."""
@@ -95,12 +93,12 @@ class Chooser:
         Each throw is planned a second time here, because storing the first plan would take hundreds of numbers for each
         choice.
         """
-        context = take_objects(self.blank, np.zeros(len(robot), dtype=np.int64))
+        context = take(self.blank, np.zeros(len(robot), dtype=np.int64))
         for index, planner in enumerate(self._planners):
             rows = np.flatnonzero(choices["real"] & (self._kind_of[robot] == index))
             if rows.size > 0:
                 own = take(choices, rows)
-                objects = replace(take_objects(stream.objects, (rows, own["index"])), percent=own["percent"])
+                objects = take(stream.objects, (rows, own["index"])).replace(percent=own["percent"])
                 context = replace_rows(context, rows, planner.plan_into(objects, own["pick"], own["bin"])[0])
         return context
 
@@ -144,7 +142,7 @@ class Chooser:
                 f"level {self._config.name!r}: no robot can throw an object into its bins; move the bins closer"
             )
         choice = planned[:1].copy()
-        throws = replace(take_objects(objects, (line, choice["place"])), percent=choice["percent"])
+        throws = take(objects, (line, choice["place"])).replace(percent=choice["percent"])
         context, _ = self._planners[0].plan_into(throws, choice["pick"], choice["bin"])
         for name in ("real", "line", "place", "index", "value", "chance"):
             choice[name] = 0

@@ -10,13 +10,24 @@ from typing import Final, final
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.compiled import compile_for
+from pnt_gym.compiled import kernel
 from pnt_gym.errors import ConfigError
+from pnt_gym.rows import Row, Rows1, field
 
 PIECE: Final = 256
 """Objects that are placed in one call of compiled code, which Ctrl-C cannot interrupt: some milliseconds."""
 MOST_IN_THE_WAY: Final = 2000
 """Objects to which one object may have to give way; with more, an endless belt would jam."""
+
+
+@final
+class LyingObject(Row):
+    """An object that comes onto a belt."""
+
+    x: float = field("m", "place along the belt")
+    y: float = field("m", "place across the belt")
+    along: float = field("m", "half extent along the belt")
+    across: float = field("m", "half extent across the belt")
 
 
 @final
@@ -48,56 +59,41 @@ def separate(x: Floats, y: Floats, along: Floats, across: Floats, gap: float) ->
     Raises:
         Jam: an object has more than `MOST_IN_THE_WAY` objects in its way.
     """
-    places, first, farthest = np.array(x, dtype=np.float64), 0, 2.0 * float(np.max(along, initial=0.0)) + gap
-    y, along, across = (np.ascontiguousarray(extent) for extent in (y, along, across))
-    for begin in range(0, len(places), PIECE):
-        end = min(begin + PIECE, len(places))
-        first, reached = _settle(places, y, along, across, gap, farthest, first, begin, end, MOST_IN_THE_WAY)
+    objects = LyingObject.zeros(len(x), x=x, y=y, along=along, across=across)
+    first, farthest = 0, 2.0 * float(np.max(along, initial=0.0)) + gap
+    for begin in range(0, len(objects), PIECE):
+        end = min(begin + PIECE, len(objects))
+        first, reached = _settle(objects, gap, farthest, first, begin, end)
         if reached < end:
-            raise Jam((reached - first) / max(float(np.ptp(places[first:reached])), farthest))
-    return places
+            raise Jam((reached - first) / max(float(np.ptp(objects["x"][first:reached])), farthest))
+    return objects["x"].copy()
 
 
-@compile_for(
-    "UniTuple(int64, 2)(float64[::1], float64[::1], float64[::1], float64[::1], float64, float64, int64, int64, int64,"
-    "int64)"
-)
+@kernel
 def _settle(
-    places: Floats,
-    y: Floats,
-    along: Floats,
-    across: Floats,
-    gap: float,
-    farthest: float,
-    first: int,
-    begin: int,
-    end: int,
-    limit: int,
+    objects: Rows1[LyingObject], gap: float, farthest: float, first: int, begin: int, end: int
 ) -> tuple[int, int]:
-    """Move the objects from `begin` to `end` to their places, in place.
+    """Move the objects from `begin` to `end` to their places, in place; earlier objects lie at theirs.
 
     Args:
-        places: places of all objects before `begin`, and arrivals of the later ones (M,) [m].
-        y: see `separate`.
-        along: see `separate`.
-        across: see `separate`.
+        objects: all objects (M,).
         gap: see `separate`.
         farthest: distance along the belt from which on no object is in the way of another [m].
         first: the first object that may be in the way of the objects from `begin` on.
         begin: the first object that moves.
         end: the index after the last object that moves.
-        limit: number of objects that may be in the way of one object.
 
     Returns:
         The first object that may be in the way of the objects from `end` on, and `end`; or the object that has too many
         objects in its way.
     """
     for i in range(begin, end):
-        arrival = places[i]
+        mover = objects[i]
+        arrival = mover.x
         # Objects far downstream of object i are far downstream of all later objects too.
-        while first < i and places[first] > arrival + farthest:
+        while first < i and objects[first].x > arrival + farthest:
             first += 1
-        if i - first > limit:
+        if i - first > MOST_IN_THE_WAY:
             return first, i
         # An object that gives way to one object may come to lie on another, so all are checked again until none is in
         # the way. Moves within rounding are skipped. Every other move goes upstream to one of i - first places, so the
@@ -106,12 +102,11 @@ def _settle(
         while moved:
             moved = False
             for j in range(first, i):
-                spacing = along[i] + along[j] + gap
-                if abs(y[i] - y[j]) < across[i] + across[j] + gap and abs(places[j] - places[i]) < spacing * (
-                    1.0 - 1e-12
-                ):
-                    place = places[j] - spacing
-                    if place < places[i]:
-                        places[i] = place
+                other = objects[j]
+                spacing, aside = mover.along + other.along + gap, mover.across + other.across + gap
+                if abs(mover.y - other.y) < aside and abs(other.x - mover.x) < spacing * (1.0 - 1e-12):
+                    place = other.x - spacing
+                    if place < mover.x:
+                        mover.x = place
                         moved = True
     return first, end

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Floats, Ints
+from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.line import simulate
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.rows import LineState
 from pnt_gym.cells.line.stream import Stream
-from pnt_gym.rows import take
 
 
 def shift_figures(config: LineConfig, state: LineState, stream: Stream, rows: Ints) -> dict[str, NDArray[Any]]:

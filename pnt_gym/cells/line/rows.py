@@ -7,8 +7,8 @@ from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.rows import Bools2, Floats1, Floats3, Pair, Quadruple, Row, Rows1, Rows2, Triple, field, put, take
+from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.rows import Bools2, Floats1, Floats3, Pair, Quadruple, Row, Rows1, Rows2, Triple, field, put
 
 CHOICES: Final = 16
 """Choices that a robot has at most."""

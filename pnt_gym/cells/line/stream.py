@@ -7,8 +7,7 @@ from typing import Any, Final, NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats, Ints
-from pnt_gym.arrays import take as take_objects
+from pnt_gym.arrays import Floats, Ints, take
 from pnt_gym.cells.base.cell import Generators, Purpose, move_aside
 from pnt_gym.cells.conveyor.objects.records import Objects, half_extent
 from pnt_gym.cells.conveyor.planner import PickPlanner
@@ -16,7 +15,7 @@ from pnt_gym.cells.line import lie
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.rows import Rider
 from pnt_gym.errors import ConfigError
-from pnt_gym.rows import Rows2, put, take
+from pnt_gym.rows import Rows2, put
 
 _ALONG_AND_ACROSS: Final = np.array([0.0, np.pi / 2])[:, None, None]
 """Headings along and across the belt (2, 1, 1) [rad]."""
@@ -46,7 +45,7 @@ class Stream(NamedTuple):
 
     def write(self, lines: Ints, streams: Stream) -> None:
         """Write the streams of some lines, in place."""
-        self.objects.overwrite(lines, streams.objects)
+        self.objects.put(lines, streams.objects)
         put(self.riders, lines, streams.riders)
 
 
@@ -82,7 +81,7 @@ class StreamSampler:
         """Arrays for N streams, filled with an arbitrary stream."""
         objects, riders = self._draw_streams([np.random.default_rng(0)])
         first = np.zeros(count, dtype=np.int64)
-        return Stream(take_objects(objects, first), take(riders, first))
+        return Stream(take(objects, first), take(riders, first))
 
     def draw(self, streams: Stream, rows: Ints, generators: Generators) -> None:
         """Write newly drawn streams of some lines, in place.
@@ -139,7 +138,7 @@ class StreamSampler:
         # Lognormal factor of mean 1: exp(s z - s^2 / 2).
         factor = np.exp(spread * worth - 0.5 * spread * spread)
         worth = config.values()[objects.kind] * factor
-        return Stream.of(take_objects(objects, order), x[order], worth[order], luck[order])
+        return Stream.of(take(objects, order), x[order], worth[order], luck[order])
 
     def _settle(self, arrival_x: Floats, objects: Objects) -> Floats:
         """Positions of objects along the belt after giving way, from their arrivals, both (K, M) [m].

@@ -11,8 +11,7 @@ from typing import Any, Final, TypeAlias, cast, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows
-from pnt_gym.arrays import take as take_throws
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.cells.base.core import Core
 from pnt_gym.cells.base.plant import Recording
 from pnt_gym.cells.conveyor.cell import ConveyorCell
@@ -23,7 +22,7 @@ from pnt_gym.cells.line.choosing import Chooser
 from pnt_gym.cells.line.config import distinct_cells
 from pnt_gym.cells.line.rows import Choice, LineState, Result, Rider, Tables, no_results
 from pnt_gym.cells.line.stream import Stream
-from pnt_gym.rows import Rows1, Rows2, take
+from pnt_gym.rows import Rows1, Rows2
 
 Release: TypeAlias = Callable[[NDArray[np.float32], Ints], NDArray[np.floating]]
 """Corrects throws: maps observations (N, D) of `PnTRelease-v0` and classified items (N,) to actions (N, A)."""
@@ -143,13 +142,13 @@ class SimulatedThrows(ThrowExecutor):
             return results
         self.recording = None
         attempts = state.accounts["attempts"][rows, attempt.chosen["index"][rows]]
-        throws = take_throws(attempt.context, rows)
-        objects = replace(throws.objects, pick_draw=simulate.redraw(throws.objects.pick_draw, attempts))
+        throws = take(attempt.context, rows)
+        objects = throws.objects.replace(pick_draw=simulate.redraw(throws.objects.pick_draw, attempts))
         throws, cores = replace(throws, objects=objects), self._core_index[state.robot[rows]]
         for index, core in enumerate(self.cores):
             own = np.flatnonzero(cores == index)
             if own.size > 0:
-                results[rows[own]] = self._simulate(core, rows[own], take_throws(throws, own))
+                results[rows[own]] = self._simulate(core, rows[own], take(throws, own))
         return results
 
     def _simulate(self, core: Core, rows: Ints, throws: Context) -> Rows1[Result]:
@@ -172,5 +171,5 @@ class SimulatedThrows(ThrowExecutor):
 
 def _cut_bins(throws: Context, count: int) -> Context:
     """Throws with arrays cut to the robot's number of bins; other robots of the line may have more."""
-    draws = replace(throws.objects.draws, fill=throws.objects.draws.fill[:, :count])
-    return replace(throws, objects=replace(throws.objects, draws=draws), depth=throws.depth[:, :count])
+    objects = throws.objects.replace(fill=throws.objects.fill[:, :count])
+    return replace(throws, objects=objects, depth=throws.depth[:, :count])

@@ -1,7 +1,5 @@
 """What the agent sees: bounded, decodable, and free of everything that a real cell could not measure."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -128,11 +126,11 @@ def other(values, seed=1):
 def changed(o: Objects, name: str) -> Objects:
     """Objects with another hidden value and the same measured one."""
     if name == "size":  # the height is felt by the cup: it is measured
-        return replace(o, size=o.size * np.array([1.3, 0.8, 1.0]))
+        return o.replace(size=o.size * np.array([1.3, 0.8, 1.0]))
     if name == "grasp":
-        moved = replace(o, grasp=o.grasp + 0.004)
+        moved = o.replace(grasp=o.grasp + 0.004)
         return with_part(moved, "measured.grasp_noise", o.measured.grasp_noise - 0.004)
-    return replace(o, **{name: other(getattr(o, name))})
+    return o.replace(**{name: other(getattr(o, name))})
 
 
 HIDDEN = (
@@ -160,7 +158,7 @@ def test_the_belt_speed_error_is_seen_through_the_measured_grasp_only():
     config = ConveyorConfig.load("nominal")
     objects = drawn(config)
     before, _ = seen(config, objects)
-    after, _ = seen(config, replace(objects, belt_error=objects.belt_error + 0.01))
+    after, _ = seen(config, objects.replace(belt_error=objects.belt_error + 0.01))
     columns = [i for i, f in enumerate(FEATURES) if not f.name.startswith("grasp")]
     assert same_bits(before[:, columns], after[:, columns])
     assert not same_bits(before, after)

@@ -199,7 +199,7 @@ def test_an_engine_warning_is_an_error_and_not_a_number(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # the engine writes its log into the working directory
     core = make_core("nominal_plain", 2)
     context = core.context
-    objects = replace(context.objects, spin=np.array([[0.0, 0.0, 0.0], [1e40, 0.0, 0.0]]))
+    objects = context.objects.replace(spin=np.array([[0.0, 0.0, 0.0], [1e40, 0.0, 0.0]]))
     core.cell.context = replace(context, objects=objects)
     with pytest.raises(PhysicsError, match="MuJoCo warned in simulation 1"):
         core.preview(np.zeros((2, 2)))

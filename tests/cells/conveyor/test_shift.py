@@ -6,10 +6,10 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from pnt_gym.cells.base.fluid import GYRATION
+from pnt_gym.cells.base.rotations import turn_back
 from pnt_gym.cells.conveyor.context import HiddenDrift
 from pnt_gym.cells.conveyor.objects.drawing import time_constant
-from pnt_gym.cells.conveyor.objects.kernel import peel_impulse, spin_from_impulse
+from pnt_gym.cells.conveyor.objects.kernel import peel_impulse
 from pnt_gym.cells.conveyor.observation import DRIFT, HIDDEN, decode
 from pnt_gym.cells.conveyor.shift import DriftSchedule, apply_drift
 from pnt_gym.errors import ConfigError
@@ -221,11 +221,10 @@ def test_under_a_rigid_lip_spin_follows_the_offset():
 def test_a_lip_that_peels_opens_where_the_object_truly_is():
     core, offset = cells(30, **QUICK), np.array([0.006, -0.010])
     o, spin = core.context.objects, spun(core.config, core, offset)
-    tau, cos, sin = time_constant(o.seal, core.config.suction), np.cos(o.yaw), np.sin(o.yaw)
-    for row in range(core.count):
-        impulse = peel_impulse(9.81 * o.mass[row], *(o.grasp[row] + offset), o.cup_radius[row], tau[row])
-        body = o.mass[row], o.size[row], o.shape[row], cos[row], sin[row], GYRATION
-        np.testing.assert_allclose(spin[row], spin_from_impulse(*impulse, *body))
+    tau, found = time_constant(o.seal, core.config.suction), turn_back(spin, *o.turn) * o.inertia
+    columns = zip(9.81 * o.mass, *(o.grasp + offset).T, o.cup_radius, tau, strict=True)
+    impulse = np.array([(*peel_impulse(*row), 0.0) for row in columns])
+    np.testing.assert_allclose(found, turn_back(impulse, *o.turn), rtol=1e-9, atol=1e-15)
     assert same_bits(spun(core.config, core, [0.0, 0.0]), o.spin)
 
 

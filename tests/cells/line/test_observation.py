@@ -1,7 +1,6 @@
 """What the robot whose turn it is sees: the line as it stands, decodable, and nothing that no sensor tells."""
 
 import copy
-from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -80,7 +79,7 @@ def test_a_hidden_value_of_objects_leaves_the_observation_as_it_is(line, name):
     if name in UNSEEN:
         values = getattr(stream.objects, name)
         turned = np.roll(values, 1, axis=1) if name in ("kind", "shape") else values * 0.37
-        objects = replace(stream.objects, **{name: turned})
+        objects = stream.objects.replace(**{name: turned})
     else:
         objects = changed(stream.objects, name)
     line.cell.stream = stream_with(stream, objects, luck=1.0 - stream.riders["luck"])
@@ -111,7 +110,7 @@ def test_a_cup_that_will_not_seal_is_not_seen_before_it_fails(line):
     cores, known = (one, other), 0
     for core, draw in zip(cores, (1.0, 0.0), strict=True):
         objects = core.cell.stream.objects
-        core.cell.stream = stream_with(core.cell.stream, replace(objects, pick_draw=0.0 * objects.mass + draw))
+        core.cell.stream = stream_with(core.cell.stream, objects.replace(pick_draw=0.0 * objects.mass + draw))
         looked_again(core)
     start, lift = cell.state.clock.copy(), cell.state.choices["lift"][:, 0].copy()
     steps = [core.step(np.zeros(4, dtype=np.int64)) for core in cores]

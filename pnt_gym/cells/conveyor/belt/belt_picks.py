@@ -182,7 +182,7 @@ class BeltPicks(PickSource):
         objects, x, knocked = take(stream.objects, held), stream.x[held], stream.knocked[held]
         with super().hold_back(rows):
             yield
-        stream.objects.overwrite(held, objects)
+        stream.objects.put(held, objects)
         stream.x[held], stream.knocked[held] = x, knocked
 
     def ride(self, rows: Ints, time: float) -> None:

@@ -96,14 +96,15 @@ class BeltStream:
 
     def _append(self, rows: Ints, picked: Ints, gone: Ints, way: Floats, is_empty: bool = False) -> None:
         """Move belts on as `ride`, by ways (K,) [m]; on an empty belt the first object comes behind the last place."""
-        block, new = self.objects.block, self._draw_objects(rows, gone + (picked < self.length)).block
-        yaw = np.concatenate([block[rows, -1, sweep.TURN], new[:, sweep.TURN]])
+        stored, new = self.objects, self._draw_objects(rows, gone + (picked < self.length))
+        yaw = np.concatenate([stored.rows["yaw"][rows, -1], new.yaw])
         has_extent = np.full(len(yaw), self._belt.gap == "edge")
         has_extent[: len(rows)] &= not is_empty
-        ride, belts = sweep.Ride(*in_order(rows, picked, gone, way)), sweep.Belts(block, self.x, self.knocked)
-        newcomers = sweep.Newcomers(*in_order(new, np.cos(yaw), np.sin(yaw), has_extent))
+        ride = sweep.Ride(*in_order(rows, picked, gone, way))
+        belts = sweep.Belts(stored.rows, stored.fill, self.x, self.knocked)
+        newcomers = sweep.Newcomers(*in_order(new.rows, new.fill, np.cos(yaw), np.sin(yaw), has_extent))
         sweep.move_belts(ride, newcomers, PASSED_PLACES, belts)
-        self.objects = self.objects.anew()
+        self.objects = Objects(stored.rows, stored.fill)
 
     def _draw_objects(self, rows: Ints, counts: Ints) -> Objects:
         """Draw numbers (K,) of new objects for some rows, one row after the other."""

@@ -7,18 +7,16 @@ of their sides suffice; ellipses are separated along `HEADINGS` more directions.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.items import ELLIPSOID
-from pnt_gym.cells.conveyor.objects.records import columns_of_objects
+from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.kernel import motion_in, row_at
-from pnt_gym.rows import Bools1, Bools2, Floats1, Floats2, Floats3, Ints1, Ints2
+from pnt_gym.rows import Bools1, Bools2, Floats1, Floats2, Floats3, Ints1, Ints2, Rows1, Rows2
 
-COLUMN = columns_of_objects()
-SHAPE, SIZE, TURN, GAP = (COLUMN[name] for name in ("shape", "size", "yaw", "draws.gap"))
 # Depth below its place on the belt at which an object is beside the belt [m].
 BESIDE_DEPTH = 0.02
 # Number of directions in a half turn; any direction is within 6 degrees of these.
@@ -41,8 +39,10 @@ class Ride(NamedTuple):
 class Newcomers(NamedTuple):
     """M new objects on K belts."""
 
-    objects: Floats2
-    """The objects, those of one belt after those of the other (M, C)."""
+    objects: Rows1[Objects]
+    """The objects, those of one belt after those of the other (M,)."""
+    fill: Floats2
+    """The objects' draws of the content of each bin (M, B)."""
     cosine: Floats1
     """Cosines of the yaws of the last object of each belt, then of the new objects (K + M,)."""
     sine: Floats1
@@ -54,8 +54,10 @@ class Newcomers(NamedTuple):
 class Belts(NamedTuple):
     """Objects on N belts, at P places each."""
 
-    objects: Floats3
-    """The objects (N, P, C)."""
+    objects: Rows2[Objects]
+    """The objects (N, P)."""
+    fill: Floats3
+    """Their draws of the content of each bin (N, P, B)."""
     x: Floats2
     """Their positions along the belt (N, P) [m]."""
     knocked: Bools2
@@ -107,9 +109,9 @@ def _half_extent(is_ellipse: bool, length: float, width: float, cosine: float, s
 
 
 @kernel_part
-def _half_length(object_: Floats, cosine: float, sine: float) -> float:
-    """Half extent along the belt of an object in a block, by cosine and sine of its yaw."""
-    return _half_extent(object_[SHAPE] == ELLIPSOID, object_[SIZE], object_[SIZE + 1], cosine, sine)
+def _half_length(object_: Any, cosine: float, sine: float) -> float:
+    """Half extent along the belt of an object, by cosine and sine of its yaw."""
+    return _half_extent(object_.shape == ELLIPSOID, object_.size[0], object_.size[1], cosine, sine)
 
 
 @kernel
@@ -118,7 +120,7 @@ def move_belts(ride: Ride, new: Newcomers, passed: int, belts: Belts) -> None:
 
     `passed` is the number of places before the queue.
     """
-    objects, x, knocked = belts
+    objects, fill, x, knocked = belts
     first = 0
     for k in range(len(ride.rows)):
         row, picked, gone, way, places = ride.rows[k], passed + ride.picked[k], ride.gone[k], ride.way[k], x.shape[1]
@@ -128,14 +130,14 @@ def move_belts(ride: Ride, new: Newcomers, passed: int, belts: Belts) -> None:
         for place in range(kept):
             old = place + gone
             old += 1 if old >= picked else 0
-            objects[row, place] = objects[row, old]
+            objects[row, place], fill[row, place] = objects[row, old], fill[row, old]
             x[row, place], knocked[row, place] = x[row, old] + way, knocked[row, old]
         distance = 0.0
         for n in range(count):
             newcomer, last = new.objects[first + n], len(ride.rows) + first + n
-            objects[row, kept + n] = newcomer
+            objects[row, kept + n], fill[row, kept + n] = newcomer, new.fill[first + n]
             half = _half_length(newcomer, new.cosine[last], new.sine[last]) if new.has_extent[last] else 0.0
-            distance += newcomer[GAP] + before + half
+            distance += newcomer.draws.gap + before + half
             x[row, kept + n], knocked[row, kept + n], before = position - distance, False, half
         first += count
 

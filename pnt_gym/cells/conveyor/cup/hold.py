@@ -7,9 +7,8 @@ from typing import Final, NamedTuple, Self, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints
+from pnt_gym.arrays import Bools, Floats, Ints, in_order
 from pnt_gym.cells.base.grip import Hold
-from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.base.rotations import turn_back
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
@@ -111,7 +110,7 @@ def inside_outline(objects: Objects, place: Floats) -> Floats:
         place: one point per object, relative to the object's middle, along world x, y (N, 2) [m].
     """
     inside = np.empty(len(place))
-    kernel.find_inside(objects.shape == ELLIPSOID, objects.size, objects.yaw, place, inside)
+    kernel.find_inside(*in_order(objects.rows, place), inside)
     return inside
 
 

@@ -7,21 +7,33 @@ pure functions of these rows, so a cell draws the same objects alone and in a ba
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
+from pnt_gym.arrays import Floats, rows_of_words, words
 from pnt_gym.cells.base.fluid import GYRATION
 from pnt_gym.cells.base.items import ItemTable
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects import kernel
-from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects, objects_in_block
+from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.conveyor.objects.rows import (
+    Aside,
+    CellNumbers,
+    Factors,
+    ItemMix,
+    ItemRow,
+    LeavingObject,
+    Normals,
+    StandardDraws,
+    Uniforms,
+)
 from pnt_gym.cells.conveyor.sections import Suction
 from pnt_gym.constants import GRAVITY
+from pnt_gym.rows import Row, Rows1
 
-NORMALS, UNIFORMS = 24, 12 + 3 * TARGET_DRAWS
-"""Numbers of an object's standard normal and uniform draws, whose columns stand in `kernel`."""
+NORMALS, UNIFORMS = Normals.dtype.itemsize // 8, Uniforms.dtype.itemsize // 8
+"""Numbers of an object's standard normal and uniform draws."""
 
 
 @final
@@ -54,61 +66,56 @@ class ObjectMaker:
     def __init__(self, config: ConveyorConfig, table: ItemTable) -> None:
         self._config, self._table = config, table
         spread, noise, belt = config.spread, config.noise, config.belt
-        self._numbers = np.array(
-            [
-                config.mismatch, spread.residue_chance, spread.residue, spread.com_depth, spread.height, spread.grasp,
-                spread.yaw, spread.belt_speed, spread.spin, spread.spin_per_offset, noise.size, noise.yaw, noise.grasp,
-                config.suction.jitter, float(config.cup.fitted), *belt.lane_y, *belt.spacing,
-            ]
+        cell = CellNumbers.zeros(
+            1, mismatch=config.mismatch, residue_chance=spread.residue_chance, residue=spread.residue,
+            com_depth=spread.com_depth, height=spread.height, grasp=spread.grasp, yaw=spread.yaw,
+            belt_speed=spread.belt_speed, spin=spread.spin, spin_per_offset=spread.spin_per_offset,
+            size_noise=noise.size, yaw_noise=noise.yaw, grasp_noise=noise.grasp, jitter=config.suction.jitter,
+            fitted=config.cup.fitted, lane_y=belt.lane_y, spacing=belt.spacing,
         )  # fmt: skip
-        columns = (
-            table.shape, table.size, table.mass, table.drag, table.com_depth, table.seal_force, table.container,
-            table.friction, table.rolling_friction, table.solref, table.cup_friction, table.cup_radius,
-            table.pick_chance,
-        )  # fmt: skip
-        self._items = np.column_stack([np.asarray(column, dtype=np.float64) for column in columns])
-        self._shares = np.cumsum(config.shares()) if config.mix else np.empty(0)
-        has_confusion = bool(config.classifier.confusion)
-        self._confusion = np.cumsum(config.confusion(), axis=1) if has_confusion else np.empty((0, 0))
-        self._percent = np.array(config.limits.percent, dtype=np.float64)
+        self._mix = ItemMix(
+            cell=cell,
+            items=ItemRow.zeros(len(table.mass), **{name: getattr(table, name) for name in ItemRow.fields}),
+            shares=np.cumsum(config.shares()) if config.mix else np.empty(0),
+            confusion=np.cumsum(config.confusion(), axis=1) if config.classifier.confusion else np.empty((0, 0)),
+            percent=np.array(config.limits.percent, dtype=np.float64),
+        )
         self._scales = np.array([spread.mass, spread.seal, spread.drag, noise.mass, noise.seal])
         """Spreads of the logarithms of mass, seal, drag and of their measurements."""
 
     def make(self, normals: Floats, uniforms: Floats, side_draws: SideDraws) -> Objects:
         """Objects S from standard normal draws S + (NORMALS,), uniform draws S + (UNIFORMS,) and side draws S."""
-        shape, bins = normals.shape[:-1], side_draws.fill.shape[-1]
-        z = np.ascontiguousarray(normals).reshape(-1, normals.shape[-1])
-        u = np.ascontiguousarray(uniforms).reshape(-1, uniforms.shape[-1])
-        side = np.empty((len(z), 2 + bins))
-        side[:, 0], side[:, 1] = side_draws.pick.reshape(-1), side_draws.seen.reshape(-1)
-        side[:, 2:] = side_draws.fill.reshape(-1, bins)
-        block = np.empty((len(z), kernel.FILL + bins))
-        kernel.draw_objects(
-            z, u, side, self._factors(z), self._numbers, self._items, self._shares, self._confusion, self._percent,
-            block,
-        )  # fmt: skip
-        config, seal, mass = self._config, block[:, kernel.SEAL], block[:, kernel.MASS]
+        shape, config = normals.shape[:-1], self._config
+        rows: Any = Objects.empty(*shape)
+        aside: Any = Aside.empty(*shape)
+        aside["pick"], aside["seen"] = side_draws.pick, side_draws.seen
+        z, u, made = _rows(normals, Normals), _rows(uniforms, Uniforms), rows.reshape(-1)
+        kernel.draw_objects(StandardDraws(z, u, aside.reshape(-1), self._factors(z)), self._mix, made)
+        seal, mass = made["seal"], made["mass"]
         tau = time_constant(seal, config.suction)
-        delay = (
-            _release_delay(seal, mass, tau, config.suction) + self._table.clings[block[:, kernel.KIND].astype(np.int64)]
-        )
+        delay = _release_delay(seal, mass, tau, config.suction) + self._table.clings[made["kind"]]
         # An object cannot be free before the valve's command, whatever the jitter.
-        block[:, kernel.DELAY] = np.maximum(config.mismatch * delay + block[:, kernel.JITTER_TIME], 0.0)
-        bodies = mass, block[:, kernel.SIZE : kernel.SIZE + 3], block[:, kernel.SHAPE], block[:, kernel.TURN].copy()
-        cups = block[:, kernel.OFFSET : kernel.OFFSET + 2], block[:, kernel.RADIUS], tau
-        _add_spins(*bodies, *cups, block[:, kernel.SPIN_RATE : kernel.SPIN_RATE + 3], config)
-        return objects_in_block(block.reshape(*shape, -1), bins)
+        made["delay"] = np.maximum(config.mismatch * delay + made["jitter"], 0.0)
+        spin = made["spin"].copy()
+        _add_spins(Objects(made, side_draws.fill), made["grasp"], tau, spin, config)
+        made["spin"] = spin
+        return Objects(rows, side_draws.fill)
 
-    def _factors(self, normals: Floats) -> Floats:
-        """Exponential factors (N, 8) as `kernel` names them; spreads are log-normal, so values stay positive."""
-        spread, exponents = self._config.spread, np.empty((len(normals), 8))
-        exponents[:, :5] = self._scales * normals[:, _SPREAD_COLUMNS]
-        exponents[:, 5:] = spread.size * normals[:, 1:2] + spread.size_axis * normals[:, 2:5]
-        return np.exp(exponents)
+    def _factors(self, normals: Rows1[Normals]) -> Rows1[Factors]:
+        """Exponential factors (N,); spreads are log-normal, so values stay positive."""
+        spread, z, exponents = self._config.spread, words(normals), np.empty((len(normals), 8))
+        exponents[:, :5] = self._scales * z[:, _SPREAD_COLUMNS]
+        exponents[:, 5:] = spread.size * z[:, 1:2] + spread.size_axis * z[:, 2:5]
+        return _rows(np.exp(exponents), Factors)
+
+
+def _rows(draws: Floats, kind: type[Row]) -> Any:
+    """Draws S + (C,) as rows (N,)."""
+    return rows_of_words(draws, kind.dtype).reshape(-1)
 
 
 _SPREAD_COLUMNS: Final = np.array([0, 6, 5, 19, 20])
-"""Columns of the normal draws of mass, seal, drag, measured mass and measured seal."""
+"""Places among the normal draws of mass, seal, drag, measured mass and measured seal."""
 
 
 def objects_from_draws(
@@ -148,22 +155,22 @@ def time_constant(seal: Floats, suction: Suction) -> Floats:
     return suction.tau / (1.0 + suction.leak * leak)
 
 
-def _add_spins(
-    mass: Floats,
-    size: Floats,
-    shape: Floats,
-    yaw: Floats,
-    grasp: Floats,
-    radius: Floats,
-    tau: Floats,
-    spin: Floats,
-    config: ConveyorConfig,
-) -> None:
-    """Write the spins of N objects at release (N, 3) [rad/s], in place: of the peeling lip and of blown air."""
-    cup, turn = config.cup, np.array([np.cos(yaw), np.sin(yaw)])
-    kernel.write_spins(
-        config.mismatch, cup.peel, cup.blow_off, mass, size, shape, turn, grasp, radius, tau, GYRATION, spin
-    )
+def _add_spins(objects: Objects, grasp: Floats, tau: Floats, spin: Floats, config: ConveyorConfig) -> None:
+    """Write the spins of N objects at release (N, 3) [rad/s], in place: of the peeling lip and of blown air.
+
+    Args:
+        objects: the objects (N,).
+        grasp: grasp offsets (N, 2) [m].
+        tau: time constants of the vacuum (N,) [s].
+        spin: written.
+        config: the cell.
+    """
+    cosine, sine = objects.turn
+    leaving = LeavingObject.zeros(
+        len(spin), shape=objects.shape, size=objects.size, mass=objects.mass, cosine=cosine, sine=sine, grasp=grasp,
+        radius=objects.cup_radius, tau=tau,
+    )  # fmt: skip
+    kernel.write_spins(config.mismatch, config.cup.peel, config.cup.blow_off, leaving, GYRATION, spin)
 
 
 def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal: Floats | None = None) -> Floats:
@@ -175,11 +182,10 @@ def spin_at_grasp(objects: Objects, grasp: Floats, config: ConveyorConfig, seal:
         config: the cell.
         seal: the new vacuum force (N,) [N]; None: as drawn.
     """
-    bodies = objects.mass, objects.size, objects.shape.astype(np.float64), objects.yaw
 
     def of(place: Floats, force: Floats) -> Floats:
         spin = random_spin(np.zeros_like(objects.spin), config.spread.spin_per_offset * place)
-        _add_spins(*bodies, place, objects.cup_radius, time_constant(force, config.suction), spin, config)
+        _add_spins(objects, place, time_constant(force, config.suction), spin, config)
         return spin
 
     return objects.spin + (of(grasp, objects.seal if seal is None else seal) - of(objects.grasp, objects.seal))

@@ -7,60 +7,23 @@ the delay of the release.
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.body_kernel import extents_of_lying, inertia_of_extents
 from pnt_gym.cells.base.grip import CUP_RADIUS
-from pnt_gym.cells.base.items import CYLINDER
-from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, columns_of_objects
-from pnt_gym.compiled import compile_for, kernel_part
+from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID
+from pnt_gym.cells.conveyor.objects.records import TARGET_DRAWS, Objects
+from pnt_gym.cells.conveyor.objects.rows import ItemMix, LeavingObject, StandardDraws
+from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
+from pnt_gym.rows import Floats1, Floats2, Floats3, Rows1
 
-# Numbers of a cell: mismatch; spreads and noises of `config.spread` and `config.noise`; jitter of the release; whether
-# cups are fitted; lanes and gaps on the belt.
-(
-    MISMATCH, RESIDUE_CHANCE, RESIDUE, COM_DEPTH, HEIGHT, GRASP, YAW, BELT_SPEED, SPIN, SPIN_PER_OFFSET, SIZE_NOISE,
-    YAW_NOISE, GRASP_NOISE, JITTER, IS_FITTED, LANE_LOW, LANE_HIGH, GAP_LOW, GAP_HIGH,
-) = range(19)  # fmt: skip
-# Columns of an item.
-(
-    ITEM_SHAPE, ITEM_LENGTH, ITEM_WIDTH, ITEM_HEIGHT, ITEM_MASS, ITEM_DRAG, ITEM_DEPTH, ITEM_SEAL, ITEM_CONTAINER,
-    ITEM_FRICTION, ITEM_ROLLING, ITEM_SOLREF, ITEM_DAMPING, ITEM_CUP_FRICTION, ITEM_CUP_RADIUS, ITEM_CHANCE,
-) = range(16)  # fmt: skip
-# Columns of an object's standard normal and uniform draws, and of its exponential factors.
-(
-    Z_MASS, Z_SIZE, Z_LENGTH, Z_WIDTH, Z_TALL, Z_DRAG, Z_SEAL, Z_DEPTH, Z_GRASP, Z_GRASP_Y, Z_HEIGHT, Z_BELT, Z_JITTER,
-    Z_SPIN, Z_SPIN_Y, Z_SPIN_Z, Z_SEEN_SIZE, Z_SEEN_WIDTH, Z_SEEN_HEIGHT, Z_SEEN_MASS, Z_SEEN_SEAL, Z_SEEN_YAW,
-    Z_GRASP_NOISE, Z_GRASP_NOISE_Y,
-) = range(24)  # fmt: skip
-U_KIND, U_LANE, U_GAP, U_YAW, U_CHANCE, U_RESIDUE, U_PERCENT, U_UNUSED, U_PLACE = range(9)
-U_BIN = 12
-F_MASS, F_SEAL, F_DRAG, F_SEEN_MASS, F_SEEN_SEAL, F_LENGTH, F_WIDTH, F_HEIGHT = range(8)
-# Columns of the draws aside: whether the cup seals, what the classifier sees, contents of bins.
-S_PICK, S_SEEN, S_FILL = range(3)
 SMALLEST_EXTENT = 0.005
 """Smallest extent that the camera reports [m]."""
 MIN_DEPTH, MAX_DEPTH = 0.05, 0.95
 HALF_LIP = 4.0 / (3.0 * math.pi)
 """Distance of half a disc's centroid from the disc's middle, in radii."""
-COLUMN = columns_of_objects()
-"""First columns of the values in a block of objects."""
-(
-    KIND, SHAPE, SIZE, MASS, DRAG, DEPTH, KNOWN_DEPTH, SEAL, DELAY, JITTER_TIME, FRICTION, CUP_FRICTION, RADIUS,
-    ROLLING, SOLREF, TURN, OFFSET, BELT_ERROR, SPIN_RATE, CHANCE, PICK_DRAW, PERCENT,
-) = (
-    COLUMN[name]
-    for name in (
-        "kind", "shape", "size", "mass", "drag", "com_depth", "known_depth", "seal", "delay", "jitter", "friction",
-        "cup_friction", "cup_radius", "rolling_friction", "solref", "yaw", "grasp", "belt_error", "spin",
-        "pick_chance", "pick_draw", "percent",
-    )
-)  # fmt: skip
-SEEN_KIND, SEEN_SHAPE, SEEN_SIZE, SEEN_MASS, SEEN_SEAL, SEEN_YAW, SEEN_FRICTION, SEEN_GRASP = (
-    COLUMN["measured." + name]
-    for name in ("kind", "shape", "size", "mass", "seal", "yaw", "friction", "grasp_noise")
-)  # fmt: skip
-LANE, GAP, PLACE, BIN, FILL = (COLUMN["draws." + name] for name in ("lane_y", "gap", "place", "bin", "fill"))
 
 
 @kernel_part
@@ -75,113 +38,90 @@ def draw_kind(draw: float, bounds: Floats, count: int) -> int:
 
 
 @kernel_part
-def _write_body(object_: Floats, z: Floats, u: Floats, factors: Floats, item: Floats, numbers: Floats) -> None:
+def _write_constants(made: Any, item: Any, is_fitted: bool) -> None:
+    """Write the values that are the same for all objects of an item."""
+    made.shape, made.friction, made.rolling_friction = item.shape, item.friction, item.rolling_friction
+    made.solref[0], made.solref[1] = item.solref[0], item.solref[1]
+    made.cup_friction, made.pick_chance = item.cup_friction, item.pick_chance
+    made.cup_radius = item.cup_radius if is_fitted else CUP_RADIUS
+
+
+@kernel_part
+def _write_body(made: Any, z: Any, u: Any, factors: Any, item: Any, cell: Any) -> None:
     """Write true extents, mass, drag, seal and depth of an object."""
-    is_cylinder = item[ITEM_SHAPE] == CYLINDER
     for axis in range(3):
         # A cylinder keeps one diameter.
-        factor = factors[F_HEIGHT if is_cylinder and axis == 1 else F_LENGTH + axis]
-        object_[SIZE + axis] = item[ITEM_LENGTH + axis] * factor
-    leftover = item[ITEM_CONTAINER] > 0.0 and u[U_CHANCE] < numbers[RESIDUE_CHANCE]
-    residue = numbers[RESIDUE] * u[U_RESIDUE] if leftover else 0.0
-    object_[MASS] = item[ITEM_MASS] * factors[F_MASS] * (1.0 + residue)
-    object_[DRAG], object_[SEAL] = item[ITEM_DRAG] * factors[F_DRAG], item[ITEM_SEAL] * factors[F_SEAL]
-    depth = item[ITEM_DEPTH] + numbers[COM_DEPTH] * z[Z_DEPTH] + 0.12 * residue / (1.0 + residue)
-    share, mismatch = min(max(depth, MIN_DEPTH), MAX_DEPTH), numbers[MISMATCH]
-    object_[DEPTH] = share * object_[SIZE + 2] + mismatch * numbers[HEIGHT] * z[Z_HEIGHT]
+        factor = factors.size[2 if item.shape == CYLINDER and axis == 1 else axis]
+        made.size[axis] = item.size[axis] * factor
+    leftover = item.container and u.chance < cell.residue_chance
+    residue = cell.residue * u.residue if leftover else 0.0
+    made.mass = item.mass * factors.mass * (1.0 + residue)
+    made.drag, made.seal = item.drag * factors.drag, item.seal_force * factors.seal
+    depth = item.com_depth + cell.com_depth * z.depth + 0.12 * residue / (1.0 + residue)
+    share = min(max(depth, MIN_DEPTH), MAX_DEPTH)
+    made.com_depth = share * made.size[2] + cell.mismatch * cell.height * z.height
     # At mismatch 0 the planner throws the centre of mass, from mismatch 1 on the tip of the cup.
-    object_[KNOWN_DEPTH] = max(1.0 - mismatch, 0.0) * object_[DEPTH]
+    made.known_depth = max(1.0 - cell.mismatch, 0.0) * made.com_depth
 
 
 @kernel_part
-def _write_place(object_: Floats, z: Floats, u: Floats, numbers: Floats) -> None:
+def _write_place(made: Any, z: Any, u: Any, cell: Any) -> None:
     """Write how an object lies on the belt and under the cup, and its random spin."""
-    mismatch = numbers[MISMATCH]
-    object_[TURN] = numbers[YAW] * (2.0 * u[U_YAW] - 1.0)
+    mismatch, draws = cell.mismatch, made.draws
+    made.yaw = cell.yaw * (2.0 * u.yaw - 1.0)
     for axis in range(2):
-        object_[OFFSET + axis] = mismatch * numbers[GRASP] * z[Z_GRASP + axis]
-    object_[BELT_ERROR] = mismatch * numbers[BELT_SPEED] * z[Z_BELT]
-    object_[JITTER_TIME] = mismatch * numbers[JITTER] * z[Z_JITTER]
+        made.grasp[axis] = mismatch * cell.grasp * z.grasp[axis]
+    made.belt_error = mismatch * cell.belt_speed * z.belt
+    made.jitter = mismatch * cell.jitter * z.jitter
     for axis in range(3):
-        object_[SPIN_RATE + axis] = mismatch * numbers[SPIN] * z[Z_SPIN + axis]
-    object_[SPIN_RATE] += numbers[SPIN_PER_OFFSET] * object_[OFFSET + 1]
-    object_[SPIN_RATE + 1] -= numbers[SPIN_PER_OFFSET] * object_[OFFSET]
-    object_[SPIN_RATE + 2] /= 3.0
-    object_[LANE] = numbers[LANE_LOW] + (numbers[LANE_HIGH] - numbers[LANE_LOW]) * u[U_LANE]
-    object_[GAP] = numbers[GAP_LOW] + (numbers[GAP_HIGH] - numbers[GAP_LOW]) * u[U_GAP]
-    object_[PLACE : PLACE + 4] = u[U_PLACE : U_PLACE + 4]
-    object_[BIN : BIN + 3 * TARGET_DRAWS] = u[U_BIN : U_BIN + 3 * TARGET_DRAWS]
+        made.spin[axis] = mismatch * cell.spin * z.spin[axis]
+    made.spin[0] += cell.spin_per_offset * made.grasp[1]
+    made.spin[1] -= cell.spin_per_offset * made.grasp[0]
+    made.spin[2] /= 3.0
+    draws.lane_y = cell.lane_y[0] + (cell.lane_y[1] - cell.lane_y[0]) * u.lane
+    draws.gap = cell.spacing[0] + (cell.spacing[1] - cell.spacing[0]) * u.gap
+    for k in range(4):
+        draws.place[k] = u.place[k]
+    for attempt in range(TARGET_DRAWS):
+        for k in range(3):
+            draws.bin[attempt, k] = u.bin[attempt, k]
 
 
 @kernel_part
-def _write_measured(object_: Floats, z: Floats, factors: Floats, numbers: Floats) -> None:
+def _write_measured(made: Any, z: Any, factors: Any, cell: Any) -> None:
     """Write the measurements of an object: the height is measured without noise, by the cup."""
-    object_[SEEN_SHAPE] = object_[SHAPE]
+    measured = made.measured
+    measured.shape = made.shape
     for axis in range(2):
-        noise = numbers[SIZE_NOISE] * z[Z_SEEN_SIZE + axis]
-        object_[SEEN_SIZE + axis] = max(object_[SIZE + axis] + noise, SMALLEST_EXTENT)
-        object_[SEEN_GRASP + axis] = numbers[GRASP_NOISE] * z[Z_GRASP_NOISE + axis]
-    object_[SEEN_SIZE + 2] = object_[SIZE + 2]
-    object_[SEEN_MASS], object_[SEEN_SEAL] = object_[MASS] * factors[F_SEEN_MASS], object_[SEAL] * factors[F_SEEN_SEAL]
-    object_[SEEN_YAW] = object_[TURN] + numbers[YAW_NOISE] * z[Z_SEEN_YAW]
+        noise = cell.size_noise * z.seen_size[axis]
+        measured.size[axis] = max(made.size[axis] + noise, SMALLEST_EXTENT)
+        measured.grasp_noise[axis] = cell.grasp_noise * z.seen_grasp[axis]
+    measured.size[2] = made.size[2]
+    measured.mass, measured.seal = made.mass * factors.seen_mass, made.seal * factors.seen_seal
+    measured.yaw = made.yaw + cell.yaw_noise * z.seen_yaw
 
 
-@kernel_part
-def _write_constants(object_: Floats, item: Floats, is_fitted: bool) -> None:
-    """Write the values that are the same for all objects of an item."""
-    object_[SHAPE], object_[FRICTION], object_[ROLLING] = item[ITEM_SHAPE], item[ITEM_FRICTION], item[ITEM_ROLLING]
-    object_[SOLREF], object_[SOLREF + 1] = item[ITEM_SOLREF], item[ITEM_DAMPING]
-    object_[CUP_FRICTION], object_[CHANCE] = item[ITEM_CUP_FRICTION], item[ITEM_CHANCE]
-    object_[RADIUS] = item[ITEM_CUP_RADIUS] if is_fitted else CUP_RADIUS
-
-
-@compile_for(
-    "void(f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[::1],f8[:, ::1])"
-)
-def draw_objects(
-    normals: Floats,
-    uniforms: Floats,
-    side_draws: Floats,
-    factors: Floats,
-    numbers: Floats,
-    items: Floats,
-    shares: Floats,
-    confusion: Floats,
-    percent: Floats,
-    block: Floats,
-) -> None:
-    """Write N objects to the rows of a block, without the delays of their releases and the spins of lips and air.
-
-    Args:
-        normals: standard normal draws (N, 24).
-        uniforms: uniform draws (N, 36).
-        side_draws: draws aside (N, 2 + B).
-        factors: exponential factors of masses, seals, drag and extents (N, 8).
-        numbers: numbers of the cell by the names above.
-        items: the items (K, 16) by the columns above.
-        shares: cumulated shares of the items (K,); empty where all items are equally frequent.
-        confusion: cumulated probabilities of the items that the classifier sees (K, K); (0, 0) for a sure classifier.
-        percent: speed settings (P,) [%].
-        block: written (N, columns of an object).
-    """
-    for row in range(len(block)):
-        z, u, object_, side = normals[row], uniforms[row], block[row], side_draws[row]
-        kind = draw_kind(u[U_KIND], shares, len(items))
-        seen = draw_kind(side[S_SEEN], confusion[kind], len(items)) if len(confusion) > 0 else kind
-        object_[KIND], object_[SEEN_KIND] = kind, seen
-        object_[SEEN_FRICTION] = items[seen, ITEM_CUP_FRICTION]
-        _write_constants(object_, items[kind], numbers[IS_FITTED] > 0.0)
-        _write_body(object_, z, u, factors[row], items[kind], numbers)
-        _write_place(object_, z, u, numbers)
-        _write_measured(object_, z, factors[row], numbers)
-        object_[PICK_DRAW], object_[PERCENT] = (
-            side[S_PICK],
-            percent[min(int(u[U_PERCENT] * len(percent)), len(percent) - 1)],
+@kernel
+def draw_objects(draws: StandardDraws, mix: ItemMix, objects: Rows1[Objects]) -> None:
+    """Write N objects, without the delays of their releases and the spins of lips and air."""
+    cell, items, percent = mix.cell[0], mix.items, mix.percent
+    for row in range(len(objects)):
+        z, u, factors, made = draws.normals[row], draws.uniforms[row], draws.factors[row], objects[row]
+        kind = draw_kind(u.kind, mix.shares, len(items))
+        seen = draw_kind(draws.aside[row].seen, mix.confusion[kind], len(items)) if len(mix.confusion) > 0 else kind
+        made.kind, made.measured.kind = kind, seen
+        made.measured.friction = items[seen].cup_friction
+        _write_constants(made, items[kind], cell.fitted)
+        _write_body(made, z, u, factors, items[kind], cell)
+        _write_place(made, z, u, cell)
+        _write_measured(made, z, factors, cell)
+        made.pick_draw, made.percent = (
+            draws.aside[row].pick,
+            percent[min(int(u.percent * len(percent)), len(percent) - 1)],
         )
-        object_[FILL:] = side[S_FILL:]
 
 
-@compile_for("UniTuple(f8, 2)(f8, f8, f8, f8, f8)")
+@kernel
 def peel_impulse(weight: float, x: float, y: float, radius: float, tau: float) -> tuple[float, float]:
     """Angular impulse of a lip that peels off at one side, about x and y [N m s].
 
@@ -190,13 +130,7 @@ def peel_impulse(weight: float, x: float, y: float, radius: float, tau: float) -
     on the other half of the lip, whose centroid is 4 r / (3 pi) from the middle. With the grasp offset e the arm about
     the centre of mass is e + 4 r / (3 pi), and the impulse is m g tau (e + 4 r / (3 pi)). The open side goes down. The
     impulse is an upper bound, because the half lip is assumed to hold until the vacuum is gone.
-
-    Args:
-        weight: weight of the object [N].
-        x: centre of mass relative to the cup's axis, along x [m].
-        y: the same along y [m].
-        radius: radius of the lip [m].
-        tau: time constant of the vacuum [s].
+    The centre of mass is at x, y from the cup's axis [m]; tau is the time constant of the vacuum [s].
     """
     offset = math.sqrt(x * x + y * y)
     # The force m g exp(-t / tau) over all times gives m g tau; the rest is its arm.
@@ -204,105 +138,58 @@ def peel_impulse(weight: float, x: float, y: float, radius: float, tau: float) -
     return size * -(y / arm), size * (x / arm)
 
 
-@compile_for("UniTuple(f8, 2)(f8, f8, f8, f8)")
+@kernel
 def blow_impulse(mass: float, x: float, y: float, speed: float) -> tuple[float, float]:
     """Angular impulse about x and y of air that blows an object down along the cup's axis [N m s].
 
-    Args:
-        mass: mass of the object [kg].
-        x: centre of mass relative to the cup's axis, along x [m].
-        y: the same along y [m].
-        speed: speed that the air gives the centre of mass [m/s].
+    The centre of mass at x, y from the cup's axis [m] gets a speed [m/s].
     """
     return mass * speed * y, mass * speed * -x
 
 
-@compile_for("UniTuple(f8, 3)(f8, f8, f8, f8[:], f8, f8, f8, f8[:])")
-def spin_from_impulse(
-    x: float, y: float, mass: float, size: Floats, shape: float, cos: float, sin: float, gyration: Floats
-) -> tuple[float, float, float]:
-    """Spin of a free object about x, y, z [rad/s], from an angular impulse about x and y.
-
-    Args:
-        x: angular impulse about the world's x [N m s].
-        y: the same about y [N m s].
-        mass: mass of the object [kg].
-        size: full extents (3,) [m].
-        shape: index in `items.SHAPES`.
-        cos: cosine of the object's yaw.
-        sin: sine of the object's yaw.
-        gyration: inertia of each shape, see `fluid.GYRATION`.
-    """
-    length, width, height = extents_of_lying(shape == CYLINDER, size)
-    inertia_x, inertia_y, _ = inertia_of_extents(gyration[int(shape)] * mass, length, width, height)
+@kernel_part
+def _spin(leaving: Any, x: float, y: float, gyration: Floats) -> tuple[float, float, float]:
+    """Spin of a free object about x, y, z [rad/s], from an angular impulse about the world's x and y [N m s]."""
+    cos, sin = leaving.cosine, leaving.sine
+    length, width, height = extents_of_lying(leaving.shape == CYLINDER, leaving.size)
+    inertia_x, inertia_y, _ = inertia_of_extents(gyration[leaving.shape] * leaving.mass, length, width, height)
     # The inertia is diagonal only in the object's axes: there the impulse becomes a spin, which is turned back.
     about_x = (cos * x + sin * y) / inertia_x
     about_y = (cos * y - sin * x) / inertia_y
     return cos * about_x - sin * about_y, cos * about_y + sin * about_x, 0.0
 
 
-@compile_for("void(f8, b1, f8, f8[:], f8[:, :], f8[:], f8[:, :], f8[:, :], f8[:], f8[:], f8[:], f8[:, :])")
+@kernel
 def write_spins(
-    mismatch: float,
-    peels: bool,
-    blown: float,
-    mass: Floats,
-    size: Floats,
-    shape: Floats,
-    turn: Floats,
-    grasp: Floats,
-    radius: Floats,
-    tau: Floats,
-    gyration: Floats,
-    spin: Floats,
+    mismatch: float, peels: bool, blown: float, leaving: Rows1[LeavingObject], gyration: Floats1, spin: Floats2
 ) -> None:
-    """Write the spins of N objects at release: as drawn, or from the peeling lip, and from blown air.
+    """Write the spins of N objects at release (N, 3) [rad/s]: as drawn, or from the peeling lip, and from blown air.
 
-    Args:
-        mismatch: factor of all hidden effects.
-        peels: whether the lip gives a spin.
-        blown: speed that blown air gives objects, 0 without air [m/s].
-        mass: masses of the objects (N,) [kg].
-        size: full extents (N, 3) [m].
-        shape: indices in `items.SHAPES` (N,).
-        turn: cosine and sine of the objects' yaws (2, N).
-        grasp: centres of mass relative to the cup's axis (N, 2) [m].
-        radius: radii of the lips (N,) [m].
-        tau: time constants of the vacuum (N,) [s].
-        gyration: inertia of each shape, see `fluid.GYRATION`.
-        spin: spins as drawn, overwritten (N, 3) [rad/s].
+    `peels` says whether the lip gives a spin, `blown` is the speed that the air gives [m/s], 0 without air; `gyration`
+    is the inertia of each shape, see `fluid.GYRATION`.
     """
     for row in range(len(spin)):
-        place_x, place_y, cos, sin = grasp[row, 0], grasp[row, 1], turn[0, row], turn[1, row]
+        object_ = leaving[row]
+        mass, place_x, place_y = object_.mass, object_.grasp[0], object_.grasp[1]
         if peels:
-            x, y = peel_impulse(mass[row] * GRAVITY, place_x, place_y, radius[row], tau[row])
-            x, y = mismatch * x, mismatch * y
-            spin[row, 0], spin[row, 1], spin[row, 2] = spin_from_impulse(
-                x, y, mass[row], size[row], shape[row], cos, sin, gyration
-            )
+            x, y = peel_impulse(mass * GRAVITY, place_x, place_y, object_.radius, object_.tau)
+            spin[row, 0], spin[row, 1], spin[row, 2] = _spin(object_, mismatch * x, mismatch * y, gyration)
         if blown > 0.0:
-            x, y = blow_impulse(mass[row], place_x, place_y, mismatch * blown)
-            added = spin_from_impulse(x, y, mass[row], size[row], shape[row], cos, sin, gyration)
+            x, y = blow_impulse(mass, place_x, place_y, mismatch * blown)
+            added = _spin(object_, x, y, gyration)
             for axis in range(3):
                 spin[row, axis] += added[axis]
 
 
-@compile_for("void(b1[::1], f8[:, :], f8[:], f8[:, :], f8[::1])")
-def find_inside(is_ellipse: Bools, size: Floats, yaw: Floats, place: Floats, inside: Floats) -> None:
-    """Write the distances of points from outlines, as `outline.inside_outline` (N,).
-
-    Args:
-        is_ellipse: whether an outline is an ellipse, else a rectangle (N,).
-        size: extents of the objects (N, 3) [m].
-        yaw: yaws of the objects (N,) [rad].
-        place: points relative to the objects' middles (N, 2) [m].
-        inside: written (N,) [m].
-    """
+@kernel
+def find_inside(objects: Rows1[Objects], place: Floats2, inside: Floats1) -> None:
+    """Write the distances (N,) [m] of points (N, 2) from outlines, as `hold.inside_outline`."""
     for row in range(len(inside)):
-        cos, sin, x, y = math.cos(yaw[row]), math.sin(yaw[row]), place[row, 0], place[row, 1]
+        object_ = objects[row]
+        cos, sin, x, y = math.cos(object_.yaw), math.sin(object_.yaw), place[row, 0], place[row, 1]
         along, across = abs(cos * x + sin * y), abs(cos * y - sin * x)
-        length, width = size[row, 0] / 2.0, size[row, 1] / 2.0
-        if is_ellipse[row]:
+        length, width = object_.size[0] / 2.0, object_.size[1] / 2.0
+        if object_.shape == ELLIPSOID:
             inside[row] = (1.0 - math.hypot(along / length, across / width)) * min(length, width)
         else:
             beyond, aside = along - length, across - width
@@ -310,15 +197,12 @@ def find_inside(is_ellipse: Bools, size: Floats, yaw: Floats, place: Floats, ins
             inside[row] = max(min(-beyond, -aside), 0.0) - outside
 
 
-@compile_for("void(f8[:], f8[:, :], f8[:, :], f8[:, :, ::1])")
-def fill_inertias(mass: Floats, arm: Floats, inertia: Floats, tensor: Floats) -> None:
-    """Fill the inertias of objects about their cups' tips.
+@kernel
+def fill_inertias(mass: Floats1, arm: Floats2, inertia: Floats2, tensor: Floats3) -> None:
+    """Fill the inertias of objects about their cups' tips (N, 3, 3) [kg m2].
 
-    Args:
-        mass: masses (N,) [kg].
-        arm: centres of mass relative to the tips, in the objects' axes (N, 3) [m].
-        inertia: moments about the centres of mass (N, 3) [kg m2].
-        tensor: filled (N, 3, 3) [kg m2].
+    `arm` are the centres of mass from the tips, in the objects' axes (N, 3) [m], and `inertia` the moments about the
+    centres of mass (N, 3) [kg m2].
     """
     for row in range(len(tensor)):
         x, y, z = arm[row, 0], arm[row, 1], arm[row, 2]

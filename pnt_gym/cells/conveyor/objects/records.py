@@ -1,16 +1,15 @@
-"""Objects on the belt in three records with any leading shape S: true values, measured values, random draws.
+"""Objects on the belt as rows of any leading shape S: true values, measured values, random draws.
 
-The outline of an object is its true footprint on the belt, turned by its yaw.
-
-Lengths are in m, masses in kg, forces in N, angles in rad.
+`objects.mass` is the column of a field (see `rows.Columns`), `objects.rows` are the rows for compiled functions. The
+outline of an object is its true footprint on the belt, turned by its yaw.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final, final
+from typing import Annotated, Any, ClassVar, Final, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats, Ints
 from pnt_gym.cells.base.fluid import (
@@ -22,93 +21,76 @@ from pnt_gym.cells.base.fluid import (
 )
 from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.base.rotations import yaw_attitude
-from pnt_gym.records import Record, computed
+from pnt_gym.records import computed
+from pnt_gym.rows import Columns, Pair, Quadruple, Triple, field
 
 TARGET_DRAWS: Final = 8
 """Largest number of bins that are tried for one object before it stays on the belt."""
 
 
 @final
-@dataclass(frozen=True)
-class Measured(Record):
+class Measured(Columns):
     """Measurements of objects: the only values of objects that an observation may contain."""
 
-    kind: Ints
-    """Item that the classifier sees in each object: index into the cell's item list, S."""
-    shape: Ints
-    """The shape as in `Objects`; it is measured without error."""
-    size: Floats
-    mass: Floats
-    seal: Floats
-    yaw: Floats
-    friction: Floats
-    """Friction under the lip, of the item that the classifier sees."""
-    grasp_noise: Floats
-    """The camera's error of the grasp offset, S + (2,) [m]."""
+    kind: Ints = field("-", "item that the classifier sees in the object: index into the cell's item list")
+    shape: Ints = field("-", "index in `items.SHAPES`; it is measured without error")
+    size: Triple = field("m", "full extents of the lying object before yaw; the height is measured without noise")
+    mass: Floats = field("kg", "mass")
+    seal: Floats = field("N", "force of the vacuum before the release")
+    yaw: Floats = field("rad", "yaw")
+    friction: Floats = field("-", "friction under the lip, of the item that the classifier sees")
+    grasp_noise: Pair = field("m", "the camera's error of the grasp offset")
 
 
 @final
-@dataclass(frozen=True)
-class Draws(Record):
+class Draws(Columns):
     """Random draws that place objects."""
 
-    lane_y: Floats
-    gap: Floats
-    """Distance to the object before this one on the belt [m]."""
-    place: Floats
-    """Uniform draws for a pick without a belt: positions of this pick and of the next object, S + (4,)."""
-    bin: Floats
-    """Uniform draws that choose the object's bin, S + (TARGET_DRAWS, 3)."""
-    fill: Floats
-    """Uniform draws of the content of each bin, used where contents are not simulated, S + (B,)."""
+    lane_y: Floats = field("m", "place across the belt")
+    gap: Floats = field("m", "distance to the object before this one on the belt")
+    place: Quadruple = field("-", "uniform draws for a pick without a belt: places of this pick and of the next object")
+    bin: Annotated[Floats, (TARGET_DRAWS, 3)] = field("-", "uniform draws that choose the object's bin")
 
 
 @final
-@dataclass(frozen=True)
-class Objects(Record):
-    """True, hidden values of objects, with their measurements and the draws that place them."""
+class Objects(Columns):
+    """True, hidden values of objects, with their measurements and the draws that place them.
 
-    kind: Ints
-    """True item: index into the cell's item list, S."""
-    shape: Ints
-    """0 ellipsoid, 1 cylinder lying along x, 2 box, S."""
-    size: Floats
-    """Full extents of the lying object before yaw, S + (3,)."""
-    mass: Floats
-    drag: Floats
-    com_depth: Floats
-    """Centre of mass below the cup [m]."""
-    known_depth: Floats
-    """The part of `com_depth` that the planner knows: the whole at mismatch 0, zero at mismatch 1 [m]."""
-    seal: Floats
-    """Force of the vacuum before release F0 [N]."""
-    delay: Floats
-    """Delay of the release after the command [s]."""
-    jitter: Floats
-    """The part of `delay` that differs from throw to throw [s]."""
-    friction: Floats
-    cup_friction: Floats
-    """Friction under the lip of the cup."""
-    cup_radius: Floats
-    """Radius of the cup that holds the object [m]."""
-    rolling_friction: Floats
-    solref: Floats
-    """MuJoCo `solref` of the object's contacts, S + (2,)."""
-    yaw: Floats
-    grasp: Floats
-    """Centre of mass relative to the cup axis, along x, y, at zero belt-speed error, S + (2,) [m]."""
-    belt_error: Floats
-    """Relative error of the belt speed; adds to `grasp` along x with the distance from the camera."""
-    spin: Floats
-    """Angular velocity gained at release, about x, y, z [rad/s], S + (3,)."""
-    pick_chance: Floats
-    """Probability that a cup well inside the outline seals."""
-    pick_draw: Floats
-    """Uniform draw, or 1; the pick fails where the draw is below the probability of failure."""
-    percent: Floats
-    """Speed setting of the object's throw [%]."""
-    measured: Measured
-    draws: Draws
+    Args:
+        rows: the objects, of any leading shape S.
+        fill: uniform draws of the content of each bin, used where contents are not simulated, S + (B,).
+    """
+
+    kind: Ints = field("-", "true item: index into the cell's item list")
+    shape: Ints = field("-", "0 ellipsoid, 1 cylinder lying along x, 2 box")
+    size: Triple = field("m", "full extents of the lying object before yaw")
+    mass: Floats = field("kg", "mass")
+    drag: Floats = field("-", "coefficient of the drag")
+    com_depth: Floats = field("m", "centre of mass below the cup")
+    known_depth: Floats = field("m", "part of `com_depth` that the planner knows: all of it at mismatch 0, none at 1")
+    seal: Floats = field("N", "force of the vacuum before the release, F0")
+    delay: Floats = field("s", "delay of the release after the command")
+    jitter: Floats = field("s", "part of `delay` that differs from throw to throw")
+    friction: Floats = field("-", "friction of contacts")
+    cup_friction: Floats = field("-", "friction under the lip of the cup")
+    cup_radius: Floats = field("m", "radius of the cup that holds the object")
+    rolling_friction: Floats = field("m", "rolling friction of contacts")
+    solref: Pair = field("s, -", "MuJoCo's `solref` of the object's contacts: time constant and damping ratio")
+    yaw: Floats = field("rad", "yaw")
+    grasp: Pair = field("m", "centre of mass from the cup's axis, along x and y, at zero error of the belt's speed")
+    belt_error: Floats = field("-", "relative error of the belt's speed; adds to `grasp` with the way from the camera")
+    spin: Triple = field("rad/s", "angular velocity gained at the release")
+    pick_chance: Floats = field("-", "probability that a cup well inside the outline seals")
+    pick_draw: Floats = field("-", "uniform draw, or 1; the pick fails where the draw is below the chance of failure")
+    percent: Floats = field("%", "speed setting of the object's throw")
+    measured: Measured = field("-", "measurements")
+    draws: Draws = field("-", "random draws")
+
+    _fields: ClassVar = ("rows", "fill")
+
+    def __init__(self, rows: NDArray[Any], fill: Floats) -> None:
+        super().__init__(rows)
+        self.fill = fill
 
     @computed
     def turn(self) -> tuple[Floats, Floats]:
@@ -139,23 +121,6 @@ class Objects(Record):
     def fluid(self) -> Floats:
         """MuJoCo's `geom_fluid` of N objects (N, 12)."""
         return fluid_coefficients(self.shape, self.extents, self.drag)
-
-
-_SHAPES: Final = {
-    "size": (3,), "solref": (2,), "grasp": (2,), "spin": (3,), "grasp_noise": (2,), "place": (4,),
-    "bin": (TARGET_DRAWS, 3),
-}  # fmt: skip
-"""Shapes of the columns of objects that are not one number."""
-
-
-def columns_of_objects() -> dict[str, int]:
-    """First columns of the values in the rows of a block of objects, the contents of bins last."""
-    return Objects.first_columns({**_SHAPES, "fill": (1,)})
-
-
-def objects_in_block(block: Floats, bins: int) -> Objects:
-    """Objects whose values lie in a block S + (C,), with draws for the contents of a number of bins."""
-    return Objects.from_block(block, {**_SHAPES, "fill": (bins,)})
 
 
 def half_extent(objects: Objects, heading: float | Floats = 0.0) -> Floats:

@@ -30,8 +30,7 @@ def some_objects(count, seed):
     """Objects of every shape and yaw."""
     objects = make_core("waste_plain", count, seed=seed).context.objects
     rng = np.random.default_rng(seed)
-    return replace(
-        objects,
+    return objects.replace(
         shape=rng.choice([ELLIPSOID, CYLINDER, BOX], count),
         size=rng.uniform(0.02, 0.2, (count, 3)),
         yaw=rng.uniform(-np.pi, np.pi, count),
@@ -46,7 +45,7 @@ def test_outlines_overlap_where_drawn_ones_do():
     still, pairs = np.zeros((count, 1, 3)), ((one, np.zeros((count, 2))), (other, apart))
     found = sweeps_through(one, np.zeros((count, 2)), still, take(other, np.s_[:, None]), apart[:, None])[:, 0]
     surely, maybe = (
-        overlap(*(outlines(replace(objects, size=objects.size + wider), place) for objects, place in pairs))
+        overlap(*(outlines(objects.replace(size=objects.size + wider), place) for objects, place in pairs))
         for wider in (-0.002, 0.002)
     )
     assert 0.2 < surely.mean() < 0.8
@@ -126,7 +125,7 @@ def test_ways_are_those_of_arrays_to_the_last_bit():
 def test_a_lost_object_that_falls_back_meets_what_it_falls_on():
     """Held, it would have risen over its neighbour."""
     motion = straight_throw(1)
-    one = replace(some_objects(1, 3), shape=np.array([BOX]), size=np.full((1, 3), 0.05), yaw=np.zeros(1))
+    one = some_objects(1, 3).replace(shape=np.array([BOX]), size=np.full((1, 3), 0.05), yaw=np.zeros(1))
     other = take(one, np.s_[:, None])
     lost, held = (course(motion, np.array([free]), 0.25) for free in (0.05, 0.15))
     down = int(np.argmax(lost[0, :, 2] < -0.005))

@@ -141,7 +141,7 @@ def test_drawn_fills_leave_all_else_as_it_is(level):
     plain = make_core(vary(level, bins=PAIR if level == "nominal_plain" else {}), 40, seed=6)
     full = make_core(filling(12, level), 40, seed=6)
     for name, values in parts_of(plain.context.objects).items():
-        assert name == "draws.fill" or same_bits(values, parts_of(full.context.objects)[name])
+        assert name == "fill" or same_bits(values, parts_of(full.context.objects)[name])
     assert same_bits(plain.observe(), full.observe())
     depth = full.context.bin_depth
     assert len(np.unique(depth)) > 5

@@ -15,7 +15,6 @@ from pnt_gym.cells.conveyor.objects.drawing import (
     random_spin,
     release_delay,
 )
-from pnt_gym.cells.conveyor.objects.records import objects_in_block
 from tests.tools.throws import parts_of, same_bits, vary
 
 COUNT = 400
@@ -103,7 +102,7 @@ def values(config, table, z, u, side):
         "draws.gap": belt.spacing[0] + (belt.spacing[1] - belt.spacing[0]) * u[..., 2],
         "draws.place": u[..., 8:12],
         "draws.bin": u[..., 12:36].reshape(COUNT, 2, 8, 3),
-        "draws.fill": side.fill,
+        "fill": side.fill,
     }
 
 
@@ -114,15 +113,6 @@ def test_objects_are_those_of_the_formulas(config):
     found, expected = parts_of(objects_from_draws(z, u, config, table, side)), values(config, table, z, u, side)
     assert found.keys() == expected.keys()
     for name, column in expected.items():
-        assert same_bits(found[name], column), name
-
-
-def test_a_block_of_objects_is_what_they_pack_to():
-    config = LEVELS[0]
-    objects = objects_from_draws(*draws(config, 2)[:2], config, item_arrays(config.item_list()))
-    block = objects.pack().__dict__["_block"]
-    found = parts_of(objects_in_block(block, objects.draws.fill.shape[-1]))
-    for name, column in parts_of(objects).items():
         assert same_bits(found[name], column), name
 
 

@@ -8,7 +8,8 @@ from pnt_gym.cells.base.fluid import GYRATION, lying_size, solid_shell_inertia
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.cup.hold import true_hold
 from pnt_gym.cells.conveyor.objects.drawing import time_constant
-from pnt_gym.cells.conveyor.objects.kernel import blow_impulse, peel_impulse, spin_from_impulse
+from pnt_gym.cells.conveyor.objects.kernel import blow_impulse, peel_impulse, write_spins
+from pnt_gym.cells.conveyor.objects.rows import LeavingObject
 from pnt_gym.errors import ConfigError
 from tests.tools.throws import item, make_core
 
@@ -49,16 +50,17 @@ def test_the_side_that_opened_goes_down():
 
 
 def test_impulses_turn_objects_by_their_own_inertia():
-    core = core_of()
-    o = core.context.objects
-    impulse = np.random.default_rng(0).normal(0.0, 1e-4, (COUNT, 2))
-    own = solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
+    o, speed = core_of().context.objects, 0.2
+    grasp, spin = np.random.default_rng(0).normal(0.0, 0.01, (COUNT, 2)), np.zeros((COUNT, 3))
+    (cosine, sine), own = o.turn, solid_shell_inertia(o.mass, lying_size(o.shape, o.size), o.shape)
+    bodies = {"shape": o.shape, "size": o.size, "mass": o.mass, "cosine": cosine, "sine": sine, "grasp": grasp}
+    write_spins(1.0, False, speed, LeavingObject.zeros(COUNT, **bodies), GYRATION, spin)
     for row in range(COUNT):
         cos, sin = np.cos(o.yaw[row]), np.sin(o.yaw[row])
-        spin = spin_from_impulse(*impulse[row], o.mass[row], o.size[row], o.shape[row], cos, sin, GYRATION)
         turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
         inertia = turn @ np.diag(own[row]) @ turn.T
-        np.testing.assert_allclose(inertia @ spin, [*impulse[row], 0.0], rtol=1e-9, atol=1e-15)
+        impulse = blow_impulse(o.mass[row], *grasp[row], speed)
+        np.testing.assert_allclose(inertia @ spin[row], [*impulse, 0.0], rtol=1e-9, atol=1e-15)
 
 
 def test_a_level_asks_for_peel_and_the_dial_turns_it():
