@@ -50,11 +50,30 @@ def kernel(function: FunctionT) -> FunctionT:
     """Compile a function for the types of its annotations, when its module is imported, and keep the machine code.
 
     An annotation is float, int, bool, np.uint64, an array of `pnt_gym.rows` such as `Floats2` or `Rows1[Robot]`, or a
-    NamedTuple of these.
+    NamedTuple of these. The machine code lies in the folder `NUMBA_CACHE_DIR`, next to the module, or in the user's
+    cache: the first of these folders that can be written. Where no folder can be written, or the stored code cannot be
+    read, every process compiles for itself, with a warning.
     """
     hints = get_type_hints(function, include_extras=True)
     names = function.__code__.co_varnames[: function.__code__.co_argcount]
-    return compile_for(tuple([_numba_type(hints[name]) for name in names]))(function)
+    signature = tuple([_numba_type(hints[name]) for name in names])
+    try:
+        compiled = _NJIT(function)
+        if not isinstance(compiled, _DISPATCHER):  # under NUMBA_DISABLE_JIT
+            # Machine code never warns of a sum that wraps around or of a division by zero.
+            return np.errstate(all="ignore")(compiled)
+        compiled.enable_caching()
+        # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
+        kept = compiled._cache._cache_file
+        kept._source_stamp = source_digest(function)
+        if not _is_kept(kept):
+            _announce()
+        compiled.compile(signature)
+        compiled.disable_compile()
+        return compiled
+    except Exception:  # any error of the cache folder; an error of the code is raised again below
+        _warn()
+        return _NJIT(signature)(function)
 
 
 def _numba_type(hint: Any) -> Any:
@@ -67,39 +86,6 @@ def _numba_type(hint: Any) -> Any:
         types: Any = numba.types
         return types.BaseTuple.from_types([_numba_type(part) for part in parts], hint)
     return {float: numba.float64, int: numba.int64, bool: numba.boolean, np.uint64: numba.uint64}[hint]
-
-
-def compile_for(signature: Any) -> Callable[[FunctionT], FunctionT]:
-    """Compile a function for one set of types, when its module is imported, and keep the machine code on disk.
-
-    The machine code lies in the folder `NUMBA_CACHE_DIR`, next to the module, or in the user's cache: the first of
-    these folders that can be written. Where no folder can be written, or the stored code cannot be read, every process
-    compiles for itself, with a warning.
-
-    Args:
-        signature: types of result and arguments, in numba's notation.
-    """
-
-    def decorate(function: FunctionT) -> FunctionT:
-        try:
-            compiled = _NJIT(function)
-            if not isinstance(compiled, _DISPATCHER):  # under NUMBA_DISABLE_JIT
-                # Machine code never warns of a sum that wraps around or of a division by zero.
-                return np.errstate(all="ignore")(compiled)
-            compiled.enable_caching()
-            # Machine code on disk is stale when this stamp differs; numba's own is of the function's file alone.
-            kept = compiled._cache._cache_file
-            kept._source_stamp = source_digest(function)
-            if not _is_kept(kept):
-                _announce()
-            compiled.compile(signature)
-            compiled.disable_compile()
-            return compiled
-        except Exception:  # any error of the cache folder; an error of the code is raised again below
-            _warn()
-            return _NJIT(signature)(function)
-
-    return decorate
 
 
 def _is_kept(file: Any) -> bool:

@@ -24,7 +24,7 @@ def pytest_configure(config):
     if getattr(config.option, "numprocesses", None):
         package = Path(pnt_gym.__file__).parent
         for file in package.rglob("*.py"):
-            if "\n@compile_for" in file.read_text(encoding="utf-8"):
+            if "\n@kernel\n" in file.read_text(encoding="utf-8"):
                 importlib.import_module(".".join(file.relative_to(package.parent).with_suffix("").parts))
 
 

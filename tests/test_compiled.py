@@ -98,11 +98,11 @@ def shorten(length):
     return min(length, LIMIT) * {factor}
 """
 WHOLE = """
-from pnt_gym.compiled import compile_for
+from pnt_gym.compiled import kernel
 from parts import shorten
 
-@compile_for("float64(float64)")
-def shorten_twice(length):
+@kernel
+def shorten_twice(length: float) -> float:
     return shorten(shorten(length))
 
 print(shorten_twice(8.0), len(shorten_twice.stats.cache_hits))
