@@ -86,7 +86,8 @@ def _optimum_row(k: int, release: Floats) -> Row:
         _digits(optimum.position),
         "m",
         note=f"quickest throw below z = {ceiling:.4f} m within delta, to the printed digits, "
-        f"{1000 * apart[best]:.0f} mm from the published point; {sum(same)} of {CEILINGS} ceilings that print as {CEILING} m give these digits",
+        f"{1000 * apart[best]:.0f} mm from the published point; "
+        f"{sum(same)} of {CEILINGS} ceilings that print as {CEILING} m give these digits",
         point_m=optimum.position.tolist(),
         apart_m=apart[best],
         ceiling_m=ceiling,

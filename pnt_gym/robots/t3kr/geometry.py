@@ -1,9 +1,10 @@
 """Dimensions, masses and motors of the T3KR-class robot, each with its unit and reason.
 
 The robot (four arms, parallelogram forearms, 530 N m motors) is the robot of Hassan et al. 2022, who publish
-neither its lengths nor its masses, and of its workspace that it is an ellipse in top view. The numbers here are ours:
-the size of the ellipse, and the lengths from a search for a mechanism that reaches the ellipse. The numbers agree in size with the published torque rating, which is no proof:
-5 kg at 12 g along the belt needs 340 to 660 N m by direction and place.
+neither its lengths nor its masses, and of its workspace that it is an ellipse in top view. The numbers here are
+ours: the size of the ellipse, and the lengths from a search for a mechanism that reaches the ellipse. The numbers
+agree in size with the published torque rating, which is no proof: 5 kg at 12 g along the belt needs 340 to 660 N m
+by direction and place.
 """
 
 from dataclasses import dataclass
