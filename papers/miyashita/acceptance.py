@@ -1,4 +1,4 @@
-"""Iterative learning of Miyashita et al. 2010 at random goals: share of learned goals, limits by scatter and gain."""
+"""Iterative learning of Miyashita et al. at random goals: share of learned goals, limits by scatter and gain."""
 
 from __future__ import annotations
 

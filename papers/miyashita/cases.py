@@ -1,4 +1,4 @@
-"""The goal and the throws of Miyashita et al. 2010 that several parts of its reproduction use."""
+"""The goal and the throws of Miyashita et al. that several parts of its reproduction use."""
 
 from __future__ import annotations
 

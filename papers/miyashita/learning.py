@@ -1,4 +1,4 @@
-"""Iterative learning of Miyashita et al. 2010 at the published goal, with an ideal release (Figs. 10 and 11).
+"""Iterative learning of Miyashita et al. at the published goal, with an ideal release (Figs. 10 and 11).
 
 Gains, camera, placement and timing of the paper's experiment are not published, nor are the scales T of Eq. 35, by
 which the state of a flight that is nearest to the goal is chosen. Each T is a reading of the paper.

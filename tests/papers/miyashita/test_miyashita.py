@@ -1,4 +1,4 @@
-"""The reproduction of Miyashita et al. 2010: the example, its misprints, and small versions of the long studies."""
+"""The reproduction of Miyashita et al.: the example, its misprints, and small versions of the long studies."""
 
 from dataclasses import replace
 from functools import cache
