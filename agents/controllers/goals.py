@@ -1,4 +1,4 @@
-"""The virtual goal of iterative learning (Miyashita et al. 2010, section 5) per item and place, and the choice of K."""
+"""The virtual goal of iterative learning (Miyashita et al., section 5) per item and place, and the choice of K."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FIRST: Final = 0.5
 
 
 def virtual_goal(correction: Correction, gain: ArrayLike | None = None, threshold: float | None = None) -> Learner:
-    """Iterative learning (Miyashita 2010): the virtual goal moves by K times the error, per item and place.
+    """Iterative learning (Miyashita et al.): the virtual goal moves by K times the error, per item and place.
 
     Args:
         correction: meaning of an action.

@@ -226,7 +226,7 @@ def _infeasible_rows() -> Iterator[Row]:
         try:
             e = EllipsePath.paper(HALF_WIDTH, rise)
         except ValueError as error:
-            yield Row.missing(quantity, "an ellipse", "m", "infeasible", note=str(error))
+            yield Row.ours(quantity, "no ellipse", "m", note=str(error))
         else:
             yield Row.ours(quantity, e.length, "m", note=f"the rule gives {math.degrees(e.angle):.0f} deg")
 

@@ -39,7 +39,7 @@ def rival_findings() -> Findings:
             times = {name: _time(Case(name, name, path, rule)) for name, path in paths.items()}
             where = f"{reading.replace('-', ' ')}, {1000 * height:.1f} mm above T2, {WORDS[rule]}"
             rows += [_row(f"{reading}/{name}-{rule}", seconds, where) for name, seconds in times.items()]
-            claims += _claim_rows(f"{reading}-{rule}", ours, times, where)
+            claims += _claim_rows(f"{reading}-{rule}", ours, times, where, rule == "strict")
             lines.append([reading.replace("-", " "), rule, *(f"{t:.3f} s" for t in (ours, *times.values()))])
     grid = Grid("Fig. 8 timed, with 25 mm of vertical on either side", ("curves", "rule", PROPOSED, *CURVES), lines)
     further = plain("Is the cycle time smaller?", by_quantity(claims).values(), drop="choe/claim/")
@@ -56,20 +56,21 @@ def _row(name: str, seconds: float, note: str, **details: float) -> Row:
     return Row.ours(f"choe/time/fig-8/{name}", seconds, "s", note=f"one way within {limits}: {note}", **details)
 
 
-def _claim_rows(name: str, ours: float, times: dict[str, float], where: str) -> Iterator[Row]:
-    """Rows on the conclusion that the cycle time may be smaller, against the symmetric ellipse and the Lame curves."""
+def _claim_rows(name: str, ours: float, times: dict[str, float], where: str, is_continuous: bool) -> Iterator[Row]:
+    """Rows on the conclusion that the cycle time may be smaller, against the symmetric ellipse and the Lame curves.
+
+    The paper also concludes that the acceleration is continuous, so motions without that judge nothing.
+    """
     groups = {
         "symmetric-ellipse": [seconds for curve, seconds in times.items() if curve.startswith("symmetric")],
         "lame": [seconds for curve, seconds in times.items() if curve.startswith("lame")],
     }
     for rival, seconds in groups.items():
-        yield Row.compared(
-            f"choe/claim/shorter-cycle-than-{rival}/{name}",
-            "may be smaller",
-            100.0 * (ours / min(seconds) - 1.0),
-            "%",
-            holds=ours < min(seconds),
-            statement=f"choe/claim/shorter-cycle-than-{rival}",
-            note=f"time of the proposed curve, {ours:.3f} s, over the quickest such curve, {min(seconds):.3f} s; "
-            f"{where}",
-        )
+        quantity, claim = f"choe/claim/shorter-cycle-than-{rival}/{name}", "may be smaller"
+        gain = 100.0 * (ours / min(seconds) - 1.0)
+        note = f"time of the proposed curve, {ours:.3f} s, over the quickest such curve, {min(seconds):.3f} s; {where}"
+        if not is_continuous:
+            yield Row.ours(quantity, gain, "%", beside=claim, note=note)
+            continue
+        statement = f"choe/claim/shorter-cycle-than-{rival}"
+        yield Row.compared(quantity, claim, gain, "%", holds=gain < 0.0, statement=statement, note=note)

@@ -99,7 +99,8 @@ class Protocol:
         constant_jerk: whether the jerk limit is 3000 m/s3 at every percentage, instead of scaled like other limits.
         reading: whether the protocol may be the paper's, so that its figures get verdicts; a protocol that is no
             reading shows the effect of a single rule.
-        fitted: whether the rules were chosen by Table I itself; peaks of such a motion say nothing about the paper's.
+        fitted: whether the rules were chosen by Table I itself; such a protocol proves nothing about the table, nor do
+            the peaks of its motions.
     """
 
     label: str
@@ -163,11 +164,8 @@ PROTOCOLS: Final = {
         "as paper-clock, but every move ends before the next begins",
     ),
 }
-CHOSEN: Final = (
-    "overlap, clock, lift and vertical approach were chosen by this table, among 6,656 and then 31,104 combinations; "
-    "cells left out of such a choice are off by 3.5 to 8 % on average"
-)
-"""Sentence about the search that chose the rules of the paper clock; the search is not repeated here."""
+CHOSEN: Final = "overlap, clock, lift and vertical approach were chosen by this table, so that it judges no cell"
+"""Sentence about the rules of the paper clock."""
 SIMULATED: Final = ("paper-clock", "limits-respected", "constant-jerk")
 """Protocols of Table I that the robot executes in the simulator."""
 SHOWN: Final = ("paper-clock", "constant-jerk-overlap", "constant-jerk-stops", "limits-respected", "constant-jerk")

@@ -46,7 +46,7 @@ def cell_row(protocol: str, cell: cases.Key, trials: ByMismatch | None = None) -
     peaks = cycle.peak_ratios(settings.limits(cell[2]))
     part = cases.CLOSE_FOLD if cell == cases.FOLD else cases.CLOSE
     bound = f"; a reading of what the paper leaves open, judged within {100 * part:.0f} %, which is our bound"
-    reading = bound if settings.reading else ""
+    reading = f"; {cases.CHOSEN}" if settings.fitted else bound if settings.reading else ""
     return _protocol_row(
         protocol,
         "/".join(map(str, cell)),
@@ -67,9 +67,9 @@ def cell_row(protocol: str, cell: cases.Key, trials: ByMismatch | None = None) -
 def _protocol_row(
     protocol: str, name: str, published: float, figure: float, unit: str, note: str, within: float = 0.0, **details: Any
 ) -> Row:
-    """Row of a protocol's figure: compared with the published figure if the protocol is a reading, else `ours`."""
-    quantity = f"table1/{protocol}/{name}"
-    if cases.PROTOCOLS[protocol].reading:
+    """Row of a protocol's figure: compared with the table if the protocol is a reading and not fitted to it."""
+    quantity, settings = f"table1/{protocol}/{name}", cases.PROTOCOLS[protocol]
+    if settings.reading and not settings.fitted:
         statement = f"table1/{name}"
         return Row.compared(quantity, published, figure, unit, within=within, note=note, statement=statement, **details)
     return Row.ours(quantity, figure, unit, beside=published, note=note, **details)
@@ -158,16 +158,15 @@ def _peak_rows(protocol: str, cells: list[Row]) -> list[Row]:
 
 def _place_outside_row() -> Row:
     """Row of the cells that the paper leaves empty: the hand cannot place an object outside its workspace."""
-    name, picks, refused = "hassan/pick-and-place-outside", list[float](), 0
+    picks, refused = list[float](), 0
     for percent in cases.PERCENTAGES["outside"]:
         try:
             picks.append(cases.picks_per_min(cases.cell_cycle("paper-clock", "pick-and-place", "outside", percent)))
         except InfeasibleThrow:
             refused += 1
     note = f"the target {cases.TARGETS['outside']} lies outside the workspace: no plan at {refused} of 3 percentages"
-    if picks:
-        return Row.compared(name, "-", max(picks), "picks/min", note=note, refused=refused)
-    return Row.missing(name, "-", "picks/min", "infeasible", note=note, refused=refused)
+    figure = max(picks) if picks else "impossible"
+    return Row.compared("hassan/pick-and-place-outside", "impossible", figure, "picks/min", note=note, refused=refused)
 
 
 def _whole_table_grid(rows: list[Row]) -> Grid:

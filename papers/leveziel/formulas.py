@@ -232,7 +232,7 @@ def _omission_rows() -> Iterator[Row]:
         "servo's data sheet and the weight of such parts"
     )
     quantity = "leveziel/inconsistency/nothing-about-dynamics"
-    yield Row.missing(quantity, "not printed", "-", "unpublished", reproduced="assumed", note=note)
+    yield Row.ours(quantity, "assumed", "-", note=note)
 
 
 def _rate_rows(repeats: int) -> Iterator[Row]:

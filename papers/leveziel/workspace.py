@@ -153,6 +153,7 @@ def _kappa_rows(step: float) -> Iterator[Row]:
         anywhere,
         "-",
         holds=anywhere > LEAST,
+        statement="leveziel/fig-5/smallest-kappa",
         note=f"between these positions, in the extreme tip ({millimetres(tip)}) mm where three motors stand at the "
         "ends of their strokes; below 0.3 for some millimetres only",
         position=tip.tolist(),

@@ -1,4 +1,4 @@
-"""Miyashita et al. 2010, "Parts Assembly and Sorting by Throwing Manipulation: Planning and Control", computed anew."""
+"""Miyashita et al., "Parts Assembly and Sorting by Throwing Manipulation: Planning and Control", computed anew."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from agents.reproduce.grids import Rows, plain
 
 from . import acceptance, accessible, cases, contact, contact_learning, example, formulas, learning, margins, tasks
 
-SHORT: Final = "Miyashita et al. 2010"
+SHORT: Final = "Miyashita et al."
 PARTS: Final[Parts] = {
     "example": example.example_findings,
     "margins": margins.margin_findings,

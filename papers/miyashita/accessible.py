@@ -1,4 +1,4 @@
-"""The accessible space of Miyashita et al. 2010 (Fig. 8), and its loss by dynamics and motor."""
+"""The accessible space of Miyashita et al. (Fig. 8), and its loss by dynamics and motor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The goal and the throws of Miyashita et al. 2010 that several parts of its reproduction use."""
+"""The goal and the throws of Miyashita et al. that several parts of its reproduction use."""
 
 from __future__ import annotations
 
@@ -28,8 +28,6 @@ TRIALS: Final = 10
 """Throws after which the paper states its errors."""
 POSITION, ANGLE, SPEED = 0.0025, 0.1, 0.01
 """Bounds of the errors of the 10th throw [m, deg, m/s] (section 6.2)."""
-ANGLE_STATEMENT: Final = "miyashita/fig-10/angle"
-"""The published bound of the angle, which several rows test."""
 DELAYS: Final = (0.0, 0.005, 0.010)
 """Assumed delays of the release, in which the arm already brakes [s]."""
 
@@ -175,9 +173,15 @@ def draw_cell_goals(count: int) -> Floats:
     return cell.context.goal.copy()
 
 
-def config_with_delay(delay: float) -> OneJointConfig:
-    """Configuration of the cell with every unmodelled effect, and with a release that is late by ``delay`` [s]."""
-    return OneJointConfig.load("nominal", errors={"delay": delay})
+def config_with_delay(delay: float, scale: tuple[float, float, float] | None = None) -> OneJointConfig:
+    """Configuration of the cell with every unmodelled effect.
+
+    Args:
+        delay: time by which the release is late [s].
+        scale: weights of position, angle and speed in T of Eq. 35; those of the level when not given.
+    """
+    changes = {} if scale is None else {"scale": dict(zip(("position", "angle", "speed"), scale, strict=True))}
+    return OneJointConfig.load("nominal", errors={"delay": delay}, **changes)
 
 
 def delay_name(delay: float) -> str:

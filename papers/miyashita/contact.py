@@ -1,7 +1,7 @@
 """Throws with solid stoppers, which push the block while the block leaves the arm.
 
 Computed are the effect of the push, the failure of the paper's learning under the push, and the goals that a release
-reaches in spite of the push. Miyashita et al. 2010 take the release as instantaneous. The effect of the push depends on
+reaches in spite of the push. Miyashita et al. take the release as instantaneous. The effect of the push depends on
 friction and compliance that are assumed here, so all figures are `ours`.
 """
 

@@ -1,4 +1,4 @@
-"""The example of Miyashita et al. 2010: goal (0, 0.4 m, 150 deg, 0), its releases and plans."""
+"""The example of Miyashita et al.: goal (0, 0.4 m, 150 deg, 0), its releases and plans."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Formulas of Miyashita et al. 2010: a check against independent mechanics, and misprints."""
+"""Formulas of Miyashita et al.: a check against independent mechanics, and misprints."""
 
 from __future__ import annotations
 

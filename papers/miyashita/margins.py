@@ -1,4 +1,4 @@
-"""Fig. 7 of Miyashita et al. 2010, and the paper's second contribution: throws with margin withstand disturbances."""
+"""Fig. 7 of Miyashita et al., and the paper's second contribution: throws with margin withstand disturbances."""
 
 from __future__ import annotations
 

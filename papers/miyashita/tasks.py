@@ -1,4 +1,4 @@
-"""Sorting and assembly of Miyashita et al. 2010 (Figs. 13 to 18) in the simulator, with physical pallets.
+"""Sorting and assembly of Miyashita et al. (Figs. 13 to 18) in the simulator, with physical pallets.
 
 The paper shows a single run of each task. Its pallets, parts and gains are not published, so they are chosen here, and
 the figures get no verdict by the paper's words.

@@ -114,7 +114,7 @@ class OneJointThrowEnv(OneJointEnv):
     The block lies on the arm. The arm turns anticlockwise from rest, accelerating so that the block stays put, and
     brakes as hard as it can: the block leaves and turns on as it flies. Four numbers at the release (angle and speed of
     the arm, radius of the block, flight time) fix four of the goal: x, y, phi and the vertical speed dy. The planner of
-    Miyashita et al. 2010 finds the four numbers, and a motion of the arm that keeps its margins, as if the block came
+    Miyashita et al. finds the four numbers, and a motion of the arm that keeps its margins, as if the block came
     free at once and met no air. The real block lies a little too far out and comes free late, the real arm is heavier
     and rubs: the action corrects for that.
 
@@ -150,7 +150,7 @@ class OneJointSortEnv(OneJointEnv):
     ## Description
 
     The pallets are concave pockets at the goals, turned so that the block arrives in them with its angle. A different
-    vertical speed at each goal keeps the flights clear of the other pallets, as Miyashita et al. 2010 sort by throwing.
+    vertical speed at each goal keeps the flights clear of the other pallets, as Miyashita et al. sort by throwing.
     Arm, block, planner and what the planner does not know are those of `OneJointThrow-v0`. The simulation goes on until
     the block lies still.
 

@@ -1,1 +1,1 @@
-"""Single throws by nonlinear programming, random goals and the virtual goal of Miyashita et al. 2010."""
+"""Single throws by nonlinear programming, random goals and the virtual goal of Miyashita et al."""

@@ -1,6 +1,6 @@
 """Motions that keep the limits of a throw and maximise nothing, by the Gauss-Newton method.
 
-Miyashita et al. 2010 solve Eqs. 29 to 32 in this way for their Fig. 7b. The unknowns are the control points and Delta t
+Miyashita et al. solve Eqs. 29 to 32 in this way for their Fig. 7b. The unknowns are the control points and Delta t
 of Eqs. 13 and 14. A limit is an equation while it is broken, so a motion that comes from outside ends on its limits.
 """
 

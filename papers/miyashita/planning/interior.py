@@ -1,7 +1,7 @@
 """The programme of a throw for the interior-point solver IPOPT, in the paper's variables.
 
 The unknowns are the spline's control points, Delta t and the margins, and the ends of the motion are equations, as in
-Eqs. 15-32 of Miyashita et al. 2010. casadi is an optional dependency.
+Eqs. 15-32 of Miyashita et al. casadi is an optional dependency.
 """
 
 from __future__ import annotations

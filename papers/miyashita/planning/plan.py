@@ -1,4 +1,4 @@
-"""The plan of one throw as the spline motion with the largest margins (Miyashita et al. 2010, section 4)."""
+"""The plan of one throw as the spline motion with the largest margins (Miyashita et al., section 4)."""
 
 from __future__ import annotations
 

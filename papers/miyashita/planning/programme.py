@@ -1,4 +1,4 @@
-"""The arm's motion to one release as a nonlinear programme (Miyashita et al. 2010, Eqs. 15-32, corrected).
+"""The arm's motion to one release as a nonlinear programme (Miyashita et al., Eqs. 15-32, corrected).
 
 Eq. 29 fixes the release beforehand, so the programme only chooses the motion. Its variables are the accelerations at
 the borders of the spline's n intervals, and the six margins. Angle and speed at the release and rest at the start then

@@ -7,7 +7,7 @@ Modes, all but the last on the same planner:
   of the landing for every target.
 * `release_xyz` (3 numbers): the release point moves by raw metres along, sideways and up. The same centimetre may move
   the landing by one centimetre or by ten.
-* `virtual_goal` (2 numbers): the target is moved and the throw planned from scratch, as in Miyashita et al. 2010.
+* `virtual_goal` (2 numbers): the target is moved and the throw planned from scratch, as in Miyashita et al.
   The minimum-time plan can jump between its flat and its steep branch when the goal moves a little.
 * `throw_or_place` (3 numbers, where the planner is `auto`): as `release_point`, and a third number above 1/2 puts the
   object down where the rule would throw it, or throws the object where the rule would put it down.

@@ -1,1 +1,1 @@
-"""The cell of the one-joint thrower: arm, parts, pallets, and the outcome of a throw (Miyashita et al. 2010)."""
+"""The cell of the one-joint thrower: arm, parts, pallets, and the outcome of a throw (Miyashita et al.)."""

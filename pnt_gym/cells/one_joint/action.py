@@ -3,7 +3,7 @@
 Two modes, on the same planner:
 
 * `virtual_goal` (4 numbers): the goal x, y, phi, dy is moved and the throw planned from scratch, as in Miyashita et al.
-  2010. Each number moves one error of the drag-free throw one to one.
+  Each number moves one error of the drag-free throw one to one.
 * `release_state` (3 numbers): angle and speed of the arm and radius of the object at the release are moved by raw
   amounts, and the arm's motion is planned for them.
 """

@@ -1,6 +1,6 @@
 """Level of the one-joint thrower: every number of the cell, once, with its unit and its reason.
 
-The paper's upward axis is called y here, as in Miyashita et al. 2010; in the simulated world that axis is z.
+The paper's upward axis is called y here, as in Miyashita et al.; in the simulated world that axis is z.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MOST_TURN: Final = 900.0
 
 
 class ArmSection(Section):
-    """The arm as the planner knows it (Miyashita et al. 2010, section 6, where not noted)."""
+    """The arm as the planner knows it (Miyashita et al., section 6, where not noted)."""
 
     length: Positive = Field(default=Arm.length, description="Whole plate, mounted at its middle [m].")
     width: Positive = Field(default=Arm.width, description="Across the plane [m].")

@@ -1,4 +1,4 @@
-"""Camera measurement of a flight (Miyashita et al. 2010, section 6.1)."""
+"""Camera measurement of a flight (Miyashita et al., section 6.1)."""
 
 from __future__ import annotations
 

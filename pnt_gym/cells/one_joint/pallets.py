@@ -1,4 +1,4 @@
-"""Pallets that catch the thrown parts, and flights that pass them (Miyashita et al. 2010, section 6.3).
+"""Pallets that catch the thrown parts, and flights that pass them (Miyashita et al., section 6.3).
 
 A pallet stands still in the plane of the throw. Its walls are boxes in the frame of its goal, the pose of a part that
 lies in the pallet: u along the part, v across the part. All parts are thrown upside down, so gravity holds them to the

@@ -1,4 +1,4 @@
-"""Parts that the one-joint arm throws: a block, a T and an H of wood (Miyashita et al. 2010, sections 1 and 6).
+"""Parts that the one-joint arm throws: a block, a T and an H of wood (Miyashita et al., sections 1 and 6).
 
 A part is planar: an outline in its own frame u (along the arm), v (away from the arm), with the origin at the centre
 of mass, and the boxes that fill the outline for contact. The paper prints the block's size and mass; the shapes of T

@@ -183,6 +183,8 @@ class LineBounds(NamedTuple):
 class EllipticWorkspace:
     """Workspace that is an ellipse in top view (Hassan et al. 2022, section IV-A), centred on the z axis.
 
+    The paper prints no size; the default semi-axes are ours, and hold every point at which the paper's hand is.
+
     Attributes:
         semi_x: semi-axis along x [m].
         semi_y: semi-axis along y [m].

@@ -1,4 +1,4 @@
-"""Throwing a block to a pose with one joint (Miyashita et al. 2010)."""
+"""Throwing a block to a pose with one joint (Miyashita et al.)."""
 
 from typing import TYPE_CHECKING
 

@@ -2,7 +2,7 @@
 
 A release fixes angle and speed at the end of a motion from rest. The duration and the shape of the acceleration remain
 to be chosen. The acceleration is linear between the borders of the spline's n intervals, so a motion of the family is
-exactly a spline of Miyashita et al. 2010, Eq. 13. The first shapes rise from the static start to an acceleration that
+exactly a spline of Miyashita et al., Eq. 13. The first shapes rise from the static start to an acceleration that
 is constant, grows or falls; where no such shape keeps all limits, shapes that swing back first are tried. The plan is
 the motion with the best margins, with a refined duration.
 """

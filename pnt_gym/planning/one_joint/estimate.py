@@ -1,4 +1,4 @@
-"""Estimates of flights and arrival states from camera measurements (Miyashita et al. 2010, section 5.2, appendix)."""
+"""Estimates of flights and arrival states from camera measurements (Miyashita et al., section 5.2, appendix)."""
 
 from __future__ import annotations
 

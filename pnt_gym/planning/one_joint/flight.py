@@ -1,4 +1,4 @@
-"""Equation 11 of Miyashita et al. 2010 and its derivative, without checks."""
+"""Equation 11 of Miyashita et al. and its derivative, without checks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reactions between block and moving arm, and the motor's torque (Miyashita et al. 2010, section 3.1).
+"""Reactions between block and moving arm, and the motor's torque (Miyashita et al., section 3.1).
 
 All functions take arrays that broadcast: angle [rad], speed [rad/s], acceleration [rad/s2] of the arm, and the
 distance r of the block's centre of mass from the pivot along the arm [m].

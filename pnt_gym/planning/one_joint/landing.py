@@ -1,4 +1,4 @@
-"""Landing states of releases, and releases that reach a landing state (Miyashita et al. 2010, section 3.2).
+"""Landing states of releases, and releases that reach a landing state (Miyashita et al., section 3.2).
 
 A release u is (theta_t, omega_t, l_t, t_f) in [rad, rad/s, m, s], a landing state z is (x, y, phi, dy) in
 [m, m, rad, m/s]; the pivot is the origin and phi is never wrapped.

@@ -1,4 +1,4 @@
-"""Margins of a motion to each of its limits (Miyashita et al. 2010, Eqs. 15-20 and 27).
+"""Margins of a motion to each of its limits (Miyashita et al., Eqs. 15-20 and 27).
 
 Margins are shares of natural units: the margin of N of the block's weight, the margins of both moments of weight times
 half length, the margin of the angle of half its range, the margins of speed and torque of their limits. A margin is

@@ -1,4 +1,4 @@
-"""Motions of the arm up to the release and until it stands again, N at a time (Miyashita et al. 2010, section 4.1)."""
+"""Motions of the arm up to the release and until it stands again, N at a time (Miyashita et al., section 4.1)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters of the one-joint thrower and its block (Miyashita et al. 2010, section 6).
+"""Parameters of the one-joint thrower and its block (Miyashita et al., section 6).
 
 The vertical plane is x to the right and y up, the pivot is the origin, angles count anticlockwise from the
 horizontal arm. The object lies on the arm's upper surface, which passes through the pivot.

@@ -1,6 +1,6 @@
 """All releases that reach a landing state, as roots of an equation in the angle a that the block turns in flight.
 
-With a = omega t_f the release angle is theta = phi - a, and Eq. 11 of Miyashita et al. 2010 becomes
+With a = omega t_f the release angle is theta = phi - a, and Eq. 11 of Miyashita et al. becomes
 
     g (1 + a^2 / 2) t^2 + dy (1 + a^2) t - a (a y + x) = 0,      S = y - dy t - g t^2 / 2,      X = x + a S,
     h(a) = S cos(theta) - X sin(theta) - d = 0,                  r = X cos(theta) + S sin(theta) > 0,

@@ -11,7 +11,7 @@ import numpy as np
 from pnt_gym.arrays import Floats
 
 INTERVALS: Final = 10
-"""n of the spline (Miyashita et al. 2010, section 4.5)."""
+"""n of the spline (Miyashita et al., section 4.5)."""
 
 
 @final

@@ -1,4 +1,4 @@
-"""Weights W of the margins in the objective (Miyashita et al. 2010, Eq. 28), by name."""
+"""Weights W of the margins in the objective (Miyashita et al., Eq. 28), by name."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ GRIP_SOLREF: Final = (0.002, 1.0)
 GRIP_SOLIMP: Final = (0.999, 0.9999, 0.001, 0.5, 2.0)
 """Impedance of the grip: nearly rigid from the first micrometre on."""
 STOPPER_HEIGHT: Final = 0.002
-"""Height of the two stoppers that keep the object from sliding (Miyashita et al. 2010, section 6) [m]."""
+"""Height of the two stoppers that keep the object from sliding (Miyashita et al., section 6) [m]."""
 STOPPER_WIDTH: Final = 0.004
 """Width of a stopper along the arm [m]; without effect as long as the object does not pass over the stopper."""
 STOPPER_GAP: Final = 5e-5

@@ -1,9 +1,10 @@
 """Dimensions, masses and motors of the T3KR-class robot, each with its unit and reason.
 
 The robot (four arms, parallelogram forearms, 530 N m motors) is the robot of Hassan et al. 2022, who publish
-neither its lengths nor its masses. The numbers here are ours, from a search for a mechanism that reaches the
-published workspace. The numbers agree in size with the published torque rating, which is no proof:
-5 kg at 12 g along the belt needs 340 to 660 N m by direction and place.
+neither its lengths nor its masses, and of its workspace that it is an ellipse in top view. The numbers here are
+ours: the size of the ellipse, and the lengths from a search for a mechanism that reaches the ellipse. The numbers
+agree in size with the published torque rating, which is no proof: 5 kg at 12 g along the belt needs 340 to 660 N m
+by direction and place.
 """
 
 from dataclasses import dataclass
@@ -134,9 +135,9 @@ class T3krGeometry(BaseModel):
     """Joint velocity gain, N m s/rad: kv * step / inertia stays below 0.5 up to 1 ms, so Euler is safe."""
 
     workspace_x: Positive = 0.45
-    """Semi-axis of the elliptical workspace along x."""
+    """Semi-axis of the elliptical workspace along x, ours: it holds the paper's picks and inside target."""
     workspace_y: Positive = 0.80
-    """Semi-axis along y."""
+    """Semi-axis along y, ours: it holds the paper's P_initial."""
     z_min: Finite = -0.95
     """Below the belt (-0.85) so that the cup can press on low objects."""
     z_max: Finite = 0.0

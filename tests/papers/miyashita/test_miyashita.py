@@ -1,4 +1,4 @@
-"""The reproduction of Miyashita et al. 2010: the example, its misprints, and small versions of the long studies."""
+"""The reproduction of Miyashita et al.: the example, its misprints, and small versions of the long studies."""
 
 from dataclasses import replace
 from functools import cache
@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from agents.reproduce.finding import Findings, Row
+from agents.reproduce.finding import Findings, Row, judge_statements
 from papers.miyashita import (
     acceptance,
     accessible,
@@ -202,8 +202,26 @@ def test_rows_of_one_case_draw_the_same_and_others_do_not() -> None:
 
 
 def test_fig_10_comes_out_for_every_gain_that_does_not_overshoot() -> None:
-    rows = [row("learning", f"fig-10/{name}") for name in ("position", "speed", "gradually")]
-    assert [r.verdict for r in rows] == ["reproduced"] * 3
+    rows = [r.as_json() for r in findings("learning").rows]
+    assert set(judge_statements(rows).values()) == {"reproduced"}
+    assert row("learning", "fig-10/gradually").verdict == "reproduced"
+
+
+@pytest.mark.parametrize(("scale", "verdict"), [("0.3-0.1", "reproduced"), ("0.28-0.1", "reproduced"),
+                                                ("0.1-0.1", "differs"), ("bounds", "differs")])  # fmt: skip
+def test_t_of_equation_35_decides_the_angle_of_fig_10(scale: str, verdict: str) -> None:
+    rows = {name: row("learning", f"fig-10/T-{scale}/{name}") for name in ("position", "angle", "speed")}
+    assert rows["angle"].verdict == verdict
+    if verdict == "reproduced":
+        assert {r.verdict for r in rows.values()} == {"reproduced"}
+        assert min(min(line) for line in rows["angle"].details["single_runs_percent"]) > 40.0
+
+
+def test_another_published_bound_gives_another_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    means = cases.Misses(*(np.full((1, 3, 2), value) for value in (0.002, 0.08, 0.005)))
+    assert [r.verdict for r in learning.figure_10_rows("0.3-0.1", means)] == ["reproduced"] * 3
+    monkeypatch.setattr(cases, "ANGLE", 0.07)
+    assert [r.verdict for r in learning.figure_10_rows("0.3-0.1", means)] == ["reproduced", "differs", "reproduced"]
 
 
 def test_a_gain_of_zero_learns_nothing() -> None:
