@@ -145,7 +145,8 @@ def figure_10_rows(name: str, misses: cases.Misses) -> list[Row]:
         largest, published = float(means.max()), f"< {bound:g} {unit}"
         row = Row.compared(
             quantity, published, largest, unit, holds=largest < bound, statement=statement, note=where,
-            means=cases.round_values(means), single_runs_percent=cases.round_values(100.0 * alone),
+            gains=list(GAINS[NO_OVERSHOOT]), means=cases.round_values(means),
+            single_runs_percent=cases.round_values(100.0 * alone),
         )  # fmt: skip
         rows.append(row)
     return rows

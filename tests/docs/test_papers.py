@@ -57,12 +57,19 @@ SENTENCES = (
             for pair in ("proposed-over-pick-and-place", "proposed-over-existing", "existing-over-pick-and-place")
         ),
     ),
+    ("hassan", "misses its target by {:.1f} mm", (("hassan/example/throw-2-landing", REPRODUCED),)),
     (
         "miyashita",
         "may lose {:.0f} rad/s² of acceleration",
         (("miyashita/claim/margins-withstand-lost-acceleration", REPRODUCED),),
     ),
-    ("miyashita", "every gain from {:g} to {:g}", (("miyashita/fig-10/position", "gains"),)),
+    ("miyashita", "every gain from {:g} to {:g}", (("miyashita/fig-10/T-0.3-0.1/angle", "gains"),)),
+    ("miyashita", "the mean error of the angle is up to {:.1f}°", (("miyashita/fig-10/T-0.1-0.1/angle", REPRODUCED),)),
+    (
+        "miyashita",
+        "{:.0f} to {:.0f} % of the throws without margin roll",
+        tuple((f"miyashita/disturbed/{name}", REPRODUCED) for name in ("all-effects", "friction")),
+    ),
     (
         "choe",
         "the acceleration is {:.0f} % of its peak",
@@ -82,14 +89,17 @@ SENTENCES = (
     ),
 )
 """Figures in the prose of papers' pages: page, sentence, and the quantities and entries that it states."""
-UNITS = {"ms": 1000.0}
+UNITS = {"ms": 1000.0, "mm": 1000.0}
 """Factors of sentences whose unit is not the quantity's."""
-NAMES = re.compile(r"\b(?:Fig\.|Algorithm|Table) \w+")
-SETTINGS = ("A stopper of 2 mm",)
+NAMES = re.compile(r"\b(?:Fig\.|Eq\.|Algorithm|Table) \w+")
+SETTINGS = ("A stopper of 2 mm", "at 30 % of the limits")
 """Numbers of pages that are settings of ours, no figures."""
 HOLD = {
     "hassan": ("hassan/claim/equivalent-to-the-double-s", "table1/peak-acceleration", "table1/peak-velocity"),
-    "miyashita": ("miyashita/fig-7/without-margin", "miyashita/fig-10/position", "miyashita/fig-10/speed"),
+    "miyashita": (
+        "miyashita/fig-7/without-margin",
+        *(f"miyashita/fig-10/{figure}" for figure in ("position", "angle", "speed")),
+    ),
     "choe": ("choe/fig-8/proposed", "choe/claim/shorter-cycle-than-symmetric-ellipse"),
     "leveziel": ("leveziel/formula/J_x", "leveziel/cycle/success"),
 }

@@ -13,9 +13,11 @@ from tests.tools.throws import SHORT_LINE, THROWS, some_actions, zeros
 
 
 def arrays(record: Any, path: str = "") -> dict[str, np.ndarray]:
-    """Every array in a record of records, copied, by the way to it."""
+    """Every array in a record of records, and every column of rows in it, copied, by the way to it."""
     if isinstance(record, np.ndarray):
-        return {path: record.copy()}
+        columns = record.dtype.names or ()
+        parts = [arrays(record[name], f"{path}.{name}") for name in columns] or [{path: record.copy()}]
+        return {name: values for part in parts for name, values in part.items()}
     names = [field.name for field in fields(record)] if is_dataclass(record) else getattr(record, "_fields", ())
     found: dict[str, np.ndarray] = {}
     for name in names:
