@@ -12,6 +12,7 @@ from pnt_gym.cells.base.view import record_video
 from pnt_gym.cells.grasp.core import GraspCore
 
 from ..controllers.protocol import Controller
+from ..ground.cli import UsageError
 from ..ground.outputs import deliver, deliver_text
 from ..judging.log import Recorder
 from ..judging.trials import open_trial
@@ -54,6 +55,9 @@ class Stage:
         self._trial = open_trial(env_id, level, 1, 1, mode, throws)
         try:
             self.core = self._trial.core
+            if not hasattr(self.core, "view"):
+                core = type(self.core).__name__
+                raise UsageError(f"environment {env_id!r} has no pictures: its core, a {core}, has no method `view`")
             self._trial.correct_throws(release)
             actor = self._trial.controller(controller, trust=trust)
             actor.reset(seed)
