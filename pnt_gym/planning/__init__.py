@@ -6,7 +6,7 @@ folder     subject                                                     cells tha
 motion     limits, S-curves, transfers, meetings with a belt, roots    all cells
 straight   the throw on a straight line (Hassan et al. 2022)           conveyor
 free       the throw in a free direction                               conveyor, level `fast`
-one_joint  the one-joint throw to a pose (Miyashita et al.)       one_joint
+one_joint  the one-joint throw to a pose (Miyashita et al.)            one_joint
 paths      the ellipse (Choe et al. 2023) and motions over it          conveyor, where objects are put down
 ========== =========================================================== ==========================================
 """
