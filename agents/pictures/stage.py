@@ -55,11 +55,11 @@ class Stage:
         self._trial = open_trial(env_id, level, 1, 1, mode, throws)
         try:
             self.core = self._trial.core
+            self._trial.correct_throws(release)
+            actor = self._trial.controller(controller, trust=trust)
             if not hasattr(self.core, "view"):
                 core = type(self.core).__name__
                 raise UsageError(f"environment {env_id!r} has no pictures: its core, a {core}, has no method `view`")
-            self._trial.correct_throws(release)
-            actor = self._trial.controller(controller, trust=trust)
             actor.reset(seed)
             actor = self._trial.practise(actor, self._trial.practice(actor), seed)
             self.view: Any = self.core.view()
