@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import fields
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Self, TypeVar, get_type_hints
@@ -87,30 +87,6 @@ class Record:
         return packed_record(
             self.__class__, np.concatenate([array.reshape(*shape, -1) for array in arrays], axis=-1), layout
         )
-
-    @classmethod
-    def from_block(cls, block: NDArray[Any], shapes: Mapping[str, tuple[int, ...]]) -> Self:
-        """The packed record whose columns lie in a block S + (C,), as `pack` lays them out.
-
-        Args:
-            block: the rows of all columns.
-            shapes: shapes of the columns that are not one number a row, by their names in the record or a record in it.
-        """
-        return packed_record(cls, block, _lay_out(cls, _columns(cls, tuple(shapes.items()))))
-
-    @classmethod
-    def first_columns(cls, shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
-        """First columns in a block as of `from_block` by name; those of a record in the record as `record.name`."""
-        return _begins(_lay_out(cls, _columns(cls, tuple(shapes.items()))))
-
-    @property
-    def block(self) -> NDArray[Any]:
-        """The block of a packed record; a record whose block changes gives its new columns by `anew`."""
-        return self.__dict__["_block"]
-
-    def anew(self) -> Self:
-        """The packed record with the same block, whose columns are not read yet."""
-        return packed_record(self.__class__, self.block, self.__dict__["_layout"])
 
     @classmethod
     def unread(cls, read: Callable[[str], Any], depth: int) -> Self:
@@ -201,35 +177,6 @@ def _lay_out(kind: type[Record], columns: tuple[tuple[tuple[int, ...], str], ...
         return Layout(kind, parts)
 
     return lay_out(kind)
-
-
-@cache
-def _columns(kind: type[Record], shapes: tuple[tuple[str, tuple[int, ...]], ...]) -> tuple[Any, ...]:
-    """Shape and type of the columns of a record type and of the records in it, for `_lay_out`."""
-    shape_by_name, types = dict(shapes), get_type_hints(kind)
-    columns: list[Any] = []
-    for name, inner in _column_names(kind).items():
-        if isinstance(inner, type):
-            columns += _columns(inner, shapes)
-        else:
-            columns.append(
-                (
-                    shape_by_name.get(name, ()),
-                    np.dtype(np.int64 if types[name] == NDArray[np.int64] else np.float64).str,
-                )
-            )
-    return tuple(columns)
-
-
-def _begins(layout: Layout, prefix: str = "") -> dict[str, int]:
-    """First column of each part of a layout by name."""
-    begins: dict[str, int] = {}
-    for name, part in layout.parts.items():
-        if isinstance(part, Layout):
-            begins |= _begins(part, f"{prefix}{name}.")
-        else:
-            begins[prefix + name] = part.columns.start
-    return begins
 
 
 def _unpack(block: NDArray[Any], part: Any) -> Any:

@@ -7,7 +7,6 @@ a subclass of `Columns` gives objects whose columns are attributes: `objects.mas
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import (
     TYPE_CHECKING,
@@ -193,11 +192,6 @@ else:
 
 Rows1: TypeAlias = Annotated[Rows[RowT], Form(1)]
 Rows2: TypeAlias = Annotated[Rows[RowT], Form(2)]
-
-
-def join(rows: Sequence[Rows[RowT]]) -> Rows[RowT]:
-    """The rows of all arrays, one after the other."""
-    return cast("Rows[RowT]", np.concatenate(rows))
 
 
 def put(rows: NDArray[Any], index: Any, source: NDArray[Any]) -> None:

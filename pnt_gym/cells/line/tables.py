@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pnt_gym.arrays import Ints, length
+from pnt_gym.arrays import Ints, concatenate_records, length
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.cells.line import plan
@@ -15,7 +15,7 @@ from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.rows import Choice, LineNumbers, Setting, Site, Standstill, Station, Tables
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.riding import Fading, arrival_time
-from pnt_gym.rows import Rows1, join
+from pnt_gym.rows import Rows1
 
 
 def make_tables(config: LineConfig, planners: Sequence[PickPlanner], kind_of: Ints, chances: Chances) -> Tables:
@@ -34,9 +34,9 @@ def make_tables(config: LineConfig, planners: Sequence[PickPlanner], kind_of: In
         stations=_stations(config, kinds, kind_of),
         can_take=config.can_take(),
         standstills=Standstill.zeros(len(robots), robot=robots, start=begins, end=ends),
-        sites=join([_sites(kind) for kind in kinds]),
+        sites=concatenate_records([_sites(kind) for kind in kinds]),
         accepts=np.ascontiguousarray(np.concatenate([kind.acceptance().T for kind in kinds])),
-        settings=join([_settings(kind) for kind in kinds]),
+        settings=concatenate_records([_settings(kind) for kind in kinds]),
         chances=chances.table,
         blank=Choice.zeros(1),
     )
