@@ -11,9 +11,12 @@ from scipy.optimize import brentq
 
 from agents.reproduce.finding import Findings, Row
 from agents.reproduce.grids import table_findings
+from pnt_gym.arrays import Floats
+from pnt_gym.errors import PlanningError
+from pnt_gym.planning import EllipticWorkspace
 from pnt_gym.planning.paths import EllipsePath
 
-from .cases import HALF_RISE, HALF_WIDTH, LIMITS, RATE, example, example_at
+from .cases import BELT, HALF_RISE, HALF_WIDTH, LIMITS, RATE, example, example_at
 from .lengths import CREST
 from .speed import Profile
 
@@ -24,11 +27,17 @@ PERIOD: Final = 0.001
 RATES: Final = (4e-3, 0.1)
 """Range in which the rate r is sought for `PERIOD` [rad/m]."""
 CALLS: Final = 20
+PAIRS, SEED = 2000, 0
+"""Number of random pairs of pick and place, and the seed that draws them."""
+HEIGHT_RANGE: Final = 0.15
+"""Greatest height of a random point above the belt [m]."""
+COARSEST: Final = 1e4
+"""Largest rate r that is tried for a flat ellipse [rad/m]."""
 
 
 def claim_findings() -> Findings:
     """Whether the top is lowest, acceleration follows the radius, r follows from a limit, and the list is real-time."""
-    rows = (*_height_rows(), _radius_row(), _rate_row(), _real_time_row())
+    rows = (*_height_rows(), _radius_row(), _rate_row(), _real_time_row(), *_random_rows())
     return table_findings("Claims about height, acceleration, r and real time", rows, drop="choe/claim/")
 
 
@@ -122,3 +131,53 @@ def _real_time_row() -> Row:
         note=f"median processor time for ellipse and {nodes.theta.size} nodes, shorter than the "
         f"{1000.0 * shortest:.0f} ms of one period in which the list keeps our speed limit",
     )
+
+
+def _random_rows() -> Iterator[Row]:
+    """Rows on the aim that both points may change randomly in the workspace, by three readings of the rule."""
+    half_width, half_rise = random_pairs()
+    for name, rises, rates, reading in (
+        ("as-printed", half_rise, (RATE,), "the ellipse leads from pick to place"),
+        ("falling-reversed", np.abs(half_rise), (RATE,), "a falling path is a rising one run backwards"),
+        (
+            "any-rate",
+            np.abs(half_rise),
+            (RATE, COARSEST),
+            f"the same, with r up to {COARSEST:g} rad/m",
+        ),
+    ):
+        began = time.process_time()
+        counts = [_node_count(*pair, rates) for pair in zip(half_width.tolist(), rises.tolist(), strict=True)]
+        share = 100.0 * float(np.mean([count > 0 for count in counts]))
+        planned = np.array([count for count in counts if count > 0])
+        yield Row.compared(
+            f"choe/claim/random-points/{name}",
+            "randomly in the workspace",
+            share,
+            "%",
+            holds=share == 100.0,
+            statement="choe/claim/random-points",
+            note=f"pairs of {PAIRS:,} random ones in our workspace, up to {HEIGHT_RANGE:g} m above the belt, that the "
+            f"rule of whole degrees gives a node list; {reading}. The lists have {planned.min()} "
+            f"to {planned.max():,} nodes",
+            milliseconds_a_path=1000.0 * (time.process_time() - began) / PAIRS,
+        )
+
+
+def random_pairs(count: int = PAIRS, seed: int = SEED) -> tuple[Floats, Floats]:
+    """Half widths and half rises (N,) [m] between picks and places that are uniform in the workspace."""
+    rng, region = np.random.default_rng(seed), EllipticWorkspace()
+    radius, turn = np.sqrt(rng.random((count, 2))), 2.0 * np.pi * rng.random((count, 2))
+    x, y = region.semi_x * radius * np.cos(turn), region.semi_y * radius * np.sin(turn)
+    z = BELT + HEIGHT_RANGE * rng.random((count, 2))
+    return 0.5 * np.hypot(x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]), 0.5 * (z[:, 1] - z[:, 0])
+
+
+def _node_count(half_width: float, half_rise: float, rates: tuple[float, ...]) -> int:
+    """Number of nodes of the paper's ellipse at the first rate that gives a list; 0 where there is none."""
+    for rate in rates:
+        try:
+            return int(EllipsePath.paper(half_width, half_rise).nodes(rate).theta.size)
+        except PlanningError:
+            continue
+    return 0

@@ -7,7 +7,7 @@ from typing import Final
 
 from agents.reproduce.finding import Parts
 
-from . import figures, free, inconsistencies, methods, table
+from . import figures, free, inconsistencies, methods, space, table
 from .overview import overview
 
 __all__ = ["PARTS", "SHORT", "overview"]
@@ -21,4 +21,5 @@ PARTS: Final[Parts] = {
     "methods": methods.methods_findings,
     "inconsistencies": inconsistencies.inconsistency_findings,
     "figures": figures.figures_findings,
+    "space": space.space_findings,
 }

@@ -15,7 +15,7 @@ from pnt_gym.arrays import Floats, concatenate_records, length, take
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import MotionLimits, flight_state, flight_time, min_time_scurve, release_at_elevation, speed_at
 
-from .cases import CLOSE, METHODS, PERCENTAGES, PICKS, PROTOCOLS, PUBLISHED, TARGETS, TITLES, cell_cycle
+from .cases import CLOSE, JERK, METHODS, PERCENTAGES, PICKS, PROTOCOLS, PUBLISHED, TARGETS, TITLES, cell_cycle
 from .planning.cycle import Cycle, CycleSamples
 
 RATE: Final = 1000.0
@@ -26,6 +26,8 @@ PEAKS: Final = (1.8, 36.0)
 """Greatest speed [m/s] and acceleration [m/s2] that section IV-C1 reads off Fig. 12."""
 AXIS_END: Final = 3.0
 """End of the time axis of Fig. 12 [s]."""
+INSTANT: Final = 1e-7
+"""Time before and after a border at which the motion is compared [s]."""
 TITLE_WIDTH: Final = 17
 """Characters of a line of a panel's title."""
 READINGS: Final = ("paper-clock", "constant-jerk-overlap", "constant-jerk-stops", "constant-jerk")
@@ -73,8 +75,20 @@ def figure_12(protocol: str) -> list[Row]:
             holds=period <= AXIS_END,
             note=f"{condition}; the closed loop over the three picks",
         ),
+        "continuous": _continuity_row(cycle, condition),
     }
     return [_judge(row, protocol, name) for name, row in rows.items()]
+
+
+def _continuity_row(cycle: Cycle, condition: str) -> Row:
+    """Row on "V_s and A_s are continuous" (IV-C1): what both change by in the instant around any border of phases."""
+    borders = cycle.path.knot_times
+    before, after = cycle.path.sample(borders - INSTANT), cycle.path.sample(borders + INSTANT)
+    speed, acceleration = (float(length(b - a).max()) for a, b in list(zip(before, after, strict=True))[1:])
+    # A step of the acceleration stays, however short the instant; a ramp of bounded jerk vanishes with the instant.
+    holds = acceleration < 4.0 * INSTANT * JERK and speed < 4.0 * INSTANT * float(length(cycle.path.knots[2]).max())
+    note = f"{condition}; largest change of the acceleration in {2e6 * INSTANT:g} us around any border of segments"
+    return Row.compared("", "continuous", acceleration, "m/s2", holds=holds, note=note, speed_step=speed)
 
 
 def _judge(row: Row, protocol: str, name: str) -> Row:

@@ -9,6 +9,7 @@ import pytest
 
 from agents.reproduce.finding import Row
 from papers.choe import PARTS, cases, ellipse, simulated, speed
+from papers.choe.claims import random_pairs
 from pnt_gym.planning.paths import EllipsePath
 from tests.tools.nightly import with_nightly
 from tests.tools.reproduced import assert_plain
@@ -292,3 +293,15 @@ def test_claims_on_height_acceleration_and_real_time():
     assert row("claims", "claim/smallest-height/fig-8").reproduced == pytest.approx(18.5, abs=0.05)
     assert row("claims", "claim/larger-radius-larger-acceleration").reproduced == pytest.approx(46.0, abs=0.5)
     assert row("claims", "claim/real-time").verdict == "reproduced"
+
+
+def test_random_points_have_a_path_if_it_may_run_backwards_and_the_rate_may_grow():
+    printed, backwards, any_rate = (
+        row("claims", f"claim/random-points/{name}") for name in ("as-printed", "falling-reversed", "any-rate")
+    )
+    assert {r.statement for r in (printed, backwards, any_rate)} == {"choe/claim/random-points"}
+    # Half of the random paths fall, and the rule of whole degrees has no ellipse for these.
+    half_rise = random_pairs()[1]
+    assert printed.reproduced <= 100.0 * (half_rise > 0.0).mean() < 60.0
+    assert printed.reproduced < backwards.reproduced < any_rate.reproduced == 100.0
+    assert [r.verdict for r in (printed, backwards, any_rate)] == ["differs", "differs", "reproduced"]

@@ -199,6 +199,8 @@ def test_formulas_agree_with_the_printed_points_and_finite_differences() -> None
 def test_conventions_are_shown_by_numbers() -> None:
     wrong = row("formulas", "inconsistency/angles-of-arms-3-and-4")
     assert wrong.reproduced < 0.1 * 51_491
+    outward = row("formulas", "inconsistency/angles-of-arms-3-and-4/outward")
+    assert (wrong.verdict, outward.verdict, outward.statement) == ("differs", "reproduced", wrong.quantity)
     assert row("formulas", "inconsistency/sign-of-the-strokes").reproduced == pytest.approx(0.02, abs=0.005)
     condition = row("formulas", "inconsistency/condition-7").details
     assert condition["over"] <= 1e-12

@@ -14,10 +14,12 @@ from papers.leveziel import cycle_run as leveziel_cycle_run
 from papers.leveziel import grasps as leveziel_grasps
 from papers.leveziel import overview
 from papers.leveziel import toss as leveziel_toss
+from papers.leveziel.cycle import ejector_power
 from papers.leveziel.cycle_run import PHASES, Cycles, run_cycles
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.robots.gripper import MOTOR_SPEED, inverse_kinematics
+from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
 from tests.agents.judging.test_evaluation import Student
 from tests.tools.nightly import with_nightly
 from tests.tools.reproduced import assert_plain
@@ -225,3 +227,15 @@ def test_learning_curves_are_drawn_from_rows() -> None:
     assert len(drawing) > 5000
     unlearned = {quantity: r for quantity, r in rows.items() if not r.get("practice")}
     assert overview(unlearned).figures == {}
+
+
+def test_energy_of_a_cycle_is_stated_for_motors_and_for_suction() -> None:
+    motors, suction = row("cycle", "cycle/motor-work"), row("cycle", "cycle/suction-work")
+    assert (motors.verdict, suction.verdict) == ("ours", "ours")
+    # Four motors at 70 rpm and at most their stall torque: an upper bound of their work in one cycle.
+    seconds = row("cycle", "cycle/cycle-time").reproduced
+    most = 4 * PROTOTYPE_BUILD.servo.stall_torque * PROTOTYPE_BUILD.servo.no_load_speed * seconds
+    assert 0.0 < motors.reproduced < most
+    # Air through a nozzle at the speed of sound: 27 normal litres a minute, compressed to six times its pressure.
+    assert 60e3 * ejector_power() / 101_325.0 / np.log(601_325 / 101_325) == pytest.approx(27.0, rel=0.02)
+    assert row("cycle", "cycle/picks-per-minute").reproduced == pytest.approx(60.0 / seconds)

@@ -367,3 +367,27 @@ def test_a_margin_below_that_of_most_careless_motions_is_not_wide() -> None:
         [r.verdict for r in margins.figure_rows(p, [m], 10)] for p, m in ((plan, careless), (best, [plan.motion]))
     ]
     assert verdicts == [["reproduced", "reproduced"], ["differs", "differs"]]
+
+
+def test_the_vertical_speed_at_the_goal_chooses_the_path() -> None:
+    found = row("sorting", "claim/vertical-speed-chooses-path")
+    assert found.verdict == "reproduced"
+    speeds = np.array(found.details["speeds"])
+    assert len(speeds) > 10
+    goals = np.tile(tasks.SORTING[0].state, (len(speeds), 1))
+    goals[:, 3] = speeds
+    u = plan_throws(goals).u
+    # By Eq. 11 alone: the same pose at the end, another height halfway.
+    half = u * [1.0, 1.0, 1.0, 0.5]
+    ends, middles = (np.array([landing_state(v, cases.BLOCK.half_height) for v in vs]) for vs in (u, half))
+    np.testing.assert_allclose(ends, goals, atol=1e-9)
+    spread = np.hypot(*(middles[:, :2] - middles[0, :2]).T).max()
+    assert spread == pytest.approx(found.reproduced, rel=0.05)
+
+
+def test_every_pallet_has_a_range_of_vertical_speeds_that_pass_the_others() -> None:
+    for name, pallet in zip(("-pallet-1", "-pallet-2", ""), tasks.SORTING, strict=True):
+        low, high = (
+            row("sorting", f"claim/vertical-speed-avoids-pallets{name}").reproduced.removesuffix(" m/s").split(" to ")
+        )
+        assert float(low) <= pallet.goal[3] <= float(high)
