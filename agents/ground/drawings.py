@@ -19,6 +19,8 @@ Figure: TypeAlias = "matplotlib.figure.Figure"
 """Matplotlib's figure; the heavy library is imported only where something is drawn."""
 WIDTH: Final = 6.6
 """Width of a figure whose text a phone still shows at a legible size [inch]."""
+RASTER: Final = 200
+"""Pixels per inch of what a drawing holds as pixels: clouds of thousands of points."""
 COLOURS: Final = (
     "#4c72b0", "#dd8452", "#55a868", "#c44e52", "#8172b3", "#937860", "#da8bc3", "#8c8c8c", "#ccb974", "#64b5cd",
     "#2f4b26", "#000000",
@@ -32,7 +34,7 @@ def svg(figure: Figure) -> str:
     buffer = io.StringIO()
     # Without salt and with a date, two runs over the same data would differ.
     with mpl.rc_context({"svg.hashsalt": "pnt_gym", "svg.fonttype": "path"}):
-        figure.savefig(buffer, format="svg", bbox_inches="tight", metadata={"Date": None})
+        figure.savefig(buffer, format="svg", bbox_inches="tight", metadata={"Date": None}, dpi=RASTER)
     return buffer.getvalue()
 
 

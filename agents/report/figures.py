@@ -172,7 +172,7 @@ def landing_clouds(chosen: Sequence[Mapping[str, Any]]) -> Figure:
     figure, panels = tile_panels(len(chosen), 2, (WIDTH / 2, WIDTH / 2), sharex=True, sharey=True)
     for axes, result in zip(panels, chosen, strict=True):
         along, across = (1000 * np.array(result["columns"][c], dtype=float) for c in ("along_m", "across_m"))
-        axes.scatter(along, across, s=4, alpha=0.4, color=COLOURS[0], linewidths=0)
+        axes.scatter(along, across, s=4, alpha=0.4, color=COLOURS[0], linewidths=0, rasterized=True)
         axes.axhline(0, color="black", linewidth=0.6)
         axes.axvline(0, color="black", linewidth=0.6)
         axes.plot(np.nanmean(along), np.nanmean(across), "+", color=COLOURS[3], markersize=12, markeredgewidth=2)
