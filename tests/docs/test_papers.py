@@ -83,6 +83,19 @@ SENTENCES = (
         ),
     ),
     (
+        "choe",
+        "plans {:.1f} % of them, with falling paths run backwards {:.1f} %, and",
+        tuple((f"choe/claim/random-points/{name}", REPRODUCED) for name in ("as-printed", "falling-reversed")),
+    ),
+    (
+        "miyashita",
+        "halfway they lie up to {:.0f} mm",
+        (("miyashita/claim/vertical-speed-chooses-path", REPRODUCED),),
+    ),
+    ("leveziel", "makes {:.0f} cycles a minute", (("leveziel/cycle/picks-per-minute", REPRODUCED),)),
+    ("leveziel", "motors do {:.1f} J", (("leveziel/cycle/motor-work", REPRODUCED),)),
+    ("leveziel", "takes {:.1f} J at least", (("leveziel/cycle/suction-work", REPRODUCED),)),
+    (
         "leveziel",
         "would close in {:.1f} to {:.1f} ms",
         tuple(("leveziel/closing/speed-limited", entry) for entry in ("smallest", "largest")),
@@ -92,15 +105,16 @@ SENTENCES = (
 UNITS = {"ms": 1000.0, "mm": 1000.0}
 """Factors of sentences whose unit is not the quantity's."""
 NAMES = re.compile(r"\b(?:Fig\.|Eq\.|Algorithm|Table) \w+")
-SETTINGS = ("A stopper of 2 mm", "at 30 % of the limits")
+SETTINGS = ("A stopper of 2 mm", "at 30 % of the limits", "17 vertical speeds", "70 picks", "30 of grippers")
 """Numbers of pages that are settings of ours, no figures."""
 HOLD = {
-    "hassan": ("hassan/claim/equivalent-to-the-double-s", "table1/peak-acceleration", "table1/peak-velocity"),
+    "hassan": ("hassan/claim/equivalent-to-the-double-s", "hassan/figure-12/continuous", "table1/peak-acceleration", "table1/peak-velocity"),
     "miyashita": (
         "miyashita/fig-7/without-margin",
+        "miyashita/claim/vertical-speed-chooses-path",
         *(f"miyashita/fig-10/{figure}" for figure in ("position", "angle", "speed")),
     ),
-    "choe": ("choe/fig-8/proposed", "choe/claim/shorter-cycle-than-symmetric-ellipse"),
+    "choe": ("choe/fig-8/proposed", "choe/claim/shorter-cycle-than-symmetric-ellipse", "choe/claim/random-points"),
     "leveziel": ("leveziel/formula/J_x", "leveziel/cycle/success"),
 }
 """Statements that the pages say hold."""
