@@ -23,7 +23,7 @@ PAPERS: Final = {"hassan": "conveyor", "choe": "conveyor", "miyashita": "one_joi
 PART_NAMES: Final = {
     "hassan": (
         "table1", "free-direction", "free-direction-constant-jerk", "headroom-hand-cap-0", "headroom-hand-cap-0.05",
-        "headroom-window-10ms", "headroom-window-30ms", "methods", "inconsistencies", "figures",
+        "headroom-window-10ms", "headroom-window-30ms", "methods", "inconsistencies", "figures", "space",
     ),
     "choe": (
         "example", "length", "curvature", "speed", "joints", "claims", "lengths", "fig-8-times", "example-times",
