@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from ..ground.cli import at_least, option, run
+from ..ground.cli import UsageError, at_least, option, run
 from ..ground.cluster import Needs, pool
 from ..ground.places import MADE, SHIPPED
 from ..ground.tables import console
@@ -41,6 +41,8 @@ class Arguments:
     only: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, option("all entries", "LABEL")] = ()
     """Compute only the entry of this label, of a study the part of this name, and keep the other rows of --out; may be
     given more than once."""
+    data: Annotated[Path | None, option("none", "DIR")] = None
+    """Folder of measured data, for a study that compares with some."""
 
 
 def main(arguments: Arguments) -> None:
@@ -50,7 +52,10 @@ def main(arguments: Arguments) -> None:
     out = arguments.out or MADE / "results" / f"{plan.name}.json"
     work = arguments.work or MADE / "runs" / "benchmark" / plan.name
     only = arguments.only
-    planned = Study(plan, out, only) if isinstance(plan, StudyPlan) else Comparison(plan, out, only)
+    is_study = isinstance(plan, StudyPlan)
+    if arguments.data is not None and not (is_study and plan.needs_data):
+        raise UsageError(f"--data is for studies that compare with measured data; {str(arguments.config)!r} has none")
+    planned = Study(plan, out, only, arguments.data) if is_study else Comparison(plan, out, only)
     workers = pool(arguments.jobs, arguments.cluster, planned.needs() if arguments.cluster else Needs())
     planned.write(keep_missing(planned.jobs, work, workers, unit=planned.unit))
     console().print(f"all figures and throws are in {out}")

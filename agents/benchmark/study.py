@@ -49,7 +49,7 @@ class Study:
 
     unit = "cases"
 
-    def __init__(self, plan: StudyPlan, out: Path, parts: Collection[str]) -> None:
+    def __init__(self, plan: StudyPlan, out: Path, parts: Collection[str], data: Path | None = None) -> None:
         check_writable(out)
         with about("--only"):
             cases = plan.cases(*parts)
@@ -58,7 +58,7 @@ class Study:
         for measure in {case.measure for case in cases}:
             measurement(measure)
         code = code_digest(CODE)
-        self.jobs = [_job(case, code) for case in cases]
+        self.jobs = [_job(case, code) for case in (_with_data(cases, data) if plan.needs_data else cases)]
         self._kept = self._keep_rows(out, parts) if out.is_file() else []
 
     def needs(self) -> Needs:
@@ -93,6 +93,23 @@ class Study:
                 f"{lacked[0]}; name parts in --only to keep the others, or move the file away"
             )
         return data["rows"] if parts else []
+
+
+def _with_data(cases: Sequence[Case], folder: Path | None) -> list[Case]:
+    """Cases whose settings name the folder of measured data, absolute, and what stands in the folder.
+
+    Raises:
+        UsageError: there is no such folder.
+    """
+    if folder is None or not folder.is_dir():
+        given = "missing" if folder is None else repr(str(folder))
+        raise UsageError(
+            f"the study compares with measured data, and --data is {given}; give the folder of the data, "
+            "docs/reality.md says where they come from"
+        )
+    contents = {file.name: key(content=file.read_bytes().hex()) for file in sorted(folder.glob("*.npz"))}
+    data = {"data": str(folder.resolve()), "contents": contents}
+    return [case._replace(settings={**case.settings, **data}) for case in cases]
 
 
 def _job(case: Case, code: str) -> Job:

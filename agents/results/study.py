@@ -152,6 +152,11 @@ class StudyPlan(Section):
         """Name of the study, and of the file of its results."""
         return self.study
 
+    @property
+    def needs_data(self) -> bool:
+        """Whether a part compares with measured data, whose folder its setting `data` then is."""
+        return any("data" in part.settings for part in self.parts.values())
+
     def cases(self, *names: str) -> list[Case]:
         """The cases of the parts of these names, or of all parts without a name, one after the other.
 

@@ -108,7 +108,12 @@ NAMES = re.compile(r"\b(?:Fig\.|Eq\.|Algorithm|Table) \w+")
 SETTINGS = ("A stopper of 2 mm", "at 30 % of the limits", "17 vertical speeds", "70 picks", "30 of grippers")
 """Numbers of pages that are settings of ours, no figures."""
 HOLD = {
-    "hassan": ("hassan/claim/equivalent-to-the-double-s", "hassan/figure-12/continuous", "table1/peak-acceleration", "table1/peak-velocity"),
+    "hassan": (
+        "hassan/claim/equivalent-to-the-double-s",
+        "hassan/figure-12/continuous",
+        "table1/peak-acceleration",
+        "table1/peak-velocity",
+    ),
     "miyashita": (
         "miyashita/fig-7/without-margin",
         "miyashita/claim/vertical-speed-chooses-path",
