@@ -45,12 +45,12 @@ DRAWN: Final = (0.005, 0.5)
 """Delay and gain whose motions are drawn."""
 
 
-def learning_findings(seeds: int = SEEDS) -> Findings:
+def learning_findings(seeds: int = SEEDS, repeats: int = REPEATS) -> Findings:
     """Errors over ten throws at the published goal, for three delays, five gains and six scales of Eq. 35."""
     learned = {delay: _learn_rows(delay, GAINS, seeds) for delay in cases.DELAYS}
     curves = {delay: norms_by_gain(record.measured) for delay, record in learned.items()}
     rows = [row for delay, record in learned.items() for row in _delay_rows(delay, record)]
-    by_scale = {name: scaled_misses(scale, REPEATS) for name, scale in SCALES.items()}
+    by_scale = {name: scaled_misses(scale, repeats) for name, scale in SCALES.items()}
     rows += [row for name, misses in by_scale.items() for row in figure_10_rows(name, misses)]
     rows.append(_gradual_row(curves))
     figures = {
