@@ -93,7 +93,7 @@ STUDIES ?= $(filter-out reality,$(basename $(notdir $(wildcard configs/studies/*
 studies: dev ## what plans in configs/studies find out, into results/ (hours; stop and resume): make studies STUDIES="grip cup"
 	for study in $(STUDIES); do $(BIN)/python -m agents.benchmark --config configs/studies/$$study.yaml || exit 1; done
 
-reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (half an hour of processor time, which it says; stop and resume)
+reproduce: dev ## the papers' figures computed anew, beside the published ones, into results/ (three minutes of processor time; stop and resume)
 	$(BIN)/python -m agents.reproduce all --json results/reproduction.json --figures results/figures
 	$(BIN)/python -m agents.report
 

@@ -21,33 +21,16 @@ from .finding import Overview, Parts
 PAPERS: Final = {"hassan": "conveyor", "choe": "conveyor", "miyashita": "one_joint", "leveziel": "gripper"}
 """Robot whose levels each paper simulates, by the name of the paper's folder in `papers/`."""
 PART_NAMES: Final = {
-    "hassan": (
-        "table1", "free-direction", "free-direction-constant-jerk", "headroom-hand-cap-0", "headroom-hand-cap-0.05",
-        "headroom-window-10ms", "headroom-window-30ms", "methods", "inconsistencies", "figures", "space",
-    ),
-    "choe": (
-        "example", "length", "curvature", "speed", "joints", "claims", "lengths", "fig-8-times", "example-times",
-        "long-times", "simulated", "scene",
-    ),
+    "hassan": ("table1", "methods", "inconsistencies", "figures", "space"),
+    "choe": ("example", "length", "curvature", "speed", "joints", "claims", "lengths", "fig-8-times"),
     "miyashita": (
-        "example", "margins", "accessible", "learning", "acceptance-0ms", "acceptance-5ms", "acceptance-10ms",
-        "contact", "contact-reach", "contact-learning", "contact-level", "sorting", "assembly", "formulas",
+        "example", "margins", "accessible", "learning", "acceptance", "sorting", "assembly", "formulas",
     ),
-    "leveziel": (
-        "workspace", "indices", "circle", "moves", "closing", "cycle", "grasps", "toss-planner", "toss-virtual_goal",
-        "toss-ridge", "toss-mlp", "formulas",
-    ),
+    "leveziel": ("workspace", "indices", "circle", "moves", "closing", "cycle", "grasps", "formulas"),
 }  # fmt: skip
 """Parts of each paper, for the help: to import the papers would take seconds."""
-
-
-OPTIMA: Final = {
-    "hassan": ("free-direction", "free-direction-constant-jerk", "headroom-hand-cap-", "headroom-window-"),
-    "choe": ("speed", "joints", "fig-8-times", "example-times", "long-times", "simulated"),
-    "miyashita": ("example", "formulas"),
-    "leveziel": (),
-}  # fmt: skip
-"""Parts, or beginnings of the names of parts, that plan motions as one optimum, for which casadi is needed."""
+OPTIMA: Final = ("choe/speed", "choe/joints", "choe/fig-8-times")
+"""Parts that plan motions as one optimum, for which casadi is needed."""
 
 
 class Paper(Protocol):
@@ -102,7 +85,7 @@ def jobs(name: str) -> list[Job]:
 
 def needs_optima(planned: Sequence[Job]) -> bool:
     """Whether one of the jobs of papers plans motions as one optimum."""
-    return any(part.startswith(OPTIMA[paper]) for paper, part in (job.name.split("/") for job in planned))
+    return any(job.name in OPTIMA for job in planned)
 
 
 def run_part(name: str, part: str, _folder: Path) -> dict[str, Any]:

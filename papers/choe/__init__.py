@@ -7,7 +7,7 @@ from typing import Final
 from agents.reproduce.finding import Overview, Parts
 from agents.reproduce.grids import Rows
 
-from . import claims, ellipse, lengths, rivals, simulated, speed, times
+from . import claims, ellipse, lengths, rivals, speed
 
 SHORT: Final = "Choe et al. 2023"
 PARTS: Final[Parts] = {
@@ -19,10 +19,6 @@ PARTS: Final[Parts] = {
     "claims": claims.claim_findings,
     "lengths": lengths.length_findings,
     "fig-8-times": rivals.rival_findings,
-    "example-times": times.example_findings,
-    "long-times": times.long_findings,
-    "simulated": simulated.motion_findings,
-    "scene": simulated.scene_findings,
 }
 
 

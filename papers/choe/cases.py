@@ -14,7 +14,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.planning import MotionLimits
 from pnt_gym.planning.paths import EllipsePath
 
-from .planning.plane import PlanePath, SpacePath, lame_path, line_ellipse_line, rectangle
+from .planning.plane import PlanePath, SpacePath, line_ellipse_line
 from .planning.timing import INTERVALS, JointRule, TimedPath, time_path
 
 HALF_WIDTH: Final = 0.150
@@ -25,10 +25,6 @@ RATE: Final = 0.77
 """Rate r of the paper's node list; the paper's figures follow only with the unit rad/m."""
 LIMITS: Final = MotionLimits.t3kr(30)
 """1.8 m/s, 36 m/s2, 900 m/s3; the paper states no limits."""
-SPAN: Final = 0.82
-"""Width of the long pick and place of the comparison of times [m]."""
-LIFT: Final = 0.10
-"""Height of the long path above both ends [m]."""
 SHORT_LIFT: Final = 0.025
 """Length of the vertical parts that are added to the example where it is timed [m]."""
 BELT: Final = -0.85
@@ -58,24 +54,11 @@ def path_askew(path: PlanePath) -> SpacePath:
     return SpacePath.between(path, ASKEW, (-ASKEW[0], -ASKEW[1], BELT + float(path.end[1] - path.start[1])))
 
 
-def level_ellipse(vertical: float) -> PlanePath:
-    """A path over `SPAN`: vertical parts of ``vertical`` [m] and a symmetric ellipse up to `LIFT`."""
-    return line_ellipse_line(EllipsePath.with_top(0.5 * SPAN, 0.0, LIFT - vertical), vertical, vertical)
-
-
-def level_lame(vertical: float, width: float, height: float, exponent: float = 3.0) -> PlanePath:
-    """A path over `SPAN`: vertical parts of ``vertical`` and Lamé corners of ``width`` by ``height`` [m]."""
-    return lame_path(SPAN, vertical, vertical, (width, height), exponent)
-
-
 @final
 @dataclass(frozen=True, eq=False)
 class Case:
     """A path that is timed."""
 
-    name: str
-    """Last part of the quantity's name in rows."""
-    label: str
     path: PlanePath
     joints: JointRule = "strict"
     """Whether the hand stops where the curvature jumps ("strict") or passes ("relaxed")."""
@@ -91,49 +74,11 @@ def motion(case: Case, intervals: int | None = None) -> TimedPath:
 
 
 @cache
-def long_cases() -> Mapping[str, Case]:
-    """Paths of the pick and place over 0.82 m, by name."""
-    low, high = level_ellipse(0.05), level_ellipse(0.02)
-    corners = [
-        Case(f"lame-50mm-d{round(1000 * width)}", f"Lamé m = 3, d = {width:.2f} m", level_lame(0.05, width, 0.05))
-        for width in (0.05, 0.10, 0.20, 0.41)
-    ]
-    return _cases_by_name(
-        Case("rectangle", "rectangle", rectangle(SPAN, LIFT, LIFT)),
-        Case("ellipse-50mm-strict", "ellipse, strict", low),
-        Case("ellipse-50mm-relaxed", "ellipse, relaxed", low, "relaxed"),
-        *corners,
-        Case("lame-50mm-level", "Lamé m = 3.5, d = 0.12 m", level_lame(0.05, 0.12, 0.05, 3.5)),
-        Case("lame-50mm-tall", "Lamé m = 3, d = 0.16 m, 0.15 m high", level_lame(0.05, 0.16, 0.10)),
-        Case("ellipse-20mm-strict", "ellipse, strict", high),
-        Case("ellipse-20mm-relaxed", "ellipse, relaxed", high, "relaxed"),
-        Case("lame-20mm-d200", "Lamé m = 3, d = 0.20 m", level_lame(0.02, 0.20, 0.08)),
-        Case("ellipse-0mm", "half ellipse alone", level_ellipse(0.0)),
-    )
-
-
-@cache
 def example_cases() -> Mapping[str, Case]:
-    """The paper's ellipse, alone and with vertical parts of 25 mm, and its neighbours, by name."""
+    """The paper's ellipse, alone and with vertical parts of 25 mm, by name."""
     whole = path_with_lines(example())
-    top = SHORT_LIFT + example().height
-    neighbours = [
-        Case(
-            f"ellipse-{degrees:g}deg-relaxed",
-            f"ellipse of {degrees:g}°",
-            path_with_lines(example_at(degrees)),
-            "relaxed",
-        )
-        for degrees in (9.5, 12.0, 15.0)
-    ]
-    return _cases_by_name(
-        Case("arc", "ellipse of 10° alone", line_ellipse_line(example(), 0.0, 0.0)),
-        Case("rectangle", "rectangle", rectangle(2.0 * HALF_WIDTH, top, top - 2.0 * HALF_RISE)),
-        Case("ellipse-10deg-strict", "ellipse of 10°, strict", whole),
-        Case("ellipse-10deg-relaxed", "ellipse of 10°", whole, "relaxed"),
-        *neighbours,
-    )
-
-
-def _cases_by_name(*cases: Case) -> dict[str, Case]:
-    return {case.name: case for case in cases}
+    return {
+        "arc": Case(line_ellipse_line(example(), 0.0, 0.0)),
+        "ellipse-10deg-strict": Case(whole),
+        "ellipse-10deg-relaxed": Case(whole, "relaxed"),
+    }

@@ -36,7 +36,7 @@ def rival_findings() -> Findings:
         rows.append(_row(f"{PROPOSED}-{rule}", ours, note, with_half_the_intervals=coarse))
         for reading, height in HEIGHTS.items():
             paths = comparison_paths(RISE + SHORT_LIFT, height, drop=SHORT_LIFT)
-            times = {name: _time(Case(name, name, path, rule)) for name, path in paths.items()}
+            times = {name: _time(Case(path, rule)) for name, path in paths.items()}
             where = f"{reading.replace('-', ' ')}, {1000 * height:.1f} mm above T2, {WORDS[rule]}"
             rows += [_row(f"{reading}/{name}-{rule}", seconds, where) for name, seconds in times.items()]
             claims += _claim_rows(f"{reading}-{rule}", ours, times, where, rule == "strict")

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Final
 
 from agents.reproduce.finding import Parts
 
-from . import figures, free, inconsistencies, methods, space, table
+from . import figures, inconsistencies, methods, space, table
 from .overview import overview
 
 __all__ = ["PARTS", "SHORT", "overview"]
@@ -15,9 +14,6 @@ __all__ = ["PARTS", "SHORT", "overview"]
 SHORT: Final = "Hassan et al. 2022"
 PARTS: Final[Parts] = {
     "table1": table.table_findings,
-    "free-direction": free.free_findings,
-    "free-direction-constant-jerk": free.constant_jerk_findings,
-    **{f"headroom-{variant}": partial(free.headroom_findings, variant) for variant in free.HEADROOM},
     "methods": methods.methods_findings,
     "inconsistencies": inconsistencies.inconsistency_findings,
     "figures": figures.figures_findings,

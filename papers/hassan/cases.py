@@ -80,9 +80,6 @@ CEILING: Final = PICKS[0][2] + RISE
 JERK: Final = 3000.0
 """Largest jerk of the robot [m/s3] (section IV-B3)."""
 
-DWELLS: Final = (0.1, 0.2)
-"""Waits of the gripper at every pick [s], at which the methods are compared once more."""
-
 LIMIT_TOLERANCE: Final = 1e-6
 """Relative excess over a limit that counts as rounding or as the solver's tolerance."""
 
@@ -115,10 +112,6 @@ class Protocol:
         return limits_at(percent, constant_jerk=self.constant_jerk)
 
 
-_KEPT_LIMITS: Final = (
-    "closed loop within the limits: straight S-curves with a stop at every corner up to the release or place, then "
-    "the fastest motion found on a free path, which replaces the straight return of III-C and the rectangle of IV-B1"
-)
 PROTOCOLS: Final = {
     "paper-clock": Protocol(
         "paper clock",
@@ -127,17 +120,6 @@ PROTOCOLS: Final = {
         "scaled with the percentage",
         reading=True,
         fitted=True,
-    ),
-    "limits-respected": Protocol(
-        "limits kept, free return, J scaled",
-        CycleRules(rise=RISE, overlap="none", returning="fastest"),
-        f"{_KEPT_LIMITS}; jerk scaled with the percentage",
-    ),
-    "constant-jerk": Protocol(
-        "limits kept, free return, J constant",
-        CycleRules(rise=RISE, overlap="none", returning="fastest"),
-        f"{_KEPT_LIMITS}; J = {JERK:g} m/s3 at every percentage",
-        constant_jerk=True,
     ),
     "constant-jerk-overlap": Protocol(
         "paper's path, speed and acceleration kept, J constant",
@@ -158,18 +140,11 @@ PROTOCOLS: Final = {
         CycleRules(rise=RISE, overlap="jerk"),
         "as paper-clock, but moves overlap by their outermost jerk phase only",
     ),
-    "no-overlap": Protocol(
-        "no overlap, J scaled",
-        CycleRules(rise=RISE, overlap="none"),
-        "as paper-clock, but every move ends before the next begins",
-    ),
 }
 CHOSEN: Final = "overlap, clock, lift and vertical approach were chosen by this table, so that it judges no cell"
 """Sentence about the rules of the paper clock."""
-SIMULATED: Final = ("paper-clock", "limits-respected", "constant-jerk")
-"""Protocols of Table I that the robot executes in the simulator."""
-SHOWN: Final = ("paper-clock", "constant-jerk-overlap", "constant-jerk-stops", "limits-respected", "constant-jerk")
-"""Protocols of Table I that tables and drawings compare."""
+SHOWN: Final = ("constant-jerk-overlap", "paper-clock", "constant-jerk-stops")
+"""Protocols by which Table I is computed, the paper's own path first; all keep that path."""
 
 
 def limits_at(percent: float, *, constant_jerk: bool = False) -> MotionLimits:
@@ -216,22 +191,18 @@ def scene(zone: str) -> tuple[Floats, Floats, Floats]:
     return picks, np.tile(TARGETS[zone], (len(picks), 1)), np.roll(picks, -1, axis=0)
 
 
-def picks_per_min(cycle: Cycle, dwell: float = 0.0) -> float:
-    """Picks per minute of a loop whose gripper waits ``dwell`` [s] at every pick.
+def picks_per_min(cycle: Cycle) -> float:
+    """Picks per minute of a loop.
 
     Raises:
         InfeasibleThrow: if a cycle of the loop is infeasible.
     """
-    return 60.0 * len(cycle) / float((cycle.require().duration + dwell).sum())
+    return 60.0 * len(cycle) / float(cycle.require().duration.sum())
 
 
 def cycle_details(cycle: Cycle) -> dict[str, Any]:
-    """Entries of a loop's row: cycle and release times, and the picks per minute with a gripper that waits."""
-    return {
-        "cycle_times_s": cycle.duration.tolist(),
-        "release_times_s": cycle.release_time.tolist(),
-        **{f"picks_per_min_dwell_{dwell}": picks_per_min(cycle, dwell) for dwell in DWELLS},
-    }
+    """Entries of a loop's row: cycle and release times."""
+    return {"cycle_times_s": cycle.duration.tolist(), "release_times_s": cycle.release_time.tolist()}
 
 
 def differences(values: ByCell) -> dict[Key, float]:

@@ -15,7 +15,7 @@ from pnt_gym.arrays import Floats, concatenate_records, length, take
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import MotionLimits, flight_state, flight_time, min_time_scurve, release_at_elevation, speed_at
 
-from .cases import CLOSE, JERK, METHODS, PERCENTAGES, PICKS, PROTOCOLS, PUBLISHED, TARGETS, TITLES, cell_cycle
+from .cases import CLOSE, JERK, METHODS, PERCENTAGES, PICKS, PROTOCOLS, PUBLISHED, SHOWN, TARGETS, TITLES, cell_cycle
 from .planning.cycle import Cycle, CycleSamples
 
 RATE: Final = 1000.0
@@ -30,8 +30,6 @@ INSTANT: Final = 1e-7
 """Time before and after a border at which the motion is compared [s]."""
 TITLE_WIDTH: Final = 17
 """Characters of a line of a panel's title."""
-READINGS: Final = ("paper-clock", "constant-jerk-overlap", "constant-jerk-stops", "constant-jerk")
-"""Protocols by which Fig. 12 is drawn and compared."""
 
 
 def figures_findings() -> Findings:
@@ -44,7 +42,7 @@ def figures_findings() -> Findings:
         "hassan_positions_outside.svg": positions_figure("outside", ("horizontal-throw", "min-time-throw")),
         "hassan_motion.svg": motion_figure(),
     }
-    rows = [row for protocol in READINGS for row in figure_12(protocol)]
+    rows = [row for protocol in SHOWN for row in figure_12(protocol)]
     return table_findings("Fig. 12, by reading", rows, drawn, drop="hassan/figure-12/")
 
 
@@ -182,10 +180,10 @@ def positions_figure(zone: str, methods: tuple[str, str]) -> Figure:
 
 def motion_figure() -> Figure:
     """Drawing of position, speed, acceleration and jerk of the proposed loop at 30 % (Fig. 12), by three readings."""
-    figure, panels = subplots(4, len(READINGS), (WIDTH, 8.4), sharex=True, sharey="row")
+    figure, panels = subplots(4, len(SHOWN), (WIDTH, 8.4), sharex=True, sharey="row")
     names = ("position [m]", "speed [m/s]", "acceleration [m/s²]", "jerk [m/s³]")
-    for column, protocol in enumerate(READINGS):
-        reading, axes = PROTOCOLS[protocol], panels[column :: len(READINGS)]
+    for column, protocol in enumerate(SHOWN):
+        reading, axes = PROTOCOLS[protocol], panels[column :: len(SHOWN)]
         run = loop_motion(cell_cycle(protocol, "min-time-throw", "inside", EXAMPLE))
         for axis in range(3):
             axes[0].plot(run.time[0], run.position[0, :, axis], color=COLOURS[axis], label="xyz"[axis])
@@ -194,10 +192,10 @@ def motion_figure() -> Figure:
             panel.plot(run.time[0], length(values[0]), color="black", linewidth=1)
             panel.axhline(bound, color=COLOURS[3], linestyle="--", linewidth=1, label="limit")
         dress(axes[0], "", "" if column else names[0], textwrap.fill(f"{EXAMPLE} %, {reading.label}", TITLE_WIDTH))
-    for k, panel in enumerate(panels[len(READINGS) :], start=len(READINGS)):
-        row, column = divmod(k, len(READINGS))
+    for k, panel in enumerate(panels[len(SHOWN) :], start=len(SHOWN)):
+        row, column = divmod(k, len(SHOWN))
         dress(panel, "time [s]" if row == 3 else "", "" if column else names[row], ylim=(0.0, None))
-    entries = [panel.get_legend_handles_labels() for panel in (panels[0], panels[len(READINGS)])]
+    entries = [panel.get_legend_handles_labels() for panel in (panels[0], panels[len(SHOWN)])]
     handles, labels = ([item for part in column for item in part] for column in zip(*entries, strict=True))
     figure.legend(handles, labels, fontsize=8, ncols=4, loc="outside lower center")
     return figure

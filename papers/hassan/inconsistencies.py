@@ -31,7 +31,7 @@ JERKS: Final = {"scaled": False, "constant": True}
 
 def inconsistency_findings() -> Findings:
     """Rows that compare the paper's numeric example, text, formulas and Table I with each other."""
-    claims, jerk, choices = claim_rows(), _jerk_rows(), [*_sensitivity_rows(), *_return_rows()]
+    claims, jerk, choices = claim_rows(), _jerk_rows(), _sensitivity_rows()
     rows = [
         *example_rows(),
         *_gain_rows(),
@@ -229,33 +229,6 @@ def _sensitivity_rows() -> list[Row]:
     }
     note = "paper-clock with only this changed"
     return [_difference_row(name, note, rules) for name, rules in variants.items()]
-
-
-def _return_rows() -> Iterator[Row]:
-    """Rows on a free way back, which is ours: what it is worth, and how it leaves the paper's path."""
-    cell = ("min-time-throw", "inside", 40)
-    flying, stopping = (
-        cases.picks_per_min(cases.cell_cycle(name, *cell)) for name in ("limits-respected", "no-overlap")
-    )
-    yield Row.ours(
-        "hassan/free-return/min-time-throw/inside/40",
-        flying,
-        "picks/min",
-        beside=float(cases.PUBLISHED[cell]),
-        note=f"J scaled, nothing exceeded; {stopping:.1f} with a stop at every corner, as the conveyor's straight "
-        "throw returns unless its return is flying",
-        with_stops=stopping,
-    )
-    cycle = cases.cell_cycle("constant-jerk", "pick-and-place", "inside", 30)
-    heights = cycle.sample(np.linspace(0.0, float(cycle.duration[0]), 2001)).position[0, :, 2]
-    yield Row.ours(
-        "hassan/free-return/pick-and-place-rises",
-        float(heights.max()) - cases.PICKS[0][2],
-        "m",
-        note=f"above the picks at most, to z = {heights.max():.2f} m, on its way back by "
-        f"{cases.PROTOCOLS['constant-jerk'].label}, first cycle inside at 30 %; the paper's rectangle has a lift of "
-        f"{RULES.lift:.2f} m",
-    )
 
 
 def _clock_rows() -> Iterator[Row]:

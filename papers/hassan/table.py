@@ -13,34 +13,29 @@ from agents.reproduce.grids import by_quantity, value
 from pnt_gym.planning import InfeasibleThrow
 
 from . import cases
-from .simulated import ByMismatch, simulate, simulation_details, simulation_rows
 
-STYLES: Final = dict(
-    zip(("paper-clock", "constant-jerk-overlap", "constant-jerk-stops"), ("-", "--", ":"), strict=True)
-)
-"""Line styles in the drawing, of the protocols that keep the paper's path."""
+STYLES: Final = dict(zip(cases.SHOWN, ("--", "-", ":"), strict=True))
+"""Line styles in the drawing, by protocol."""
 
 
 def table_findings() -> Findings:
     """All cells of Table I by all protocols, with differences, orders and peaks over the whole table."""
     reproduced = {
         name: {cell: cases.picks_per_min(cases.cell_cycle(name, *cell)) for cell in cases.PUBLISHED}
-        for name in cases.PROTOCOLS
+        for name in cases.SHOWN
     }
     rows: list[Row] = []
     for name, values in reproduced.items():
-        measured = _simulate_cells(name) if name in cases.SIMULATED else {}
-        cells = [cell_row(name, cell, measured.get(cell)) for cell in cases.PUBLISHED]
+        cells = [cell_row(name, cell) for cell in cases.PUBLISHED]
         rows += [*cells, *_difference_rows(name, values), *_order_rows(name, values), *_peak_rows(name, cells)]
-        rows += _simulation_rows(name, measured)
     rows.append(_place_outside_row())
     return Findings(
         tuple(rows), figures={"hassan_table1.svg": table_figure(reproduced)}, grids=(_whole_table_grid(rows),)
     )
 
 
-def cell_row(protocol: str, cell: cases.Key, trials: ByMismatch | None = None) -> Row:
-    """Row of one cell by one protocol, with the simulated figures if the cell was simulated."""
+def cell_row(protocol: str, cell: cases.Key) -> Row:
+    """Row of one cell by one protocol."""
     settings, cycle = cases.PROTOCOLS[protocol], cases.cell_cycle(protocol, *cell).require()
     picks, published = cases.picks_per_min(cycle), float(cases.PUBLISHED[cell])
     peaks = cycle.peak_ratios(settings.limits(cell[2]))
@@ -60,7 +55,6 @@ def cell_row(protocol: str, cell: cases.Key, trials: ByMismatch | None = None) -
         peak_acceleration_ratio=float(peaks.acceleration.max()),
         peak_jerk_ratio=float(peaks.jerk.max()),
         **cases.cycle_details(cycle),
-        **({} if trials is None else simulation_details(trials)),
     )
 
 
@@ -73,23 +67,6 @@ def _protocol_row(
         statement = f"table1/{name}"
         return Row.compared(quantity, published, figure, unit, within=within, note=note, statement=statement, **details)
     return Row.ours(quantity, figure, unit, beside=published, note=note, **details)
-
-
-def _simulate_cells(protocol: str) -> dict[cases.Key, ByMismatch]:
-    """Simulated figures of every cell by one protocol."""
-    plans = {
-        "/".join(map(str, cell)): (cases.cell_cycle(protocol, *cell), cases.TARGETS[cell[1]])
-        for cell in cases.PUBLISHED
-    }
-    return dict(zip(cases.PUBLISHED, simulate(plans).values(), strict=True))
-
-
-def _simulation_rows(protocol: str, measured: Mapping[cases.Key, ByMismatch]) -> list[Row]:
-    rows: list[Row] = []
-    for method in cases.METHODS if measured else ():
-        summaries = [figures for cell, figures in measured.items() if cell[0] == method]
-        rows += simulation_rows(f"table1/{protocol}/{method}", summaries)
-    return rows
 
 
 def _difference_rows(protocol: str, values: cases.ByCell) -> list[Row]:
@@ -184,7 +161,7 @@ def _whole_table_grid(rows: list[Row]) -> Grid:
     }
     lines = [
         [settings.label, *(value(rows_by_quantity, f"table1/{name}/{entry}", form) for entry, form in forms.values())]
-        for name, settings in cases.PROTOCOLS.items()
+        for name, settings in ((name, cases.PROTOCOLS[name]) for name in cases.SHOWN)
     ]
     return Grid("Table I as a whole", ["difference to the published table", *forms], lines)
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Final
 
-from agents.reproduce.finding import Parts
+from agents.reproduce.finding import Overview, Parts
+from agents.reproduce.grids import Rows
 
-from . import circle, closing, cycle, formulas, grasps, indices, moves, toss, workspace
-from .toss import toss_overview as overview
-
-__all__ = ["PARTS", "SHORT", "overview"]
+from . import circle, closing, cycle, formulas, grasps, indices, moves, workspace
 
 SHORT: Final = "Leveziel et al."
 PARTS: Final[Parts] = {
@@ -21,7 +18,11 @@ PARTS: Final[Parts] = {
     "closing": closing.closing_findings,
     "cycle": cycle.cycle_findings,
     "grasps": grasps.grasp_findings,
-    "toss-planner": toss.planner_findings,
-    **{f"toss-{name}": partial(toss.learner_findings, name, stages) for name, stages in toss.LEARNERS.items()},
     "formulas": formulas.formula_findings,
 }
+
+
+def overview(rows: Rows) -> Overview:
+    """No tables over several parts: each part has its own tables."""
+    del rows
+    return Overview()

@@ -22,8 +22,7 @@ from pnt_gym.planning.one_joint.margins import motion_margins
 from pnt_gym.planning.one_joint.weights import weights_of
 
 from .cases import ARM, BLOCK, GOAL
-from .planning.interior import solve_interior
-from .planning.plan import ThrowPlan, plan_throw
+from .planning.plan import ThrowPlan, plan_throw, solve
 from .planning.programme import Programme, Throw, Weighing
 
 STATES: Final = 200
@@ -196,7 +195,7 @@ def _knots_row(plan: ThrowPlan) -> Row:
     throw = Throw(float(plan.u[0]), float(plan.u[1]), plan.radius)
     weighing = Weighing("squares", weights_of("bang"))
     programme = Programme(throw, ARM, BLOCK, weighing, static_start=True, per_interval=1)
-    x = solve_interior(programme, programme.start(np.linspace(120.0, 100.0, INTERVALS + 1)))[0]
+    x = solve(programme, programme.start(np.linspace(120.0, 100.0, INTERVALS + 1)))[0]
     motion, radius = programme.motion(x), np.array([plan.radius])
     # One sample per interval: the knots and nothing between.
     knot_rate = INTERVALS / float(motion.duration[0])

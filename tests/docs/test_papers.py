@@ -71,6 +71,11 @@ SENTENCES = (
         tuple((f"miyashita/disturbed/{name}", REPRODUCED) for name in ("all-effects", "friction")),
     ),
     (
+        "miyashita",
+        "at {:.0f} to {:.0f} % of random goals",
+        tuple((f"miyashita/acceptance/delay-5ms/K-{gain}", REPRODUCED) for gain in ("1", "0.5")),
+    ),
+    (
         "choe",
         "the acceleration is {:.0f} % of its peak",
         (("choe/claim/larger-radius-larger-acceleration", REPRODUCED),),

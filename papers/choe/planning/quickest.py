@@ -19,7 +19,7 @@ from pnt_gym.arrays import Floats, Ints
 from pnt_gym.errors import PntGymError
 from pnt_gym.planning.motion.limits import MotionLimits
 
-from ...common.casadi_module import load_casadi
+from .casadi_module import load_casadi
 from .curves import CurvePoints
 from .plane import PlanePath
 

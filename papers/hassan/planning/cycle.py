@@ -8,7 +8,7 @@ overlap of moves and the place where the hand turns back: ``CycleRules`` sets th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, TypeAlias, final, get_args
+from typing import NamedTuple, final, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,10 +23,7 @@ from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, InfeasibleThrow, 
 from pnt_gym.planning.straight.release import plan_release_batch, release_at_elevation
 
 from .blend import Overlap, throw_move
-from .outline import Outline, fastest_return, straight_return
-
-Return: TypeAlias = Literal["straight", "fastest"]
-"""Motion of the hand after the release: straight moves, or the fastest motion within the limits."""
+from .outline import Outline, straight_return
 
 SAMPLE_RATE = 2500.0
 """Samples per second: the control rate of the T3KR (Hassan et al. 2022, section IV-A) [Hz]."""
@@ -43,8 +40,6 @@ class CycleRules:
         approach: vertical way down to the next pick after a minimum-time throw, Z_off [m].
         tolerance: half width delta of the box around the target in which a landing is a hit [m] (Eqs. 16-17).
         overlap: overlap of neighbouring straight moves; never across the place or the next pick.
-        returning: "straight": brake on the line of the throw, go straight back; "fastest": after the release or the
-            place the fastest motion within the limits, with the same vertical parts (needs casadi).
 
     Raises:
         ValueError: if a length is negative or not finite, or a rule is unknown.
@@ -55,7 +50,6 @@ class CycleRules:
     approach: float = 0.05
     tolerance: float = 0.005
     overlap: Overlap = "ramp"
-    returning: Return = "straight"
 
     def __post_init__(self) -> None:
         for name in ("lift", "approach", "tolerance"):
@@ -64,9 +58,8 @@ class CycleRules:
                 raise PlanningError(f"{name} must be finite and not negative [m], got {value}")
         if self.rise is not None and not np.isfinite(self.rise):
             raise PlanningError(f"rise must be finite, or None for no bound [m], got {self.rise}")
-        for name, choices in (("overlap", get_args(Overlap)), ("returning", get_args(Return))):
-            if getattr(self, name) not in choices:
-                raise PlanningError(unknown_name(name, getattr(self, name), choices))
+        if self.overlap not in get_args(Overlap):
+            raise PlanningError(unknown_name("overlap", self.overlap, get_args(Overlap)))
 
 
 class CycleSamples(NamedTuple):
@@ -154,7 +147,7 @@ class CycleTask(NamedTuple):
         targets: points at which the objects are placed or land (N, 3) [m].
         next_picks: ends of the cycles (N, 3) [m].
         limits: largest speed, acceleration and jerk; one set or one per row.
-        rules: lift height, overlap and return.
+        rules: lift height and overlap.
         workspace: region in which the hand stays; None for no bound.
     """
 
@@ -214,14 +207,11 @@ def pick_and_place(task: CycleTask) -> Cycle:
     back = {"leave": up, "return": task.next_picks - task.targets, "approach": -up}
     outline = Outline(
         task.picks,
-        task.next_picks,
         {name: task.move(way, reason) for name, way in moves.items()},
         {name: task.move(way, reason) for name, way in back.items()},
         is_throw=False,
         position=task.targets,
         velocity=np.zeros_like(task.targets),
-        lift=lift,
-        drop=lift,
         feasible=_is_planned(reason),
     )
     return _cycle(task, outline, reason)
@@ -272,7 +262,7 @@ def _level_release(task: CycleTask, starts: Floats) -> ReleaseBatch:
 def _throw_cycle(task: CycleTask, release: ReleaseBatch, reason: Ints, *, lift: float, approach: float) -> Cycle:
     """Cycles that lift (if at all), throw, brake on the line, return to above the next pick, and descend."""
     stop = release.position + brake_distance(np.nan_to_num(release.speed), task.limits)[:, None] * release.direction
-    inside = task.is_inside(release.position, stop if task.rules.returning == "straight" else release.position)
+    inside = task.is_inside(release.position, stop)
     reason = np.where(_is_planned(reason) & ~inside, int(Reason.WORKSPACE), reason)
     planned = _is_planned(reason)
     direction = np.where(planned[:, None], release.direction, 0.0)
@@ -281,24 +271,18 @@ def _throw_cycle(task: CycleTask, release: ReleaseBatch, reason: Ints, *, lift: 
     moves["throw"] = throw_move(direction, np.where(planned, release.distance, 0.0), task.limits)
     outline = Outline(
         task.picks,
-        task.next_picks,
         moves,
         {"return": task.move(task.next_picks + down - stop, reason), "approach": task.move(-down, reason)},
         is_throw=True,
         position=release.position,
         velocity=release.velocity,
-        lift=0.0,
-        drop=approach,
         feasible=planned,
     )
     return _cycle(task, outline, reason)
 
 
 def _cycle(task: CycleTask, outline: Outline, reason: Ints) -> Cycle:
-    if task.rules.returning == "straight":
-        timed = straight_return(outline, task.rules.overlap)
-    else:
-        timed = fastest_return(outline, task.limits, task.workspace)
+    timed = straight_return(outline, task.rules.overlap)
     gap = np.where(outline.feasible, 0.0, np.nan)
     return Cycle(
         path=timed.path,

@@ -25,10 +25,8 @@ from pnt_gym.planning.one_joint.parameters import Arm, Block
 from pnt_gym.planning.one_joint.shapes import INTERVALS
 from pnt_gym.planning.one_joint.weights import WeightName, weights_of
 
-from .interior import solve_interior
 from .programme import LEAST, Programme, Throw, Weighing
 
-Solver = Literal["slsqp", "ipopt"]
 Guesses = Literal["family", "random"]
 
 PLACES: Final = (2, 5, 5, 12)
@@ -65,7 +63,6 @@ class ThrowPlan:
         margins: smallest margins at 1 kHz (6,), as shares.
         delta: smallest margins in [N, N m, N m, rad, rad/s, N m], with Delta M_A negative (Eq. 27).
         cost: value that the solver minimised.
-        solver: name of the solver.
         starts: number of first guesses.
         solved: number of first guesses that led to a motion within every limit.
         iterations: iterations of the solver over all first guesses.
@@ -79,7 +76,6 @@ class ThrowPlan:
     margins: Floats
     delta: Floats
     cost: float
-    solver: str
     starts: int
     solved: int
     iterations: int
@@ -93,7 +89,6 @@ def plan_throw(
     block: Block | None = None,
     weights: WeightName | ArrayLike = "balanced",
     objective: Objective = "squares",
-    solver: Solver = "slsqp",
     static_start: bool = True,
     guesses: Guesses = "family",
     starts: int = 2,
@@ -101,9 +96,10 @@ def plan_throw(
 ) -> ThrowPlan:
     """Return the throw to a goal whose motion keeps the largest margins.
 
-    The objective is not concave, so a solver finds the best motion near its first guess. The first guesses are the
-    best motions of the family in `batch`, for the given objective and for the smallest margin, and then random
-    motions. The best solution is returned. Without a solution, further random guesses follow.
+    The objective is not concave, so SLSQP, a sequential quadratic programme as in the paper, finds the best motion near
+    its first guess. The first guesses are the best motions of the family in `batch`, for the given objective and for
+    the smallest margin, and then random motions. The best solution is returned. Without a solution, further random
+    guesses follow.
 
     Args:
         goal: landing state x, y [m], phi [rad], dy [m/s].
@@ -111,7 +107,6 @@ def plan_throw(
         block: the block; the paper's block when not given.
         weights: a name or six numbers, for the objective "squares" (Eq. 28).
         objective: "squares", or "max_min" to maximise the smallest margin of grasp and torque.
-        solver: SLSQP, a sequential quadratic programme as in the paper, or IPOPT, which needs casadi.
         static_start: whether the block must rest by itself before the throw.
         guesses: "random" leaves the family out, as the paper does.
         starts: number of first guesses.
@@ -120,12 +115,11 @@ def plan_throw(
     Raises:
         UnreachableGoal: no release reaches the goal, or no motion from rest leads to a release.
         ValueError: the goal is not four finite numbers, or an option is unknown.
-        PntGymError: the solver is IPOPT and casadi is not installed.
     """
     target = four_columns(goal, "goal")
     if target.shape != (4,):
         raise PlanningError(f"goal must have shape (4,), got {target.shape}; plan_throws takes many")
-    _check_options(solver, objective, guesses, starts)
+    _check_options(objective, guesses, starts)
     arm, block = arm or Arm(), block or Block()
     weighing = Weighing(objective, weights_of(weights))
     u = _find_release(target, arm, block)
@@ -134,14 +128,14 @@ def plan_throw(
     family = _family_guesses(u, arm, block, weighing, static_start) if guesses == "family" else iter(())
     programme = partial(Programme, throw, arm, block, weighing, static_start=static_start)
     solutions, attempts, iterations = _collect_solutions(
-        chain(family, _random_guesses(arm, seed)), partial(_attempt_solve, programme, solver), starts
+        chain(family, _random_guesses(arm, seed)), partial(_attempt_solve, programme), starts
     )
     if not solutions:
         raise UnreachableGoal(target, (f"{ThrowReason.NO_MOTION.sentence} ({attempts} first guesses)",))
     best = min(solutions, key=lambda solution: solution.cost)
     newton = best.margins * margin_units(arm, block)
     counts = (attempts, len(solutions), iterations)
-    return ThrowPlan(target, u, radius, best.motion, best.margins, newton, best.cost, solver, *counts, best.message)
+    return ThrowPlan(target, u, radius, best.motion, best.margins, newton, best.cost, *counts, best.message)
 
 
 def _collect_solutions(
@@ -159,9 +153,8 @@ def _collect_solutions(
     return solutions, attempts, iterations
 
 
-def _check_options(solver: str, objective: str, guesses: str, starts: int) -> None:
+def _check_options(objective: str, guesses: str, starts: int) -> None:
     for name, value, kind in (
-        ("solver", solver, Solver),
         ("objective", objective, Objective),
         ("guesses", guesses, Guesses),
     ):
@@ -215,9 +208,7 @@ def _accelerations(motion: ArmMotion) -> Floats:
     return np.diff(motion.knots[0], 2) / motion.time_step[0] ** 2
 
 
-def _attempt_solve(
-    make_programme: Callable[..., Programme], solver: Solver, accelerations: Floats
-) -> tuple[_Solution | None, int]:
+def _attempt_solve(make_programme: Callable[..., Programme], accelerations: Floats) -> tuple[_Solution | None, int]:
     """Solve from a first guess, with limits at more places and larger margins while the check at 1 kHz fails.
 
     Returns:
@@ -226,7 +217,6 @@ def _attempt_solve(
     iterations, least = 0, LEAST
     for places in PLACES:
         programme = make_programme(per_interval=places, least=least)
-        solve = _solve_slsqp if solver == "slsqp" else solve_interior
         x, cost, success, count, message = solve(programme, programme.start(accelerations))
         iterations += count
         if not success:
@@ -240,7 +230,8 @@ def _attempt_solve(
     return None, iterations
 
 
-def _solve_slsqp(programme: Programme, start: Floats) -> tuple[Floats, float, bool, int, str]:
+def solve(programme: Programme, start: Floats) -> tuple[Floats, float, bool, int, str]:
+    """X of a programme by SLSQP from a first guess (K,), its cost, whether x is a solution, iterations, and message."""
     optimize: ModuleType = importlib.import_module("scipy.optimize")
 
     # scipy calls the values and the Jacobian of the constraints in turn at the same x, so the last pair is kept.

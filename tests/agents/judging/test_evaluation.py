@@ -81,6 +81,16 @@ def test_practice_and_evaluation_never_share_an_object() -> None:
     assert not np.isin(np.concatenate(student.seen)[:, 0], practice).any()
 
 
+def test_a_practice_that_goes_on_sees_other_objects() -> None:
+    parts: list[np.ndarray] = []
+    for start in (0, 0, 4):
+        student = Student()
+        practise(student, ToyVectorEnv(4), 4, seed=3, start=start)
+        parts.append(np.concatenate(student.seen))
+    np.testing.assert_array_equal(parts[0], parts[1])
+    assert (parts[0] != parts[2]).any(axis=1).all()
+
+
 def test_roles_and_seeds_never_share_a_stream() -> None:
     seeds = {
         stream_seed(role, seed, at)

@@ -1,14 +1,13 @@
-"""The reproduction of Choe et al. 2023: the published example, its misprints, and the comparison of times."""
+"""The reproduction of Choe et al. 2023: the published example, its misprints, and the times of Fig. 8."""
 
 import math
-import re
 from functools import cache
 
 import numpy as np
 import pytest
 
 from agents.reproduce.finding import Row
-from papers.choe import PARTS, cases, ellipse, simulated, speed
+from papers.choe import PARTS, cases, ellipse, speed
 from papers.choe.claims import random_pairs
 from pnt_gym.planning.paths import EllipsePath
 from tests.tools.nightly import with_nightly
@@ -23,16 +22,12 @@ FIGURES = {
     "claims": set(),
     "lengths": {"choe_lengths.svg"},
     "fig-8-times": set(),
-    "example-times": set(),
-    "long-times": {"choe_times.svg", "choe_motions.svg"},
-    "simulated": set(),
-    "scene": {"choe_scene.svg"},
 }
 
 
-LONG = ("fig-8-times", "long-times", "simulated", "scene")
-"""Parts that take seconds; `papers.choe.planning` has daily tests of what they time paths with."""
-DAILY = [name for name in FIGURES if name not in LONG]
+LONG = "fig-8-times"
+"""Part that takes seconds; `papers.choe.planning` has daily tests of what it times paths with."""
+DAILY = [name for name in FIGURES if name != LONG]
 COARSE = 120
 """Intervals of a timed run: half of those of the figures, for half of the time; up to 2 ms slower."""
 
@@ -92,7 +87,6 @@ def test_only_what_the_paper_states_under_its_own_conditions_is_judged():
     ours = {
         "joints": [f"joints/arm-{k}-swing" for k in (1, 2, 3, 4)],
         "speed": ["claim/shorter-cycle", "misprint/step-6-units"],
-        "example-times": ["claim/shortest-is-quickest"],
     }
     for part, quantities in ours.items():
         assert {row(part, quantity).verdict for quantity in quantities} == {"ours"}
@@ -171,67 +165,6 @@ def test_the_claim_of_the_shortest_curve_holds_under_some_readings_only():
     assert verdicts == {"same-ends": "reproduced", "curves-only": "differs"}
 
 
-TIMES = [
-    ("example-times", "example/arc", 0.289),
-    ("example-times", "example/rectangle", 0.522),
-    ("example-times", "example/ellipse-10deg-strict", 0.482),
-    ("example-times", "example/ellipse-10deg-relaxed", 0.358),
-    ("example-times", "example/ellipse-9.5deg-relaxed", 0.397),
-    ("example-times", "example/ellipse-12deg-relaxed", 0.343),
-    ("example-times", "example/ellipse-15deg-relaxed", 0.351),
-    ("long-times", "long/rectangle", 0.8508),
-    ("long-times", "long/ellipse-50mm-strict", 0.8172),
-    ("long-times", "long/ellipse-50mm-relaxed", 0.7077),
-    ("long-times", "long/lame-50mm-d50", 0.7559),
-    ("long-times", "long/lame-50mm-d100", 0.7227),
-    ("long-times", "long/lame-50mm-d200", 0.7325),
-    ("long-times", "long/lame-50mm-d410", 0.7429),
-    ("long-times", "long/ellipse-20mm-strict", 0.7649),
-    ("long-times", "long/ellipse-20mm-relaxed", 0.6244),
-    ("long-times", "long/ellipse-0mm", 0.5946),
-    ("long-times", "long/lame-20mm-d200", 0.6606),
-]
-
-
-@pytest.mark.parametrize(("part", "name", "seconds"), with_nightly(TIMES, [case for case in TIMES if case[0] in DAILY]))
-def test_times_of_whole_paths(part, name, seconds):
-    r = row(part, f"time/{name}")
-    assert r.reproduced == pytest.approx(seconds, abs=1.3e-3)
-    peaks = [r.details[f"peak_{name}"] for name in ("velocity", "acceleration", "jerk")]
-    assert max(peaks) <= 1.0 + 1e-6
-
-
-@pytest.mark.nightly
-def test_smooth_corners_are_close_to_the_quickest_free_path():
-    free = row("long-times", "time/long/bound-50mm").reproduced
-    low = row("long-times", "time/long/bound-50mm-top-100mm").reproduced
-    assert free == pytest.approx(0.698, abs=2.5e-3)
-    assert low == pytest.approx(0.707, abs=2.5e-3)
-    assert row("long-times", "time/long/bound-20mm").reproduced == pytest.approx(0.655, abs=2.5e-3)
-    for name, bound in (("tall", free), ("level", low)):
-        above = row("long-times", f"above-bound/lame-50mm-{name}").reproduced
-        time = row("long-times", f"time/long/lame-50mm-{name}").reproduced
-        assert above == pytest.approx(100.0 * (time / bound - 1.0), rel=1e-9)
-        assert 0.0 < above < 3.0
-
-
-@pytest.mark.nightly
-def test_relaxed_joints_step_the_acceleration():
-    assert row("long-times", "joint/acceleration-step").verdict == "ours"
-    assert row("long-times", "joint/speed").reproduced == pytest.approx(0.468, abs=3e-3)
-    assert row("long-times", "joint/acceleration-step").reproduced == pytest.approx(36.0, abs=0.5)
-
-
-@pytest.mark.nightly
-def test_the_robot_carries_the_motions_out():
-    for r in findings("simulated").rows:
-        if r.quantity.endswith("tracking"):
-            assert 0.0 < r.reproduced < 0.5e-3
-            assert float(re.search(r"([\d.]+) micrometres", r.note).group(1)) < 20.0
-        else:
-            assert 10.0 < r.reproduced < 530.0
-
-
 def test_derivatives_of_the_curvature_are_those_of_differences():
     theta, small = np.linspace(0.1, 3.0, 50), 1e-5
     around = [speed.FIG_3.radius_of_curvature(theta + k * small) for k in (-1, 0, 1)]
@@ -250,18 +183,6 @@ def test_the_profile_adds_up_to_the_way():
     assert row("curvature", "fig-5/way-of-the-busiest-periods").reproduced > 0.5
 
 
-@pytest.mark.nightly
-def test_objects_leave_one_box_and_come_to_lie_in_another():
-    """Fig. 4, in the simulator; boxes too narrow for an object are told by a touch."""
-    found = {row.quantity: row.reproduced for row in simulated.scene_findings().rows}
-    assert found["choe/fig-4/touched"] == 0.0
-    assert found["choe/fig-4/arrived"] == 1.0
-    assert 0.0 < found["choe/fig-4/clearance"] < 0.2
-    walls = [{**one, "size": [0.16, 0.16]} for one in simulated.LEVEL["bins"]["fixed"]]
-    narrow = simulated.carry({**simulated.LEVEL, "bins": {**simulated.LEVEL["bins"], "fixed": walls}})
-    assert narrow.touched.any()
-
-
 FIG_8 = {
     "proposed-strict": 0.482, "proposed-relaxed": 0.358,
     "equal-tops/symmetric-ellipse-strict": 0.511, "equal-tops/symmetric-ellipse-relaxed": 0.423,
@@ -273,17 +194,17 @@ FIG_8 = {
 
 @pytest.mark.nightly
 def test_the_proposed_curve_beats_the_lame_curves_only_if_the_acceleration_steps():
-    times = {name: row("fig-8-times", f"time/fig-8/{name}").reproduced for name in FIG_8}
+    times = {name: row(LONG, f"time/fig-8/{name}").reproduced for name in FIG_8}
     assert times == pytest.approx(FIG_8, abs=0.003)
     for reading in ("equal-tops", "equal-crests"):
         claims = {
-            (rival, rule): row("fig-8-times", f"claim/shorter-cycle-than-{rival}/{reading}-{rule}").verdict
+            (rival, rule): row(LONG, f"claim/shorter-cycle-than-{rival}/{reading}-{rule}").verdict
             for rival in ("symmetric-ellipse", "lame")
             for rule in ("strict", "relaxed")
         }
         assert [pair for pair, verdict in claims.items() if verdict != "reproduced"] == [("lame", "strict")]
     for rule, coarse in (("strict", 0.4818), ("relaxed", 0.3582)):
-        proposed = row("fig-8-times", f"time/fig-8/proposed-{rule}")
+        proposed = row(LONG, f"time/fig-8/proposed-{rule}")
         assert proposed.details["with_half_the_intervals"] == pytest.approx(coarse, abs=1e-4)
 
 

@@ -9,7 +9,6 @@ from papers.leveziel import circle as leveziel_circle
 from papers.leveziel import closing as leveziel_closing
 from papers.leveziel import formulas as leveziel_formulas
 from papers.leveziel import moves as leveziel_moves
-from papers.leveziel import overview
 from papers.leveziel.cases import poses_at
 from papers.leveziel.motion import joint_deviation
 from pnt_gym.arrays import Floats
@@ -151,20 +150,3 @@ def test_tables_hold_every_row() -> None:
 def test_every_row_of_a_part_stands_in_its_tables() -> None:
     for name in set(ALL) - {"moves"}:
         assert sum(len(grid.rows) for grid in findings(name).grids) == len(findings(name).rows)
-
-
-def test_tosses_are_tabled_by_level_controller_and_practice() -> None:
-    toss = {
-        "quantity": "leveziel/toss/nominal/ridge-100", "paper": "leveziel", "published": None, "reproduced": 97.25,
-        "unit": "%", "verdict": "ours", "note": "", "level": "nominal", "controller": "ridge", "practice": 100,
-        "success_low": 95.0, "success_high": 98.5, "landing_error_m": 0.0123, "release_delay_error_s": 0.0045,
-        "cycle_time_s": 0.8, "success_by_seed": [97.25], "landing_error_by_seed_m": [0.0123],
-    }  # fmt: skip
-    found = overview({toss["quantity"]: toss})
-    tosses = found.grids["tosses"]
-    assert tosses.headline.startswith("Tosses")
-    (line,) = tosses.rows
-    assert line == ["nominal", "ridge", "100", "97.2 %", "95.0 to 98.5 %", "12.3 mm", "4.5 ms", "0.80 s"]
-    assert len(line) == len(tosses.header)
-    assert sum(len(grid.rows) for grid in found.grids.values()) == 1
-    assert list(found.figures) == ["leveziel_toss.svg"]

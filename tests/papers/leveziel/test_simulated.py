@@ -1,4 +1,4 @@
-"""The simulated half of the reproduction of Leveziel et al.: small versions of the cycle, the grasps and the tosses."""
+"""The simulated half of the reproduction of Leveziel et al.: small versions of the cycle and the grasps."""
 
 from functools import cache
 from typing import Any
@@ -6,39 +6,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.ground.environments import make_vector
-from agents.judging.loop import practise
 from agents.reproduce.finding import Findings, Row
 from papers.leveziel import cycle as leveziel_cycle
 from papers.leveziel import cycle_run as leveziel_cycle_run
 from papers.leveziel import grasps as leveziel_grasps
-from papers.leveziel import overview
-from papers.leveziel import toss as leveziel_toss
 from papers.leveziel.cycle import ejector_power
 from papers.leveziel.cycle_run import PHASES, Cycles, run_cycles
 from pnt_gym.cells.gripper.cell import GripperCell
 from pnt_gym.cells.gripper.config import GripperConfig
 from pnt_gym.robots.gripper import MOTOR_SPEED, inverse_kinematics
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
-from tests.agents.judging.test_evaluation import Student
-from tests.tools.nightly import with_nightly
 from tests.tools.reproduced import assert_plain
-
-HELD = 16
-"""Throws that judge a controller."""
-TOSSES = ("toss-planner", "toss-virtual_goal")
-ALL = with_nightly(("cycle", "grasps", *TOSSES), ["cycle", "grasps"])
 
 
 @cache
 def findings(name: str) -> Findings:
     """Small versions of the parts."""
-    stages = {"nominal": (10, 100)}
     small = {
         "cycle": lambda: leveziel_cycle.cycle_findings(cycles=8),
         "grasps": lambda: leveziel_grasps.grasp_findings(grasps=24),
-        "toss-planner": lambda: leveziel_toss.planner_findings(("nominal", "drop"), seeds=(0,), throws=HELD),
-        "toss-virtual_goal": lambda: leveziel_toss.learner_findings("virtual_goal", stages, seeds=(0, 1), throws=HELD),
     }
     return small[name]()
 
@@ -53,17 +39,16 @@ def row(name: str, quantity: str) -> Row:
     return next(r for r in findings(name).rows if r.quantity == f"leveziel/{quantity}")
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", ["cycle", "grasps"])
 def test_rows_and_data_are_plain_json_and_figures_are_drawings(name: str) -> None:
     found = findings(name)
     assert_plain(found, "leveziel")
     assert all(r.note for r in found.rows)
 
 
-@pytest.mark.nightly
 def test_the_figures_are_the_known_ones() -> None:
-    drawn = [figure for name in ("cycle", "grasps", *TOSSES) for figure in findings(name).figures]
-    assert drawn == ["leveziel_cycle.svg", "leveziel_cycle_pictures.svg", "leveziel_grasps.svg", "leveziel_release.svg"]
+    drawn = [figure for name in ("cycle", "grasps") for figure in findings(name).figures]
+    assert drawn == ["leveziel_cycle.svg", "leveziel_cycle_pictures.svg", "leveziel_grasps.svg"]
 
 
 def test_the_commanded_cycle_keeps_the_motors_speed_and_comes_back() -> None:
@@ -158,75 +143,6 @@ def test_slippery_objects_count_as_not_held() -> None:
     cell = GripperCell(slippery(GripperConfig.load("drop")), 4)
     for kind in range(len(cell.item_names)):
         assert not leveziel_grasps.simulate_grasps(cell, kind).is_held.any()
-
-
-@pytest.mark.nightly
-def test_an_oracle_succeeds_and_the_fixed_timing_loses_the_block() -> None:
-    assert row("toss-planner", "toss/nominal/oracle").reproduced >= 97.0
-    planner = row("toss-planner", "toss/nominal/analytic")
-    assert planner.reproduced < 95.0
-    assert planner.details["success_by_item"]["block"] < 60.0
-    for name, wanted in (("cork", 0.018), ("cap", 0.008), ("block", 0.038)):
-        assert planner.details["release_delay_s"][name] == pytest.approx(wanted, abs=0.003)
-    assert row("toss-planner", "toss/drop/analytic").reproduced > planner.reproduced
-
-
-@pytest.mark.nightly
-def test_practice_teaches_when_to_let_go() -> None:
-    before = row("toss-planner", "toss/nominal/analytic")
-    few, many = (row("toss-virtual_goal", f"toss/nominal/virtual_goal-{n}") for n in (10, 100))
-    assert many.reproduced >= 97.0
-    assert many.details["landing_error_m"] < 0.5 * min(
-        few.details["landing_error_m"], before.details["landing_error_m"]
-    )
-    assert max(abs(v) for v in many.details["release_delay_s"].values()) < 0.003
-    assert many.details["throws"] == 2 * HELD
-    assert len(many.details["success_by_seed"]) == 2
-
-
-@pytest.mark.nightly
-def test_every_throw_is_counted_once() -> None:
-    assert row("toss-planner", "endurance/planner").reproduced == 2 * 2 * HELD
-    # Practice once to the last stage; each stage on held-out objects, and the planner on them for the drawing.
-    assert row("toss-virtual_goal", "endurance/virtual_goal").reproduced == 2 * (100 + 2 * HELD + HELD)
-
-
-def test_a_practice_that_goes_on_sees_other_objects() -> None:
-    env = make_vector("GripperToss-v0", "nominal", 4, threads=1)
-    parts: list[np.ndarray] = []
-    for start in (0, 0, 4):
-        student = Student(size=3)
-        practise(student, env, 4, seed=3, start=start)
-        parts.append(np.concatenate(student.seen))
-    env.close()
-    np.testing.assert_array_equal(parts[0], parts[1])
-    assert (parts[0] != parts[2]).any(axis=1).all()
-
-
-def test_the_drawn_flights_start_on_target_and_fall_short_when_the_robot_brakes() -> None:
-    config = GripperConfig.load("nominal")
-    times, along = leveziel_toss.free_landings(config)
-    planned = np.abs(times).argmin()
-    assert along[:, planned] == pytest.approx(0.0, abs=1e-4)
-    # Until the robot brakes, an object let go later lands further by its speed times the delay, and a little more.
-    later = np.abs(times - config.motion.after).argmin()
-    assert (along[:, later] > 0.003).all()
-    assert (along[:, -1] < -0.5 * config.tray.opening[0]).all()
-    motion = config.motion.model_copy(update={"height": config.motion.height + 0.010})
-    higher = config.model_copy(update={"motion": motion})
-    assert leveziel_toss.free_landings(higher)[1][:, planned] == pytest.approx(0.0, abs=1e-4)
-
-
-@pytest.mark.nightly
-def test_learning_curves_are_drawn_from_rows() -> None:
-    rows = {r.quantity: r.as_json() for name in TOSSES for r in findings(name).rows}
-    (name, drawing), *others = overview(rows).figures.items()
-    assert name == "leveziel_toss.svg"
-    assert not others
-    assert drawing.lstrip().startswith("<?xml")
-    assert len(drawing) > 5000
-    unlearned = {quantity: r for quantity, r in rows.items() if not r.get("practice")}
-    assert overview(unlearned).figures == {}
 
 
 def test_energy_of_a_cycle_is_stated_for_motors_and_for_suction() -> None:

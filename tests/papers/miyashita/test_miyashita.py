@@ -7,19 +7,7 @@ import numpy as np
 import pytest
 
 from agents.reproduce.finding import Findings, Row, judge_statements
-from papers.miyashita import (
-    acceptance,
-    accessible,
-    cases,
-    contact,
-    contact_learning,
-    example,
-    formulas,
-    learning,
-    margins,
-    reach,
-    tasks,
-)
+from papers.miyashita import acceptance, accessible, cases, example, formulas, learning, margins, tasks
 from papers.miyashita.planning.programme import Throw
 from pnt_gym.cells.one_joint.config import OneJointConfig
 from pnt_gym.planning.one_joint import Arm, landing_state, plan_throws, release_states_batch
@@ -38,11 +26,7 @@ def findings(name: str) -> Findings:
         "margins": lambda: margins.margin_findings(starts=12, count=2, goals=8),
         "accessible": lambda: accessible.accessible_findings(SAMPLES),
         "learning": lambda: learning.learning_findings(seeds=2, repeats=8),
-        "acceptance-5ms": lambda: acceptance.acceptance_findings(0.005, goals=16, repeats=3),
-        "contact": lambda: contact.contact_findings(goals=3),
-        "contact-reach": lambda: contact.reach_findings(goals=6, scanned=128),
-        "contact-learning": lambda: contact_learning.learning_findings(goals=1, searched=10, scanned=64, practice=4),
-        "contact-level": lambda: contact_learning.level_findings(seeds=(0,), practice=16, picks=16),
+        "acceptance": lambda: acceptance.acceptance_findings(goals=16),
         "sorting": lambda: tasks.sorting_findings(runs=4, practice=64),
         "assembly": lambda: tasks.assembly_findings(runs=4, practice=120),
         "formulas": formulas.formula_findings,
@@ -50,9 +34,9 @@ def findings(name: str) -> Findings:
     return small[name]()
 
 
-DAILY = ("example", "margins", "learning", "contact", "contact-level", "sorting", "formulas")
-NIGHTLY = ("accessible", "acceptance-5ms", "contact-reach", "contact-learning", "assembly")
-"""What takes seconds; the daily run tests the searches and counts that these parts are made of."""
+DAILY = ("example", "margins", "learning", "sorting", "formulas")
+NIGHTLY = ("accessible", "acceptance", "assembly")
+"""What takes seconds; the daily run tests the counts that these parts are made of."""
 ALL = with_nightly((*DAILY, *NIGHTLY), DAILY)
 
 
@@ -78,10 +62,8 @@ def test_the_example_has_five_releases_of_which_one_is_feasible() -> None:
     assert row("example", "example/least-acceleration").reproduced == pytest.approx(9.56, abs=0.01)
 
 
-def test_both_solvers_find_the_same_plan_from_random_guesses() -> None:
-    assert row("example", "example/solvers-agree").reproduced < 1e-4
-    for solver in ("slsqp", "ipopt"):
-        assert row("example", f"example/{solver}/converged").reproduced >= 75.0
+def test_most_random_guesses_lead_to_a_plan() -> None:
+    assert row("example", "example/slsqp/converged").reproduced >= 75.0
 
 
 def test_the_weights_choose_the_motion() -> None:
@@ -170,23 +152,17 @@ def test_ten_throws_bring_the_block_to_the_paper_goal() -> None:
 
 
 @pytest.mark.nightly
-def test_what_gain_and_scatter_decide_is_not_held_against_the_paper() -> None:
-    rows = [r for name in ("learning", "acceptance-5ms") for r in findings(name).rows]
-    assert {r.verdict for r in rows if "fig-10" not in r.quantity} == {"ours", "not reproducible"}
-    assert {r.statement for r in rows if r.verdict == "not reproducible"} == {"miyashita/fig-10/angle"}
-    for name in ("contact", "sorting", "assembly"):
+def test_what_practice_and_scatter_decide_is_not_held_against_the_paper() -> None:
+    for name in ("acceptance", "sorting", "assembly"):
         assert {r.verdict for r in findings(name).rows} == {"ours"}
 
 
 @pytest.mark.nightly
-def test_random_goals_are_learned_and_the_scatter_is_what_its_causes_predict() -> None:
+def test_random_goals_are_learned() -> None:
     for gain in ("0.5", "0.75", "1", "1-to-0.5"):
-        r = row("acceptance-5ms", f"acceptance/delay-5ms/K-{gain}")
+        r = row("acceptance", f"acceptance/delay-5ms/K-{gain}")
         assert r.reproduced >= 80.0
         assert r.details["failed_out_of_reach"] <= r.details["failed"]
-    for name in ("position", "angle"):
-        r = row("acceptance-5ms", f"scatter/delay-5ms/{name}")
-        assert r.reproduced == pytest.approx(r.details["predicted"], rel=0.4)
 
 
 def test_rows_of_one_case_draw_the_same_and_others_do_not() -> None:
@@ -234,68 +210,6 @@ def test_a_gain_of_zero_learns_nothing() -> None:
     away = cases.misses(learned.true).position
     assert away[2, 0] > 0.08
     assert away[2, 1] < 0.3 * away[0, 1]
-
-
-def test_solid_stoppers_take_spin_the_more_the_higher_they_are() -> None:
-    lost = [row("contact", f"contact/spin-lost-{height}mm").reproduced for height in ("0.2", "0.5", "1", "2")]
-    assert lost == sorted(lost)
-    assert 1.0 < lost[0] < lost[-1] < 5.5
-    assert row("contact", "contact/paper-update").reproduced > 0.01
-
-
-@pytest.mark.nightly
-def test_the_search_finds_releases_where_nothing_is_pushed_and_fewer_where_something_is() -> None:
-    for name in ("own-goals", "any-goals"):
-        r = row("contact-reach", f"contact/reachable/{name}")
-        assert r.details["share_ideal"] >= 60.0
-        assert r.reproduced < r.details["share_ideal"]
-    assert row("contact-reach", "contact/reachable/own-goals").reproduced == 0.0
-    assert row("contact-reach", "contact/reachable/paper-goal").reproduced > 10.0
-
-
-def test_the_flight_of_a_release_found_passes_its_goal() -> None:
-    config = OneJointConfig.load("ideal")
-    goal = reach.goals_above_arm(3)
-    found = reach.Search(config, 64).reach(goal)
-    again = reach.size(reach.errors(reach.paths(config, found.share), goal))
-    assert again == pytest.approx(found.miss, abs=1e-6)
-    reached = found.miss < 1.0
-    assert reached.any()
-    u = reach.LOW + (reach.HIGH - reach.LOW) * found.share[reached]
-    times = np.linspace(0.0, 0.45, 4001)
-    for release, one in zip(u, goal[reached], strict=True):
-        states = landing_state(np.column_stack([np.tile(release, (len(times), 1)), times]))
-        assert reach.size(states - one).min() < 1.05
-
-
-def test_goals_above_the_arm_are_not_beyond_it() -> None:
-    goal = reach.goals_above_arm(40)
-    assert goal.shape == (40, 4)
-    assert cases.has_plan(goal).all()
-    stop = plan_throws(goal).motion.stop_angle
-    assert (np.cos(stop) * goal[:, 1] - np.sin(stop) * goal[:, 0] >= cases.BLOCK.half_height).all()
-
-
-@pytest.mark.nightly
-def test_a_goal_within_reach_is_learned_throw_by_throw() -> None:
-    once, kept = (row("contact-learning", f"contact/{contact_learning.LEARNER}/{what}") for what in ("once", "kept"))
-    assert once.details["goals"] == 1
-    assert once.details["throws"] == 4 + contact_learning.KEPT
-    assert kept.reproduced <= once.reproduced
-    assert 0.0 <= kept.details["share_refused"] <= 100.0
-    assert row("contact-learning", "contact/best-release").details["share_throws"] > 50.0
-
-
-@pytest.mark.parametrize(("delay", "least", "largest"), [(0.0, 1.0, 1.0), (0.010, 0.65, 1.33)])
-def test_a_late_release_follows_the_virtual_goal_less(delay: float, least: float, largest: float) -> None:
-    goal = cases.draw_cell_goals(12)
-    quiet = {"delay": delay, "placement": 0.0, "timing": 0.0}
-    thrower = cases.SimulatedThrower(OneJointConfig.load("nominal", errors=quiet), range(12))
-    virtual = cases.learn(thrower, goal, np.full(12, 1.0)).virtual[-1]
-    found = acceptance.response_slopes(delay, goal, virtual)
-    assert np.median(found.across[:, 0]) == pytest.approx(least, abs=0.06)
-    assert np.median(found.across[:, 2]) == pytest.approx(largest, abs=0.1)
-    assert "%" in acceptance.gain_note(found, 0.5)
 
 
 @pytest.mark.parametrize("name", with_nightly(("sorting", "assembly"), ["sorting"]))

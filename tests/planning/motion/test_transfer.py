@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from papers.common.fastest import fastest_motion
 from pnt_gym.arrays import take
 from pnt_gym.planning import GRAVITY, JerkTrajectory, MotionLimits, min_time_scurve
 from pnt_gym.planning.motion.transfer import Band, Transfers, fast_transfer
@@ -78,17 +77,19 @@ def test_whatever_is_called_a_motion_is_one(way, headings, slopes, shares, limit
     assert_within(path, bounds)
 
 
-@pytest.mark.nightly
+BEST = (
+    0.48319, 0.46692, 0.27257, 0.41804, 0.48029, 0.30402, 0.59691, 0.40971, 0.32841, 0.42341, 0.56185, 0.47359, 0.58561,
+    0.40538, 0.51585,
+)  # fmt: skip
+"""Durations of the fastest motions of `cases(15, seed=7)` from a moving start to rest [s], found as one optimum each by
+a nonlinear programme with the interior-point solver IPOPT."""
+
+
 def test_close_to_the_fastest_motion_from_a_moving_start():
-    count = 15
-    way, before, _, limits, _ = cases(count, seed=7)
+    way, before, _, limits, _ = cases(len(BEST), seed=7)
     moves = fast_transfer(way, before, np.zeros_like(way), limits)
     assert moves.feasible.all()
-    best = [
-        float(fastest_motion((0, 0, 0), way[k], take(limits, k), start_velocity=before[k], floor=-10.0).duration[0])
-        for k in range(count)
-    ]
-    ratio = moves.duration / best
+    ratio = moves.duration / BEST
     assert ratio.min() > 0.99
     assert ratio.max() < 1.06
     assert np.median(ratio) < 1.03

@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from papers.hassan.planning.throw_check import check_throw
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.free_mover import FreeMover
 from pnt_gym.cells.conveyor.movers.straight import ThrowMotion
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning import JerkTrajectory
 from tests.tools.nightly import with_nightly
+from tests.tools.throw_check import check_throw
 from tests.tools.throws import make_core, vary, whole_cycle
 
 COUNT = 32

@@ -1,9 +1,13 @@
+import importlib
+
 import numpy as np
 import pytest
 
+from papers.choe.planning.casadi_module import load_casadi
 from papers.choe.planning.curves import Line
 from papers.choe.planning.plane import PlanePath, SpacePath, lame_path, line_ellipse_line, rectangle
 from papers.choe.planning.timing import TimedPath, time_path
+from pnt_gym.errors import PntGymError
 from pnt_gym.planning import HandPath, MotionLimits, min_time_scurve
 from pnt_gym.planning.paths import EllipsePath
 
@@ -129,6 +133,21 @@ def test_a_rectangle_is_three_strokes_without_casadi(monkeypatch):
     strokes = [min_time_scurve(x, LIMITS).duration for x in (0.1, 0.82, 0.1)]
     assert motion.duration[0] == pytest.approx(sum(strokes), rel=1e-12)
     assert max(r[0] for r in motion.peak_ratios(LIMITS)) <= 1.0 + 1e-9
+
+
+def test_without_casadi_the_error_says_what_to_install(monkeypatch):
+    real = importlib.import_module
+
+    def missing(name, *rest):
+        if name == "casadi":
+            raise ImportError(name)
+        return real(name, *rest)
+
+    load_casadi.cache_clear()
+    monkeypatch.setattr(importlib, "import_module", missing)
+    with pytest.raises(PntGymError, match=r"need casadi; install it with: pip install 'pnt_gym\[optimal\]'"):
+        load_casadi()
+    load_casadi.cache_clear()
 
 
 @pytest.mark.nightly

@@ -19,14 +19,12 @@ from pnt_gym.planning import (
     min_time_scurve,
     rest_to_rest,
 )
-from tests.tools.nightly import with_nightly
 
 PICKS = np.array([(-0.2, -0.25, -0.85), (-0.2, -0.35, -0.85), (-0.3, -0.35, -0.85)])
 NEXT = np.roll(PICKS, -1, axis=0)
 INSIDE, OUTSIDE = np.tile((0.3, 0.4, -0.85), (3, 1)), np.tile((0.45, 0.65, -0.85), (3, 1))
 WORKSPACE = EllipticWorkspace()
 BUILDERS = (pick_and_place, horizontal_throw, min_time_throw)
-FASTEST = CycleRules(overlap="none", returning="fastest")
 
 coordinates = st.floats(-1.0, 1.0).map(lambda x: round(x, 4))
 points = st.tuples(coordinates, coordinates, coordinates)
@@ -176,34 +174,6 @@ def test_rows_do_not_know_of_each_other():
             np.testing.assert_array_equal(alone.path.sample([0.3]).position[0], together.path.sample([0.3]).position[k])
 
 
-@pytest.mark.parametrize("builder", with_nightly(BUILDERS, [min_time_throw]))
-def test_the_fastest_return_keeps_the_limits_and_the_own_path(builder):
-    limits = MotionLimits.t3kr(40)
-    args = PICKS[:2], INSIDE[:2], NEXT[:2], limits
-    fast, plain = (
-        planned(builder, *args, FASTEST, WORKSPACE),
-        planned(builder, *args, CycleRules(overlap="none"), WORKSPACE),
-    )
-    for ratios in fast.peak_ratios(limits):
-        assert (ratios <= 1.0 + 1e-6).all()
-    assert (fast.duration < 0.99 * plain.duration).all()
-    np.testing.assert_allclose(fast.release_time, plain.release_time, rtol=1e-12)
-    np.testing.assert_array_equal(fast.release_position, plain.release_position)
-    before = np.linspace(0.0, fast.release_time, 50, axis=1)
-    for found, own in zip(fast.path.sample(before), plain.path.sample(before), strict=True):
-        np.testing.assert_allclose(found, own, rtol=0, atol=1e-8)
-    np.testing.assert_allclose(fast.path.end, NEXT[:2], rtol=0, atol=1e-8)
-    np.testing.assert_allclose(fast.path.knots.velocity[:, -1], 0.0, rtol=0, atol=1e-7)
-    drop = CycleRules().approach if builder is min_time_throw else CycleRules().lift
-    after = fast.path.sample(np.linspace(fast.release_time, fast.duration, 400, axis=1)).position
-    # Below its approach height the hand is straight above the next pick, or above the place.
-    low = after[..., 2] < NEXT[:2, None, 2] + drop - 1e-6
-    columns = [NEXT[:2, None, :2], *([INSIDE[:2, None, :2]] if builder is pick_and_place else [])]
-    apart = np.min([np.abs(after[..., :2] - column).max(axis=-1) for column in columns], axis=0)
-    assert low.any(axis=1).all()
-    assert apart[low].max() < 1e-6
-
-
 def test_a_row_without_a_plan_is_marked_and_leaves_the_others_alone():
     targets = INSIDE.copy()
     targets[1] = PICKS[1] + np.array([0.0, 0.0, 0.05])
@@ -281,7 +251,6 @@ def test_points_outside_and_shapes_are_refused(builder):
         ({"tolerance": -1e-9}, "tolerance must be finite"),
         ({"rise": np.inf}, "rise must be finite, or None"),
         ({"overlap": "full"}, "unknown overlap 'full'; known are none, jerk, ramp"),
-        ({"returning": "slow"}, "unknown returning 'slow'; known are straight, fastest"),
     ],
 )
 def test_bad_rules_are_refused(change, word):

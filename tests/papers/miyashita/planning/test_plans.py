@@ -1,4 +1,4 @@
-"""Plans of one throw: limits at 1 kHz, optima of two solvers, and random goals."""
+"""Plans of one throw: limits at 1 kHz, optima, and random goals."""
 
 import numpy as np
 import pytest
@@ -48,12 +48,15 @@ def test_without_the_static_start_the_gentlest_motion_begins_where_the_block_wou
     assert_keeps_all_limits(free.motion, np.array([free.radius]), static=False)
 
 
-@pytest.mark.parametrize("objective", ["squares", "max_min"])
-def test_two_solvers_in_different_variables_agree(objective):
-    for goal in [EXAMPLE, *GOALS.goal[:2]]:
-        sequential, interior = (plan_throw(goal, objective=objective, solver=s) for s in ("slsqp", "ipopt"))
-        assert sequential.cost == pytest.approx(interior.cost, rel=2e-3)
-        assert_keeps_all_limits(interior.motion, np.array([interior.radius]))
+COSTS = {"squares": (-0.574278, -0.436037, -0.216216), "max_min": (-0.798728, -0.804939, -0.440950)}
+"""Costs that the interior-point solver IPOPT found in other variables, the spline's control points, by objective: for
+the example and two random goals."""
+
+
+@pytest.mark.parametrize("objective", COSTS)
+def test_an_interior_point_solver_found_the_same_optima_in_other_variables(objective):
+    plans = [plan_throw(goal, objective=objective) for goal in (EXAMPLE, *GOALS.goal[:2])]
+    assert [plan.cost for plan in plans] == pytest.approx(COSTS[objective], rel=5e-5)
 
 
 def test_single_plans_succeed_and_do_not_lose_to_the_family():
@@ -100,7 +103,6 @@ def test_an_unreachable_goal_says_why():
     [
         ({"weights": "heavy"}, "heavy"),
         ({"weights": [1.0, 2.0]}, "six"),
-        ({"solver": "newton"}, "solver"),
         ({"objective": "most"}, "objective"),
         ({"starts": 0}, "starts"),
         ({"guesses": "none"}, "guesses"),

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papers.hassan.planning.throw_check import check_throw
 from pnt_gym.planning import EllipticWorkspace, JerkTrajectory, MotionLimits, accelerate, brake, coast, rest_to_rest
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.ballistics import landing_point
 from pnt_gym.planning.motion.scurve import brake_distance
+from tests.tools.throw_check import check_throw
 
 LIMITS = MotionLimits(2.0, 40.0, 1000.0)
 PICK = np.array([[-0.1, -0.3, -0.85]])
