@@ -179,6 +179,20 @@ def losses(results: Results) -> Values:
     return {"level": level, "planner": _row(rows, "analytic"), "winner": max(_learner_rows(rows), key=_pace)}
 
 
+def reality(results: Results) -> Values:
+    """The fitted cube and square, the cube of another material, and two bounds on the rises of the square."""
+    rows = _study(results, "reality")["rows"]
+    contacts = {(row.get("part"), row.get("contact")): row for row in rows}
+    bounds = {row.get("restitution"): row for row in rows if row.get("body") == "square"}
+    return {
+        "cube": _case(contacts, ("cube", "fitted on other tosses")),
+        "other": _case(contacts, ("cube", "of a box in the catalogue")),
+        "square": _case(contacts, ("square", "fitted on other drops")),
+        "bound": _case(bounds, max(bounds)),
+        "low": _case(bounds, 0.35),
+    }
+
+
 def sorter(results: Results) -> Values:
     """The shipped policy in the cell of boxes: where nothing fails, with each effect, and with all of them."""
     data = _study(results, "judged")

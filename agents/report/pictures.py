@@ -39,6 +39,22 @@ def losses(results: Results) -> Figure:
     return _stacked([name_of(row) for row in rows], bars, "share of all picks [%]", f"level {level}")
 
 
+def reality(results: Results) -> Figure:
+    """How far simulated tosses are from the measured ones, by contact, and the rises above the bound of a fall."""
+    rows = results["reality"]["rows"]
+    cube = [row for row in rows if row["part"] == "cube"]
+    figure, (paths, bounds) = subplots(2, 1, (WIDTH, 5.4))
+    paths.barh([row["contact"] for row in cube], [100.0 * row["path"]["value"] for row in cube], color=COLOURS[0])
+    paths.invert_yaxis()
+    dress(paths, "distance of the simulated cube from the real one [% of its side]", "", "tosses of a cube")
+    for colour, body in zip(COLOURS, ("cube", "square"), strict=False):
+        own = [row for row in rows if row.get("body") == body]
+        restitutions, above = [row["restitution"] for row in own], [100.0 * row["above"]["value"] for row in own]
+        bounds.plot(restitutions, above, "o-", color=colour, label=body)
+    dress(bounds, "restitution of the bound", "rises above it [%]", "first impacts", legend="best", ylim=(0.0, 100.0))
+    return figure
+
+
 def drift(results: Results) -> Figure:
     """Landing error over the picks of a shift on the first level of the benchmark."""
     data = results["benchmark_adapt"]

@@ -48,6 +48,7 @@ class Wrong:
 
     def __init__(self, cycle):
         self.cycle = cycle.require()
+        self.path = cycle.path
         self.duration = 1.2 * cycle.duration
 
     def __len__(self):
