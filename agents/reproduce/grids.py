@@ -14,8 +14,10 @@ Rows: TypeAlias = Mapping[str, JsonRow]
 """Rows as JSON by quantity."""
 NONE: Final = "-"
 """Text of a cell without a figure."""
-_FOLDERS: Final = ("inconsistency", "claim", "misprint")
-"""First parts of a quantity's name that tables leave out, because the verdict says the same."""
+_FOLDERS: Final = ("statement", "claim", "misprint")
+"""First parts of a quantity's name that tables leave out, because the verdict says as much."""
+JUDGED: Final = "verdict"
+"""Column of the tables whose rows are judged."""
 
 
 def by_quantity(rows: Iterable[Row]) -> dict[str, JsonRow]:
@@ -25,13 +27,26 @@ def by_quantity(rows: Iterable[Row]) -> dict[str, JsonRow]:
 
 def plain(headline: str, rows: Iterable[JsonRow], *, verdict: bool = True, drop: str = "") -> Grid:
     """Table of rows, one per line; `drop` is a common prefix of their quantities that is left out."""
-    header = ["figure", "published", "reproduced", *(["verdict"] if verdict else []), "note"]
+    header = ["figure", "published", "reproduced", *([JUDGED] if verdict else []), "note"]
     lines: list[list[str]] = []
     for row in rows:
         values = [with_unit(row["published"], row["unit"]), with_unit(row["reproduced"], row["unit"])]
         judged = [row["verdict"]] if verdict else []
         lines.append([short(row["quantity"].removeprefix(drop)), *values, *judged, row["note"]])
     return Grid(headline, header, lines)
+
+
+def row_grids(headline: str, rows: Iterable[Row], *, drop: str) -> tuple[Grid, ...]:
+    """Table of the judged rows, and table of the rows that are ours, each if it has rows; `drop` as in `plain`."""
+    judged: list[JsonRow] = []
+    ours: list[JsonRow] = []
+    for row in by_quantity(rows).values():
+        (ours if row["verdict"] == "ours" else judged).append(row)
+    tables = (
+        plain(headline, judged, drop=drop),
+        plain(f"{headline}: ours", ours, verdict=False, drop=drop),
+    )
+    return tuple(grid for grid in tables if grid.rows)
 
 
 def table_findings(
@@ -42,10 +57,10 @@ def table_findings(
     *,
     drop: str,
 ) -> Findings:
-    """Findings with one table of all rows, and figures by file name; `drop` as in `plain`."""
+    """Findings with the tables of all rows, and figures by file name; `drop` as in `plain`."""
     table = tuple(rows)
     drawn = {name: svg(figure) for name, figure in (figures or {}).items()}
-    return Findings(table, data or {}, drawn, (plain(headline, by_quantity(table).values(), drop=drop),))
+    return Findings(table, data or {}, drawn, row_grids(headline, table, drop=drop))
 
 
 def short(quantity: str) -> str:

@@ -21,7 +21,7 @@ from .finding import Overview, Parts
 PAPERS: Final = {"hassan": "conveyor", "choe": "conveyor", "miyashita": "one_joint", "leveziel": "gripper"}
 """Robot whose levels each paper simulates, by the name of the paper's folder in `papers/`."""
 PART_NAMES: Final = {
-    "hassan": ("table1", "methods", "inconsistencies", "figures", "space"),
+    "hassan": ("table1", "methods", "statements", "figures", "space"),
     "choe": ("example", "length", "curvature", "speed", "joints", "claims", "lengths", "fig-8-times"),
     "miyashita": (
         "example", "margins", "accessible", "learning", "acceptance", "sorting", "assembly", "formulas",

@@ -12,7 +12,7 @@ from ..ground.tables import Grid
 from ..ground.versions import versions
 from ..judging.rows import check_model
 from .finding import Overview, Verdict, agree, judge_statements
-from .grids import Rows, plain
+from .grids import JUDGED, Rows, plain
 from .papers import package
 
 Record: TypeAlias = Mapping[str, Any]
@@ -103,15 +103,15 @@ def check_record(path: Path, record: Record) -> None:
 
 
 def headlines(record: Record) -> list[Grid]:
-    """Tables for the terminal: every table of each paper, the overview's first, and its numbers of verdicts."""
+    """Tables for the terminal: every table of each paper, and its numbers of verdicts."""
     grids = [[*all_grids(record, paper), verdicts(record, paper)] for paper in record["papers"]]
     return [grid for shown in grids for grid in shown if grid.rows]
 
 
 def all_grids(record: Record, paper: str) -> list[Grid]:
-    """Every table of a paper, the tables of its overview first."""
-    parts = [Grid(**fields) for fields in record["grids"][paper]]
-    shown = [*overview_grids(record, paper).values(), *parts, disagreements(record, paper)]
+    """Every table of a paper: its overview, what does not agree, the tables of judged rows, and then those of ours."""
+    parts = sorted((Grid(**fields) for fields in record["grids"][paper]), key=lambda grid: JUDGED not in grid.header)
+    shown = [*overview_grids(record, paper).values(), disagreements(record, paper), *parts]
     return [grid for grid in shown if grid.rows]
 
 

@@ -8,7 +8,7 @@ from typing import Final
 from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import by_quantity, plain
+from agents.reproduce.grids import row_grids
 from pnt_gym.planning.paths import EllipsePath
 
 from .cases import HALF_RISE, HALF_WIDTH, example
@@ -55,9 +55,9 @@ def length_findings() -> Findings:
     header = ["compared", "proposed", *CURVES, "proposed is", "note"]
     table = Grid("Lengths of the curves, by what the comparison is taken to mean", header, lines)
     exponents = list(_exponent_rows())
-    further = plain("The Lamé curves with other exponents", by_quantity(exponents).values(), drop="choe/fig-8/")
+    further = row_grids("The Lamé curves with other exponents", exponents, drop="choe/fig-8/")
     figures = {"choe_lengths.svg": svg(lengths_figure())}
-    return Findings((*rows, *exponents), figures=figures, grids=(table, further))
+    return Findings((*rows, *exponents), figures=figures, grids=(table, *further))
 
 
 def readings() -> dict[str, tuple[str, dict[str, PlanePath]]]:

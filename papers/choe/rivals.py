@@ -11,7 +11,7 @@ from typing import Final, get_args
 
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import by_quantity, plain
+from agents.reproduce.grids import row_grids
 
 from .cases import HALF_RISE, LIMITS, SHORT_LIFT, Case, example, example_cases, motion
 from .lengths import CREST, CURVES, RISE, comparison_paths
@@ -42,8 +42,8 @@ def rival_findings() -> Findings:
             claims += _claim_rows(f"{reading}-{rule}", ours, times, where, rule == "strict")
             lines.append([reading.replace("-", " "), rule, *(f"{t:.3f} s" for t in (ours, *times.values()))])
     grid = Grid("Fig. 8 timed, with 25 mm of vertical on either side", ("curves", "rule", PROPOSED, *CURVES), lines)
-    further = plain("Is the cycle time smaller?", by_quantity(claims).values(), drop="choe/claim/")
-    return Findings((*rows, *claims), grids=(grid, further))
+    further = row_grids("Is the cycle time smaller?", claims, drop="choe/claim/")
+    return Findings((*rows, *claims), grids=(*further, grid))
 
 
 def _time(case: Case) -> float:

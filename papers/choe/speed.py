@@ -14,7 +14,7 @@ import numpy as np
 
 from agents.ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg, tile_panels
 from agents.reproduce.finding import Findings, Row, printed
-from agents.reproduce.grids import by_quantity, plain, table_findings
+from agents.reproduce.grids import row_grids, table_findings
 from pnt_gym.arrays import Floats
 from pnt_gym.planning.paths import EllipsePath, NodeList
 from pnt_gym.robots.t3kr.kinematics import inverse_kinematics
@@ -95,7 +95,7 @@ def _unit_row() -> Row:
     rates = {"m and rad": RATE, "mm and rad": 1000.0 * RATE, "mm and deg": 1000.0 * math.radians(RATE)}
     counts = {units: float(example().nodes(rate).theta.size) for units, rate in rates.items()}
     return Row.ours(
-        "choe/misprint/step-6-units",
+        "choe/statement/step-6-units",
         counts["mm and rad"],
         "nodes",
         beside=f"r = {RATE}",
@@ -192,7 +192,7 @@ def joint_findings() -> Findings:
         rows,
         {"choe_joints": {"joint_angles_deg": angles.tolist()}},
         {"choe_joints.svg": svg(joints_figure(angles, times, quick_angles))},
-        (plain("Arms of our robot along the example", by_quantity(rows).values(), verdict=False, drop="choe/"),),
+        row_grids("Arms of our robot along the example", rows, drop="choe/"),
     )
 
 

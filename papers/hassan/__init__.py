@@ -6,7 +6,7 @@ from typing import Final
 
 from agents.reproduce.finding import Parts
 
-from . import figures, inconsistencies, methods, space, table
+from . import figures, methods, space, statements, table
 from .overview import overview
 
 __all__ = ["PARTS", "SHORT", "overview"]
@@ -15,7 +15,7 @@ SHORT: Final = "Hassan et al. 2022"
 PARTS: Final[Parts] = {
     "table1": table.table_findings,
     "methods": methods.methods_findings,
-    "inconsistencies": inconsistencies.inconsistency_findings,
+    "statements": statements.statement_findings,
     "figures": figures.figures_findings,
     "space": space.space_findings,
 }

@@ -109,7 +109,7 @@ def _height_bound_row() -> Row:
     heights = picks[:, 2] + bounds.far / np.hypot(way[:, 0], way[:, 1]) * way[:, 2]
     throws = int(plan_release_batch(picks, np.tile(TARGET, (3, 1)), LIMITS, heights, TOLERANCE).feasible.sum())
     return Row.compared(
-        "hassan/inconsistency/greatest-height",
+        "hassan/statement/greatest-height",
         max(point[2] for point in RELEASES),
         float(heights.max()),
         "m",
@@ -123,7 +123,7 @@ def _height_bound_row() -> Row:
 def _method_2_row() -> Row:
     heights = [float(method_2(pick, TARGET, LIMITS).position[2]) for pick in PICKS]
     return Row.compared(
-        "hassan/inconsistency/method-2-heights",
+        "hassan/statement/method-2-heights",
         _digits([point[2] for point in RELEASES]),
         _digits(heights),
         "m",

@@ -39,7 +39,7 @@ def _outside_rows() -> list[Row]:
         stops = _stops(method, 30)
         share = _share_of_ellipses_against(stops)
         row = Row.compared(
-            f"hassan/inconsistency/outside-30-{name}",
+            f"hassan/statement/outside-30-{name}",
             0.0,
             float(min(batch.feasible.sum() for batch in throws)),
             "throws",
@@ -88,7 +88,7 @@ def _elevation_row() -> Row:
     angles.sort()
     rise = 100.0 * math.sin(math.radians(angles[-2]))
     return Row.ours(
-        "hassan/inconsistency/no-lift",
+        "hassan/statement/no-lift",
         angles[0],
         "deg",
         note=f"flattest of the 18 throws of the table; all but one ({angles[-1]:.0f} deg) stay below {angles[-2]:.0f} "

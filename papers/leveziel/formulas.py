@@ -148,7 +148,7 @@ def _stroke_rows() -> Iterator[Row]:
         f"that points outward at 180 deg; {expected:,} keep them with every angle counted from the outward horizontal, "
         "up positive, as here"
     )
-    quantity, published = "leveziel/inconsistency/angles-of-arms-3-and-4", "strokes 45 to -85 deg"
+    quantity, published = "leveziel/statement/angles-of-arms-3-and-4", "strokes 45 to -85 deg"
     yield Row.compared(quantity, published, float(count), "-", holds=count == expected, note=note)
     least = float(kappa(reduced().poses).min())
     yield Row.compared(
@@ -165,7 +165,7 @@ def _stroke_rows() -> Iterator[Row]:
         f"smallest kappa at -45 deg if the strokes counted downward, -45 to 85 deg, {len(space.positions):,} "
         "positions: against the published bound of 0.3, so up is positive"
     )
-    yield Row.ours("leveziel/inconsistency/sign-of-the-strokes", smallest, "-", beside="45 to -85 deg", note=note)
+    yield Row.ours("leveziel/statement/sign-of-the-strokes", smallest, "-", beside="45 to -85 deg", note=note)
 
 
 def _condition_row(count: int) -> Row:
@@ -180,7 +180,7 @@ def _condition_row(count: int) -> Row:
     over = float(np.maximum(np.abs(sin), np.abs(cos)).max() - 1.0)
     norm = float(np.abs(sin**2 + cos**2 - 1.0).max())
     return Row.ours(
-        "leveziel/inconsistency/condition-7",
+        "leveziel/statement/condition-7",
         "redundant" if over < ZERO else "needed",
         "-",
         beside="|s_i| <= 1 and |c_i| <= 1",
@@ -199,7 +199,7 @@ def _coplanar_row() -> Row:
     entries = jacobian_x(singular)[[1, 3], 3]
     index = float(tau(coplanar))
     return Row.compared(
-        "leveziel/inconsistency/coplanar-half-is-singular",
+        "leveziel/statement/coplanar-half-is-singular",
         "either half coplanar with its forearm",
         index,
         "-",
@@ -238,12 +238,12 @@ def _omission_rows() -> Iterator[Row]:
     note = (
         f"of wheels with {TEETH} teeth whose axes are 2 v = {2e3 * PROTOTYPE.v:.0f} mm apart; only the teeth are given"
     )
-    yield Row.ours("leveziel/inconsistency/gear-module", 2.0 * PROTOTYPE.v / TEETH, "m", note=note)
+    yield Row.ours("leveziel/statement/gear-module", 2.0 * PROTOTYPE.v / TEETH, "m", note=note)
     note = (
         "no acceleration, torque, mass, claw geometry or grip force is given; those of the simulated robot are the "
         "servo's data sheet and the weight of such parts"
     )
-    quantity = "leveziel/inconsistency/nothing-about-dynamics"
+    quantity = "leveziel/statement/nothing-about-dynamics"
     yield Row.ours(quantity, "assumed", "-", note=note)
 
 

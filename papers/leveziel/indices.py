@@ -106,7 +106,7 @@ def _ratio_rows(gripping: TauHull) -> Iterator[Row]:
     scaled = PUBLISHED_TAU_SCALE * low, PUBLISHED_TAU_SCALE * high
     deviation = 100.0 * (scaled[0] / RATIOS[0] - 1.0)
     yield Row.compared(
-        "leveziel/inconsistency/transmission-ratios",
+        "leveziel/statement/transmission-ratios",
         _format_range(*RATIOS),
         _format_range(low, high),
         "-",
@@ -118,7 +118,7 @@ def _ratio_rows(gripping: TauHull) -> Iterator[Row]:
         high=high,
     )
     yield Row.ours(
-        "leveziel/inconsistency/transmission-ratios-scaled",
+        "leveziel/statement/transmission-ratios-scaled",
         _format_range(*scaled),
         "-",
         beside=_format_range(*RATIOS),
@@ -140,7 +140,7 @@ def _folding_row(step: float) -> Row:
     fold = folding_speed(poses)
     ratio = 1.0 / (tau(poses) * fold)
     return Row.compared(
-        "leveziel/inconsistency/tau-lets-the-platform-drift",
+        "leveziel/statement/tau-lets-the-platform-drift",
         "folding at a given position",
         f"{fold.min():.2f} to {fold.max():.2f}",
         "-",

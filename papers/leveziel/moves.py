@@ -14,7 +14,7 @@ import numpy as np
 from agents.ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row
-from agents.reproduce.grids import by_quantity, plain
+from agents.reproduce.grids import row_grids
 from pnt_gym.arrays import Floats
 from pnt_gym.robots.gripper import JointLimits
 from pnt_gym.robots.gripper.build import PROTOTYPE_BUILD
@@ -71,7 +71,7 @@ def move_findings(pairs: int = PAIRS) -> Findings:
     further_rows = (_cartesian_row(moves), _random_row(pairs), _pieces_row(), *simulated)
     tables = (
         _moves_grid(joint, *(row.details["by_move"] for row in simulated)),
-        plain("Cartesian and joint-linear moves", by_quantity(further_rows).values(), drop="leveziel/"),
+        *row_grids("Cartesian and joint-linear moves", further_rows, drop="leveziel/"),
     )
     data = {
         f"{name}, {np.rad2deg(theta):.0f} deg": {

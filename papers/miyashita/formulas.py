@@ -181,7 +181,7 @@ def _jump_row(plan: ThrowPlan) -> Row:
     u, radius = plan.u[None], np.array([plan.radius])
     window = acceleration_window(u[:, 0], u[:, 1], radius, ARM, BLOCK)
     return Row.ours(
-        "miyashita/inconsistency/maximally-decelerated-at-the-release",
+        "miyashita/statement/maximally-decelerated-at-the-release",
         float(plan.motion.release_acceleration[0] - braking_acceleration(u[:, 1], ARM)[0]),
         "rad/s2",
         beside="at t_t",
@@ -204,7 +204,7 @@ def _knots_row(plan: ThrowPlan) -> Row:
     worst = int((at_knots - between).argmax())
     names = ("N", "M_A", "M_B", "angle", "speed", "torque")
     return Row.ours(
-        "miyashita/inconsistency/limits-at-knots-only",
+        "miyashita/statement/limits-at-knots-only",
         float((at_knots - between)[worst]),
         "-",
         beside="at the knots",
@@ -220,7 +220,7 @@ def _wrap_row() -> Row:
     turned_goal = GOAL + np.array([0.0, 0.0, 2.0 * np.pi, 0.0])
     releases = release_states(turned_goal, BLOCK.half_height)
     return Row.ours(
-        "miyashita/inconsistency/phi-not-wrapped",
+        "miyashita/statement/phi-not-wrapped",
         float(releases.u[releases.turns == 0, 1].min()),
         "rad/s",
         beside="-90 to 90 deg",
@@ -235,7 +235,7 @@ def _rest_row() -> Row:
     # A block tips when its weight's line leaves the support: tan = l / d.
     tips = -np.rad2deg(np.arctan2(BLOCK.half_length, BLOCK.half_height))
     return Row.ours(
-        "miyashita/inconsistency/block-must-rest-before-the-throw",
+        "miyashita/statement/block-must-rest-before-the-throw",
         float(np.rad2deg(start[0])),
         "deg",
         note="start of the motion that asks least of the motor under the printed constraints; a resting block tips "

@@ -53,7 +53,7 @@ SENTENCES = (
         "hassan",
         "The printed gains of {:g}, {:g} and {:g} %",
         tuple(
-            (f"hassan/inconsistency/gain-{pair}", "published")
+            (f"hassan/statement/gain-{pair}", "published")
             for pair in ("proposed-over-pick-and-place", "proposed-over-existing", "existing-over-pick-and-place")
         ),
     ),

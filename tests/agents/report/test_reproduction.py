@@ -24,7 +24,7 @@ def row(quantity: str, published: Any, reproduced: Any, verdict: str, paper: str
 
 def record() -> dict[str, Any]:
     rows = [
-        row("one/inconsistency/gain", 57.5, 135.3, "misprint"),
+        row("one/statement/gain", 57.5, 135.3, "misprint"),
         {**row("table1/a/15", 30.0, 30.4, "reproduced"), "tolerance": 0.5},
         row("table1/b/15", None, 28.0, "ours"),
         row("headroom/15", None, None, "infeasible"),
@@ -65,14 +65,14 @@ def test_every_paper_has_a_chapter_with_its_overview_first(chapters: list[Chapte
         "One et al. <2022>", "Two 2023",
     ]  # fmt: skip
     first, second = chapters
-    headlines_of_first = ["Picks, published and ours", "What a part found", "One et al. <2022>: what does not agree"]
+    headlines_of_first = ["Picks, published and ours", "One et al. <2022>: what does not agree", "What a part found"]
     assert [grid.headline for grid in first.parts] == headlines_of_first
     assert [grid.headline for grid in second.parts] == ["What a part found"]
     assert first.parts[0].note == "Under it."
 
 
 def test_what_does_not_agree_is_what_is_published_and_not_found_again(chapters: list[Chapter]) -> None:
-    assert chapters[0].parts[-1].rows == [["gain", "57.5 m", "135.3 m", "misprint", "a | b"]]
+    assert chapters[0].parts[1].rows == [["gain", "57.5 m", "135.3 m", "misprint", "a | b"]]
 
 
 def test_the_note_counts_figures_of_ours_apart(chapters: list[Chapter]) -> None:
@@ -111,7 +111,7 @@ def test_a_readme_shows_a_table_of_an_overview_with_its_note(results: Path) -> N
 def test_the_terminal_shows_every_table() -> None:
     shown = headlines(record())
     assert [grid.headline for grid in shown] == [
-        "Picks, published and ours", "What a part found", "One et al. <2022>: what does not agree",
+        "Picks, published and ours", "One et al. <2022>: what does not agree", "What a part found",
         "One et al. <2022>: verdicts", "What a part found", "Two 2023: verdicts",
     ]  # fmt: skip
     assert shown[3].rows == [["misprint", "1"], ["reproduced", "1"], ["ours, not compared", "2"]]

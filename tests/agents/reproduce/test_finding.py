@@ -8,7 +8,7 @@ import pytest
 
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Row, agree, judge_statements, printed, share
-from agents.reproduce.grids import below, by_quantity, number, plain, short, value, with_unit
+from agents.reproduce.grids import JUDGED, below, by_quantity, number, plain, row_grids, short, value, with_unit
 
 
 @pytest.mark.parametrize(
@@ -83,10 +83,20 @@ def test_tolerances_are_half_a_printed_digit_or_a_share() -> None:
     assert share(-20.0, 0.06) == pytest.approx(1.2)
 
 
+def test_judged_rows_stand_in_a_table_before_those_of_ours() -> None:
+    ours, judged = Row.ours("a/one", 1.0, "m", beside=1.0), Row.compared("a/two", 1.0, 2.0, "m")
+    first, second = row_grids("All", [ours, judged], drop="a/")
+    assert (first.headline, [line[0] for line in first.rows]) == ("All", ["two"])
+    assert (second.headline, [line[0] for line in second.rows]) == ("All: ours", ["one"])
+    assert JUDGED in first.header
+    assert JUDGED not in second.header
+    assert [grid.headline for grid in row_grids("All", [ours], drop="a/")] == ["All: ours"]
+
+
 def test_rows_as_tables() -> None:
     rows = by_quantity(
         [
-            Row.compared("choe/inconsistency/length", 0.5, 0.51234567, "m", within=0.1, note="n", top=1.0 / 3.0),
+            Row.compared("choe/statement/length", 0.5, 0.51234567, "m", within=0.1, note="n", top=1.0 / 3.0),
             Row.ours("choe/nodes/count", 80, "-"),
         ]
     )
@@ -96,7 +106,7 @@ def test_rows_as_tables() -> None:
         [["length", "0.5 m", "0.51235 m", "reproduced", "n"], ["nodes count", "-", "80", "ours", ""]],
     )
     assert plain("All", rows.values(), verdict=False).header == ["figure", "published", "reproduced", "note"]
-    assert number(rows["choe/inconsistency/length"], "top", 2) == "0.33"
+    assert number(rows["choe/statement/length"], "top", 2) == "0.33"
     assert number(rows.get("none"), "top", 2) == number(rows["choe/nodes/count"], "top", 2) == "-"
     assert (value(rows, "choe/nodes/count", "{:.1f}"), value(rows, "none", "{:.1f}")) == ("80.0", "-")
     assert list(below(rows, "choe/nodes")) == ["count"]

@@ -86,7 +86,7 @@ def test_a_wrong_semi_axis_shows_in_the_verdicts(monkeypatch):
 def test_only_what_the_paper_states_under_its_own_conditions_is_judged():
     ours = {
         "joints": [f"joints/arm-{k}-swing" for k in (1, 2, 3, 4)],
-        "speed": ["claim/shorter-cycle", "misprint/step-6-units"],
+        "speed": ["claim/shorter-cycle", "statement/step-6-units"],
     }
     for part, quantities in ours.items():
         assert {row(part, quantity).verdict for quantity in quantities} == {"ours"}
@@ -139,7 +139,7 @@ def test_the_speed_law():
     assert row("speed", "nodes/last-angle").reproduced == pytest.approx(-2.530, abs=5e-4)
     assert row("speed", "speed-law/ratio").reproduced == pytest.approx(353.0, abs=0.1)
     assert row("speed", "claim/speed-peaks-at-the-top").reproduced == pytest.approx(-0.006, abs=2e-4)
-    units = row("speed", "misprint/step-6-units").details["nodes_by_units"]
+    units = row("speed", "statement/step-6-units").details["nodes_by_units"]
     assert units["m and rad"] == 80
     assert units["mm and rad"] == 2
     slow = row("speed", "claim/shorter-cycle")

@@ -1,4 +1,4 @@
-"""The reproduction of Hassan et al. 2022: its verdicts, its inconsistencies, the figures and the overview."""
+"""The reproduction of Hassan et al. 2022: its verdicts, its statements, the figures and the overview."""
 
 from xml.etree import ElementTree
 
@@ -12,17 +12,17 @@ from papers import hassan
 from papers.hassan import cases
 from papers.hassan import example as hassan_example
 from papers.hassan import figures as hassan_figures
-from papers.hassan import inconsistencies as hassan_inconsistencies
 from papers.hassan import methods as hassan_methods
+from papers.hassan import statements as hassan_statements
 from papers.hassan import table as hassan_table
 from papers.hassan.cases import PICKS, PUBLISHED, SHOWN, cell_cycle, picks_per_min
-from papers.hassan.inconsistencies import inconsistency_findings
+from papers.hassan.statements import statement_findings
 from pnt_gym.planning import plan_release
 
 
 @pytest.fixture(scope="module")
-def inconsistencies():
-    return {row.quantity: row for row in inconsistency_findings().rows}
+def statements():
+    return {row.quantity: row for row in statement_findings().rows}
 
 
 @pytest.fixture(scope="module")
@@ -33,8 +33,8 @@ def fig_12():
 # Verdicts are what published, reproduced and tolerance say.
 
 
-def test_whatever_is_not_reproduced_has_a_note(inconsistencies, fig_12, found_table):
-    rows = [*inconsistencies.values(), *fig_12.values(), *found_table.rows]
+def test_whatever_is_not_reproduced_has_a_note(statements, fig_12, found_table):
+    rows = [*statements.values(), *fig_12.values(), *found_table.rows]
     judged = [row for row in rows if row.conditions == "paper"]
     assert len(judged) > 40
     for row in judged:
@@ -79,9 +79,9 @@ WRONG = {
     f"{OVERLAP}/peak-acceleration": (hassan_figures, "cell_cycle", wrong_cycle),
     f"{OVERLAP}/picks-per-min": (hassan_figures, "cell_cycle", wrong_cycle),
     f"{OVERLAP}/loop": (hassan_figures, "cell_cycle", wrong_cycle),
-    "hassan/inconsistency/peak-acceleration-jerk-overlap-turn": (cases, "cell_cycle", wrong_cycle),
-    "hassan/inconsistency/greatest-acceleration": (cases, "picks_per_min", faster),
-    "hassan/inconsistency/gain-existing-over-pick-and-place": (
+    "hassan/statement/peak-acceleration-jerk-overlap-turn": (cases, "cell_cycle", wrong_cycle),
+    "hassan/statement/greatest-acceleration": (cases, "picks_per_min", faster),
+    "hassan/statement/gain-existing-over-pick-and-place": (
         cases,
         "PUBLISHED",
         {**PUBLISHED, ("horizontal-throw", "inside", 40): 90},
@@ -103,9 +103,9 @@ def made(quantity):
         rows = hassan_figures.figure_12(quantity.split("/")[2])
     else:
         makers = (
-            hassan_inconsistencies._gain_rows,
-            hassan_inconsistencies._peak_rows,
-            lambda: [hassan_inconsistencies._acceleration_row()],
+            hassan_statements._gain_rows,
+            hassan_statements._peak_rows,
+            lambda: [hassan_statements._acceleration_row()],
             hassan_example.example_rows,
         )
         rows = [row for make in makers for row in make()]
@@ -124,16 +124,16 @@ def test_a_computation_that_is_20_percent_wrong_changes_its_verdict(quantity, mo
 # What the paper says beside its table.
 
 
-def test_published_throws_against_their_own_model(inconsistencies):
+def test_published_throws_against_their_own_model(statements):
     for k, along, across in ((1, -0.0157, 0.0031), (2, 0.0358, -0.0041), (3, 0.0150, -0.0046)):
-        row = inconsistencies[f"hassan/example/throw-{k}-landing"]
+        row = statements[f"hassan/example/throw-{k}-landing"]
         assert row.details["along_m"] == pytest.approx(along, abs=1e-4)
         assert row.details["across_m"] == pytest.approx(across, abs=1e-4)
         assert (row.published, row.verdict) == (None, "ours")
-    best = [inconsistencies[f"hassan/example/throw-{k}-landing"].reproduced for k in (1, 2, 3)]
+    best = [statements[f"hassan/example/throw-{k}-landing"].reproduced for k in (1, 2, 3)]
     assert max(best[0], best[2]) < 0.005
     assert best[1] == pytest.approx(0.0076, abs=5e-5)
-    points = [inconsistencies[f"hassan/example/throw-{k}-point"] for k in (1, 2, 3)]
+    points = [statements[f"hassan/example/throw-{k}-point"] for k in (1, 2, 3)]
     assert [row.verdict for row in points] == ["reproduced", "differs", "differs"]
     assert points[0].reproduced == points[0].published == "0.09, 0.13, -0.75"
 
@@ -144,44 +144,44 @@ def test_quickest_throws_below_the_height_of_the_published_points():
     np.testing.assert_allclose(points, exact, atol=5.1e-5)
 
 
-def test_the_size_of_the_workspace_decides_only_the_horizontal_throw(inconsistencies):
-    proposed, horizontal = (inconsistencies[f"hassan/inconsistency/outside-30-{n}"] for n in ("proposed", "horizontal"))
+def test_the_size_of_the_workspace_decides_only_the_horizontal_throw(statements):
+    proposed, horizontal = (statements[f"hassan/statement/outside-30-{n}"] for n in ("proposed", "horizontal"))
     assert (proposed.verdict, proposed.details["share_of_ellipses"]) == ("differs", 0.0)
     assert horizontal.verdict == "not reproducible"
     assert 0.05 < horizontal.details["share_of_ellipses"] < 0.2
 
 
-def test_inconsistencies_are_computed(inconsistencies):
-    value = {name.removeprefix("hassan/"): row.reproduced for name, row in inconsistencies.items()}
-    details = {name.removeprefix("hassan/"): row.details for name, row in inconsistencies.items()}
-    assert value["inconsistency/greatest-height"] == -0.85
-    assert details["inconsistency/greatest-height"]["throws"] == 0
-    assert value["inconsistency/method-2-heights"] == "-0.64, -0.61, -0.59"
-    gain = details["inconsistency/gain-proposed-over-pick-and-place"]
+def test_statements_are_computed(statements):
+    value = {name.removeprefix("hassan/"): row.reproduced for name, row in statements.items()}
+    details = {name.removeprefix("hassan/"): row.details for name, row in statements.items()}
+    assert value["statement/greatest-height"] == -0.85
+    assert details["statement/greatest-height"]["throws"] == 0
+    assert value["statement/method-2-heights"] == "-0.64, -0.61, -0.59"
+    gain = details["statement/gain-proposed-over-pick-and-place"]
     assert gain["rise_of_picks_percent"] == pytest.approx(135.3, abs=0.05)
-    assert value["inconsistency/peak-acceleration-paper-clock-turn"] == pytest.approx(2.0, abs=1e-2)
-    assert value["inconsistency/peak-acceleration-jerk-overlap-turn"] == pytest.approx(1.0)
-    assert value["inconsistency/peak-acceleration-constant-jerk-overlap-turn"] == pytest.approx(1.0)
-    assert value["inconsistency/stroke-twice-the-release"] > 1.4
-    assert value["inconsistency/clock-figure-12"] == pytest.approx(2.948, abs=5e-4)
-    assert details["inconsistency/clock-figure-12"]["whole_run_s"] == pytest.approx(3.6406, abs=5e-5)
-    assert value["inconsistency/clock-figure-12-constant-jerk-overlap"] == pytest.approx(2.966, abs=5e-4)
-    assert value["inconsistency/outside-30-proposed"] == 3.0
-    twelve = details["inconsistency/greatest-acceleration"]
+    assert value["statement/peak-acceleration-paper-clock-turn"] == pytest.approx(2.0, abs=1e-2)
+    assert value["statement/peak-acceleration-jerk-overlap-turn"] == pytest.approx(1.0)
+    assert value["statement/peak-acceleration-constant-jerk-overlap-turn"] == pytest.approx(1.0)
+    assert value["statement/stroke-twice-the-release"] > 1.4
+    assert value["statement/clock-figure-12"] == pytest.approx(2.948, abs=5e-4)
+    assert details["statement/clock-figure-12"]["whole_run_s"] == pytest.approx(3.6406, abs=5e-5)
+    assert value["statement/clock-figure-12-constant-jerk-overlap"] == pytest.approx(2.966, abs=5e-4)
+    assert value["statement/outside-30-proposed"] == 3.0
+    twelve = details["statement/greatest-acceleration"]
     assert twelve["picks_per_min_12"] < 0.55 * 68 < twelve["picks_per_min_120"] == pytest.approx(68.0, abs=0.1)
 
 
-def test_only_what_one_slip_explains_is_a_misprint(inconsistencies):
-    found = {name.removeprefix("hassan/inconsistency/") for name, row in inconsistencies.items()
+def test_only_what_one_slip_explains_is_a_misprint(statements):
+    found = {name.removeprefix("hassan/statement/") for name, row in statements.items()
              if row.verdict == "misprint"}  # fmt: skip
     assert found == {"gain-existing-over-pick-and-place", "stroke-twice-the-release", "greatest-acceleration"}
     for name in ("proposed-over-pick-and-place", "proposed-over-existing"):
-        row = inconsistencies[f"hassan/inconsistency/gain-{name}"]
+        row = statements[f"hassan/statement/gain-{name}"]
         assert row.verdict == "reproduced"
         assert row.reproduced == row.details["cycle_time_reduction_percent"]
 
 
-def test_the_table_cannot_tell_how_the_jerk_is_meant(inconsistencies):
+def test_the_table_cannot_tell_how_the_jerk_is_meant(statements):
     expected = {
         ("scaled", "none"): (17.13, 25.80),
         ("scaled", "jerk"): (10.27, 17.54),
@@ -192,7 +192,7 @@ def test_the_table_cannot_tell_how_the_jerk_is_meant(inconsistencies):
         ("constant", "ramp"): (7.13, 15.07),
     }
     for (jerk, overlap), (mean, worst) in expected.items():
-        row = inconsistencies[f"hassan/sensitivity/jerk-{jerk}/{overlap}"]
+        row = statements[f"hassan/sensitivity/jerk-{jerk}/{overlap}"]
         assert row.verdict == "ours"
         assert row.reproduced == pytest.approx(mean, abs=0.006)
         assert row.details["worst_difference_percent"] == pytest.approx(worst, abs=0.006)
@@ -210,20 +210,20 @@ def test_figure_12_fits_the_constant_jerk_and_not_the_paper_clock(fig_12):
     assert {name for name, verdict in verdicts.items() if verdict == "ours" and name.startswith("paper")} == fitted
 
 
-def test_claims_that_hold(inconsistencies):
-    found = [row for name, row in inconsistencies.items() if name.startswith("hassan/claim/")]
+def test_claims_that_hold(statements):
+    found = [row for name, row in statements.items() if name.startswith("hassan/claim/")]
     assert len(found) == 12
     assert {row.quantity for row in found if row.verdict != "reproduced"} == {"hassan/claim/falling-hit"}
-    row = inconsistencies["hassan/claim/equivalent-to-the-double-s"]
+    row = statements["hassan/claim/equivalent-to-the-double-s"]
     assert row.reproduced < 1e-15
-    ways = inconsistencies["hassan/claim/release-comes-closer/min-time-throw"].details["ways_m"]
+    ways = statements["hassan/claim/release-comes-closer/min-time-throw"].details["ways_m"]
     assert ways == pytest.approx([0.748, 0.676, 0.588], abs=5e-4)
 
 
-def test_nine_statements_of_the_paper_differ_by_every_reading(inconsistencies, fig_12, found_table):
-    rows = [row.as_json() for row in (*inconsistencies.values(), *fig_12.values(), *found_table.rows)]
+def test_nine_statements_of_the_paper_differ_by_every_reading(statements, fig_12, found_table):
+    rows = [row.as_json() for row in (*statements.values(), *fig_12.values(), *found_table.rows)]
     verdicts = judge_statements(rows)
-    names = [name.removeprefix("hassan/inconsistency/") for name, verdict in verdicts.items() if verdict == "differs"]
+    names = [name.removeprefix("hassan/statement/") for name, verdict in verdicts.items() if verdict == "differs"]
     assert names == [
         "hassan/example/throw-2-point", "hassan/example/throw-3-point", "greatest-height", "method-2-heights",
         "outside-30-proposed", "table1/pick-and-place/inside/15", "table1/pick-and-place/inside/30",

@@ -47,7 +47,7 @@ def test_only_what_the_paper_states_under_its_own_conditions_is_judged() -> None
         "circle": ["circle/largest-area", "circle/radius"],
         "closing": ["closing/servo-limited", "closing/servo-limited-factory-gain"],
         "moves": ["moves/joint-linear-anywhere"],
-        "indices": ["inconsistency/transmission-ratios-scaled"],
+        "indices": ["statement/transmission-ratios-scaled"],
         "formulas": [f"speed/{name}" for name in ("inverse-kinematics", "forward-kinematics", "scan")],
     }
     for part, quantities in ours.items():
@@ -170,19 +170,19 @@ def test_the_hull_of_figure_6() -> None:
 
 
 def test_transmission_ratios_come_out_only_with_the_length_of_a_half_in_centimetres() -> None:
-    printed = row("indices", "inconsistency/transmission-ratios").details
-    scaled = row("indices", "inconsistency/transmission-ratios-scaled").details
+    printed = row("indices", "statement/transmission-ratios").details
+    scaled = row("indices", "statement/transmission-ratios-scaled").details
     assert (printed["low"], printed["high"]) == (pytest.approx(1.35, abs=0.01), pytest.approx(3.88, abs=0.01))
     assert scaled["low"] == pytest.approx(0.1 * W * printed["low"], rel=1e-12)
     assert scaled["high"] == pytest.approx(10.3, abs=0.05)
-    judged = row("indices", "inconsistency/transmission-ratios")
+    judged = row("indices", "statement/transmission-ratios")
     assert (judged.published, judged.reproduced, judged.explained) == ("3.4 to 10.3", "1.4 to 3.9", "3.6 to 10.3")
     assert judged.verdict == "differs"
     poses = random_poses(5000, seed=2)
     ratios = 1.0 / tau(poses)
     assert printed["low"] <= ratios.min()
     assert ratios.max() <= printed["high"]
-    drift = row("indices", "inconsistency/tau-lets-the-platform-drift").details
+    drift = row("indices", "statement/tau-lets-the-platform-drift").details
     assert 0.8 < drift["low"] < drift["high"] < 2.6
 
 
@@ -197,15 +197,15 @@ def test_formulas_agree_with_the_printed_points_and_finite_differences() -> None
 
 
 def test_conventions_are_shown_by_numbers() -> None:
-    wrong = row("formulas", "inconsistency/angles-of-arms-3-and-4")
+    wrong = row("formulas", "statement/angles-of-arms-3-and-4")
     assert wrong.reproduced < 0.1 * 51_491
-    outward = row("formulas", "inconsistency/angles-of-arms-3-and-4/outward")
+    outward = row("formulas", "statement/angles-of-arms-3-and-4/outward")
     assert (wrong.verdict, outward.verdict, outward.statement) == ("differs", "reproduced", wrong.quantity)
-    assert row("formulas", "inconsistency/sign-of-the-strokes").reproduced == pytest.approx(0.02, abs=0.005)
-    condition = row("formulas", "inconsistency/condition-7").details
+    assert row("formulas", "statement/sign-of-the-strokes").reproduced == pytest.approx(0.02, abs=0.005)
+    condition = row("formulas", "statement/condition-7").details
     assert condition["over"] <= 1e-12
     assert condition["norm"] < 1e-12
-    coplanar = row("formulas", "inconsistency/coplanar-half-is-singular")
+    coplanar = row("formulas", "statement/coplanar-half-is-singular")
     assert coplanar.reproduced == pytest.approx(0.117, abs=1e-3)
     assert coplanar.details["coplanar_deg"] == pytest.approx(71.2, abs=0.05)
     assert coplanar.details["singular_deg"] == pytest.approx(54.5, abs=0.05)

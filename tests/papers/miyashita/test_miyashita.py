@@ -237,9 +237,9 @@ def test_complete_assemblies_are_counted_by_their_last_throw() -> None:
 def test_formulas_agree_with_mechanics_and_misprints_are_shown() -> None:
     assert row("formulas", "formula/eqs-1-3").reproduced < 1e-12
     assert row("formulas", "formula/eq-11").reproduced < 1e-12
-    assert row("formulas", "inconsistency/phi-not-wrapped").reproduced == pytest.approx(31.8, abs=0.1)
-    assert row("formulas", "inconsistency/block-must-rest-before-the-throw").reproduced < -63.4
-    assert row("formulas", "inconsistency/limits-at-knots-only").reproduced > 0.0
+    assert row("formulas", "statement/phi-not-wrapped").reproduced == pytest.approx(31.8, abs=0.1)
+    assert row("formulas", "statement/block-must-rest-before-the-throw").reproduced < -63.4
+    assert row("formulas", "statement/limits-at-knots-only").reproduced > 0.0
     odd = {r.quantity for r in findings("formulas").rows if r.verdict == "misprint"}
     assert {f"miyashita/misprint/{name}" for name in ("eq-10", "eq-13", "eq-23", "eqs-16-28")} <= odd
 

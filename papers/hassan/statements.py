@@ -1,4 +1,4 @@
-"""Statements of Hassan et al. 2022 that contradict each other, and the effect of open choices on Table I."""
+"""Statements of Hassan et al. 2022 beside Table I, and the effect of open choices on Table I."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from agents.ground.tables import Grid
 from agents.reproduce.finding import Findings, Row, share
-from agents.reproduce.grids import by_quantity, plain
+from agents.reproduce.grids import row_grids
 from pnt_gym.arrays import Floats
 from pnt_gym.planning import MotionLimits, brake_distance, plan_release_batch, rest_to_rest
 
@@ -29,26 +29,22 @@ OVERLAPS: Final = {"none": "no overlap", "jerk": "jerk phases", "half-ramp": "ha
 JERKS: Final = {"scaled": False, "constant": True}
 
 
-def inconsistency_findings() -> Findings:
+def statement_findings() -> Findings:
     """Rows that compare the paper's numeric example, text, formulas and Table I with each other."""
-    claims, jerk, choices = claim_rows(), _jerk_rows(), _sensitivity_rows()
-    rows = [
+    jerk = _jerk_rows()
+    rows = (
         *example_rows(),
         *_gain_rows(),
         *_peak_rows(),
         _brake_point_row(),
         _acceleration_row(),
-        *jerk,
         *_clock_rows(),
         *formula_rows(),
-        *claims,
-        *choices,
-    ]
-    grids = (
-        _jerk_grid(jerk),
-        plain("Claims, and what open choices change", by_quantity([*claims, *choices]).values(), drop="hassan/"),
+        *claim_rows(),
+        *_sensitivity_rows(),
     )
-    return Findings(tuple(rows), grids=grids)
+    grids = (*row_grids("Statements beside Table I", rows, drop="hassan/"), _jerk_grid(jerk))
+    return Findings((*rows, *jerk), grids=grids)
 
 
 def _gain_rows() -> Iterator[Row]:
@@ -69,7 +65,7 @@ def _gain_rows() -> Iterator[Row]:
         fall = 100.0 * (1.0 - old / new)
         rise = 100.0 * (new / old - 1.0)
         yield Row.compared(
-            f"hassan/inconsistency/gain-{name}",
+            f"hassan/statement/gain-{name}",
             gain,
             rise if of_picks else fall,
             "%",
@@ -96,7 +92,7 @@ def _peak_rows() -> Iterator[Row]:
         reading = cases.PROTOCOLS[protocol]
         for place, (method, where) in places.items():
             peak = cases.cell_cycle(protocol, method, "inside", 30).peak_ratios(reading.limits(30))
-            quantity = f"hassan/inconsistency/peak-acceleration-{protocol}-{place}"
+            quantity = f"hassan/statement/peak-acceleration-{protocol}-{place}"
             figure, jerk = float(peak.acceleration.max()), float(peak.jerk.max())
             note = f"at 30 %, {reading.label}, at the {where}; jerk up to {jerk:.2f} J"
             if reading.fitted:
@@ -130,7 +126,7 @@ def _brake_point_row() -> Row:
     target = math.hypot(*cases.TARGETS["outside"][:2])
     inside = "inside the workspace"
     return Row.compared(
-        "hassan/inconsistency/stroke-twice-the-release",
+        "hassan/statement/stroke-twice-the-release",
         inside,
         max(shares),
         "of the way to the target",
@@ -155,7 +151,7 @@ def _acceleration_row() -> Row:
         for peak in (12.0, 120.0)
     )
     return Row.compared(
-        "hassan/inconsistency/greatest-acceleration",
+        "hassan/statement/greatest-acceleration",
         published,
         low,
         "picks/min",
@@ -237,7 +233,7 @@ def _clock_rows() -> Iterator[Row]:
         first, later = _run_times(protocol)
         loop_time = float(cases.cell_cycle(protocol, "min-time-throw", "inside", 30).duration.sum())
         label, end = cases.PROTOCOLS[protocol].label, f"on an axis of {AXIS_END:g} s"
-        name = "hassan/inconsistency/clock-figure-12" + ("" if protocol == "paper-clock" else f"-{protocol}")
+        name = "hassan/statement/clock-figure-12" + ("" if protocol == "paper-clock" else f"-{protocol}")
         yield Row.compared(
             name,
             end,
@@ -253,7 +249,7 @@ def _clock_rows() -> Iterator[Row]:
         )
         if protocol == "paper-clock":
             yield Row.ours(
-                "hassan/inconsistency/clock-picks",
+                "hassan/statement/clock-picks",
                 180.0 / (first + later),
                 "picks/min",
                 beside=float(cases.PUBLISHED["min-time-throw", "inside", 30]),
