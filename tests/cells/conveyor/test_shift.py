@@ -120,7 +120,7 @@ def test_behind_its_end_a_shift_stays_as_it_was():
     shift = shifts([1, 2], drift=ALL, picks_per_shift=3)
     for _ in range(5):
         shift = shift.advance()
-    np.testing.assert_array_equal(shift.now().delay, shift.delay[:, -1])
+    np.testing.assert_array_equal(shift.now().delay, shift.drift.delay[:, -1])
     np.testing.assert_array_equal(shift.now().camera, shift.drift.camera[:, -1])
 
 

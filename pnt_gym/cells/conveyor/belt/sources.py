@@ -5,8 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Final, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import Segments
-from pnt_gym.records import Record
 
 MOST_DRAWS: Final = 120
 """Number of objects without a feasible throw after which the cell is impossible."""
@@ -29,8 +27,7 @@ STANDING_HEIGHT: Final = 0.05
 
 
 @final
-@dataclass(frozen=True)
-class NextPick(Record):
+class NextPick(NamedTuple):
     """The next picks of N hands, and their returns to these picks."""
 
     wait: Floats
