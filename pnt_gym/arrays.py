@@ -178,7 +178,7 @@ def take(record: RecordT, index: Any) -> RecordT:
     """The record whose arrays are indexed along their leading shape; fields that are neither arrays nor records stay.
 
     Args:
-        record: an array, also of rows; or a dataclass, NamedTuple or dict of arrays, nested records and plain values.
+        record: an array, also of rows; or a dataclass, tuple or dict of arrays, nested records and plain values.
         index: any numpy index.
     """
     return _map_arrays(itemgetter(_copy_index(record, index)), record)
@@ -222,20 +222,6 @@ def stand_ins(rows: Ints, count: int) -> Ints:
     return places
 
 
-def put_rows(record: RecordT, rows: Ints, source: RecordT, count: int) -> RecordT:
-    """The record with some rows, in ascending order, from another record; without a copy for all rows or none.
-
-    Args:
-        record: N = ``count`` rows.
-        rows: the rows (K,).
-        source: their new values, K rows.
-        count: number of rows N.
-    """
-    if len(rows) == count:
-        return source
-    return replace_rows(record, rows, source) if len(rows) > 0 else record
-
-
 def recompute_rows(record: RecordT, mask: Bools, make: Callable[..., RecordT], *inputs: Any) -> RecordT:
     """A copy of the record in which the masked rows are computed again; the record itself where the mask is empty.
 
@@ -246,7 +232,7 @@ def recompute_rows(record: RecordT, mask: Bools, make: Callable[..., RecordT], *
         inputs: arguments of ``make``: records and arrays of N rows, and plain values.
     """
     rows = mask.nonzero()[0]
-    return replace_rows(record, rows, make(*(take(value, rows) for value in inputs))) if rows.size > 0 else record
+    return replace_rows(record, rows, make(*take(inputs, rows))) if rows.size > 0 else record
 
 
 def compute_by_mask(
@@ -265,9 +251,9 @@ def compute_by_mask(
         return make_masked(*inputs)
     if len(rows) == 0:
         return make_unmasked(*inputs)
-    ways = (rows, make_masked), ((~mask).nonzero()[0], make_unmasked)
-    record = concatenate_records([way(*(take(value, rows) for value in inputs)) for rows, way in ways])
-    return take(record, np.argsort(np.concatenate([rows for rows, _ in ways])))
+    others = (~mask).nonzero()[0]
+    record = concatenate_records([make_masked(*take(inputs, rows)), make_unmasked(*take(inputs, others))])
+    return take(record, np.argsort(np.concatenate([rows, others])))
 
 
 def concatenate_records(records: Sequence[RecordT], axis: int = 0) -> RecordT:
@@ -285,6 +271,8 @@ def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
         return _change_array(change, first, *records)
     if first.__class__ is dict:
         return {name: _map_arrays(change, *(record[name] for record in (first, *records))) for name in first}
+    if first.__class__ is tuple:
+        return tuple([_map_arrays(change, *parts) for parts in zip(first, *records, strict=True)])
     if isinstance(first, Record):
         return _map_unread(change, first, *records)
     values = _field_reader(first.__class__)

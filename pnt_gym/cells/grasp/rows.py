@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final, NamedTuple, final
+from typing import Annotated, Any, Final, NamedTuple, final
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.zones import MOST_ZONES
@@ -95,4 +95,6 @@ class Surfaces(NamedTuple):
 
     def flat(self) -> Surfaces:
         """The surfaces row after row (N,)."""
-        return Surfaces(self.bodies.reshape(-1), self.zones.reshape(-1, MOST_ZONES))
+        bodies: Any = self.bodies.reshape(-1)
+        zones: Any = self.zones.reshape(-1, MOST_ZONES)
+        return Surfaces(bodies, zones)

@@ -41,13 +41,14 @@ class Seals(NamedTuple):
 
 def surface_table(items: Sequence[Item]) -> SurfaceTable:
     """The surfaces of items as arrays."""
-    surfaces = [
+    rows = [
         (bool(item.zones) or item.relief is not None, *(item.relief or _SMOOTH), item.look, item.com) for item in items
     ]
     zones = ItemZone.zeros(len(items), MOST_ZONES, shape=-1)
     for own, item in zip(zones, items, strict=True):
         own[: len(item.zones)] = [*map(_zone_row, item.zones)]
-    return SurfaceTable(np.array(surfaces, dtype=ItemSurface.dtype), zones)
+    surfaces: Any = np.array(rows, dtype=ItemSurface.dtype)
+    return SurfaceTable(surfaces, zones)
 
 
 def _zone_row(zone: Zone) -> tuple[Any, ...]:

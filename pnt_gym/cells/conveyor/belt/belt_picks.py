@@ -109,7 +109,7 @@ class BeltPicks(PickSource):
         result, pending, length = None, np.arange(len(rows)), self.stream.length
         self.passed[rows] = 0
         for _ in range(-(-MOST_DRAWS // length)):
-            hands, hand_limits = take_rows(motion, pending, len(rows)), take_rows(limits, pending, len(rows))
+            hands, hand_limits = take_rows((motion, limits), pending, len(rows))
             picks, place, elapsed = self._choose_picks(rows[pending], hands, hand_limits)
             result = picks if result is None else replace_rows(result, pending, picks)
             gone = self._count_passed(rows[pending], place, elapsed)
@@ -138,7 +138,7 @@ class BeltPicks(PickSource):
         for at in order.T:
             belt_rows, place = rows[pending], at[pending]
             if ranked is None:
-                hands, hand_limits = take(motion, pending), take(limits, pending)
+                hands, hand_limits = take((motion, limits), pending)
                 picks = self._plan_picks(self._planner, *self.stream.in_queue(belt_rows, place), hands, hand_limits)
             else:
                 picks = ranked.at(pending, place)
@@ -220,7 +220,7 @@ class BeltPicks(PickSource):
         ahead &= ~self.stream.knocked[rows, PASSED_PLACES:]
         row, place = np.nonzero(ahead)
         objects, x = self.stream.in_queue(rows[row], place)
-        picks = self._plan_picks(self._estimator, objects, x, take(motion, row), take(limits, row))
+        picks = self._plan_picks(self._estimator, objects, x, *take((motion, limits), row))
         worth, throws = self._priorities(picks)
         ranks = np.full(shape, -np.inf)
         ranks[row, place] = worth

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, stand_ins, take_rows
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, stand_ins, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips
@@ -125,7 +125,7 @@ class IndependentPicks(PickSource):
         """First picks of all rows, drawn in those that are not held back; one of these stands in for the others."""
         rows = np.flatnonzero(~self._held)
         picks = self.first(rows)
-        return take_rows(picks, stand_ins(rows, len(self._held)), len(rows))
+        return take(picks, stand_ins(rows, len(self._held)))
 
     def _attempt(self, rows: Ints) -> tuple[Context, Bools]:
         return self._planner.plan(*self._planner.draw_picks(self._generators, rows))
