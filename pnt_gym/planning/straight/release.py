@@ -54,6 +54,8 @@ class KernelResults(NamedTuple):
 
 PIECE: Final = 20_000
 """Throws per call of machine code: a tenth of a second, during which Ctrl-C has no effect."""
+VECTORS: Final = "position", "velocity", "direction"
+NUMBERS: Final = "speed", "acceleration", "angle", "azimuth", "distance", "time", "flight_time"
 FEASIBLE: Final = int(Reason.FEASIBLE)
 OPEN: Final = (0.0, math.inf, -math.inf, math.inf)
 """Line bounds without a workspace."""
@@ -312,12 +314,14 @@ def release_lines(throws: Floats, has_workspace: bool, lines: kernel.ThrowLines)
 
 def to_batch(results: KernelResults) -> ReleaseBatch:
     """The record of releases that the kernel `release_rows` has written."""
-    feasible = results.reason == FEASIBLE
-    return ReleaseBatch(
-        *results.vectors,
-        *results.numbers,
-        *results.active,
-        feasible=feasible,
+    numbers = zip(NUMBERS, results.numbers, strict=True)
+    return ReleaseBatch.of(
+        len(results.reason),
+        **dict(zip(VECTORS, results.vectors, strict=True)),
+        **dict(numbers),
+        ceiling_active=results.active[0],
+        workspace_active=results.active[1],
+        feasible=results.reason == FEASIBLE,
         reason=results.reason,
-        straight=np.ones(len(results.reason), dtype=np.bool_),
+        straight=True,
     )
