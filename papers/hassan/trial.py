@@ -17,7 +17,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, leng
 from pnt_gym.cells.base.flight import ObjectFlight
 from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor.config import ConveyorConfig
-from pnt_gym.cells.conveyor.context import Bins, Context
+from pnt_gym.cells.conveyor.context import Context, ThrowBins
 from pnt_gym.cells.conveyor.hand import HandCycle
 from pnt_gym.cells.conveyor.objects.drawing import NORMALS, UNIFORMS, objects_from_draws
 from pnt_gym.cells.conveyor.outcome import PlannedResults, judge
@@ -168,7 +168,7 @@ def trial_context(
     return Context.new(
         objects,
         pick,
-        Bins(target, np.tile(OPENING, (count, 1)), np.zeros(count, dtype=np.int64)),
+        ThrowBins(target, np.tile(OPENING, (count, 1)), np.zeros(count, dtype=np.int64)),
         np.full((count, 1), config.bins.depth),
         throw_limits=LimitRows.t3kr(objects.percent),
         plan=release,

@@ -20,8 +20,8 @@ from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.rows import Columns, Pair, Triple, field
 
 
-class Bins(NamedTuple):
-    """Bins at which objects are thrown, of any leading shape S."""
+class ThrowBins(NamedTuple):
+    """ThrowBins at which objects are thrown, of any leading shape S."""
 
     target: Floats
     """Centres of the openings at the rims, S + (3,) [m]."""
@@ -96,7 +96,7 @@ class Context(Columns):
         cls,
         objects: Objects,
         pick: Floats,
-        bins: Bins,
+        bins: ThrowBins,
         depth: Floats,
         *,
         throw_limits: LimitRows,

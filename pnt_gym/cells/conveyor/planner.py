@@ -14,7 +14,7 @@ from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.bin_walls import hits_bin
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
-from pnt_gym.cells.conveyor.context import Bins, Context, apply_bias, belt_shift
+from pnt_gym.cells.conveyor.context import Context, ThrowBins, apply_bias, belt_shift
 from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers.choosing import AutoMover
 from pnt_gym.cells.conveyor.movers.free_mover import FlyingMover, FreeMover
@@ -137,7 +137,7 @@ class PickPlanner:
         """Contexts as `plan`, for given fixed bins (N,)."""
         return self._plan_throws(objects, pick, self._fixed_bins(bins[:, None]))
 
-    def _plan_throws(self, objects: Objects, pick: Floats, bins: Bins) -> tuple[Context, Bools]:
+    def _plan_throws(self, objects: Objects, pick: Floats, bins: ThrowBins) -> tuple[Context, Bools]:
         """Contexts as `plan`, for bins in the order in which to try them."""
         ceiling = pick[:, 2] + self.config.motion.ceiling
         throw_limits, can_hold = self.grip_limits(objects, pick)
@@ -154,7 +154,7 @@ class PickPlanner:
         context = apply_bias(context, self.config) if self._is_biased else context
         return (context, choice.good) if choice else self._try_bins(context, bins, can_hold)
 
-    def _try_bins(self, context: Context, bins: Bins, can_hold: Bools) -> tuple[Context, Bools]:
+    def _try_bins(self, context: Context, bins: ThrowBins, can_hold: Bools) -> tuple[Context, Bools]:
         """Contexts as `plan`, from contexts with the first bins: one bin after the other, for all objects together."""
         first, accepted = self._accept(context)
         good = can_hold & accepted
@@ -169,7 +169,7 @@ class PickPlanner:
             last[rows], count = np.arange(count, count + len(rows)), count + len(rows)
         return first if len(attempts) == 1 else take(concatenate_records(attempts), last), good
 
-    def _retry(self, context: Context, bins: Bins) -> tuple[Context, Bools]:
+    def _retry(self, context: Context, bins: ThrowBins) -> tuple[Context, Bools]:
         """The picks with other bins (N,), and which throws are accepted (N,)."""
         plan = self.mover.plan(context.pick, bins.target, context.throw_limits, context.ceiling)
         depth = self._depth(context.objects, bins.opening)
@@ -261,7 +261,7 @@ class PickPlanner:
         shift[:, :2] = reserve[:, None] * context.direction
         return shift
 
-    def _bins_in_turn(self, objects: Objects) -> Bins:
+    def _bins_in_turn(self, objects: Objects) -> ThrowBins:
         """The bins of objects in the order in which to try them: fixed bins, or bins at random places."""
         draw, r = objects.draws.bin, self.config.bins.random
         if r is None:
@@ -270,13 +270,13 @@ class PickPlanner:
         target, opening = np.full((*shape, 3), self.config.bins.rim), np.empty((*shape, 2))
         inputs = in_order(draw, objects.measured.size, np.array([r.x, r.y, r.side]))
         scene_kernel.draw_bins(*inputs, r.item_clearance, target, opening)
-        return Bins(target, opening, np.zeros(shape, dtype=np.int64))
+        return ThrowBins(target, opening, np.zeros(shape, dtype=np.int64))
 
-    def _fixed_bins(self, index: Ints) -> Bins:
+    def _fixed_bins(self, index: Ints) -> ThrowBins:
         """Fixed bins by their indices (N, T)."""
         target = np.full((*index.shape, 3), self.config.bins.rim)
         target[..., :2] = self._centres[index]
-        return Bins(target, self._openings[index], index)
+        return ThrowBins(target, self._openings[index], index)
 
     def _accepting_bins(self, objects: Objects) -> Ints:
         """Indices (N, B) of accepting fixed bins in turn, starting at a random one; they repeat."""

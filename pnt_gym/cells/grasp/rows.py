@@ -41,7 +41,7 @@ class ItemZone(Row):
 
 
 @final
-class Body(Row):
+class SurfaceBody(Row):
     """An object with its surface, in the object's axes."""
 
     shape: int = field("-", "index in `items.SHAPES`")
@@ -83,7 +83,7 @@ class SurfaceTable(NamedTuple):
 class Surfaces(NamedTuple):
     """Surfaces of objects; compiled functions take those of N objects."""
 
-    bodies: Rows1[Body]
+    bodies: Rows1[SurfaceBody]
     """The objects, of any leading shape S."""
     zones: Rows2[SurfaceZone]
     """Zones, S + (MOST_ZONES,); the zones that an object has come first."""

@@ -18,7 +18,7 @@ from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES, Look, Zone
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp import random_kernel, seal_kernel, surface_kernel
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
-from pnt_gym.cells.grasp.rows import Body, ItemSurface, ItemZone, Surfaces, SurfaceTable, SurfaceZone
+from pnt_gym.cells.grasp.rows import ItemSurface, ItemZone, SurfaceBody, Surfaces, SurfaceTable, SurfaceZone
 from pnt_gym.constants import GRAVITY
 
 Keys = NDArray[np.uint64]
@@ -96,7 +96,7 @@ def outline_errors(objects: Objects, config: GraspConfig) -> Floats:
 def draw_surfaces(table: SurfaceTable, objects: Objects) -> Surfaces:
     """The surfaces of objects of any leading shape."""
     shape = objects.kind.shape
-    bodies = Body.zeros(*shape, shape=objects.shape, size=objects.size, yaw=objects.yaw)
+    bodies = SurfaceBody.zeros(*shape, shape=objects.shape, size=objects.size, yaw=objects.yaw)
     surfaces = Surfaces(bodies, SurfaceZone.zeros(*shape, MOST_ZONES))
     keys = object_keys(objects, SURFACE).reshape(-1)
     surface_kernel.draw_rows(objects.kind.reshape(-1), keys, table, surfaces.flat())
