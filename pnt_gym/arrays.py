@@ -259,7 +259,8 @@ def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
         return _change_array(change, first, *records)
     if kind is dict:
         return {name: _map_arrays(change, *[record[name] for record in (first, *records)]) for name in first}
-    values: Any = tuple if kind is tuple else _field_reader(kind)
+    is_tuple = first.__class__ is tuple  # and no NamedTuple
+    values: Any = tuple if is_tuple else _field_reader(kind)
     if values is None:
         return first
     # Only a field that is no array costs a call of this function: records have up to a hundred arrays.
@@ -268,9 +269,7 @@ def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
         _change_array(change, *column) if column[0].__class__ is np.ndarray else _map_arrays(change, *column)
         for column in columns
     ]
-    if kind is tuple:
-        return tuple(parts)
-    return kind(*parts)
+    return tuple(parts) if is_tuple else kind(*parts)
 
 
 def _change_array(change: Callable[..., Any], first: NDArray[Any], *arrays: NDArray[Any]) -> NDArray[Any]:
