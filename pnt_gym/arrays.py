@@ -210,6 +210,13 @@ def replace_rows(record: RecordT, index: Any, source: RecordT) -> RecordT:
     return _map_arrays(overwrite, record, source)
 
 
+def put_rows(record: RecordT, rows: Ints, source: RecordT, count: int) -> RecordT:
+    """The record with some of its `count` rows, in ascending order, from a source; without a copy for all or none."""
+    if len(rows) == count:
+        return source
+    return replace_rows(record, rows, source) if len(rows) > 0 else record
+
+
 def concatenate_records(records: Sequence[RecordT], axis: int = 0) -> RecordT:
     """The rows of all records, concatenated along an axis; plain values come from the first record."""
 

@@ -8,6 +8,7 @@ import numpy as np
 from pnt_gym.arrays import (
     compute_by_mask,
     concatenate_records,
+    put_rows,
     recompute_rows,
     replace_rows,
     stand_ins,
@@ -100,11 +101,14 @@ def test_dicts_of_arrays_are_records_too():
     assert told["count"] is column
 
 
-def test_all_rows_of_records_are_taken_without_a_copy():
+def test_all_rows_of_records_are_taken_and_put_without_a_copy():
     record, other = whole(), whole(10)
     assert take_rows((record, other), np.arange(4), 4)[1] is other
     some, same = take_rows((record, other), np.array([1, 3]), 4)
     assert (some.values.tolist(), same.pair.left.tolist()) == ([1.0, 3.0], [11, 13])
+    assert put_rows(record, np.array([1, 3]), same, 4).values.tolist() == [0.0, 11.0, 2.0, 13.0]
+    assert put_rows(record, np.arange(4), other, 4) is other
+    assert put_rows(record, np.arange(0), take(other, []), 4) is record
 
 
 def test_a_row_that_is_not_there_has_the_first_one_in_its_place():

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, put_rows, replace_rows, take, take_rows
 from pnt_gym.cells.base.action import clip_actions
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.base.core import Core, Step
@@ -134,19 +134,19 @@ class GraspCore:
         if rows.size == 0:
             return
         self._ride(rows)
-        before, (picks, asked) = take(self.attempts, rows), self._chosen(rows, place[rows])
-        self.picks = replace_rows(self.picks, rows, picks)
+        before, (picks, asked) = take_rows(self.attempts, rows, self.count), self._chosen(rows, place[rows])
+        self.picks = put_rows(self.picks, rows, picks, self.count)
         grasped, at, leak = self._grasper.grasp(picks, asked, before.tries)
         held = picked(grasped, self.config)
         after = before.then(held, at, place[rows] + (at - asked), grasped.objects.measured.seal, leak)
-        self.attempts = replace_rows(self.attempts, rows, after)
+        self.attempts = put_rows(self.attempts, rows, after, self.count)
         over = np.flatnonzero(held | (self._tries_left()[rows] <= 0))
-        coming = replace_rows(picks, over, take(grasped, over))
-        self.cell.context = replace_rows(self.cell.context, rows, coming)
+        coming = put_rows(picks, over, take_rows(grasped, over, len(rows)), len(rows))
+        self.cell.context = put_rows(self.cell.context, rows, coming, self.count)
 
     def _chosen(self, rows: Ints, place: Floats) -> tuple[Context, Floats]:
         """The picks of the objects that cups at places (K, 2) [m] grasp in some rows, and the places on the objects."""
-        source, picks = self.cell.source, take(self.picks, rows)
+        source, picks = self.cell.source, take_rows(self.picks, rows, self.count)
         if not isinstance(source, GroupPicks):
             return picks, place
         chosen, on_object = chosen_members(take(source.groups, rows), place)
@@ -157,7 +157,7 @@ class GraspCore:
         """The objects in the pictures of some rows (K, M), and their middles from the first's (K, M, 2) [m]."""
         source = self.cell.source
         if isinstance(source, GroupPicks):
-            groups = take(source.groups, rows)
+            groups = take_rows(source.groups, rows, self.count)
             return groups.objects, groups.pick[..., :2] - groups.pick[:, :1, :2]
         return take(self.picks.objects, rows[:, None]), np.zeros((len(rows), 1, 2))
 
@@ -179,7 +179,7 @@ class GraspCore:
         pick[:, 0] += self.config.belt.speed * time
         ridden = self.cell.planner.plan_at(waited, pick, picks.limits.acceleration)
         stays = np.flatnonzero(~ridden.plan.feasible)
-        return replace_rows(ridden, stays, take(waited, stays))
+        return put_rows(ridden, stays, take(waited, stays), len(time))
 
     def _tries_left(self) -> Ints:
         """Numbers of tries that are left (N,): of the level, and until the object leaves the window."""
@@ -194,9 +194,9 @@ class GraspCore:
     def _throw(self, wishes: Wishes, ends: Bools) -> Step:
         """End the picks of some rows (N,): objects that hang are thrown, but those that are to ride on."""
         rows, kept, waiting = np.flatnonzero(ends), self.cell.context, np.flatnonzero(~ends)
-        throws, slowed = self._grasper.with_pace(take(kept, rows), wishes.pace[rows])
+        throws, slowed = self._grasper.with_pace(take_rows(kept, rows, self.count), wishes.pace[rows])
         carries = ends & self.attempts.holds & ~wishes.rides
-        self.cell.context = _put_down(replace_rows(kept, rows, throws), ~carries)
+        self.cell.context = _put_down(put_rows(kept, rows, throws, self.count), ~carries)
         pace = self.cell.context.throw_limits.acceleration / T3KR_ACCELERATION
         if waiting.size == 0:
             result = self.throws.step(wishes.residual)
@@ -212,9 +212,9 @@ class GraspCore:
         """Begin the coming picks of some rows: no try yet, and a picture."""
         if rows.size == 0:
             return
-        picks = take(self.cell.context, rows)
-        self.picks = replace_rows(self.picks, rows, picks)
-        self.attempts = replace_rows(self.attempts, rows, Attempts.none(len(rows)))
+        picks = take_rows(self.cell.context, rows, self.count)
+        self.picks = put_rows(self.picks, rows, picks, self.count)
+        self.attempts = put_rows(self.attempts, rows, Attempts.none(len(rows)), self.count)
         self._images[rows] = self.pictures.pictures(*self._in_sight(rows))
 
     def _no_throw(self) -> Step:

@@ -6,7 +6,7 @@ from typing import Final, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
+from pnt_gym.arrays import Bools, Floats, Ints, put_rows, replace_rows, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.belt.sources import MOST_DRAWS, IndependentPicks
 from pnt_gym.cells.conveyor.context import Context
@@ -42,7 +42,7 @@ class GroupPicks(IndependentPicks):
         for _ in range(MOST_DRAWS):
             pending = np.flatnonzero(~good)
             if pending.size == 0:
-                self.groups = replace_rows(self.groups, rows, groups)
+                self.groups = put_rows(self.groups, rows, groups, len(self._generators))
                 return take(groups, (np.arange(len(rows)), np.zeros(len(rows), dtype=np.int64)))
             group, fits = self._drawn(rows[pending], self._generators)
             groups = replace_rows(groups, pending, group)
