@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import NamedTuple, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
@@ -74,6 +74,9 @@ class Release:
     flight_time: float
     ceiling_active: bool
     workspace_active: bool
+
+
+_COUNT: Final = len(fields(Release))
 
 
 @final
@@ -151,10 +154,11 @@ class ReleaseBatch(Columns):
         Raises:
             InfeasibleThrow: if the row holds no plan.
         """
-        if not self.feasible[index]:
-            raise InfeasibleThrow(Reason(int(self.reason[index])), f" (row {index})")
-        row = {part.name: getattr(self, part.name)[index] for part in fields(Release)}
-        return Release(**{name: value.item() if value.ndim == 0 else value for name, value in row.items()})
+        row = self.rows[index]
+        if not row["feasible"]:
+            raise InfeasibleThrow(Reason(row["reason"]), f" (row {index})")
+        values = row.item()[:_COUNT]
+        return Release(*[value.copy() if isinstance(value, np.ndarray) else value for value in values])
 
 
 class Rules(NamedTuple):

@@ -232,7 +232,7 @@ class StraightMover(Mover):
         self, pick: Floats, target: Floats, release: ReleaseBatch, limits: Limits, shift: Floats | None
     ) -> Bools:
         rows = limits.arrays(len(pick))
-        shifts = None if shift is None else np.ascontiguousarray(shift[:, :2].T)
+        shifts = None if shift is None else shift[:, :2]
         braking = self.braking_limits(release, rows).arrays(len(pick)).acceleration
         return stops_inside(pick, target, rows, release, braking, self._follow.window, self._workspace, shifts)
 
