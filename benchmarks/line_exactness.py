@@ -51,7 +51,7 @@ def alone(cell: LineCell, planner: PickPlanner, index: int, into: int, percent: 
     objects = objects.replace(percent=np.array([percent]))
     x = cell.stream.x[0, index] + config.belt.speed * state.clock[0] - cell.config.robots[robot].x
     limits, hand = LimitRows.t3kr(objects.percent), state.arms["hand"][:1, robot]
-    met = planner.mover.meet(ThrowMotion.resting(hand), planner.pick_point(objects, np.array([x])), limits)
+    met = planner.mover.reach(ThrowMotion.resting(hand), planner.pick_point(objects, np.array([x])), limits)
     if not met.feasible[0] or met.time[0] > cell.config.horizon:
         return None
     context, good = planner.plan_into(objects, met.position, np.array([into]))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from copy import deepcopy
 from dataclasses import fields, is_dataclass
 from functools import cache
 from operator import attrgetter, itemgetter
@@ -13,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pnt_gym.errors import PlanningError, one_sentence
-from pnt_gym.records import Layout, Record, packed_record
 
 Floats: TypeAlias = NDArray[np.float64]
 Bools: TypeAlias = NDArray[np.bool_]
@@ -178,36 +176,15 @@ def take(record: RecordT, index: Any) -> RecordT:
     """The record whose arrays are indexed along their leading shape; fields that are neither arrays nor records stay.
 
     Args:
-        record: an array, also of rows; or a dataclass, NamedTuple or dict of arrays, nested records and plain values.
+        record: an array, also of rows; or `Columns`, a dataclass, tuple or dict of arrays, records and plain values.
         index: any numpy index.
     """
-    return _map_arrays(itemgetter(_copy_index(record, index)), record)
+    return _map_arrays(itemgetter(index), record)
 
 
 def take_rows(record: RecordT, rows: Ints, count: int) -> RecordT:
     """The record of some rows in ascending order; the record itself where these are all of its `count` rows."""
     return record if len(rows) == count else take(record, rows)
-
-
-def _copy_index(record: Any, index: Any) -> Any:
-    """The index, copied where the record's columns are read later than the index may change."""
-    if not isinstance(record, Record) or "_is_packed" in record.__dict__:
-        return index
-    if isinstance(index, np.ndarray):
-        return index.copy()  # pyright: ignore[reportUnknownVariableType] - any numpy index
-    return deepcopy(index)
-
-
-def replace_rows(record: RecordT, index: Any, source: RecordT) -> RecordT:
-    """A copy of the record in which another record's arrays overwrite the rows at a numpy index."""
-    rows = _copy_index(record, index)
-
-    def overwrite(values: Floats, new: Floats) -> Floats:
-        result = values.copy()
-        result[rows] = new
-        return result
-
-    return _map_arrays(overwrite, record, source)
 
 
 def stand_ins(rows: Ints, count: int) -> Ints:
@@ -222,18 +199,31 @@ def stand_ins(rows: Ints, count: int) -> Ints:
     return places
 
 
-def put_rows(record: RecordT, rows: Ints, source: RecordT, count: int) -> RecordT:
-    """The record with some rows, in ascending order, from another record; without a copy for all rows or none.
+def replace_rows(record: RecordT, index: Any, source: RecordT) -> RecordT:
+    """A copy of the record in which another record's arrays overwrite the rows at a numpy index."""
 
-    Args:
-        record: N = ``count`` rows.
-        rows: the rows (K,).
-        source: their new values, K rows.
-        count: number of rows N.
-    """
+    def overwrite(values: Floats, new: Floats) -> Floats:
+        result = values.copy()
+        result[index] = new
+        return result
+
+    return _map_arrays(overwrite, record, source)
+
+
+def put_rows(record: RecordT, rows: Ints, source: RecordT, count: int) -> RecordT:
+    """The record with some of its `count` rows, in ascending order, from a source; without a copy for all or none."""
     if len(rows) == count:
         return source
     return replace_rows(record, rows, source) if len(rows) > 0 else record
+
+
+def concatenate_records(records: Sequence[RecordT], axis: int = 0) -> RecordT:
+    """The rows of all records, concatenated along an axis; plain values come from the first record."""
+
+    def concatenate(*values: Floats) -> Floats:
+        return np.concatenate(values, axis=axis)
+
+    return _map_arrays(concatenate, *records)
 
 
 def recompute_rows(record: RecordT, mask: Bools, make: Callable[..., RecordT], *inputs: Any) -> RecordT:
@@ -246,7 +236,7 @@ def recompute_rows(record: RecordT, mask: Bools, make: Callable[..., RecordT], *
         inputs: arguments of ``make``: records and arrays of N rows, and plain values.
     """
     rows = mask.nonzero()[0]
-    return replace_rows(record, rows, make(*(take(value, rows) for value in inputs))) if rows.size > 0 else record
+    return replace_rows(record, rows, make(*take(inputs, rows))) if rows.size > 0 else record
 
 
 def compute_by_mask(
@@ -260,44 +250,33 @@ def compute_by_mask(
         make_unmasked: computes the record of the unmasked rows from the unmasked rows of ``inputs``.
         inputs: arguments of both functions: records and arrays of N rows, and plain values.
     """
-    rows = mask.nonzero()[0]
-    if len(rows) == len(mask):
+    rows, others = mask.nonzero()[0], (~mask).nonzero()[0]
+    if len(others) == 0:
         return make_masked(*inputs)
     if len(rows) == 0:
         return make_unmasked(*inputs)
-    ways = (rows, make_masked), ((~mask).nonzero()[0], make_unmasked)
-    record = concatenate_records([way(*(take(value, rows) for value in inputs)) for rows, way in ways])
-    return take(record, np.argsort(np.concatenate([rows for rows, _ in ways])))
-
-
-def concatenate_records(records: Sequence[RecordT], axis: int = 0) -> RecordT:
-    """The rows of all records, concatenated along an axis; plain values come from the first record."""
-
-    def concatenate(*values: Floats) -> Floats:
-        return np.concatenate(values, axis=axis)
-
-    return _map_arrays(concatenate, *records)
+    record = concatenate_records([make_masked(*take(inputs, rows)), make_unmasked(*take(inputs, others))])
+    return take(record, np.argsort(np.concatenate([rows, others])))
 
 
 def _map_arrays(change: Callable[..., Any], first: Any, *records: Any) -> Any:
     """A record of the same type, each array computed by ``change`` from the records' arrays of that name."""
-    if first.__class__ is np.ndarray:
+    kind: Any = first.__class__
+    if kind is np.ndarray:
         return _change_array(change, first, *records)
-    if first.__class__ is dict:
-        return {name: _map_arrays(change, *(record[name] for record in (first, *records))) for name in first}
-    if isinstance(first, Record):
-        return _map_unread(change, first, *records)
-    values = _field_reader(first.__class__)
+    if kind is dict:
+        return {name: _map_arrays(change, *[record[name] for record in (first, *records)]) for name in first}
+    is_tuple = first.__class__ is tuple  # and no NamedTuple
+    values: Any = tuple if is_tuple else _field_reader(kind)
     if values is None:
         return first
     # Only a field that is no array costs a call of this function: records have up to a hundred arrays.
     columns = zip(*[values(record) for record in (first, *records)], strict=True)
-    return first.__class__(
-        *[
-            _change_array(change, *column) if column[0].__class__ is np.ndarray else _map_arrays(change, *column)
-            for column in columns
-        ]
-    )
+    parts: list[Any] = [
+        _change_array(change, *column) if column[0].__class__ is np.ndarray else _map_arrays(change, *column)
+        for column in columns
+    ]
+    return tuple(parts) if is_tuple else kind(*parts)
 
 
 def _change_array(change: Callable[..., Any], first: NDArray[Any], *arrays: NDArray[Any]) -> NDArray[Any]:
@@ -305,20 +284,6 @@ def _change_array(change: Callable[..., Any], first: NDArray[Any], *arrays: NDAr
     if first.dtype.names is None:
         return change(first, *arrays)
     return rows_of_words(change(words(first), *map(words, arrays)), first.dtype)
-
-
-def _map_unread(change: Callable[..., Any], first: Record, *records: Any) -> Any:
-    """A `Record` as of `_map_arrays`: packed if all records are packed, else with columns that are not read yet."""
-    states = list(map(vars, (first, *records)))
-    layout: Layout | None = states[0].get("_layout")
-    if layout is not None and all(["_is_packed" in state and state["_layout"] is layout for state in states]):
-        return packed_record(first.__class__, change(*[state["_block"] for state in states]), layout)
-
-    def read(name: str) -> Any:
-        column = getattr(first, name)
-        return _map_arrays(change, column, *map(attrgetter(name), records))
-
-    return first.unread(read, max([state.get("_depth", 0) for state in states]) + 1)
 
 
 @cache

@@ -117,8 +117,8 @@ class Row:
 class Columns(Row):
     """Base of the kinds of rows whose columns are attributes of an object, which holds the rows.
 
-    A subclass has fields of the types `Floats`, `Ints`, `Pair`, `Triple`, `Quadruple`, or of another kind of `Columns`.
-    A column is a copy in C's order, made when the column is first read; so `put` alone overwrites rows.
+    A subclass has fields of the types `Floats`, `Ints`, `Bools`, `Pair`, `Triple`, `Quadruple`, or of another kind of
+    `Columns`. A column is a copy in C's order, made when the column is first read; so `put` alone overwrites rows.
     """
 
     _fields: ClassVar[tuple[str, ...]] = ("rows",)
@@ -135,6 +135,11 @@ class Columns(Row):
 
     def __init__(self, rows: Any) -> None:
         self.rows: Any = rows
+
+    @classmethod
+    def of(cls, *shape: int, **columns: Any) -> Self:
+        """The object of rows whose columns are zero, but for the given columns."""
+        return cls(cls.zeros(*shape, **columns))
 
     def replace(self, **columns: Any) -> Self:
         """The object with other columns by name."""
@@ -163,7 +168,7 @@ class Columns(Row):
 
 
 _TYPES: Final[list[tuple[Any, Any]]] = [
-    (float, np.float64), (int, np.int64), (bool, np.bool_), (Floats, np.float64), (Ints, np.int64)
+    (float, np.float64), (int, np.int64), (bool, np.bool_), (Floats, np.float64), (Ints, np.int64), (Bools, np.bool_)
 ]  # fmt: skip
 """Types of fields with one number a row, and NumPy's types."""
 

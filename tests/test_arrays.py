@@ -5,7 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import compute_by_mask, concatenate_records, put_rows, recompute_rows, replace_rows, stand_ins, take
+from pnt_gym.arrays import (
+    compute_by_mask,
+    concatenate_records,
+    put_rows,
+    recompute_rows,
+    replace_rows,
+    stand_ins,
+    take,
+    take_rows,
+)
 
 
 class Pair(NamedTuple):
@@ -92,10 +101,12 @@ def test_dicts_of_arrays_are_records_too():
     assert told["count"] is column
 
 
-def test_rows_are_put_without_a_copy_where_all_or_none_change():
-    record, rows = whole(), np.array([1, 3])
-    assert put_rows(record, rows, take(whole(10), rows), 4).values.tolist() == [0.0, 11.0, 2.0, 13.0]
-    other = whole(10)
+def test_all_rows_of_records_are_taken_and_put_without_a_copy():
+    record, other = whole(), whole(10)
+    assert take_rows((record, other), np.arange(4), 4)[1] is other
+    some, same = take_rows((record, other), np.array([1, 3]), 4)
+    assert (some.values.tolist(), same.pair.left.tolist()) == ([1.0, 3.0], [11, 13])
+    assert put_rows(record, np.array([1, 3]), same, 4).values.tolist() == [0.0, 11.0, 2.0, 13.0]
     assert put_rows(record, np.arange(4), other, 4) is other
     assert put_rows(record, np.arange(0), take(other, []), 4) is record
 

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from pnt_gym.arrays import Floats, Ints, take
+from pnt_gym.cells.conveyor.context import Context
+from pnt_gym.cells.conveyor.objects.records import Objects
+from pnt_gym.cells.grasp.attempts import Attempts
 from pnt_gym.errors import PntGymError
+from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.rows import Columns, Pair, field
 
 
@@ -46,6 +50,18 @@ def test_columns_are_taken_replaced_and_written_and_those_read_before_stay(copie
     assert all(column.flags.c_contiguous for column in (whole.mass, whole.mark.place))
 
 
-def test_columns_that_an_older_version_pickled_are_refused():
-    with pytest.raises(PntGymError, match="of an older version"):
-        Piece.__new__(Piece).__setstate__(({"kind": np.zeros(1)}, True))
+@final
+class OlderPickle:
+    """What an older version pickled for a class whose objects had their columns as state."""
+
+    def __init__(self, kind):
+        self.kind = kind
+
+    def __reduce__(self):
+        return self.kind.__new__, (self.kind,), ({"pick": np.zeros(1)}, False)
+
+
+@pytest.mark.parametrize("kind", [Objects, Context, Attempts, ReleaseBatch])
+def test_columns_that_an_older_version_pickled_are_refused(kind):
+    with pytest.raises(PntGymError, match=f"holds {kind.__name__} of an older version"):
+        pickle.loads(pickle.dumps(OlderPickle(kind)))

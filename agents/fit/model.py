@@ -16,7 +16,7 @@ from pnt_gym.cells.base.airborne import Airborne
 from pnt_gym.cells.base.grip import CUP_RADIUS
 from pnt_gym.cells.base.items import ItemTable, item_arrays
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
-from pnt_gym.cells.conveyor.context import Context, apply_bias, constant_bias, unseen_grasp
+from pnt_gym.cells.conveyor.context import Context, ThrowBins, apply_bias, constant_bias, unseen_grasp
 from pnt_gym.cells.conveyor.cup.hold import Grips, inside_outline, true_hold
 from pnt_gym.cells.conveyor.cup.swing import body_constants
 from pnt_gym.cells.conveyor.free import cross_rims
@@ -100,7 +100,7 @@ class ThrowModel:
         target = np.concatenate([landing_point(log.release, log.velocity, rim)[:, :2], rim[:, None]], axis=1)
         target = np.where(np.isfinite(target), target, log.release)
         self._picks = Context.new(
-            objects, pick, target, np.ones((count, 2)), np.zeros(count, dtype=np.int64), np.ones((count, 1)),
+            objects, pick, ThrowBins(target, np.ones((count, 2)), np.zeros(count, dtype=np.int64)), np.ones((count, 1)),
             throw_limits=limits, plan=cast("ReleaseBatch", None), ceiling=pick[:, 2] + config.motion.ceiling,
             belt=config.belt,
         )  # fmt: skip
@@ -117,7 +117,7 @@ class ThrowModel:
         context = self._context("mean", config)
         if any(draught):
             wind = np.tile(np.array(draught), (len(context.pick), 1))
-            context = context.replace(drift=context.drift._replace(draught=wind))
+            context = context.replace(drift=context.drift.replace(draught=wind))
         return self._fly(context, self._hidden["mean"].row, config)[0]
 
     def quick_landings(self, configs: Sequence[ConveyorConfig]) -> Floats:

@@ -58,7 +58,7 @@ class Draughty(Controller):
         """Actions of the inner controller (N, A), after the air has begun to move."""
         context = self._core.cell.context
         wind = np.tile(self._draught, (len(context.pick), 1))
-        self._core.cell.context = context.replace(drift=context.drift._replace(draught=wind))
+        self._core.cell.context = context.replace(drift=context.drift.replace(draught=wind))
         return self._inner.act(observation)
 
 

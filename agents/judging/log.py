@@ -130,7 +130,7 @@ class ThrowLog:
         return cls(
             kind=measured.kind.copy(), pick=context.pick.copy(), release=plans.position.copy(),
             velocity=plans.velocity.copy(), percent=context.objects.percent.copy(),
-            belt_speed=np.full(count, context.belt_speed), target=context.target[:, :2].copy(),
+            belt_speed=context.belt_speed, target=context.target[:, :2].copy(),
             size=measured.size.copy(), mass=measured.mass.copy(), seal=measured.seal.copy(), yaw=measured.yaw.copy(),
             grasp=context.measured_grasp.copy(), sealed=empty, lost=empty.copy(),
             landing=np.full((count, 2), np.nan),

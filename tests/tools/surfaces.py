@@ -11,7 +11,8 @@ from pnt_gym.cells.base.items import CYLINDER, ELLIPSOID, Item
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
-from pnt_gym.cells.grasp.surfaces import Surfaces, SurfaceTable, surface_table
+from pnt_gym.cells.grasp.rows import Surfaces, SurfaceTable
+from pnt_gym.cells.grasp.surfaces import surface_table
 
 SEEN = tuple(name for name in ConveyorConfig.load("waste").items if name != "cork")
 UNSEEN = ConveyorConfig.load("unseen").items
@@ -43,7 +44,7 @@ def height_and_leak(
 
     The height is the body's, less the depth of the zones, with the bumps and the ribs of the last zone; so is the leak.
     """
-    (length, width, tall), shape, body = objects.size[row], objects.shape[row], surfaces.body[row]
+    (length, width, tall), shape, body = objects.size[row], objects.shape[row], surfaces.bodies[row]
     p, q = 2.0 * x / length, 2.0 * y / width
     if shape == ELLIPSOID:
         inside, height = p**2 + q**2 <= 1.0, tall / 2.0 * (1.0 + np.sqrt(np.maximum(1.0 - p**2 - q**2, 0.0)))
@@ -51,15 +52,15 @@ def height_and_leak(
         inside = (np.abs(p) <= 1.0) & (np.abs(q) <= 1.0)
         round_height = tall / 2.0 * (1.0 + np.sqrt(np.maximum(1.0 - q**2, 0.0)))
         height = round_height if shape == CYLINDER else np.full(x.shape, tall)
-    leak, relief, ribs = np.ones(x.shape), np.full(x.shape, body[1]), np.zeros(x.shape)
-    for zone in surfaces.zones[row][: max(surfaces.count[row], 0)]:
-        kind, middle_x, middle_y, a, b, depth, zone_leak, bumps, rib, number = zone[:10]
+    leak, relief, ribs = np.ones(x.shape), np.full(x.shape, body["relief"]), np.zeros(x.shape)
+    for zone in surfaces.zones[row][: max(body["count"], 0)]:
+        kind, (middle_x, middle_y), (a, b), depth, zone_leak, bumps, rib, number, _ = zone
         u, v = (x - middle_x) / a, (y - middle_y) / b
         within = (np.abs(u) <= 1.0) & (np.abs(v) <= 1.0) if kind == 0 else u**2 + v**2 <= 1.0
         height = height - np.where(within, depth * (1.0 - u**2 - v**2 if kind == 2 else 1.0), 0.0)
         leak = np.where(within & (zone_leak >= 0.0), zone_leak, leak)
         relief = np.where(within & (bumps >= 0.0), bumps, relief)
-        ribs = np.where(within & (rib >= 0.0), rib * np.sin(number * x + body[16]), ribs)
-    waves = np.sin(x[..., None] * body[6:11] + y[..., None] * body[11:16] + body[16:21]).sum(axis=-1)
-    height = np.maximum(height + relief * waves / np.sqrt(5.0) + ribs, 0.001) if surfaces.count[row] >= 0 else height
+        ribs = np.where(within & (rib >= 0.0), rib * np.sin(number * x + body["phase"][0]), ribs)
+    waves = np.sin(x[..., None] * body["wave_x"] + y[..., None] * body["wave_y"] + body["phase"]).sum(axis=-1)
+    height = np.maximum(height + relief * waves / np.sqrt(5.0) + ribs, 0.001) if body["count"] >= 0 else height
     return np.where(inside, height, -1.0), np.where(inside, leak, 1.0)

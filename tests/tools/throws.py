@@ -1,7 +1,6 @@
 """What several tests need: cells made from a level and a few changes, and many throws at once."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 from unittest import mock
 
@@ -183,7 +182,7 @@ def is_feasible(core: Core, release: ReleaseBatch) -> np.ndarray:
 def with_objects(core: Core, **fields: Any) -> None:
     """Overwrite hidden values of the objects under the cups."""
     context = core.context
-    core.cell.context = replace(context, objects=context.objects.replace(**fields))
+    core.cell.context = context.replace(objects=context.objects.replace(**fields))
 
 
 def parts_of(objects: Objects) -> dict[str, np.ndarray]:

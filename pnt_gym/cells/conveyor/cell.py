@@ -228,10 +228,8 @@ class ConveyorCell(Cell[ConveyorConfig, Context, ReleaseBatch, Outcome]):
     ) -> Outcome:
         """Simulate throws and returns, and judge them; only rows that are not held back are simulated."""
         rows, count = self._thrown, len(context.pick)
-        context, plans = take_rows(context, rows, count), take_rows(plans, rows, count)
-        motion, back = take_rows(motion, rows, count), take_rows(back, rows, count)
-        grip_results = take_rows(grip_results, rows, count)
-        planned_results = take_rows(planned_results, rows, count)
+        throws = context, plans, motion, back, grip_results, planned_results
+        context, plans, motion, back, grip_results, planned_results = take_rows(throws, rows, count)
         begin = motion.pick_velocity
         path = JerkTrajectory.concatenate(motion.pick, [motion.segments, back], begin, rides=begin is not None)
         simulated = self.plant.fly(context, HandCycle(plans, motion.release_time, path, grip_results), rows)

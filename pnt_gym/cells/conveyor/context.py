@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
-from typing import NamedTuple, Self, final
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple, final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, in_order, join_columns
+from pnt_gym.arrays import Bools, Floats, Ints, in_order, join_columns, rows_of_words, words
 from pnt_gym.cells.base.rotations import turn_back
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -17,99 +17,86 @@ from pnt_gym.cells.conveyor.objects.drawing import spin_at_grasp
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.straight.plan import ReleaseBatch
-from pnt_gym.records import Record, computed
+from pnt_gym.rows import Columns, Pair, Triple, field
+
+
+class ThrowBins(NamedTuple):
+    """ThrowBins at which objects are thrown, of any leading shape S."""
+
+    target: Floats
+    """Centres of the openings at the rims, S + (3,) [m]."""
+    opening: Floats
+    """Inner sizes of the openings along x and y, S + (2,) [m]."""
+    bin: Ints
+    """Indices of the fixed bins, or 0 where bins are drawn per throw, S."""
 
 
 @final
-class HiddenDrift(NamedTuple):
-    """Hidden drift of N cells at a pick, which no sensor measures."""
+class HiddenDrift(Columns):
+    """Hidden drift of cells at a pick, which no sensor measures."""
 
-    delay: Floats
-    """Release delay beyond that of the object (N,) [s]."""
-    camera: Floats
-    """True position of an object minus the camera's, along x, y (N, 2) [m]."""
-    encoder: Floats
-    """True belt speed over the encoder's, minus 1 (N,)."""
-    draught: Floats
-    """Velocity of the air along x, y (N, 2) [m/s]."""
+    delay: Floats = field("s", "release delay beyond that of the object")
+    camera: Pair = field("m", "true position of an object minus the camera's, along x, y")
+    encoder: Floats = field("-", "true belt speed over the encoder's, minus 1")
+    draught: Pair = field("m/s", "velocity of the air along x, y")
 
-    @classmethod
-    @cache
-    def zero(cls, count: int) -> Self:
-        """No drift in `count` cells; nobody overwrites its arrays."""
-        return cls(np.zeros(count), np.zeros((count, 2)), np.zeros(count), np.zeros((count, 2)))
+    def plus(self, other: HiddenDrift) -> HiddenDrift:
+        """The sum of two drifts of the same cells."""
+        return HiddenDrift(rows_of_words(words(self.rows) + words(other.rows), self.dtype))
 
 
 @final
-class LastThrow(NamedTuple):
-    """Measurements of the previous throws of N cells, in the same shift of picks."""
+class LastThrow(Columns):
+    """Measurements of the previous throws of cells, in the same shift of picks; zeros before the first throw."""
 
-    seen: Bools
-    """Whether the bin's camera saw the landing (N,)."""
-    error: Floats
-    """Measured landing minus target, along and left of the previous throw; 0 where unseen (N, 2) [m]."""
-    shift: Floats
-    """Offset of the previous throw's landing from its nominal plan, without drag, in the same frame (N, 2) [m]."""
-    direction: Floats
-    """Horizontal unit vector of the previous throw (N, 2); 0 before the first throw."""
-    gone: Floats
-    """Share of the shift that is over (N,)."""
-
-    @classmethod
-    @cache
-    def none(cls, count: int) -> Self:
-        """No previous throw in `count` cells: their shifts begin; nobody overwrites its arrays."""
-        nowhere = np.zeros((count, 2))
-        return cls(np.zeros(count, dtype=np.bool_), nowhere, nowhere.copy(), nowhere.copy(), np.zeros(count))
+    seen: Bools = field("-", "whether the bin's camera saw the landing")
+    error: Pair = field("m", "measured landing minus target, along and left of the previous throw; 0 where unseen")
+    shift: Pair = field("m", "offset of the landing from that of the nominal plan, without drag, in the same frame")
+    direction: Pair = field("-", "horizontal unit vector of the previous throw")
+    gone: Floats = field("-", "share of the shift that is over")
 
 
 @final
-@dataclass(frozen=True)
-class Context(Record):
+class Context(Columns):
     """N picks, each with the object under the cup.
 
     Positions are those of the planner's point mass: the cup tip at mismatch 1, the centre of mass at mismatch 0.
+
+    Args:
+        rows: the picks.
+        objects: the objects.
+        throw_limits: limits of the hand from the pick until it stops after the release; lower than `limits` where a
+            grip needs less acceleration.
+        plan: the analytic planner's releases, with the objects as points at the cups.
+        depth: free depth above the content of all fixed bins, or of the one that is drawn per throw (N, B) [m].
     """
 
-    objects: Objects
-    pick: Floats
-    """Position of the pick (N, 3) [m]."""
-    target: Floats
-    """Centre of the opening at the rim plane, (N, 3) [m]."""
-    opening: Floats
-    """Inner size of the opening along x and y, (N, 2) [m]."""
-    bin: Ints
-    """Index of the fixed bin, or 0 where the bin is drawn per throw, (N,)."""
-    depth: Floats
-    """Free depth above the content of all fixed bins, or of the one that is drawn per throw (N, B) [m]."""
-    limits: LimitRows
-    """Limits of the hand, by each object's speed setting."""
-    throw_limits: LimitRows
-    """Limits of the hand from the pick until it stops after the release; lower where a grip needs less acceleration."""
-    plan: ReleaseBatch
-    """The analytic planner's release, with the object as a point at the cup."""
-    belt_speed: float
-    ceiling: Floats
-    """Highest release z of the nominal plan (N,) [m]."""
-    belt_shift: Floats
-    """Grasp offset along x that the belt-speed error adds (N,) [m]."""
-    drift: HiddenDrift
-    """Hidden drift of the cells."""
-    unseen: Floats
-    """Grasp offset that the drift adds, which no sensor measures (N, 2) [m]."""
-    before: LastThrow
-    """Measurements of the previous throws."""
-    spent: Floats
-    """Time of failed tries to grasp the same objects, which counts as part of the cycles (N,) [s]."""
+    pick: Triple = field("m", "position of the pick")
+    target: Triple = field("m", "centre of the opening at the rim plane")
+    opening: Pair = field("m", "inner size of the opening along x and y")
+    bin: Ints = field("-", "index of the fixed bin, or 0 where the bin is drawn per throw")
+    belt_speed: Floats = field("m/s", "nominal speed of the belt")
+    ceiling: Floats = field("m", "highest release z of the nominal plan")
+    belt_shift: Floats = field("m", "grasp offset along x that the belt-speed error adds")
+    unseen: Pair = field("m", "grasp offset that the drift adds, which no sensor measures")
+    spent: Floats = field("s", "time of failed tries to grasp the same object, which counts as part of the cycle")
+    drift: HiddenDrift = field("-", "hidden drift of the cell")
+    before: LastThrow = field("-", "measurements of the previous throw")
+
+    _fields: ClassVar = ("rows", "objects", "throw_limits", "plan", "depth")
+
+    def __init__(
+        self, rows: NDArray[Any], objects: Objects, throw_limits: LimitRows, plan: ReleaseBatch, depth: Floats
+    ) -> None:
+        super().__init__(rows)
+        self.objects, self.throw_limits, self.plan, self.depth = objects, throw_limits, plan, depth
 
     @classmethod
     def new(
         cls,
         objects: Objects,
         pick: Floats,
-        target: Floats,
-        opening: Floats,
-        index: Ints,
+        bins: ThrowBins,
         depth: Floats,
         *,
         throw_limits: LimitRows,
@@ -118,74 +105,67 @@ class Context(Record):
         belt: Belt,
     ) -> Context:
         """Picks of cells without drift and without a previous throw."""
-        no_offset = np.zeros((len(pick), 2))
-        return cls(
-            objects=objects,
-            pick=pick,
-            target=target,
-            opening=opening,
-            bin=index,
-            depth=depth,
-            limits=LimitRows.t3kr(objects.percent),
-            throw_limits=throw_limits,
-            plan=plan,
-            belt_speed=belt.speed,
-            ceiling=ceiling,
-            belt_shift=belt_shift(objects, pick, belt),
-            drift=HiddenDrift.zero(len(pick)),
-            unseen=no_offset,
-            before=LastThrow.none(len(pick)),
-            spent=np.zeros(len(pick)),
-        )
+        target, opening, index = bins
+        shift = belt_shift(objects, pick, belt)
+        rows = cls.zeros(
+            len(pick), pick=pick, target=target, opening=opening, bin=index, belt_speed=belt.speed, ceiling=ceiling,
+            belt_shift=shift,
+        )  # fmt: skip
+        return cls(rows, objects, throw_limits, plan, depth)
+
+    @cached_property
+    def limits(self) -> LimitRows:
+        """Limits of the hand, by each object's speed setting."""
+        return LimitRows.t3kr(self.objects.percent)
 
     @property
     def kind(self) -> Ints:
         """Item that the classifier sees in each object: index into the cell's items (N,)."""
         return self.objects.measured.kind
 
-    @computed
+    @cached_property
     def bin_depth(self) -> Floats:
         """Depth of each throw's bin (N,) [m]."""
         return self.depth[np.arange(len(self.bin)), self.bin]
 
-    @computed
+    @cached_property
     def direction(self) -> Floats:
         """Horizontal unit vector from pick to target (N, 2)."""
         delta = self.target[:, :2] - self.pick[:, :2]
         return delta / self.distance[:, None]
 
-    @computed
+    @cached_property
     def distance(self) -> Floats:
         """Horizontal distance from pick to target (N,) [m]."""
         delta = self.target[:, :2] - self.pick[:, :2]
         return np.sqrt(delta[:, 0] ** 2 + delta[:, 1] ** 2)
 
-    @computed
+    @cached_property
     def relative_yaw(self) -> Floats:
         """Measured yaw of the object from the throw's heading (N,) [rad]."""
         return self.objects.measured.yaw - np.arctan2(self.direction[:, 1], self.direction[:, 0])
 
-    @computed
+    @cached_property
     def visible_grasp(self) -> Floats:
         """Grasp offset that the sensors would measure without noise (N, 2) [m]."""
         return self.objects.grasp + join_columns(self.belt_shift, 0.0)
 
-    @computed
+    @cached_property
     def grasp(self) -> Floats:
         """True centre of mass relative to the cup axis, along x, y (N, 2) [m]."""
         return self.visible_grasp + self.unseen
 
-    @computed
+    @cached_property
     def hanging(self) -> Floats:
         """True centre of mass relative to the cup's tip, of an object that hangs at rest (N, 3) [m]."""
         return np.concatenate([self.grasp, -self.objects.com_depth[:, None]], axis=1)
 
-    @computed
+    @cached_property
     def arm(self) -> Floats:
         """`hanging` in the axes of the object (N, 3) [m]."""
         return turn_back(self.hanging, *self.objects.turn)
 
-    @computed
+    @cached_property
     def lip_inertia(self) -> Floats:
         """Inertia of the object, free to turn about the lip, against a moment about each body axis (N, 3) [kg m2].
 
@@ -195,19 +175,19 @@ class Context(Record):
         kernel.fill_inertias(*in_order(self.objects.mass, self.arm, self.objects.inertia), inertia)
         return 1.0 / np.asarray(np.linalg.inv(inertia), dtype=np.float64).diagonal(axis1=1, axis2=2)
 
-    @computed
+    @cached_property
     def cup_offset(self) -> Floats:
         """Cup tip relative to the planner's point (N, 3) [m]."""
         offset = np.zeros((len(self.objects.known_depth), 3))
         offset[:, 2] = self.objects.known_depth
         return offset
 
-    @computed
+    @cached_property
     def measured_grasp(self) -> Floats:
         """Measured centre of mass relative to the cup axis, along world x, y (N, 2) [m]."""
         return self.visible_grasp + self.objects.measured.grasp_noise
 
-    @computed
+    @cached_property
     def measured_grasp_in_throw(self) -> tuple[Floats, Floats]:
         """Measured centre of mass relative to the cup axis, along the throw and to its left, each (N,) [m]."""
         return self.to_throw_frame(self.measured_grasp)
@@ -244,11 +224,7 @@ def belt_shift(objects: Objects, pick: Floats, belt: Belt) -> Floats:
 def constant_bias(config: ConveyorConfig, count: int) -> HiddenDrift:
     """The constants of the level's section `bias` as hidden values of N cells, scaled by the mismatch."""
     bias, m = config.bias, config.mismatch
-    return HiddenDrift.zero(count)._replace(
-        delay=np.full(count, m * bias.delay),
-        camera=np.tile(m * np.array(bias.camera), (count, 1)),
-        encoder=np.full(count, m * bias.encoder),
-    )
+    return HiddenDrift.of(count, delay=m * bias.delay, camera=m * np.array(bias.camera), encoder=m * bias.encoder)
 
 
 def unseen_grasp(hidden: HiddenDrift, pick: Floats, belt: Belt) -> Floats:

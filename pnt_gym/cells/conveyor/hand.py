@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final, final
 
 import numpy as np
@@ -16,7 +17,6 @@ from pnt_gym.cells.conveyor.cup.hold import Grips, Parting, grips, picked
 from pnt_gym.cells.conveyor.cup.swing import Spring, springs, swing_objects
 from pnt_gym.planning.motion.trajectory import HandPath, Samples
 from pnt_gym.planning.straight.plan import ReleaseBatch
-from pnt_gym.records import computed
 
 SETTLING_TIME: Final = 0.35
 """Simulated time after the planned landing, in which the object comes to rest [s]."""
@@ -96,7 +96,7 @@ class ThrowClock:
         swung = swing_objects(context, spring, parting, clock.hand, release, clock.stride, config)
         return replace(clock, parting=swung, spring=spring)
 
-    @computed
+    @cached_property
     def stride(self) -> int:
         """Steps between two samples of the hand's path."""
         return max(round(KNOT_SPACING / self.step), 1)

@@ -32,7 +32,7 @@ FEATURES: Final = (
     Feature("target_y", "m", 0.50, 0.25, "centre of the bin's opening", lambda c: c.target[:, 1]),
     Feature("distance", "m", 0.85, 0.25, "horizontal distance from pick to target", lambda c: c.distance),
     Feature("opening", "m", 0.15, 0.05, "smaller side of the opening", lambda c: c.opening.min(axis=-1)),
-    Feature("belt_speed", "m/s", 0.25, 0.25, "nominal belt speed", lambda c: np.zeros(len(c.pick)) + c.belt_speed),
+    Feature("belt_speed", "m/s", 0.25, 0.25, "nominal belt speed", lambda c: c.belt_speed),
     Feature("release_speed", "m/s", 2.2, 0.5, "release speed of the nominal plan", lambda c: c.plan.speed),
     Feature("elevation", "rad", 0.45, 0.30, "elevation of the nominal throw", lambda c: c.plan.angle),
     Feature("release_distance", "m", 0.35, 0.20, "way to the release in the nominal plan", lambda c: c.plan.distance),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Final, NamedTuple, final
+from typing import Final, final
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from pnt_gym.cells.base.items import item_arrays
 from pnt_gym.cells.conveyor import scene_kernel
 from pnt_gym.cells.conveyor.bin_walls import hits_bin
 from pnt_gym.cells.conveyor.config import LIP_GAP, ConveyorConfig
-from pnt_gym.cells.conveyor.context import Context, apply_bias, belt_shift
+from pnt_gym.cells.conveyor.context import Context, ThrowBins, apply_bias, belt_shift
 from pnt_gym.cells.conveyor.cup.hold import LEAST_ACCELERATION, measured_hold
 from pnt_gym.cells.conveyor.movers.choosing import AutoMover
 from pnt_gym.cells.conveyor.movers.free_mover import FlyingMover, FreeMover
@@ -41,22 +41,6 @@ _MOVERS: dict[str, Callable[[ConveyorConfig, EllipticWorkspace], Mover]] = {
     "ellipse": EllipseMover,
     "auto": AutoMover,
 }
-
-
-class BinsInTurn(NamedTuple):
-    """Bins of N objects in the order in which to try them, T each."""
-
-    target: Floats
-    """Centres of the openings at the rims (N, T, 3) [m]."""
-    opening: Floats
-    """Inner sizes of the openings along x and y (N, T, 2) [m]."""
-    bin: Ints
-    """Indices of fixed bins (N, T); 0 where bins are drawn per throw."""
-
-    def at(self, attempt: Ints) -> tuple[Floats, Floats, Ints]:
-        """Centre (N, 3), opening (N, 2) and index (N,) of the bins that are tried at attempts (N,)."""
-        rows = np.arange(len(attempt)), attempt
-        return self.target[rows], self.opening[rows], self.bin[rows]
 
 
 @final
@@ -153,7 +137,7 @@ class PickPlanner:
         """Contexts as `plan`, for given fixed bins (N,)."""
         return self._plan_throws(objects, pick, self._fixed_bins(bins[:, None]))
 
-    def _plan_throws(self, objects: Objects, pick: Floats, bins: BinsInTurn) -> tuple[Context, Bools]:
+    def _plan_throws(self, objects: Objects, pick: Floats, bins: ThrowBins) -> tuple[Context, Bools]:
         """Contexts as `plan`, for bins in the order in which to try them."""
         ceiling = pick[:, 2] + self.config.motion.ceiling
         throw_limits, can_hold = self.grip_limits(objects, pick)
@@ -161,24 +145,16 @@ class PickPlanner:
         if not self._has_throw_rule:
             choice = self.mover.choose_targets(pick, bins.target, throw_limits, ceiling, pick, can_hold)
         attempt = np.zeros(len(pick), dtype=np.int64) if choice is None else choice.attempt
-        target, opening, index = bins.at(attempt)
-        plan = self.mover.plan(pick, target, throw_limits, ceiling) if choice is None else choice.plan
+        tried = take(bins, (np.arange(len(pick)), attempt))
+        plan = self.mover.plan(pick, tried.target, throw_limits, ceiling) if choice is None else choice.plan
         context = Context.new(
-            objects,
-            pick,
-            target,
-            opening,
-            index,
-            self._depth(objects, opening),
-            throw_limits=throw_limits,
-            plan=plan,
-            ceiling=ceiling,
-            belt=self.config.belt,
-        )
+            objects, pick, tried, self._depth(objects, tried.opening), throw_limits=throw_limits, plan=plan,
+            ceiling=ceiling, belt=self.config.belt,
+        )  # fmt: skip
         context = apply_bias(context, self.config) if self._is_biased else context
         return (context, choice.good) if choice else self._try_bins(context, bins, can_hold)
 
-    def _try_bins(self, context: Context, bins: BinsInTurn, can_hold: Bools) -> tuple[Context, Bools]:
+    def _try_bins(self, context: Context, bins: ThrowBins, can_hold: Bools) -> tuple[Context, Bools]:
         """Contexts as `plan`, from contexts with the first bins: one bin after the other, for all objects together."""
         first, accepted = self._accept(context)
         good = can_hold & accepted
@@ -187,18 +163,17 @@ class PickPlanner:
             rows = (~good).nonzero()[0]
             if rows.size == 0:
                 break
-            tried, accepted = self._retry(take(first, rows), take(bins, rows), attempt)
+            tried, accepted = self._retry(take(first, rows), take(bins, (rows, attempt)))
             good[rows] = accepted & can_hold[rows]
             attempts.append(tried)
             last[rows], count = np.arange(count, count + len(rows)), count + len(rows)
         return first if len(attempts) == 1 else take(concatenate_records(attempts), last), good
 
-    def _retry(self, context: Context, bins: BinsInTurn, attempt: int) -> tuple[Context, Bools]:
-        """The picks with the bins tried at an attempt, and which throws are accepted (N,)."""
-        target, opening, index = bins.at(np.full(len(context.pick), attempt))
-        plan = self.mover.plan(context.pick, target, context.throw_limits, context.ceiling)
-        depth = self._depth(context.objects, opening)
-        return self._accept(context.replace(target=target, opening=opening, bin=index, depth=depth, plan=plan))
+    def _retry(self, context: Context, bins: ThrowBins) -> tuple[Context, Bools]:
+        """The picks with other bins (N,), and which throws are accepted (N,)."""
+        plan = self.mover.plan(context.pick, bins.target, context.throw_limits, context.ceiling)
+        depth = self._depth(context.objects, bins.opening)
+        return self._accept(context.replace(**bins._asdict(), depth=depth, plan=plan))
 
     def _accept(self, context: Context) -> tuple[Context, Bools]:
         """The picks, some of them with plans to put the object down, and which plans are accepted (N,)."""
@@ -286,7 +261,7 @@ class PickPlanner:
         shift[:, :2] = reserve[:, None] * context.direction
         return shift
 
-    def _bins_in_turn(self, objects: Objects) -> BinsInTurn:
+    def _bins_in_turn(self, objects: Objects) -> ThrowBins:
         """The bins of objects in the order in which to try them: fixed bins, or bins at random places."""
         draw, r = objects.draws.bin, self.config.bins.random
         if r is None:
@@ -295,13 +270,13 @@ class PickPlanner:
         target, opening = np.full((*shape, 3), self.config.bins.rim), np.empty((*shape, 2))
         inputs = in_order(draw, objects.measured.size, np.array([r.x, r.y, r.side]))
         scene_kernel.draw_bins(*inputs, r.item_clearance, target, opening)
-        return BinsInTurn(target, opening, np.zeros(shape, dtype=np.int64))
+        return ThrowBins(target, opening, np.zeros(shape, dtype=np.int64))
 
-    def _fixed_bins(self, index: Ints) -> BinsInTurn:
+    def _fixed_bins(self, index: Ints) -> ThrowBins:
         """Fixed bins by their indices (N, T)."""
         target = np.full((*index.shape, 3), self.config.bins.rim)
         target[..., :2] = self._centres[index]
-        return BinsInTurn(target, self._openings[index], index)
+        return ThrowBins(target, self._openings[index], index)
 
     def _accepting_bins(self, objects: Objects) -> Ints:
         """Indices (N, B) of accepting fixed bins in turn, starting at a random one; they repeat."""

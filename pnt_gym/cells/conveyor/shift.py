@@ -8,7 +8,7 @@ from typing import Any, Final, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, take
 from pnt_gym.cells.base.cell import Generators, Purpose, move_aside
 from pnt_gym.cells.base.features import FeatureTable, Quantity
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -33,11 +33,8 @@ MOST_PICKS: Final = 100_000
 class DriftSchedule:
     """Drift schedules of N shifts of P picks, drawn whole when the shifts begin."""
 
-    delay: Floats
-    """Release delay at every pick (N, P) [s]; this and the next three fields as in `HiddenDrift`."""
-    camera: Floats
-    encoder: Floats
-    draught: Floats
+    drift: HiddenDrift
+    """Drift at every pick (N, P)."""
     noise: Floats
     """Standard normal draws of the bin camera's noise, along and across (N, P, 2)."""
     chance: Floats
@@ -50,21 +47,25 @@ class DriftSchedule:
         """Draw new shifts, one shift per generator; the generators do not advance."""
         picks = config.picks_per_shift
         columns = [_draw_columns(generator, picks, config) for generator in generators]
-        fields = [np.stack(values) for values in zip(*columns, strict=True)]
-        return cls(*fields, at=np.zeros(len(generators), dtype=np.int64))
+        delay, camera, encoder, draught, noise, chance = (np.stack(values) for values in zip(*columns, strict=True))
+        drift = HiddenDrift.of(*delay.shape, delay=delay, camera=camera, encoder=encoder, draught=draught)
+        return cls(drift, noise, chance, at=np.zeros(len(generators), dtype=np.int64))
 
     def now(self) -> HiddenDrift:
         """Drift at the coming picks; after the end of a shift that of its last pick."""
-        index = np.arange(len(self.at)), np.minimum(self.at, self.delay.shape[1] - 1)
-        return HiddenDrift(self.delay[index], self.camera[index], self.encoder[index], self.draught[index])
+        return take(self.drift, self._index())
 
     def measure(self, outcome: Outcome, config: ConveyorConfig) -> tuple[Bools, Floats]:
         """Which landings of the present throws the bin's camera sees (N,), and the measured errors (N, 2) [m]."""
-        index = np.arange(len(self.at)), np.minimum(self.at, self.delay.shape[1] - 1)
+        index = self._index()
         true = np.stack([outcome.landing_along, outcome.landing_across], axis=1)
         far = ~(np.hypot(true[:, 0], true[:, 1]) <= config.feedback.view)  # a landing of NaN is far, too
         is_visible = ~(far | outcome.dropped | (self.chance[index] < config.feedback.unseen))
         return is_visible, np.where(is_visible[:, None], true + config.feedback.noise * self.noise[index], 0.0)
+
+    def _index(self) -> tuple[Ints, Ints]:
+        """Index of the coming picks, or of the last picks of shifts that are over."""
+        return np.arange(len(self.at)), np.minimum(self.at, self.chance.shape[1] - 1)
 
     def advance(self) -> Self:
         """The shifts after one more throw."""
@@ -174,7 +175,7 @@ def make_drift(config: ConveyorConfig, generators: Generators, feedback: bool) -
 def apply_drift(context: Context, now: HiddenDrift, config: ConveyorConfig) -> Context:
     """Picks with hidden drift beside the constants of `bias`: delay, spin and grasp change, measurements do not."""
     objects, constants = context.objects, constant_bias(config, len(context.pick))
-    total = HiddenDrift(*(part + drift for part, drift in zip(constants, now, strict=True)))
+    total = constants.plus(now)
     before, unseen = (unseen_grasp(hidden, context.pick, config.belt) for hidden in (constants, total))
     planned = objects.replace(grasp=objects.grasp + before)
     delay = np.maximum(objects.delay + now.delay, 0.0)
@@ -197,4 +198,4 @@ def remember_throws(context: Context, plans: ReleaseBatch, is_visible: Bools, er
         context.plan.position, context.plan.velocity, rim
     )
     offset = np.nan_to_num(np.stack(context.to_throw_frame(displacement), axis=1))
-    return LastThrow(is_visible, error, offset, context.direction, gone)
+    return LastThrow.of(len(rim), seen=is_visible, error=error, shift=offset, direction=context.direction, gone=gone)

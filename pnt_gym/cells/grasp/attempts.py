@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final, Self, final
 
 import numpy as np
@@ -26,43 +25,36 @@ from pnt_gym.cells.grasp.surfaces import (
 )
 from pnt_gym.planning.motion.limits import T3KR_ACCELERATION
 from pnt_gym.planning.motion.roots import bisect
-from pnt_gym.records import Record
+from pnt_gym.rows import Columns, Pair, field
 
 _HALVINGS: Final = 12
 """Bisection steps of a place or a pace without a feasible throw: resolution 1/4096."""
 
 
 @final
-@dataclass(frozen=True)
-class Attempts(Record):
+class Attempts(Columns):
     """Where N cells stand between the first try to grasp an object and its throw."""
 
-    holds: Bools
-    """Whether the object hangs under the cup (N,)."""
-    tries: Ints
-    """Number of tries that are over (N,)."""
-    last: Floats
-    """Place of the cup in the last try, from the middle of the object's outline (N, 2) [m]; 0 before the first."""
-    place: Floats
-    """Place of the cup in the last try, from the picture's middle (N, 2) [m]; 0 before the first."""
-    failed: Floats
-    """Place of the last try that failed, from the picture's middle (N, 2) [m]; 0 where none did."""
-    vacuum: Floats
-    """Force of the vacuum in the last try by the gauge (N,) [N]; NaN before the first."""
-    leak: Floats
-    """True leak under the lip in the last try, over that of the item's own surface (N,); NaN before the first."""
+    holds: Bools = field("-", "whether the object hangs under the cup")
+    tries: Ints = field("-", "number of tries that are over")
+    last: Pair = field("m", "place of the cup in the last try, from the outline's middle; 0 before the first")
+    place: Pair = field("m", "place of the cup in the last try, from the picture's middle; 0 before the first")
+    failed: Pair = field("m", "place of the last try that failed, from the picture's middle; 0 where none did")
+    vacuum: Floats = field("N", "force of the vacuum in the last try by the gauge; NaN before the first")
+    leak: Floats = field("-", "true leak in the last try, over that of the item's own surface; NaN before the first")
 
     @classmethod
     def none(cls, count: int) -> Self:
         """No try yet in `count` cells."""
-        nowhere, unknown = np.zeros((count, 2)), np.full(count, np.nan)
-        numbers = np.zeros(count, dtype=np.int64)
-        return cls(numbers > 0, numbers, nowhere, nowhere.copy(), nowhere.copy(), unknown, unknown.copy())
+        return cls.of(count, vacuum=np.nan, leak=np.nan)
 
     def then(self, holds: Bools, last: Floats, place: Floats, vacuum: Floats, leak: Floats) -> Attempts:
         """The tries after one more in every cell; arguments as the fields."""
         failed = np.where(holds[:, None], self.failed, place)
-        return Attempts(holds, self.tries + 1, last, place, failed, vacuum, leak)
+        return Attempts.of(
+            len(holds), holds=holds, tries=self.tries + 1, last=last, place=place, failed=failed, vacuum=vacuum,
+            leak=leak,
+        )  # fmt: skip
 
 
 @final

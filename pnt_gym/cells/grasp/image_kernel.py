@@ -13,7 +13,8 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.grasp.config import PIXEL, PIXELS
 from pnt_gym.cells.grasp.random_kernel import GOLDEN, LOW_16, S16, S32, S48, mix, rough_normal
-from pnt_gym.cells.grasp.surface_kernel import LOOK, ZONE_LOOK, SurfaceRows, surface_point
+from pnt_gym.cells.grasp.rows import Surfaces
+from pnt_gym.cells.grasp.surface_kernel import surface_point
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.rows import Bytes4, Floats3, Keys1
 
@@ -41,10 +42,10 @@ def _byte(value: float) -> Any:
 
 
 @kernel_part
-def _write_object(surfaces: SurfaceRows, k: int, x: float, y: float, height: Floats, look: Floats) -> None:
+def _write_object(surfaces: Surfaces, k: int, x: float, y: float, height: Floats, look: Floats) -> None:
     """Write the heights of object k with its middle at x, y above what is there, and its look (PIXELS, PIXELS, 4)."""
-    size, yaw, body, zones = surfaces.size[k], surfaces.yaw[k], surfaces.body[k], surfaces.zones[k]
-    cos, sin = math.cos(yaw), math.sin(yaw)
+    body, zones = surfaces.bodies[k], surfaces.zones[k]
+    size, cos, sin = body.size, math.cos(body.yaw), math.sin(body.yaw)
     wide = (abs(cos) * size[0] + abs(sin) * size[1]) / 2.0
     tall = (abs(sin) * size[0] + abs(cos) * size[1]) / 2.0
     half = (PIXELS - 1) / 2.0
@@ -58,11 +59,11 @@ def _write_object(surfaces: SurfaceRows, k: int, x: float, y: float, height: Flo
             if above > height[row, column]:
                 height[row, column] = above
                 for part in range(4):
-                    look[row, column, part] = zones[zone, ZONE_LOOK + part] if zone >= 0 else body[LOOK + part]
+                    look[row, column, part] = zones[zone].look[part] if zone >= 0 else body.look[part]
 
 
 @kernel_part
-def _write_scene(surfaces: SurfaceRows, first: int, middles: Floats, height: Floats, look: Floats) -> None:
+def _write_scene(surfaces: Surfaces, first: int, middles: Floats, height: Floats, look: Floats) -> None:
     """Write the belt and M objects on the belt, from a first row on; an object with a NaN for its middle is absent."""
     height[:] = 0.0
     look[:] = 0.0
@@ -107,7 +108,7 @@ def _paint_pixel(image: Any, row: int, column: int, height: Floats, look: Floats
 
 
 @kernel
-def paint_rows(surfaces: SurfaceRows, middles: Floats3, keys: Keys1, is_noisy: bool, images: Bytes4) -> None:
+def paint_rows(surfaces: Surfaces, middles: Floats3, keys: Keys1, is_noisy: bool, images: Bytes4) -> None:
     """Paint N pictures of M objects each.
 
     Args:

@@ -11,7 +11,8 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp import image_kernel
 from pnt_gym.cells.grasp.config import CHANNELS, PIXEL, PIXELS
-from pnt_gym.cells.grasp.surfaces import Keys, SurfaceTable, draw_surfaces, surface_rows
+from pnt_gym.cells.grasp.rows import SurfaceTable
+from pnt_gym.cells.grasp.surfaces import Keys, draw_surfaces
 
 Bytes = NDArray[np.uint8]
 
@@ -49,6 +50,6 @@ def pixel_places() -> Floats:
 def _paint(table: SurfaceTable, objects: Objects, middles: Floats, keys: Any, is_noisy: bool) -> Bytes:
     """Pictures with or without noise."""
     images = np.empty((len(middles), CHANNELS, PIXELS, PIXELS), dtype=np.uint8)
-    surfaces = surface_rows(draw_surfaces(table, objects), objects)
+    surfaces = draw_surfaces(table, objects).flat()
     image_kernel.paint_rows(surfaces, np.ascontiguousarray(middles), np.ascontiguousarray(keys), is_noisy, images)
     return images

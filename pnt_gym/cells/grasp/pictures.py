@@ -11,7 +11,8 @@ from pnt_gym.arrays import Floats, take
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp.config import GraspConfig
 from pnt_gym.cells.grasp.images import draw_images
-from pnt_gym.cells.grasp.surfaces import IMAGE, SurfaceTable, object_keys, outline_errors
+from pnt_gym.cells.grasp.rows import SurfaceTable
+from pnt_gym.cells.grasp.surfaces import IMAGE, object_keys, outline_errors
 
 
 @final

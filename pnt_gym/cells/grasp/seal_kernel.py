@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.cells.grasp.surface_kernel import COUNT, SurfaceRows, surface_point
+from pnt_gym.cells.grasp.rows import Surfaces
+from pnt_gym.cells.grasp.surface_kernel import surface_point
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.rows import Floats1, Floats2, Floats3
 
@@ -63,7 +64,7 @@ def _mean_gap(heights: Floats, radius: float) -> float:
 
 
 @kernel
-def find_leaks(surfaces: SurfaceRows, radius: Floats1, places: Floats3, leak: Floats2) -> None:
+def find_leaks(surfaces: Surfaces, radius: Floats1, places: Floats3, leak: Floats2) -> None:
     """Write the leak under cups at places on N objects.
 
     Args:
@@ -74,7 +75,8 @@ def find_leaks(surfaces: SurfaceRows, radius: Floats1, places: Floats3, leak: Fl
     """
     heights = np.empty(POINTS)
     for row in range(len(radius)):
-        cos, sin, r = math.cos(surfaces.yaw[row]), math.sin(surfaces.yaw[row]), radius[row]
+        body, r = surfaces.bodies[row], radius[row]
+        cos, sin = math.cos(body.yaw), math.sin(body.yaw)
         for k in range(places.shape[1]):
             x, y = places[row, k, 0], places[row, k, 1]
             along, across = cos * x + sin * y, cos * y - sin * x
@@ -85,7 +87,7 @@ def find_leaks(surfaces: SurfaceRows, radius: Floats1, places: Floats3, leak: Fl
                 heights[point], outer, _ = surface_point(surfaces, row, along + p, across + q)
                 _, inner, _ = surface_point(surfaces, row, along + INNER * p, across + INNER * q)
                 total += outer + inner
-            if surfaces.body[row, COUNT] < 0.0:  # the shape itself does not leak
+            if body.count < 0:  # the shape itself does not leak
                 for point in range(POINTS):
                     heights[point] = min(heights[point], 0.0)
             gap = _mean_gap(heights, r)

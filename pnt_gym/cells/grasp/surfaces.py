@@ -7,8 +7,7 @@ draws. So surfaces need no generator and are never stored, and one object has on
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final, NamedTuple, final
+from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +18,8 @@ from pnt_gym.cells.base.zones import MOST_ZONES, ZONE_SHAPES, Look, Zone
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.grasp import random_kernel, seal_kernel, surface_kernel
 from pnt_gym.cells.grasp.config import GraspConfig, Surface
+from pnt_gym.cells.grasp.rows import ItemSurface, ItemZone, SurfaceBody, Surfaces, SurfaceTable, SurfaceZone
 from pnt_gym.constants import GRAVITY
-from pnt_gym.records import Record
 
 Keys = NDArray[np.uint64]
 SURFACE, IMAGE, TRY = 1, 2, 3
@@ -40,48 +39,24 @@ class Seals(NamedTuple):
     """Leak under the cup in multiples of that of the item's own surface (N, P)."""
 
 
-@final
-@dataclass(frozen=True)
-class SurfaceTable:
-    """Surfaces of K items as arrays; `surface_kernel` names the columns."""
-
-    items: Floats
-    """Relief, look and centre of mass (K, ITEM_COLUMNS)."""
-    zones: Floats
-    """Zones (K, MOST_ZONES, ITEM_ZONE_COLUMNS), of shape -1 where an item has fewer."""
-
-
-@final
-@dataclass(frozen=True)
-class Surfaces(Record):
-    """Surfaces of objects of any leading shape S, in the objects' axes; `surface_kernel` names the columns."""
-
-    count: Ints
-    """Number of zones that the object has, -1 where the item has no surface, S."""
-    com: Floats
-    """Centre of mass from the middle of the outline, along the world's axes, S + (2,) [m]."""
-    body: Floats
-    """Relief and look, S + (surface_kernel.BODY_COLUMNS,)."""
-    zones: Floats
-    """Zones, S + (MOST_ZONES, surface_kernel.ZONE_COLUMNS)."""
-
-
 def surface_table(items: Sequence[Item]) -> SurfaceTable:
     """The surfaces of items as arrays."""
     rows = [
-        (bool(item.zones) or item.relief is not None, *(item.relief or _SMOOTH), *item.look, item.com) for item in items
+        (bool(item.zones) or item.relief is not None, *(item.relief or _SMOOTH), item.look, item.com) for item in items
     ]
-    no_zone = (-1.0, *[0.0] * 8, 0.0, 1.0, *_AS_AROUND, 0.0)
-    zones = [[*map(_zone_row, item.zones), *[no_zone] * (MOST_ZONES - len(item.zones))] for item in items]
-    return SurfaceTable(np.array(rows, dtype=np.float64), np.array(zones, dtype=np.float64))
+    zones = ItemZone.zeros(len(items), MOST_ZONES, shape=-1)
+    for own, item in zip(zones, items, strict=True):
+        own[: len(item.zones)] = [*map(_zone_row, item.zones)]
+    surfaces: Any = np.array(rows, dtype=ItemSurface.dtype)
+    return SurfaceTable(surfaces, zones)
 
 
-def _zone_row(zone: Zone) -> tuple[float, ...]:
-    """A zone as numbers; -1 where the zone is as the surface around it."""
+def _zone_row(zone: Zone) -> tuple[Any, ...]:
+    """The row of a zone; -1 where the zone is as the surface around it."""
     leak, relief = (-1.0 if value is None else value for value in (zone.leak, zone.relief))
     return (
-        ZONE_SHAPES.index(zone.shape), *zone.at, *zone.size, zone.chance, zone.depth, leak, relief,
-        *(zone.ribs or (-1.0, 1.0)), *(zone.look or _AS_AROUND), zone.spread,
+        ZONE_SHAPES.index(zone.shape), zone.at, zone.size, zone.chance, zone.depth, leak, relief,
+        *(zone.ribs or (-1.0, 1.0)), zone.look or _AS_AROUND, zone.spread,
     )  # fmt: skip
 
 
@@ -120,31 +95,12 @@ def outline_errors(objects: Objects, config: GraspConfig) -> Floats:
 
 def draw_surfaces(table: SurfaceTable, objects: Objects) -> Surfaces:
     """The surfaces of objects of any leading shape."""
-    shape, count = objects.kind.shape, objects.kind.size
-    body, com = np.empty((count, surface_kernel.BODY_COLUMNS)), np.empty((count, 2))
-    zones = np.empty((count, MOST_ZONES, surface_kernel.ZONE_COLUMNS))
-    kind, keys = np.ascontiguousarray(objects.kind).reshape(-1), object_keys(objects, SURFACE).reshape(-1)
-    surface_kernel.draw_rows(kind, keys, table.items, table.zones, _rows(objects, body, zones), com)
-    surfaces = Surfaces(
-        body[:, 0].astype(np.int64).reshape(shape), com.reshape(*shape, 2), body.reshape(*shape, -1),
-        zones.reshape(*shape, *zones.shape[1:]),
-    )  # fmt: skip
-    return surfaces.pack()
-
-
-def _rows(objects: Objects, body: Floats, zones: Floats) -> surface_kernel.SurfaceRows:
-    """Objects of any leading shape with bodies and zones of their surfaces, row after row."""
-    columns = np.ascontiguousarray(objects.shape), np.ascontiguousarray(objects.size), np.ascontiguousarray(objects.yaw)
-    shape, size, yaw = columns
-    return surface_kernel.SurfaceRows(
-        shape.reshape(-1), size.reshape(-1, 3), yaw.reshape(-1), body.reshape(yaw.size, -1),
-        zones.reshape(yaw.size, *zones.shape[-2:]),
-    )  # fmt: skip
-
-
-def surface_rows(surfaces: Surfaces, objects: Objects) -> surface_kernel.SurfaceRows:
-    """Objects of any leading shape with their surfaces, row after row."""
-    return _rows(objects, np.ascontiguousarray(surfaces.body), np.ascontiguousarray(surfaces.zones))
+    shape = objects.kind.shape
+    bodies = SurfaceBody.zeros(*shape, shape=objects.shape, size=objects.size, yaw=objects.yaw)
+    surfaces = Surfaces(bodies, SurfaceZone.zeros(*shape, MOST_ZONES))
+    keys = object_keys(objects, SURFACE).reshape(-1)
+    surface_kernel.draw_rows(objects.kind.reshape(-1), keys, table, surfaces.flat())
+    return surfaces
 
 
 def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
@@ -156,7 +112,7 @@ def seal_at(surfaces: Surfaces, objects: Objects, places: Floats) -> Seals:
         places: axes of the cups from the middles of the outlines, along the world's axes (N, P, 2) [m].
     """
     leak, radius = np.empty(places.shape[:2]), np.ascontiguousarray(objects.cup_radius)
-    seal_kernel.find_leaks(surface_rows(surfaces, objects), radius, np.ascontiguousarray(places), leak)
+    seal_kernel.find_leaks(surfaces, radius, np.ascontiguousarray(places), leak)
     force = np.empty_like(leak)
     seal_kernel.find_forces(np.ascontiguousarray(objects.seal), radius, leak, force)
     return Seals(force, leak)

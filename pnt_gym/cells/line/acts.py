@@ -161,8 +161,8 @@ def _sample_times(begin: float, end: float) -> Floats:
 def _approach_track(decision: Decision, tip: Floats, mover: Mover) -> Track:
     """Track of the hand to its object, and along with the object until the lift."""
     resting = ThrowMotion.resting(decision.hand)
-    meeting = mover.meet(resting, decision.place, decision.context.limits)
-    path = JerkTrajectory.concatenate(decision.hand, [meeting.back], rides=True)
+    _, back = mover.meet(resting, decision.place, decision.context.limits)
+    path = JerkTrajectory.concatenate(decision.hand, [back], rides=True)
     time = _sample_times(0.0, decision.lift - decision.start)
     share = np.minimum(time / max(path.duration[0], SAMPLE_TIME), 1.0)[:, None]
     offset = tip + share * (decision.context.cup_offset[0] - tip)

@@ -18,18 +18,20 @@ from pnt_gym.planning.motion.chase import CHASE_COLUMNS, END, FIRST, LAST, earli
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED
 from pnt_gym.planning.motion.strokes import brake_distance, is_short, long_peaks, ramp_times, stop_times, stroke_time
+from pnt_gym.planning.straight.crossing import Throw
 from pnt_gym.planning.straight.kernel import (
-    Releases,
-    ThrowLines,
+    Space,
+    Stop,
+    ThrowLine,
     choose_slopes,
     is_inside,
     keep_stops_inside,
     release_rows,
 )
+from pnt_gym.planning.straight.plan import ReleaseBatch
 from pnt_gym.rows import Bools1, Floats1, Floats2, Ints1, Rows1, Rows2, Triple
 
-THROW_ROWS = 15
-MEETING, CHOICE, SHORT = Meeting.dtype, Choice.dtype, Short.dtype
+MEETING, CHOICE, SHORT, THROW, STOP = Meeting.dtype, Choice.dtype, Short.dtype, Throw.dtype, Stop.dtype
 
 
 @kernel_part
@@ -123,10 +125,8 @@ def fading_time(speed: float, velocity: float, peak: float, jerk: float) -> floa
 
 
 @kernel_part
-def _lay_out(
-    line: LineNumbers, setting: Setting, site: Site, pick: Floats1, throws: Floats2, m: int
-) -> tuple[float, bool]:
-    """Write a throw for the kernel of releases; returns the time of the fading and whether the limits allow it."""
+def _lay_out(line: LineNumbers, setting: Setting, site: Site, pick: Floats1, throw: Throw) -> tuple[float, bool]:
+    """Write a throw to plan; returns the time of the fading and whether the limits allow it."""
     speed, velocity, peak, jerk = line.speed, setting.velocity, setting.acceleration, setting.jerk
     start, fading, is_possible = pick[0], 0.0, True
     if line.rides:
@@ -134,11 +134,12 @@ def _lay_out(
         start, is_possible = pick[0] + speed * fading / 2.0, fading >= 2.0 * speed / (MOST_SHARE * peak)
         least, fade = 1.0 - MOST_SHARE, 2.0 * speed / fading
         peak, jerk = max(peak - fade, least * peak), max(jerk - 2.0 * fade / fading, least * jerk)
-    throws[0, m], throws[1, m], throws[2, m] = start, pick[1], pick[2]
-    throws[3, m], throws[4, m], throws[5, m] = site.centre[0], site.centre[1], site.centre[2]
-    throws[6, m], throws[7, m], throws[8, m] = velocity, peak, jerk
-    throws[9, m], throws[10, m] = 0.0, pick[2] + line.ceiling
-    throws[11, m], throws[12, m], throws[13, m], throws[14, m] = 0.0, math.inf, -math.inf, math.inf
+    throw.pick[0], throw.pick[1], throw.pick[2] = start, pick[1], pick[2]
+    for axis in range(3):
+        throw.target[axis] = site.centre[axis]
+    throw.velocity, throw.acceleration, throw.jerk = velocity, peak, jerk
+    throw.tolerance, throw.ceiling = 0.0, pick[2] + line.ceiling
+    throw.near, throw.far, throw.low, throw.high = 0.0, math.inf, -math.inf, math.inf
     return fading, is_possible
 
 
@@ -164,29 +165,25 @@ def _throwing_time(line: LineNumbers, throw: Short) -> float:
 @kernel_part
 def _keep_in_workspace(
     line: LineNumbers,
-    throws: Floats2,
+    throws: Rows1[Throw],
     meetings: Rows1[Meeting],
-    lines: ThrowLines,
-    releases: Releases,
+    lines: Rows1[ThrowLine],
+    releases: Rows1[ReleaseBatch],
     is_good: Bools1,
 ) -> None:
     """Write which of the possible throws stop inside the workspace, also with their targets moved by the reserve."""
-    slopes, reasons, vectors, figures = lines.slope, lines.reason, releases.vectors, releases.numbers
-    count, workspace = len(reasons), line.workspace.copy()
-    plans, shifts = np.empty((7, count)), np.empty((2, count if line.reserve > 0.0 else 0))
+    count, borders = len(throws), line.workspace
+    space, stops = Space(borders[0], borders[1], borders[2], borders[3]), empty_rows(count, STOP)
     for m in range(count):
-        pick = meetings[m].pick
-        is_good[m] &= reasons[m] == 0
+        pick, throw, release, stop = meetings[m].pick, throws[m], releases[m], stops[m]
+        is_good[m] &= release.feasible
         if line.rides:
-            is_good[m] &= is_inside(pick[0], pick[1], pick[2], workspace)
-        plans[0, m], plans[1, m], plans[2, m] = slopes[m], figures[4, m], figures[0, m]
-        plans[3, m], plans[4, m], plans[5, m] = vectors[2, m, 0], vectors[2, m, 1], vectors[2, m, 2]
-        plans[6, m] = _braking_acceleration(line, throws[7, m], figures[2, m])
-        if line.reserve > 0.0:
-            x, y = throws[3, m] - pick[0], throws[4, m] - pick[1]
-            far = math.sqrt(x * x + y * y)
-            shifts[0, m], shifts[1, m] = line.reserve * (x / far), line.reserve * (y / far)
-    keep_stops_inside(throws, plans, shifts, line.coast, workspace, is_good)
+            is_good[m] &= is_inside(pick[0], pick[1], pick[2], space)
+        stop.slope, stop.braking = lines[m].slope, _braking_acceleration(line, throw.acceleration, release.angle)
+        x, y = throw.target[0] - pick[0], throw.target[1] - pick[1]
+        far = math.sqrt(x * x + y * y)
+        stop.shift[0], stop.shift[1] = line.reserve * (x / far), line.reserve * (y / far)
+    keep_stops_inside(throws, releases, stops, line.reserve > 0.0, line.coast, space, is_good)
 
 
 @kernel_part
@@ -204,7 +201,7 @@ def _write_pick(tables: Tables, candidate: Candidate, meeting: Meeting, index: i
 
 
 @kernel_part
-def _write_stop(line: LineNumbers, start: Floats1, direction: Floats1, throw: Short, stop: Triple) -> None:
+def _write_stop(line: LineNumbers, start: Triple, direction: Triple, throw: Short, stop: Triple) -> None:
     """Write the place at which a hand stands still after its throw."""
     way = 0.5 * throw.stroke + (line.coast * throw.speed + brake_distance(throw.speed, throw.braking, throw.jerk))
     for axis in range(3):
@@ -227,16 +224,13 @@ def plan_throws(
         The planned throws (G,), and the short ones among them, whose times `finish_short_throws` writes (S,).
     """
     count, line = len(meetings), tables.line[0]
-    throws, fading, is_good = np.empty((THROW_ROWS, count)), np.empty(count), np.empty(count, dtype=np.bool_)
+    throws, fading, is_good = empty_rows(count, THROW), np.empty(count), np.empty(count, dtype=np.bool_)
     for m in range(count):
         candidate = candidates[meetings[m].candidate]
         setting, site = tables.settings[candidate.setting], tables.sites[candidate.site]
-        fading[m], is_good[m] = _lay_out(line, setting, site, meetings[m].pick, throws, m)
-    lines = ThrowLines(np.empty(count), np.empty(count, dtype=np.bool_), np.empty(count, dtype=np.int64))
-    choose_slopes(throws, False, lines)
-    vectors, figures = np.empty((3, count, 3)), np.empty((7, count))
-    releases = Releases(vectors, figures, np.empty((2, count), np.bool_))
-    release_rows(throws, False, not math.isnan(line.gravity_share), lines, releases)
+        fading[m], is_good[m] = _lay_out(line, setting, site, meetings[m].pick, throws[m])
+    lines = choose_slopes(throws, False)
+    releases = release_rows(throws, False, not math.isnan(line.gravity_share), lines)
     _keep_in_workspace(line, throws, meetings, lines, releases, is_good)
     # The row after the last short throw is room for the numbers of a long one.
     choices, short, good, shorts = empty_rows(count, CHOICE), empty_rows(count + 1, SHORT), 0, 0
@@ -244,16 +238,17 @@ def plan_throws(
         if not is_good[m]:
             continue
         choice, candidate, throw = choices[good], candidates[meetings[m].candidate], short[shorts]
-        throw.choice, throw.stroke, throw.speed, throw.jerk = good, 2.0 * figures[4, m], figures[0, m], throws[8, m]
-        throw.braking, throw.fading = _braking_acceleration(line, throws[7, m], figures[2, m]), fading[m]
+        plan, release = throws[m], releases[m]
+        throw.choice, throw.stroke, throw.speed, throw.jerk = good, 2.0 * release.distance, release.speed, plan.jerk
+        throw.braking, throw.fading = _braking_acceleration(line, plan.acceleration, release.angle), fading[m]
         _write_pick(tables, candidate, meetings[m], seen[candidate.line, candidate.place].index, choice)
-        _write_stop(line, throws[:3, m], vectors[2, m], throw, choice.stop)
+        _write_stop(line, plan.pick, release.direction, throw, choice.stop)
         stroke, jerk = throw.stroke, throw.jerk
-        if is_short(stroke, throws[6, m], throws[7, m], jerk):
+        if is_short(stroke, plan.velocity, plan.acceleration, jerk):
             throw.top, throw.peak = 0.25 * jerk * stroke * stroke, 0.5 * jerk * jerk * stroke
             shorts += 1
         else:
-            throw.top, throw.peak = long_peaks(stroke, throws[6, m], throws[7, m], jerk)
+            throw.top, throw.peak = long_peaks(stroke, plan.velocity, plan.acceleration, jerk)
             choice.throwing = _throwing_time(line, throw)
             choice.cycle = choice.lift + choice.throwing
         good += 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final, TypeAlias, cast, final
 
@@ -144,7 +144,7 @@ class SimulatedThrows(ThrowExecutor):
         attempts = state.accounts["attempts"][rows, attempt.chosen["index"][rows]]
         throws = take(attempt.context, rows)
         objects = throws.objects.replace(pick_draw=simulate.redraw(throws.objects.pick_draw, attempts))
-        throws, cores = replace(throws, objects=objects), self._core_index[state.robot[rows]]
+        throws, cores = throws.replace(objects=objects), self._core_index[state.robot[rows]]
         for index, core in enumerate(self.cores):
             own = np.flatnonzero(cores == index)
             if own.size > 0:
@@ -172,4 +172,4 @@ class SimulatedThrows(ThrowExecutor):
 def _cut_bins(throws: Context, count: int) -> Context:
     """Throws with arrays cut to the robot's number of bins; other robots of the line may have more."""
     objects = throws.objects.replace(fill=throws.objects.fill[:, :count])
-    return replace(throws, objects=objects, depth=throws.depth[:, :count])
+    return throws.replace(objects=objects, depth=throws.depth[:, :count])

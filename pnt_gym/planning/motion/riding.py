@@ -20,6 +20,7 @@ motion has at every time at least the fading's acceleration, so its speed is bel
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Self, final
 
 import numpy as np
@@ -30,7 +31,6 @@ from pnt_gym.planning.motion.limits import LimitRows, Limits
 from pnt_gym.planning.motion.roots import bisect
 from pnt_gym.planning.motion.scurve import peaks, stroke_time
 from pnt_gym.planning.motion.trajectory import Segments
-from pnt_gym.records import computed
 
 DOWNSTREAM: Final = np.array([1.0, 0.0, 0.0])
 """Direction in which belts move."""
@@ -63,7 +63,7 @@ class Fading:
         """Distance that the fading velocity covers, s T / 2 (N,) [m]."""
         return self.speed * self.time / 2.0
 
-    @computed
+    @cached_property
     def lead(self) -> Floats:
         """Virtual starts relative to the true starts (N, 3) [m]."""
         return self.way[:, None] * DOWNSTREAM

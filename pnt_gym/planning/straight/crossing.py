@@ -24,13 +24,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
 from pnt_gym.compiled import kernel_part
 from pnt_gym.constants import GRAVITY
-
-# Rows of an array of throws (15, N), in SI units: pick, target, limits, tolerance, ceiling, and the workspace relative
-# to the pick.
-X, Y, Z, TO_X, TO_Y, TO_Z, VELOCITY, ACCELERATION, JERK, TOLERANCE, CEILING, NEAR, FAR, LOW, HIGH = range(15)
+from pnt_gym.rows import Row, Triple, field
 
 # Newton steps for the cubic of the jerk-only crossing: its start is within a factor sqrt(2) of the root, from
 # where five steps reach rounding.
@@ -41,6 +37,22 @@ CUBIC_STEPS = 9
 NEWTON_STEPS = 80
 # Newton's error squares with every step: after a step this small the next step is below rounding.
 SLOPE_PRECISION = 1e-9
+
+
+class Throw(Row):
+    """A throw to plan."""
+
+    pick: Triple = field("m", "start of the hand at rest")
+    target: Triple = field("m", "point through which the object must pass on its way down")
+    velocity: float = field("m/s", "limit of the speed")
+    acceleration: float = field("m/s2", "limit of the acceleration")
+    jerk: float = field("m/s3", "limit of the jerk")
+    tolerance: float = field("m", "half width of the square box around the target")
+    ceiling: float = field("m", "greatest height of the release point; may be infinite")
+    near: float = field("m", "least horizontal distance from the pick to the release point")
+    far: float = field("m", "greatest horizontal distance; may be infinite")
+    low: float = field("m", "least height of the release point above the pick; may be infinite")
+    high: float = field("m", "greatest height above the pick; may be infinite")
 
 
 class PlaneThrow(NamedTuple):
@@ -64,14 +76,14 @@ class Line(NamedTuple):
 
 
 @kernel_part
-def lay_out(throws: Floats, row: int) -> tuple[PlaneThrow, float, float]:
-    """Throw of a row, and cosine and sine of its azimuth; reach is shortened by the tolerance and may be negative."""
-    x, y = throws[TO_X, row] - throws[X, row], throws[TO_Y, row] - throws[Y, row]
+def lay_out(throw: Throw) -> tuple[PlaneThrow, float, float]:
+    """Throw in its plane, cosine and sine of its azimuth; reach is shortened by the tolerance and may be negative."""
+    x, y = throw.target[0] - throw.pick[0], throw.target[1] - throw.pick[1]
     full = math.sqrt(x * x + y * y)
     cosine, sine = (x / full, y / full) if full > 0.0 else (1.0, 0.0)
-    reach = full - throws[TOLERANCE, row] / max(abs(cosine), abs(sine))
-    rise = throws[TO_Z, row] - throws[Z, row]
-    return PlaneThrow(reach, rise, throws[VELOCITY, row], throws[ACCELERATION, row], throws[JERK, row]), cosine, sine
+    reach = full - throw.tolerance / max(abs(cosine), abs(sine))
+    rise = throw.target[2] - throw.pick[2]
+    return PlaneThrow(reach, rise, throw.velocity, throw.acceleration, throw.jerk), cosine, sine
 
 
 @kernel_part

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import NamedTuple, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from pnt_gym.arrays import Bools, Floats, Ints, length
 from pnt_gym.errors import PntGymError
 from pnt_gym.planning.motion.limits import EllipticWorkspace
 from pnt_gym.planning.reasons import ReasonCode
-from pnt_gym.records import Record
+from pnt_gym.rows import Columns, Triple, field
 
 MIN_REACH = 1e-9
 """Horizontal distances up to this [m] count as zero, so that the throw has no direction."""
@@ -76,33 +76,28 @@ class Release:
     workspace_active: bool
 
 
+_COUNT: Final = len(fields(Release))
+
+
 @final
-@dataclass(frozen=True, eq=False)
-class ReleaseBatch(Record):
-    """N planned throws: the fields of ``Release`` with N first, NaN and False in rows without a plan.
+class ReleaseBatch(Columns):
+    """N planned throws: the fields of ``Release`` with N first, NaN and False in rows without a plan."""
 
-    Attributes:
-        feasible: whether the row holds a plan (N,).
-        reason: ``Reason`` codes (N,), 0 where feasible.
-        straight: whether the hand moves straight from pick to release point (N,); if not, ``direction`` is the
-            direction of the release velocity, and the motion to the release is planned separately.
-    """
-
-    position: Floats
-    velocity: Floats
-    direction: Floats
-    speed: Floats
-    acceleration: Floats
-    angle: Floats
-    azimuth: Floats
-    distance: Floats
-    time: Floats
-    flight_time: Floats
-    ceiling_active: Bools
-    workspace_active: Bools
-    feasible: Bools
-    reason: Ints
-    straight: Bools
+    position: Triple = field("m", "release point")
+    velocity: Triple = field("m/s", "velocity of hand and object at the release")
+    direction: Triple = field("-", "unit vector of pick to release point, or of the velocity if not `straight`")
+    speed: Floats = field("m/s", "release speed")
+    acceleration: Floats = field("m/s2", "greatest acceleration on the way to the release")
+    angle: Floats = field("rad", "elevation of the line above the horizontal")
+    azimuth: Floats = field("rad", "direction of the line in top view, from +x to +y")
+    distance: Floats = field("m", "way from the pick to the release")
+    time: Floats = field("s", "time from the pick to the release")
+    flight_time: Floats = field("s", "time from the release to the target")
+    ceiling_active: Bools = field("-", "whether the ceiling moved the release off the free optimum")
+    workspace_active: Bools = field("-", "whether the workspace moved the release off the free optimum")
+    feasible: Bools = field("-", "whether the row holds a plan")
+    reason: Ints = field("-", "`Reason` code, 0 where feasible")
+    straight: Bools = field("-", "whether the hand moves straight to the release; if not, the motion is planned apart")
 
     @classmethod
     def from_velocities(
@@ -112,11 +107,9 @@ class ReleaseBatch(Record):
         velocity: Floats,
         ahead: Floats,
         *,
-        acceleration: Floats,
-        time: Floats,
-        flight_time: Floats,
         ceiling_active: Bools,
         reason: Ints,
+        **columns: Floats,
     ) -> ReleaseBatch:
         """Return releases that do not lie on straight lines from the picks, without the motions to the releases.
 
@@ -125,35 +118,35 @@ class ReleaseBatch(Record):
             position: release points (N, 3) [m].
             velocity: velocities of hands and objects at the releases (N, 3) [m/s].
             ahead: vectors that point along the throws (N, 3); 0 where there is no direction.
-            acceleration: greatest accelerations of the motions (N,) [m/s2].
-            time: times of the motions (N,) [s].
-            flight_time: times from the releases to the targets (N,) [s].
             ceiling_active: whether the ceiling moved a release (N,).
             reason: ``Reason`` codes (N,); only the feasible rows hold a plan.
+            columns: acceleration, time and flight time of the throws (N,).
         """
-        feasible = reason == Reason.FEASIBLE
-        gap, never, far = np.where(feasible, 0.0, np.nan), np.zeros(len(reason), dtype=np.bool_), length(ahead)
+        feasible, far = reason == Reason.FEASIBLE, length(ahead)
         flat = np.sqrt(velocity[:, 0] ** 2 + velocity[:, 1] ** 2)
-        return cls(
-            position=position + gap[:, None],
-            velocity=velocity + gap[:, None],
-            direction=ahead / np.where(far > 0.0, far, 1.0)[:, None] + gap[:, None],
-            speed=length(velocity) + gap,
-            acceleration=acceleration + gap,
-            angle=np.arctan2(velocity[:, 2], flat) + gap,
-            azimuth=np.arctan2(ahead[:, 1], ahead[:, 0]) + gap,
-            distance=length(position - pick) + gap,
-            time=time + gap,
-            flight_time=flight_time + gap,
+        columns.update(
+            speed=length(velocity),
+            angle=np.arctan2(velocity[:, 2], flat),
+            azimuth=np.arctan2(ahead[:, 1], ahead[:, 0]),
+            distance=length(position - pick),
+        )
+        vectors = {
+            "position": position,
+            "velocity": velocity,
+            "direction": ahead / np.where(far > 0.0, far, 1.0)[:, None],
+        }
+        gap = np.where(feasible, 0.0, np.nan)
+        return cls.of(
+            len(reason),
+            **{name: vector + gap[:, None] for name, vector in vectors.items()},
+            **{name: column + gap for name, column in columns.items()},
             ceiling_active=feasible & ceiling_active,
-            workspace_active=never,
             feasible=feasible,
             reason=reason,
-            straight=never.copy(),
         )
 
     def __len__(self) -> int:
-        return int(self.feasible.shape[0])
+        return len(self.rows)
 
     def row(self, index: int) -> Release:
         """Return the throw of one row.
@@ -161,10 +154,11 @@ class ReleaseBatch(Record):
         Raises:
             InfeasibleThrow: if the row holds no plan.
         """
-        if not self.feasible[index]:
-            raise InfeasibleThrow(Reason(int(self.reason[index])), f" (row {index})")
-        row = {field.name: getattr(self, field.name)[index] for field in fields(Release)}
-        return Release(**{name: value.item() if value.ndim == 0 else value for name, value in row.items()})
+        row = self.rows[index]
+        if not row["feasible"]:
+            raise InfeasibleThrow(Reason(row["reason"]), f" (row {index})")
+        values = row.item()[:_COUNT]
+        return Release(*[value.copy() if isinstance(value, np.ndarray) else value for value in values])
 
 
 class Rules(NamedTuple):

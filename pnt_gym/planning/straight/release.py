@@ -12,17 +12,19 @@ same bits.
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from dataclasses import astuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints, Point, finite_points, finite_rows, length, number, of_kind
+from pnt_gym.arrays import Bools, Floats, Point, finite_points, finite_rows, in_order, length, number, of_kind
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.ballistics import flight_time
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds, MotionLimits, limit_rows
 from pnt_gym.planning.motion.scurve import scurves
 from pnt_gym.planning.straight import kernel
+from pnt_gym.planning.straight.crossing import Throw
 from pnt_gym.planning.straight.frame import Frame, check_throws, point_of
 from pnt_gym.planning.straight.plan import (
     MIN_REACH,
@@ -33,6 +35,7 @@ from pnt_gym.planning.straight.plan import (
     Rules,
     TargetChoice,
 )
+from pnt_gym.rows import Rows
 
 __all__ = [
     "plan_release",
@@ -43,20 +46,10 @@ __all__ = [
 ]
 
 
-class KernelResults(NamedTuple):
-    """Results of the kernel: fields of `Release` in order, (3, N, 3), (7, N) and (2, N), and `Reason` codes (N,)."""
-
-    vectors: Floats
-    numbers: Floats
-    active: Bools
-    reason: Ints
-
-
 PIECE: Final = 20_000
 """Throws per call of machine code: a tenth of a second, during which Ctrl-C has no effect."""
-FEASIBLE: Final = int(Reason.FEASIBLE)
-OPEN: Final = (0.0, math.inf, -math.inf, math.inf)
-"""Line bounds without a workspace."""
+OPEN: Final = Throw.zeros(1, ceiling=math.inf, far=math.inf, low=-math.inf, high=math.inf)
+"""A throw without bounds."""
 
 
 def plan_release(
@@ -84,15 +77,15 @@ def plan_release(
     """
     start, end = point_of(pick, "pick"), point_of(target, "target")
     check_bounds(ceiling, tolerance)
-    roof = math.inf if ceiling is None else ceiling
-    bounds = OPEN if workspace is None else [b.item() for b in _line_bounds([start], [end], workspace)]
-    throws = np.array([*start, *end, *of_kind(limits, MotionLimits, "limits").numbers(), tolerance, roof, *bounds])
-    results = _plan_throws(throws[:, None], has_workspace=workspace is not None)
-    reason = Reason(results.reason.item())
+    bounds = {} if workspace is None else _line_bounds([start], [end], workspace)._asdict()
+    roof, numbers = math.inf if ceiling is None else ceiling, of_kind(limits, MotionLimits, "limits").numbers()
+    throws = _lay_out([start], [end], numbers, tolerance=tolerance, ceiling=roof, **bounds)
+    plans = _plan_throws(throws, has_workspace=workspace is not None)
+    reason = Reason(plans["reason"].item())
     if reason != Reason.FEASIBLE:
         details = {Reason.NO_REACH: f" (pick {start}, target {end})", Reason.CEILING: f" z = {ceiling} m"}
         raise InfeasibleThrow(reason, details.get(reason, f" {workspace}"))
-    return Release(*results.vectors[:, 0], *results.numbers[:, 0].tolist(), *results.active[:, 0].tolist())
+    return ReleaseBatch(plans).row(0)
 
 
 def plan_release_batch(
@@ -113,11 +106,11 @@ def plan_release_batch(
         ValueError: if an input is NaN or infinite, a tolerance is negative, or shapes disagree.
     """
     start, end, box = check_throws(picks, targets, tolerance)
-    rows, never = limit_rows(limits, len(start)), np.full(len(start), np.inf)
-    roof = never if ceiling is None else finite_rows(ceiling, len(start), "ceiling")
-    bounds = LineBounds.below(never) if workspace is None else _line_bounds(start, end, workspace)
-    throws = np.array([*start.T, *end.T, *rows, box, roof, *bounds])
-    return to_batch(_plan_throws(throws, has_workspace=workspace is not None))
+    rows = limit_rows(limits, len(start))
+    roof = math.inf if ceiling is None else finite_rows(ceiling, len(start), "ceiling")
+    bounds = {} if workspace is None else _line_bounds(start, end, workspace)._asdict()
+    throws = _lay_out(start, end, rows, tolerance=box, ceiling=roof, **bounds)
+    return ReleaseBatch(_plan_throws(throws, has_workspace=workspace is not None))
 
 
 def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, elevation: ArrayLike) -> ReleaseBatch:
@@ -144,10 +137,10 @@ def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, e
 
 def aim_lines(picks: Floats, targets: Floats, limits: LimitRows, elevation: Floats) -> ReleaseBatch:
     """Return the throws as `release_at_elevation`, for arrays that need no check."""
-    throws = np.zeros((15, len(picks)))
-    throws[0:3], throws[3:6], throws[6:9] = picks.T, targets.T, limits
-    plans = to_batch(_plan_throws(throws, slope=np.tan(elevation)))
-    return plans.replace(angle=np.where(plans.feasible, elevation, np.nan))
+    lines = kernel.ThrowLine.zeros(len(picks), slope=np.tan(elevation))
+    plans = kernel.release_rows(_lay_out(picks, targets, limits), False, True, lines)
+    plans["angle"] = np.where(plans["feasible"], elevation, np.nan)
+    return ReleaseBatch(plans)
 
 
 def release_at_point(
@@ -191,9 +184,22 @@ def release_at_point(
     angle, azimuth = np.arctan2(way[:, 2], flat) + gap, np.arctan2(way[:, 1], way[:, 0]) + gap
     # Half of Eq. 4 over the stroke 2 P_r, which is Eq. 12, as in the kernel.
     time = distance / speed + 0.5 * (speed / peak + peak / rows.jerk)
-    vectors = np.array([start + distance[:, None] * direction, speed[:, None] * direction, direction])
-    numbers = np.array([speed, peak, angle, azimuth, distance, time, flight + gap])
-    return to_batch(KernelResults(vectors, numbers, np.zeros((2, count), dtype=np.bool_), reason))
+    return ReleaseBatch.of(
+        count,
+        position=start + distance[:, None] * direction,
+        velocity=speed[:, None] * direction,
+        direction=direction,
+        speed=speed,
+        acceleration=peak,
+        angle=angle,
+        azimuth=azimuth,
+        distance=distance,
+        time=time,
+        flight_time=flight + gap,
+        feasible=reason == Reason.FEASIBLE,
+        reason=reason,
+        straight=True,
+    )
 
 
 def stops_inside(
@@ -216,14 +222,15 @@ def stops_inside(
         braking: greatest acceleration of the braking (N,) [m/s2].
         window: time between the release and the braking, at constant velocity [s].
         workspace: positions that the hand can reach.
-        shifts: displacements of the targets along x and y (2, N) [m]; the throws at the same elevation to targets moved
+        shifts: displacements of the targets along x and y (N, 2) [m]; the throws at the same elevation to targets moved
             by the displacements, forth and back, have to stay in the workspace too. None: the targets alone.
     """
-    good, throws = plans.feasible.copy(), np.zeros((15, len(picks)))
-    throws[0:3], throws[3:6], throws[6:9] = picks.T, targets.T, limits
-    lines = np.array([np.tan(plans.angle), plans.distance, plans.speed, *plans.direction.T, braking])
-    borders = np.array([workspace.semi_x, workspace.semi_y, workspace.z_min, workspace.z_max])
-    kernel.keep_stops_inside(throws, lines, np.empty((2, 0)) if shifts is None else shifts, window, borders, good)
+    good, has_shifts = plans.feasible.copy(), shifts is not None
+    stops = kernel.Stop.zeros(
+        len(picks), slope=np.tan(plans.angle), braking=braking, shift=shifts if has_shifts else 0.0
+    )
+    throws, space = _lay_out(picks, targets, limits), kernel.Space(*astuple(workspace))
+    kernel.keep_stops_inside(throws, in_order(plans.rows)[0], stops, has_shifts, window, space, good)
     return good
 
 
@@ -249,16 +256,10 @@ def choose_targets(
         origins: points from which targets are moved along the throw (N, 3) [m].
         may_throw: which objects may be thrown at all (N,).
     """
-    count, space = len(picks), rules.workspace
-    throws = np.empty((15, count))
-    throws[:3], throws[6], throws[7], throws[8] = picks.T, *limits
-    throws[9:] = np.array([0.0, 0.0, *OPEN])[:, None]
-    throws[10] = ceiling
-    attempt, lines, good = np.empty(count, dtype=np.int64), _empty_lines(count), may_throw.copy()
-    borders = np.array([space.semi_x, space.semi_y, space.z_min, space.z_max])
-    stop = kernel.StopRules(*rules[:3])
-    kernel.choose_targets(throws, targets, np.ascontiguousarray(origins), stop, borders, attempt, lines, good)
-    return TargetChoice(attempt, to_batch(release_lines(throws, False, lines)), good)
+    throws, good = _lay_out(picks, targets[:, -1], limits, ceiling=ceiling), may_throw.copy()
+    stop, space = kernel.StopRules(*rules[:3]), kernel.Space(*astuple(rules.workspace))
+    attempt, lines = kernel.choose_targets(throws, *in_order(targets, origins), stop, space, good)
+    return TargetChoice(attempt, ReleaseBatch(kernel.release_rows(throws, False, True, lines)), good)
 
 
 def check_bounds(ceiling: float | None, tolerance: float) -> None:
@@ -278,46 +279,19 @@ def _line_bounds(picks: ArrayLike, targets: ArrayLike, workspace: EllipticWorksp
     return of_kind(workspace, EllipticWorkspace, "workspace").line_bounds(frame.picks, frame.cosine, frame.sine)
 
 
-def _plan_throws(throws: Floats, *, has_workspace: bool = False, slope: Floats | None = None) -> KernelResults:
-    """Plan the throws along lines of given slopes (N,), or along the quickest lines.
-
-    Args:
-        throws: array (15, N) with a throw per column, by the kernel's rows.
-        has_workspace: whether there is a workspace.
-        slope: tangents of the elevations (N,); None for the quickest lines.
-    """
-    count = throws.shape[1]
-    lines = _empty_lines(count)
-    if slope is not None:
-        lines = lines._replace(slope=slope)
-    for begin in range(0, count if slope is None else 0, PIECE):
-        rows = slice(begin, begin + PIECE)
-        piece = kernel.ThrowLines(lines.slope[rows], lines.moved[rows], lines.reason[rows])
-        kernel.choose_slopes(np.ascontiguousarray(throws[:, rows]), has_workspace, piece)
-    return release_lines(throws, has_workspace, lines)
+def _lay_out(picks: Any, targets: Any, limits: tuple[Any, Any, Any], **bounds: Any) -> Rows[Throw]:
+    """Throws with limits (velocity, acceleration, jerk), and with bounds by the names of the fields of `Throw`."""
+    velocity, acceleration, jerk = limits
+    throws = OPEN.repeat(len(picks))
+    motion = {"pick": picks, "target": targets, "velocity": velocity, "acceleration": acceleration, "jerk": jerk}
+    for name, values in (motion | bounds).items():
+        throws[name] = values
+    return throws
 
 
-def _empty_lines(count: int) -> kernel.ThrowLines:
-    """Lines that are not chosen yet, without a bound that moves them and with no reason against them."""
-    return kernel.ThrowLines(np.empty(count), np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64))
-
-
-def release_lines(throws: Floats, has_workspace: bool, lines: kernel.ThrowLines) -> KernelResults:
-    """Releases of throws (15, N) along lines, as the kernel `release_rows`."""
-    count = throws.shape[1]
-    releases = kernel.Releases(np.empty((3, count, 3)), np.empty((7, count)), np.empty((2, count), dtype=np.bool_))
-    kernel.release_rows(throws, has_workspace, True, lines, releases)
-    return KernelResults(*releases, lines.reason)
-
-
-def to_batch(results: KernelResults) -> ReleaseBatch:
-    """The record of releases that the kernel `release_rows` has written."""
-    feasible = results.reason == FEASIBLE
-    return ReleaseBatch(
-        *results.vectors,
-        *results.numbers,
-        *results.active,
-        feasible=feasible,
-        reason=results.reason,
-        straight=np.ones(len(results.reason), dtype=np.bool_),
-    )
+def _plan_throws(throws: Rows[Throw], *, has_workspace: bool) -> Rows[ReleaseBatch]:
+    """Plan the throws along the quickest lines."""
+    begins = range(0, max(len(throws), 1), PIECE)
+    pieces = [kernel.choose_slopes(throws[begin : begin + PIECE], has_workspace) for begin in begins]
+    lines = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+    return kernel.release_rows(throws, has_workspace, True, lines)

@@ -13,7 +13,7 @@ from tests.tools.throws import same_bits
 
 def previewed(core, context, **off):
     """Landings (N, 2) in the throw's frame of cells that are off, and which were thrown untouched."""
-    now = HiddenDrift.zero(core.count)._replace(**off)
+    now = HiddenDrift.of(core.count, **off)
     core.cell.context = apply_drift(context, now, core.config)
     seen = core.preview(np.zeros((core.count, 2)))
     landing = np.stack([seen.landing_along, seen.landing_across], axis=1)

@@ -133,4 +133,4 @@ def test_the_feedback_alone_has_the_names_of_its_table():
     nothing = SHIFT_TABLE.decode(np.zeros((1, 34)))
     assert [*nothing][26:] == [one.name for one in FEEDBACK]
     assert not any(nothing[one.name].any() for one in FEEDBACK)  # zero is nothing known
-    assert len(LastThrow.none(3).error) == 3
+    assert len(LastThrow.of(3).error) == 3

@@ -1,7 +1,5 @@
 """Honesty of the physics: without mismatch the plan comes true, and each effect alone does what its formula says."""
 
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 import pytest
@@ -200,7 +198,7 @@ def test_an_engine_warning_is_an_error_and_not_a_number(tmp_path, monkeypatch):
     core = make_core("nominal_plain", 2)
     context = core.context
     objects = context.objects.replace(spin=np.array([[0.0, 0.0, 0.0], [1e40, 0.0, 0.0]]))
-    core.cell.context = replace(context, objects=objects)
+    core.cell.context = context.replace(objects=objects)
     with pytest.raises(PhysicsError, match="MuJoCo warned in simulation 1"):
         core.preview(np.zeros((2, 2)))
     core.cell.context = context

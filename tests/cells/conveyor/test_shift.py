@@ -1,7 +1,5 @@
 """A cell that drifts through its shift: bit for bit the usual one without drift, and nobody sees how it is off."""
 
-from dataclasses import fields
-
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -78,7 +76,8 @@ def shifts(seeds, **changes):
 
 
 def columns(shift):
-    return {field.name: getattr(shift, field.name) for field in fields(shift)}
+    named = {name: getattr(shift.drift, name) for name in HiddenDrift.fields}
+    return named | {name: getattr(shift, name) for name in ("noise", "chance", "at")}
 
 
 def test_a_shift_is_a_function_of_its_rows_generator_which_stays_where_it_is():
@@ -113,7 +112,7 @@ def test_what_drifts_and_what_is_seen_are_drawn_apart():
 
 def test_the_axes_of_camera_and_draught_differ():
     drawn = shifts(range(600), drift=ALL, picks_per_shift=2)
-    for values in (drawn.camera[:, 0], drawn.draught[:, 0]):
+    for values in (drawn.drift.camera[:, 0], drawn.drift.draught[:, 0]):
         assert abs(np.corrcoef(values.T)[0, 1]) < 0.13
 
 
@@ -121,8 +120,8 @@ def test_behind_its_end_a_shift_stays_as_it_was():
     shift = shifts([1, 2], drift=ALL, picks_per_shift=3)
     for _ in range(5):
         shift = shift.advance()
-    np.testing.assert_array_equal(shift.now().delay, shift.delay[:, -1])
-    np.testing.assert_array_equal(shift.now().camera, shift.camera[:, -1])
+    np.testing.assert_array_equal(shift.now().delay, shift.drift.delay[:, -1])
+    np.testing.assert_array_equal(shift.now().camera, shift.drift.camera[:, -1])
 
 
 def test_every_pick_has_the_drift_of_its_place_in_the_shift():
@@ -141,8 +140,7 @@ def test_every_pick_has_the_drift_of_its_place_in_the_shift():
 
 def drifts(env):
     """How the coming picks are off, as bytes of each row."""
-    drift = env.unwrapped.core.context.drift
-    return [b"".join(part[row].tobytes() for part in drift) for row in range(len(drift.delay))]
+    return [row.tobytes() for row in env.unwrapped.core.context.drift.rows]
 
 
 def test_shifts_differ_by_seed_and_follow_from_it():
@@ -199,14 +197,13 @@ def test_the_release_is_later_by_the_drift_and_never_before_it_is_commanded(pair
     assert (drift > 0.0).any()
     assert (drift < 0.0).any()
     np.testing.assert_array_equal(moving.context.objects.delay, np.maximum(delay + drift, 0.0))
-    early = still.context.drift._replace(delay=np.full(40, -1.0))
+    early = still.context.drift.replace(delay=np.full(40, -1.0))
     assert not apply_drift(still.context, early, still.config).objects.delay.any()
 
 
 def spun(config, core, offset):
     """Spin at release (N, 3) where objects are off by so much (2,) [m]."""
-    nothing = HiddenDrift.zero(core.count)
-    return apply_drift(core.context, nothing._replace(camera=np.tile(offset, (core.count, 1))), config).objects.spin
+    return apply_drift(core.context, HiddenDrift.of(core.count, camera=np.array(offset)), config).objects.spin
 
 
 def test_under_a_rigid_lip_spin_follows_the_offset():
@@ -242,9 +239,9 @@ def test_no_drift_of_the_coming_pick_leaks_into_what_is_seen_of_it(part):
     before, context = core.observe(), core.context
     assert before.shape == (12, 34)
     assert before[:, 26:].any()
-    core.cell.context = apply_drift(context, HiddenDrift.zero(12)._replace(**part), core.config)
+    core.cell.context = apply_drift(context, HiddenDrift.of(12, **part), core.config)
     assert same_bits(core.observe(), before)
-    assert not all(same_bits(a, b) for a, b in zip(core.context.drift, context.drift, strict=True))
+    assert core.context.drift.rows.tobytes() != context.drift.rows.tobytes()
 
 
 def test_what_drifts_is_hidden_and_named():

@@ -30,7 +30,7 @@ def accepted(pick, target, limits, ceiling, rules, origin):
         braking = np.minimum(braking, rules.gravity_share * GRAVITY / np.maximum(np.sin(plans.angle), 1e-3))
     way = target[:, :2] - origin[:, :2]
     shift = rules.reserve * way / np.sqrt((way**2).sum(axis=1))[:, None]
-    shifts = np.ascontiguousarray(shift.T) if rules.reserve else None
+    shifts = shift if rules.reserve else None
     return plans, stops_inside(pick, target, limits, plans, braking, rules.window, rules.workspace, shifts)
 
 

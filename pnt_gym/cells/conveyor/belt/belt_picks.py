@@ -16,7 +16,7 @@ from pnt_gym.cells.conveyor.belt.stream import AWAY, PASSED_PLACES, BeltStream, 
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips
-from pnt_gym.cells.conveyor.movers.straight import Reach, ThrowMotion
+from pnt_gym.cells.conveyor.movers.straight import Meeting, ThrowMotion
 from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.errors import ConfigError
@@ -35,7 +35,7 @@ LONGEST_QUEUE: Final = 32
 class PlannedPicks:
     """P objects that hands could pick next and throw, as planned to compare them."""
 
-    reach: Reach
+    meeting: Meeting
     """Meetings of hands and objects."""
     context: Context
     throwable: Bools
@@ -57,7 +57,7 @@ class RankedPicks:
         """Picks of the objects at one place per row; the last pick stands in for index -1, as not throwable."""
         index = self.index[rows, places]
         picks = take(self.picks, index)
-        return PlannedPicks(picks.reach, picks.context, picks.throwable & (index >= 0))
+        return PlannedPicks(picks.meeting, picks.context, picks.throwable & (index >= 0))
 
     def motions(self, rows: Ints, places: Ints) -> ThrowMotion:
         """Motions of throwable objects at one place per row."""
@@ -109,7 +109,7 @@ class BeltPicks(PickSource):
         result, pending, length = None, np.arange(len(rows)), self.stream.length
         self.passed[rows] = 0
         for _ in range(-(-MOST_DRAWS // length)):
-            hands, hand_limits = take_rows(motion, pending, len(rows)), take_rows(limits, pending, len(rows))
+            hands, hand_limits = take_rows((motion, limits), pending, len(rows))
             picks, place, elapsed = self._choose_picks(rows[pending], hands, hand_limits)
             result = picks if result is None else replace_rows(result, pending, picks)
             gone = self._count_passed(rows[pending], place, elapsed)
@@ -138,11 +138,11 @@ class BeltPicks(PickSource):
         for at in order.T:
             belt_rows, place = rows[pending], at[pending]
             if ranked is None:
-                hands, hand_limits = take(motion, pending), take(limits, pending)
+                hands, hand_limits = take((motion, limits), pending)
                 picks = self._plan_picks(self._planner, *self.stream.in_queue(belt_rows, place), hands, hand_limits)
             else:
                 picks = ranked.at(pending, place)
-            time = motion.stop_time[pending] + picks.reach.time + self._dwell
+            time = motion.stop_time[pending] + picks.meeting.time + self._dwell
             good = picks.throwable & ~self.stream.knocked[belt_rows, PASSED_PLACES + place]
             best = good
             if self._solid:
@@ -158,8 +158,8 @@ class BeltPicks(PickSource):
             if pending.size == 0:
                 break
         assert result is not None  # a queue is never empty
-        back = self._planner.mover.approach(motion, result.reach, limits)
-        return NextPick(result.reach.wait, result.context, back), places, elapsed
+        back = self._planner.mover.approach(motion, result.meeting, limits)
+        return NextPick(result.meeting.wait, result.context, back), places, elapsed
 
     def find_collisions(self, context: Context, motion: ThrowMotion, grips: Grips) -> Bools:
         """Which of all stored objects (N, PASSED_PLACES + Q) the carried objects sweep through."""
@@ -220,7 +220,7 @@ class BeltPicks(PickSource):
         ahead &= ~self.stream.knocked[rows, PASSED_PLACES:]
         row, place = np.nonzero(ahead)
         objects, x = self.stream.in_queue(rows[row], place)
-        picks = self._plan_picks(self._estimator, objects, x, take(motion, row), take(limits, row))
+        picks = self._plan_picks(self._estimator, objects, x, *take((motion, limits), row))
         worth, throws = self._priorities(picks)
         ranks = np.full(shape, -np.inf)
         ranks[row, place] = worth
@@ -235,19 +235,19 @@ class BeltPicks(PickSource):
         self, planner: PickPlanner, objects: Objects, x: Floats, motion: ThrowMotion, limits: LimitRows
     ) -> PlannedPicks:
         """Picks and throws of objects at positions x along the belt when the throws of the hands begin (P,) [m]."""
-        reach = planner.mover.reach(
+        meeting = planner.mover.reach(
             motion, self._planner.pick_point(objects, x + self._belt.speed * motion.stop_time), limits
         )
-        context, throwable = planner.plan(objects, reach.position)
-        return PlannedPicks(reach, context, reach.feasible & throwable)
+        context, throwable = planner.plan(objects, meeting.position)
+        return PlannedPicks(meeting, context, meeting.feasible & throwable)
 
     def _priorities(self, picks: PlannedPicks) -> tuple[Floats, ThrowMotion]:
         """Priorities of picks by the rule (P,), and the motions of those that are throwable."""
-        reach, context, good = picks.reach, picks.context, picks.throwable
+        meeting, context, good = picks.meeting, picks.context, picks.throwable
         throws, throwing = take_rows(context, good.nonzero()[0], len(good)), np.zeros(len(good))
         motion = self._estimator.mover.throw(throws.pick, throws.plan, throws.throw_limits, throws.ceiling)
         throwing[good] = motion.stop_time
-        start = reach.time + self._dwell
+        start = meeting.time + self._dwell
         stays = (self._belt.pick_x[1] - context.pick[:, 0]) / self._belt.speed
         among = Candidates(np.ones(len(good)), start + throwing, start, start + stays, good)
         return index(self._rule, among, self._patience), motion

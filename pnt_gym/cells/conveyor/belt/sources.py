@@ -5,12 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Final, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, stand_ins, take_rows
+from pnt_gym.arrays import Bools, Floats, Ints, replace_rows, stand_ins, take
 from pnt_gym.cells.base.cell import Generators
 from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.cup.hold import Grips
@@ -20,7 +19,6 @@ from pnt_gym.cells.conveyor.planner import PickPlanner
 from pnt_gym.errors import ConfigError
 from pnt_gym.planning.motion.limits import LimitRows
 from pnt_gym.planning.motion.trajectory import Segments
-from pnt_gym.records import Record
 
 MOST_DRAWS: Final = 120
 """Number of objects without a feasible throw after which the cell is impossible."""
@@ -29,8 +27,7 @@ STANDING_HEIGHT: Final = 0.05
 
 
 @final
-@dataclass(frozen=True)
-class NextPick(Record):
+class NextPick(NamedTuple):
     """The next picks of N hands, and their returns to these picks."""
 
     wait: Floats
@@ -128,7 +125,7 @@ class IndependentPicks(PickSource):
         """First picks of all rows, drawn in those that are not held back; one of these stands in for the others."""
         rows = np.flatnonzero(~self._held)
         picks = self.first(rows)
-        return take_rows(picks, stand_ins(rows, len(self._held)), len(rows))
+        return take(picks, stand_ins(rows, len(self._held)))
 
     def _attempt(self, rows: Ints) -> tuple[Context, Bools]:
         return self._planner.plan(*self._planner.draw_picks(self._generators, rows))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from typing import Final, final
 
@@ -78,13 +77,16 @@ class AutoMover(Mover):
         """The earliest meetings, with motions as `back`."""
 
         def over(motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-            meeting = self._put_mover.reach(motion, place, limits)
-            return replace(meeting, back=meeting.back.pad(COLUMNS))
+            return _meet_padded(self._put_mover, motion, place, limits)
 
-        straight = self._throw_mover.meet(motion, place, limits)
-        straight = replace(straight, back=straight.back.pad(COLUMNS))
+        straight = _meet_padded(self._throw_mover, motion, place, limits)
         return recompute_rows(straight, motion.placed, over, motion, place, limits)
 
 
 def _pad(motion: ThrowMotion) -> ThrowMotion:
-    return replace(motion, segments=motion.segments.pad(COLUMNS))
+    return motion.replace(segments=motion.segments.pad(COLUMNS))
+
+
+def _meet_padded(mover: Mover, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
+    meeting, back = mover.meet(motion, place, limits)
+    return meeting.replace(back=back.pad(COLUMNS))

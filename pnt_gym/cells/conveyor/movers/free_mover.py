@@ -96,17 +96,16 @@ class FreeMover(Mover):
         way = replace_rows(curved, straight, take(line.pad(curved.durations.shape[1]), straight))
         time = way.durations.sum(axis=1)
         window = np.full(len(pick), self.rules.window)
-        return ThrowMotion(
+        rows = ThrowMotion.zeros(
+            len(pick),
             pick=pick,
-            segments=concatenate_records([way, coast(window)], axis=1),
             release_time=time,
             stop=release.position + window[:, None] * release.velocity,
             stop_time=time + window,
             velocity=release.velocity,
             roof=roof,
-            placed=np.zeros(len(pick), dtype=np.bool_),
-            pick_velocity=None,
         )
+        return ThrowMotion(rows, concatenate_records([way, coast(window)], axis=1))
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Returns through the top of the approach without a stop where that keeps the rules, otherwise with a stop."""
@@ -137,7 +136,7 @@ class FreeMover(Mover):
         position = place + drift * time[:, None]
         back = _join_padded([moves.segments, down])
         good = moves.feasible & self._keeps(motion, back, position, limits)
-        return Meeting(position, position, time, np.zeros(len(time)), good, back)
+        return Meeting.at(position, time, np.zeros(len(time)), good, back)
 
     def _at_border(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """Meetings at the window's border, for hands that arrive before the object: by a wait or a slower return."""
@@ -155,7 +154,7 @@ class FreeMover(Mover):
         wait = np.where(good, wait, 0.0)
         durations = back.durations.copy()
         durations[:, PIECES] = wait
-        return Meeting(position, position, enters, wait, good, back._replace(durations=durations))
+        return Meeting.at(position, enters, wait, good, back._replace(durations=durations))
 
     def _hover(self, motion: ThrowMotion, next_pick: Floats, limits: Limits, wait: Floats) -> tuple[Segments, Bools]:
         """Returns with a stop and a wait (N,) [s] above the next pick, and which of them keep the rules."""
@@ -168,8 +167,8 @@ class FreeMover(Mover):
         halt, halted_motion = self._halt(motion, limits)
         time = halt.durations.sum(axis=1)
         belt = np.array([self._belt.speed, 0.0, 0.0])
-        meetings = self._straight.meet(halted_motion, place + belt * time[:, None], limits)
-        return replace(meetings, time=meetings.time + time, back=_join_padded([halt, meetings.back]))
+        meetings, back = self._straight.meet(halted_motion, place + belt * time[:, None], limits)
+        return meetings.replace(time=meetings.time + time, back=_join_padded([halt, back]))
 
     def _back_with_stop(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Returns with a stop above the next pick, or where that breaks a rule, straight after a stop at once."""
@@ -251,8 +250,7 @@ class FlyingMover(FreeMover):
         signs = np.array([-1.0, 1.0])[:, None]
         ease = Segments(np.stack([half, half], axis=1), signs * (jerk[:, None] * release.direction)[:, None])
         way = (2.0 * release.speed - excess) * half
-        return replace(
-            motion,
+        return motion.replace(
             segments=concatenate_records([motion.segments, ease], axis=1),
             stop=motion.stop + way[:, None] * release.direction,
             stop_time=motion.stop_time + 2.0 * half,

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Final, final
 
 import numpy as np
@@ -79,8 +78,7 @@ class HorizontalMover(StraightMover):
         start = _lift_points(pick, release)
         up, motion = rest_to_rest(start - pick, limits), super().throw(start, release, limits, ceiling)
         time = up.durations.sum(axis=1)
-        return replace(
-            motion,
+        return motion.replace(
             pick=pick,
             segments=concatenate_records([up, motion.segments], axis=1),
             release_time=time + motion.release_time,
@@ -154,17 +152,16 @@ class PlacingMover(Mover):
         """Motions to the place of the release, with the window at rest there."""
         way = self._carry(pick, release.position, limits)
         time, window = way.durations.sum(axis=1), np.full(len(pick), self._window)
-        return ThrowMotion(
+        rows = ThrowMotion.zeros(
+            len(pick),
             pick=pick,
-            segments=concatenate_records([way, coast(window)], axis=1),
             release_time=time,
             stop=release.position,
             stop_time=time + window,
-            velocity=np.zeros_like(pick),
-            roof=np.full(len(pick), np.inf),
-            placed=np.full(len(pick), True),
-            pick_velocity=None,
+            roof=np.inf,
+            placed=True,
         )
+        return ThrowMotion(rows, concatenate_records([way, coast(window)], axis=1))
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions to the next pick with an empty cup."""
@@ -188,7 +185,7 @@ class PlacingMover(Mover):
         position = at(np.where(good, time, 0.0))
         back = self.back(motion, position, limits)
         wait = np.where(good, np.maximum(time - back.durations.sum(axis=1), 0.0), 0.0)
-        return Meeting(position, position, np.where(good, time, 0.0), wait, good, back.delay(wait))
+        return Meeting.at(position, np.where(good, time, 0.0), wait, good, back.delay(wait))
 
     def _hang(self, pick: Floats) -> Floats:
         """Extents of objects below the planner's points (N,) [m]: at the pick the object lies on the belt."""

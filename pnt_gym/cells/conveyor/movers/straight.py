@@ -8,10 +8,11 @@ config chooses the subclass.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import final
+from functools import cached_property
+from typing import Any, ClassVar, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, in_order, length, take
 from pnt_gym.cells.conveyor.config import ConveyorConfig
@@ -31,7 +32,7 @@ from pnt_gym.planning.straight.release import (
     release_at_point,
     stops_inside,
 )
-from pnt_gym.records import Record, computed
+from pnt_gym.rows import Columns, Triple, field
 
 _LOWER_STEPS = 24
 """Number of elevations that are tried when a corrected release would rise above the ceiling and its slack."""
@@ -40,33 +41,30 @@ _HALVINGS = 12
 
 
 @final
-@dataclass(frozen=True)
-class ThrowMotion(Record):
+class ThrowMotion(Columns):
     """Motions of N hands in a throw, from the pick to the point where the return begins.
 
-    Attributes:
-        pick: start (N, 3) [m].
+    Args:
+        rows: the motions, without their segments.
         segments: acceleration, window and braking.
-        release_time: time of the planned release (N,) [s].
-        stop: points where the throw ends and the return begins (N, 3) [m].
-        stop_time: time at which the return begins (N,) [s].
-        velocity: velocity of the hand at that time (N, 3) [m/s]; zero after a stop.
-        roof: greatest height of the hand on the return (N,) [m].
-        placed: whether the object is put down at rest, at its bin (N,).
         pick_velocity: velocity of the hand at the lift (N, 3) [m/s]; None where all hands begin at rest.
     """
 
-    pick: Floats
-    segments: Segments
-    release_time: Floats
-    stop: Floats
-    stop_time: Floats
-    velocity: Floats
-    roof: Floats
-    placed: Bools
-    pick_velocity: Floats | None
+    pick: Triple = field("m", "start")
+    release_time: Floats = field("s", "time of the planned release")
+    stop: Triple = field("m", "point where the throw ends and the return begins")
+    stop_time: Floats = field("s", "time at which the return begins")
+    velocity: Triple = field("m/s", "velocity of the hand at that time; zero after a stop")
+    roof: Floats = field("m", "greatest height of the hand on the return")
+    placed: Bools = field("-", "whether the object is put down at rest, at its bin")
 
-    @computed
+    _fields: ClassVar = ("rows", "segments", "pick_velocity")
+
+    def __init__(self, rows: NDArray[Any], segments: Segments, pick_velocity: Floats | None = None) -> None:
+        super().__init__(rows)
+        self.segments, self.pick_velocity = segments, pick_velocity
+
+    @cached_property
     def path(self) -> JerkTrajectory:
         """Path of the hand until the return begins, from rest or with its first velocity."""
         return JerkTrajectory.concatenate(self.pick, [self.segments], self.pick_velocity)
@@ -74,35 +72,35 @@ class ThrowMotion(Record):
     @classmethod
     def resting(cls, place: Floats) -> ThrowMotion:
         """Motions of hands that rest at `place` (N, 3) [m] and throw nothing."""
-        zero = np.zeros(len(place))
-        return cls(place, coast(zero), zero, place, zero, np.zeros_like(place), zero + np.inf, zero > 0.0, None)
-
-
-@dataclass(frozen=True)
-class Reach(Record):
-    """Times and places at which N hands meet objects on the belt; infeasible rows have placeholders.
-
-    Attributes:
-        position: points where the hand lifts the object (N, 3) [m].
-        end: points where a motion to rest would end (N, 3) [m]; upstream of `position` for a hand that rides.
-        time: time from the end of the throw until the hand touches the object (N,) [s].
-        wait: standstill above the pick (N,) [s].
-        feasible: whether the object can be picked (N,).
-    """
-
-    position: Floats
-    end: Floats
-    time: Floats
-    wait: Floats
-    feasible: Bools
+        return cls(cls.zeros(len(place), pick=place, stop=place, roof=np.inf), coast(np.zeros(len(place))))
 
 
 @final
-@dataclass(frozen=True)
-class Meeting(Reach):
-    """Times and places at which N hands meet objects, with the motions `back` to these places."""
+class Meeting(Columns):
+    """Times and places at which N hands meet objects on the belt; infeasible rows have placeholders.
 
-    back: Segments
+    Args:
+        rows: the meetings.
+        back: motions from the ends of throws to the meetings; None where these motions are not planned yet.
+    """
+
+    position: Triple = field("m", "point where the hand lifts the object")
+    end: Triple = field("m", "point where a motion to rest would end; upstream of `position` for a hand that rides")
+    time: Floats = field("s", "time from the end of the throw until the hand touches the object")
+    wait: Floats = field("s", "standstill above the pick")
+    feasible: Bools = field("-", "whether the object can be picked")
+
+    _fields: ClassVar = ("rows", "back")
+
+    def __init__(self, rows: NDArray[Any], back: Segments | None = None) -> None:
+        super().__init__(rows)
+        self.back = back
+
+    @classmethod
+    def at(cls, position: Floats, time: Floats, wait: Floats, feasible: Bools, back: Segments | None) -> Meeting:
+        """Meetings at the ends of motions to rest."""
+        rows = cls.zeros(len(time), position=position, end=position, time=time, wait=wait, feasible=feasible)
+        return cls(rows, back)
 
 
 class Mover(ABC):
@@ -160,22 +158,21 @@ class Mover(ABC):
         """Motions from the end of a throw to next picks (N, 3) [m], which end at rest."""
 
     @abstractmethod
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings with objects on the belt.
 
         `place` (N, 3) [m] are the pick points of the objects at the moment when the throw ends.
         """
 
-    def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
+    def approach(self, motion: ThrowMotion, meeting: Meeting, limits: Limits) -> Segments:
         """Motions from the end of a throw to meetings as of `reach`."""
-        assert isinstance(reach, Meeting)
-        return reach.back
+        assert meeting.back is not None
+        return meeting.back
 
-    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
-        """The earliest meetings as `reach`, with the motions."""
-        reach = self.reach(motion, place, limits)
-        back = self.approach(motion, reach, limits)
-        return Meeting(reach.position, reach.end, reach.time, reach.wait, reach.feasible, back)
+    def meet(self, motion: ThrowMotion, place: Floats, limits: Limits) -> tuple[Meeting, Segments]:
+        """The earliest meetings as `reach`, and the motions as `approach`."""
+        meeting = self.reach(motion, place, limits)
+        return meeting, self.approach(motion, meeting, limits)
 
 
 class StraightMover(Mover):
@@ -235,7 +232,7 @@ class StraightMover(Mover):
         self, pick: Floats, target: Floats, release: ReleaseBatch, limits: Limits, shift: Floats | None
     ) -> Bools:
         rows = limits.arrays(len(pick))
-        shifts = None if shift is None else np.ascontiguousarray(shift[:, :2].T)
+        shifts = None if shift is None else shift[:, :2]
         braking = self.braking_limits(release, rows).arrays(len(pick)).acceleration
         return stops_inside(pick, target, rows, release, braking, self._follow.window, self._workspace, shifts)
 
@@ -249,37 +246,23 @@ class StraightMover(Mover):
         lines = Lines(*in_order(release.direction, release.distance, release.speed))
         motion = LimitRows(*in_order(*rows)), *in_order(braking, roots)
         kernel.write_throws(*in_order(pick), lines, *motion, self._follow.window, segments, ends)
-        return ThrowMotion(
-            pick=pick,
-            segments=segments,
-            **ends._asdict(),
-            velocity=np.zeros((count, 3)),
-            roof=np.zeros(count) + np.inf,
-            placed=np.zeros(count, dtype=np.bool_),
-            pick_velocity=None,
-        )
+        return ThrowMotion(ThrowMotion.zeros(count, pick=pick, roof=np.inf, **ends._asdict()), segments)
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Motions straight to the point above the next pick, then down."""
         return straight_back(motion.stop, next_pick, np.zeros(len(next_pick)), limits, self._clearance)
 
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings of hands that move from rest to rest, without motions."""
         rows, belt = limits.arrays(len(place)), self._belt
         intercept = meet_on_belt(motion.stop, place, belt.speed, rows, self._clearance, belt.pick_x)
         met = intercept.feasible
         position = np.where(met[:, None], intercept.position, place)
-        return Reach(
-            position=position,
-            end=position,
-            time=np.where(met, intercept.time, 0.0),
-            wait=np.where(met, intercept.wait, 0.0),
-            feasible=met,
-        )
+        return Meeting.at(position, np.where(met, intercept.time, 0.0), np.where(met, intercept.wait, 0.0), met, None)
 
-    def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
+    def approach(self, motion: ThrowMotion, meeting: Meeting, limits: Limits) -> Segments:
         """Motions straight to the points above the picks, the waits, and the descents."""
-        return straight_back(motion.stop, reach.end, reach.wait, limits, self._clearance)
+        return straight_back(motion.stop, meeting.end, meeting.wait, limits, self._clearance)
 
     def braking_limits(self, release: ReleaseBatch, limits: Limits) -> Limits:
         """Limits of the braking: with `gravity_share`, the hand accelerates downwards by at most that share of g."""

@@ -12,7 +12,6 @@ where the hand touches the object.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Final, final
 
 import numpy as np
@@ -21,7 +20,7 @@ from pnt_gym.arrays import Bools, Floats
 from pnt_gym.cells.base.sorting import Belt
 from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.cells.conveyor.context import Context
-from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, Reach, ThrowMotion
+from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, ThrowMotion
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits
 from pnt_gym.planning.motion.riding import DOWNSTREAM, Fading, arrival_time
 from pnt_gym.planning.motion.trajectory import Segments, superpose
@@ -110,15 +109,11 @@ class TrackingMover(Mover):
         fading, left = self._fade(limits, len(pick))
         motion = self._mover.throw(_virtual_pick(pick, fading), release, left, ceiling)
         delay = np.maximum(fading.time - motion.release_time, 0.0)
-        return ThrowMotion(
+        return motion.replace(
             pick=pick,
             segments=superpose(motion.segments.delay(delay), fading.fade_out()),
             release_time=motion.release_time + delay,
-            stop=motion.stop,
             stop_time=motion.stop_time + delay,
-            velocity=motion.velocity,
-            roof=motion.roof,
-            placed=motion.placed,
             pick_velocity=np.zeros((len(pick), 3)) + self._speed * DOWNSTREAM,
         )
 
@@ -127,18 +122,18 @@ class TrackingMover(Mover):
         growing = self._growing(len(next_pick))
         return _end_riding(self._mover.back(motion, next_pick - self._behind, growing.planning_limits(limits)), growing)
 
-    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Reach:
+    def reach(self, motion: ThrowMotion, place: Floats, limits: Limits) -> Meeting:
         """The earliest meetings; a return is at least as long as the growth of the belt's speed."""
         growing = self._growing(len(place))
-        reach = self._mover.reach(motion, place - self._early, growing.planning_limits(limits))
-        time = reach.back.durations.sum(axis=1) if isinstance(reach, Meeting) else reach.time
-        position, feasible = reach.position + self._behind, reach.feasible & (time >= growing.time)
-        return reach.replace(position=position, feasible=feasible)
+        meeting = self._mover.reach(motion, place - self._early, growing.planning_limits(limits))
+        time = meeting.time if meeting.back is None else meeting.back.durations.sum(axis=1)
+        position, feasible = meeting.position + self._behind, meeting.feasible & (time >= growing.time)
+        return meeting.replace(position=position, feasible=feasible)
 
-    def approach(self, motion: ThrowMotion, reach: Reach, limits: Limits) -> Segments:
+    def approach(self, motion: ThrowMotion, meeting: Meeting, limits: Limits) -> Segments:
         """The inner mover's motions, onto the moving belt."""
-        growing = self._growing(len(reach.time))
-        return _end_riding(self._mover.approach(motion, reach, growing.planning_limits(limits)), growing)
+        growing = self._growing(len(meeting.time))
+        return _end_riding(self._mover.approach(motion, meeting, growing.planning_limits(limits)), growing)
 
     def _growing(self, count: int) -> Fading:
         return Fading(self._speed, np.zeros(count) + self._arrival)
@@ -161,8 +156,7 @@ class TrackingMover(Mover):
 def stop_motion(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:
     """Motions of empty hands that ride at picks (N, 3) [m] with a belt speed [m/s], and stop downstream."""
     fading = Fading.for_limits(limits, len(pick), speed)
-    return replace(
-        ThrowMotion.resting(_virtual_pick(pick, fading)),
+    return ThrowMotion.resting(_virtual_pick(pick, fading)).replace(
         pick=pick,
         segments=fading.fade_out(),
         stop_time=fading.time,
@@ -173,7 +167,7 @@ def stop_motion(pick: Floats, limits: Limits, speed: float) -> ThrowMotion:
 def empty_motion(pick: Floats, limits: Limits, belt: Belt, columns: int) -> ThrowMotion:
     """Motions of empty hands at picks (N, 3) [m]: at rest, or a stop if they ride; padded to `columns` segments."""
     resting = stop_motion(pick, limits, belt.speed) if belt.tracking else ThrowMotion.resting(pick)
-    return replace(resting, segments=resting.segments.pad(columns))
+    return resting.replace(segments=resting.segments.pad(columns))
 
 
 def _virtual_pick(pick: Floats, fading: Fading) -> Floats:

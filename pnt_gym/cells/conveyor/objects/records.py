@@ -6,6 +6,7 @@ outline of an object is its true footprint on the belt, turned by its yaw.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Annotated, Any, ClassVar, Final, final
 
 import numpy as np
@@ -21,7 +22,6 @@ from pnt_gym.cells.base.fluid import (
 )
 from pnt_gym.cells.base.items import ELLIPSOID
 from pnt_gym.cells.base.rotations import yaw_attitude
-from pnt_gym.records import computed
 from pnt_gym.rows import Columns, Pair, Quadruple, Triple, field
 
 TARGET_DRAWS: Final = 8
@@ -92,32 +92,32 @@ class Objects(Columns):
         super().__init__(rows)
         self.fill = fill
 
-    @computed
+    @cached_property
     def turn(self) -> tuple[Floats, Floats]:
         """Cosines and sines of the yaws, each S."""
         return np.cos(self.yaw), np.sin(self.yaw)
 
-    @computed
+    @cached_property
     def attitude(self) -> Floats:
         """Attitudes of N objects that lie or hang at rest (N, 4)."""
         return yaw_attitude(self.yaw)
 
-    @computed
+    @cached_property
     def extents(self) -> Floats:
         """Extents of the modelled bodies of N objects (N, 3) [m], see `lying_extents`."""
         return lying_extents(self.shape, self.size)
 
-    @computed
+    @cached_property
     def inertia(self) -> Floats:
         """Moments of inertia of N objects about their own axes, through the centre of the extents (N, 3) [kg m2]."""
         return solid_shell_inertia(self.mass, self.extents, self.shape)
 
-    @computed
+    @cached_property
     def placement(self) -> GeomPlacement:
         """Geoms of the modelled bodies of N objects."""
         return geom_placement(self.shape, self.extents)
 
-    @computed
+    @cached_property
     def fluid(self) -> Floats:
         """MuJoCo's `geom_fluid` of N objects (N, 12)."""
         return fluid_coefficients(self.shape, self.extents, self.drag)

@@ -1,7 +1,6 @@
 """Objects on the belt that a carried object sweeps through: they are reported, and where they are solid, lost."""
 
 import copy
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -86,7 +85,7 @@ def straight_throw(count=3):
     segments = concatenate_records([accelerate(ahead, np.full(count, 0.2), limits), coast(np.full(count, 0.2))], axis=1)
     pick = np.random.default_rng(0).normal(size=(count, 3))
     resting = ThrowMotion.resting(pick)
-    return replace(resting, segments=segments, release_time=segments.durations[:, :-1].sum(axis=1))
+    return resting.replace(segments=segments, release_time=segments.durations[:, :-1].sum(axis=1))
 
 
 def test_ways_are_those_of_the_hand_and_then_of_a_falling_object_against_the_belt():

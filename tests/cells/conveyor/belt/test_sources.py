@@ -40,7 +40,7 @@ def choices(planner, source, row, motion, limits):
     for place in range(source.stream.length):
         objects, x = take(source.stream.queue, np.s_[row : row + 1, place]), source.stream.queue_x[row : row + 1, place]
         at = planner.pick_point(objects, x + belt.speed * motion.stop_time)
-        meeting = planner.mover.meet(motion, at, limits)
+        meeting = planner.mover.reach(motion, at, limits)
         if not meeting.feasible[0]:
             continue
         context, good = planner.plan(objects, meeting.position)

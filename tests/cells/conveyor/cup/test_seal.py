@@ -1,6 +1,5 @@
 """Picks that fail: by kind and by where the cup stands, at the price of a cycle, and changing nothing else."""
 
-from dataclasses import replace
 from itertools import cycle, product
 
 import gymnasium as gym
@@ -33,7 +32,7 @@ def some(count, config=WASTE, seed=0):
 def moved(context, shape, place):
     """The same objects with another shape, and the cup at a place (N, 2) from the middle."""
     objects = context.objects.replace(shape=np.full(len(place), shape), grasp=-place)
-    return replace(context, objects=objects, belt_shift=np.zeros(len(place)))
+    return context.replace(objects=objects, belt_shift=np.zeros(len(place)))
 
 
 @pytest.mark.parametrize("shape", [BOX, ELLIPSOID])
@@ -42,7 +41,7 @@ def test_the_chance_falls_steadily_from_all_to_nothing_over_the_lip(shape):
     one, count = some(1), 2001
     context = take(one, np.zeros(count, dtype=int))
     wide = np.tile([0.10, 0.10, 0.05], (count, 1))
-    context = replace(context, objects=context.objects.replace(size=wide, yaw=np.zeros(count)))
+    context = context.replace(objects=context.objects.replace(size=wide, yaw=np.zeros(count)))
     out = np.linspace(0.0, 0.12, count)
     chance = seal_chance(moved(context, shape, np.stack([out, np.zeros(count)], axis=1)))
     full = context.objects.pick_chance[0]

@@ -1,6 +1,5 @@
 """A cup that yields: the engine's swing against closed forms and against the swing that flights reckon with."""
 
-from dataclasses import replace
 from functools import cache
 from itertools import product
 
@@ -124,7 +123,7 @@ def hung_in_the_engine(core, tilt, seconds):
 def test_in_the_engine_a_small_swing_is_that_of_the_closed_form(stiffness, ratio):
     core = make_core({**level(stiffness=stiffness, damping=ratio), "items": ["can"]}, 1)
     with_objects(core, yaw=np.zeros(1), grasp=np.zeros((1, 2)), belt_error=np.zeros(1))
-    core.cell.context = replace(core.context, belt_shift=np.zeros(1))
+    core.cell.context = core.context.replace(belt_shift=np.zeros(1))
     o = core.context.objects
     inertia = inertia_about_the_lip(o, core.context.grasp)[0, 1]
     weight = o.mass[0] * 9.81 * o.com_depth[0]

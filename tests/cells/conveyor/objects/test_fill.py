@@ -1,7 +1,5 @@
 """Bins that fill: objects lie on what is there, and what ends in a bin makes it shallower until it is emptied."""
 
-from dataclasses import replace
-
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -33,9 +31,9 @@ def test_an_object_comes_to_rest_on_what_lies_in_its_bin(level):
     core = make_core(config, 15, seed=1)
     context = core.context
     if config.bins.fixed:
-        context = replace(context, depth=np.stack([depths, depths[::-1]], axis=1))
+        context = context.replace(depth=np.stack([depths, depths[::-1]], axis=1))
     else:
-        context = replace(context, depth=depths[:, None])
+        context = context.replace(depth=depths[:, None])
     depth, free = context.bin_depth, core.cell.plant.free
     qpos = np.tile([0.0, 0.0, -0.80, 1.0, 0.0, 0.0, 0.0], (15, 1))
     qpos[:, :2] = context.target[:, :2]
@@ -158,7 +156,7 @@ def test_shallow_bins_hold_less():
     core = make_core(config, 60, seed=2)
     kept = {}
     for depth in (0.30, 0.15, 0.02):
-        core.cell.context = replace(core.context, depth=np.full((60, 2), depth))
+        core.cell.context = core.context.replace(depth=np.full((60, 2), depth))
         kept[depth] = core.preview(np.zeros((60, 2))).in_bin.mean()
     assert abs(kept[0.30] - kept[0.15]) < 0.06
     assert kept[0.02] < kept[0.15] - 0.2
