@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import astuple
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -282,7 +282,7 @@ def _line_bounds(picks: ArrayLike, targets: ArrayLike, workspace: EllipticWorksp
 def _lay_out(picks: Any, targets: Any, limits: tuple[Any, Any, Any], **bounds: Any) -> Rows[Throw]:
     """Throws with limits (velocity, acceleration, jerk), and with bounds by the names of the fields of `Throw`."""
     velocity, acceleration, jerk = limits
-    throws = OPEN.repeat(len(picks))
+    throws = cast("Rows[Throw]", OPEN.repeat(len(picks)))
     motion = {"pick": picks, "target": targets, "velocity": velocity, "acceleration": acceleration, "jerk": jerk}
     for name, values in (motion | bounds).items():
         throws[name] = values
@@ -293,5 +293,5 @@ def _plan_throws(throws: Rows[Throw], *, has_workspace: bool) -> Rows[ReleaseBat
     """Plan the throws along the quickest lines."""
     begins = range(0, max(len(throws), 1), PIECE)
     pieces = [kernel.choose_slopes(throws[begin : begin + PIECE], has_workspace) for begin in begins]
-    lines = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+    lines: Any = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
     return kernel.release_rows(throws, has_workspace, True, lines)
