@@ -18,17 +18,9 @@ from pnt_gym.planning.motion.chase import Chase, earliest, search_end
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED
 from pnt_gym.planning.motion.strokes import brake_distance, is_short, long_peaks, ramp_times, stop_times, stroke_time
-from pnt_gym.planning.straight.crossing import Throw
-from pnt_gym.planning.straight.kernel import (
-    Space,
-    Stop,
-    ThrowLine,
-    choose_slopes,
-    is_inside,
-    keep_stops_inside,
-    release_rows,
-)
+from pnt_gym.planning.straight.kernel import choose_slopes, is_inside, keep_stops_inside, release_rows
 from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.planning.straight.rows import Space, Stop, Throw, ThrowLine
 from pnt_gym.rows import Bools1, Floats1, Floats2, Ints1, Rows1, Rows2, Triple
 
 CHASE, MEETING, CHOICE, SHORT = Chase.dtype, Meeting.dtype, Choice.dtype, Short.dtype

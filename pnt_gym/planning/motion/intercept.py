@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike
 
 from pnt_gym.arrays import Floats, finite_points, finite_rows, number, numbers
 from pnt_gym.errors import PlanningError, one_sentence
-from pnt_gym.planning.motion.hunt import Hunt, Intercept, meet
+from pnt_gym.planning.motion import hunt
 from pnt_gym.planning.motion.limits import LimitRows, Limits, limit_rows
+from pnt_gym.planning.motion.rows import Hunt, Intercept
 
 HORIZON: Final = 30.0
 """Default of the latest meeting that is searched for [s]."""
@@ -75,7 +76,7 @@ def plan_intercept(
         count, hand=origin, place=place, belt=belt, clearance=lift, low=low, high=high, earliest=begin,
         **limit_rows(limits, count)._asdict(),
     )  # fmt: skip
-    return Intercept(meet(hunts, axis, horizon))
+    return Intercept(hunt.meet(hunts, axis, horizon))
 
 
 def _two(values: object, name: str, parts: str) -> tuple[Any, Any]:
@@ -103,4 +104,4 @@ def meet_on_belt(
     hunts = Hunt.zeros(
         len(start), hand=start, place=place, belt=belt, clearance=clearance, low=low, high=high, **limits._asdict()
     )
-    return Intercept(meet(hunts, 0, HORIZON))
+    return Intercept(hunt.meet(hunts, 0, HORIZON))
