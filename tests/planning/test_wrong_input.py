@@ -61,7 +61,7 @@ CALLS: dict[Callable[..., Any], Mapping[str, Any]] = {
     coast: {"duration": [0.3]},
     plan_intercept: {
         "start": [PICK], "positions": [PICK], "belt_velocity": [0.3, 0.0, 0.0], "limits": LIMITS, "clearance": 0.05,
-        "window": (-0.3, 0.3), "earliest": 0.0, "axis": 0, "horizon": 30.0,
+        "window": (-0.3, 0.3), "times": (0.0, 30.0), "axis": 0,
     },
     apex: {"position": [PICK], "velocity": UP},
     flight_state: {"position": [PICK], "velocity": UP, "time": 0.1},

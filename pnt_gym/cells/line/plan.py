@@ -14,50 +14,44 @@ from pnt_gym.cells.conveyor.config import LIP_GAP
 from pnt_gym.cells.line.rows import Candidate, Choice, LineNumbers, Meeting, Rider, Seen, Setting, Short, Site, Tables
 from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.constants import GRAVITY
-from pnt_gym.planning.motion.chase import CHASE_COLUMNS, END, FIRST, LAST, earliest, search_end
+from pnt_gym.planning.motion.chase import Chase, earliest, search_end
 from pnt_gym.planning.motion.intercept import HORIZON
 from pnt_gym.planning.motion.riding import MOST_SHARE, USUAL_SPEED
 from pnt_gym.planning.motion.strokes import brake_distance, is_short, long_peaks, ramp_times, stop_times, stroke_time
-from pnt_gym.planning.straight.crossing import Throw
-from pnt_gym.planning.straight.kernel import (
-    Space,
-    Stop,
-    ThrowLine,
-    choose_slopes,
-    is_inside,
-    keep_stops_inside,
-    release_rows,
-)
+from pnt_gym.planning.straight.kernel import choose_slopes, is_inside, keep_stops_inside, release_rows
 from pnt_gym.planning.straight.plan import ReleaseBatch
+from pnt_gym.planning.straight.rows import Space, Stop, Throw, ThrowLine
 from pnt_gym.rows import Bools1, Floats1, Floats2, Ints1, Rows1, Rows2, Triple
 
-MEETING, CHOICE, SHORT, THROW, STOP = Meeting.dtype, Choice.dtype, Short.dtype, Throw.dtype, Stop.dtype
+CHASE, MEETING, CHOICE, SHORT = Chase.dtype, Meeting.dtype, Choice.dtype, Short.dtype
+THROW, STOP = Throw.dtype, Stop.dtype
 
 
 @kernel_part
-def _set_up(line: LineNumbers, setting: Setting, point: Floats1, hand: Floats1, chase: Floats1) -> bool:
+def _set_up(line: LineNumbers, setting: Setting, point: Floats1, hand: Floats1, chase: Chase) -> bool:
     """Write the chase of a hand after a point, as `plan_intercept`; returns whether the point comes in time."""
     speed, x = line.speed, point[0]
     for axis in range(3):
-        chase[axis] = point[axis] - hand[axis]
-    chase[2] += line.clearance
+        chase.way[axis] = point[axis] - hand[axis]
+    chase.way[2] += line.clearance
     velocity, acceleration, jerk = setting.velocity, setting.way_acceleration, setting.way_jerk
-    chase[3], chase[4], chase[5], chase[6] = speed, 0.0, 0.0, setting.descent
-    chase[7], chase[8], chase[9] = velocity, acceleration, jerk
+    chase.belt[0], chase.belt[1], chase.belt[2], chase.descent = speed, 0.0, 0.0, setting.descent
+    chase.velocity, chase.acceleration, chase.jerk = velocity, acceleration, jerk
     low_time, high_time = (setting.low - x) / speed, (setting.high - x) / speed
     first, last = max(min(low_time, high_time), 0.0), min(max(low_time, high_time), HORIZON)
-    chase[FIRST], chase[LAST] = (first, last) if first <= last else (0.0, 0.0)
-    far = math.sqrt(chase[0] * chase[0] + chase[1] * chase[1] + chase[2] * chase[2])
-    chase[END] = search_end(far, line.pace, (velocity, acceleration, jerk), setting.descent)
+    chase.first, chase.last = (first, last) if first <= last else (0.0, 0.0)
+    way = chase.way
+    far = math.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
+    chase.end = search_end(far, line.pace, (velocity, acceleration, jerk), setting.descent)
     return first <= last and first <= HORIZON
 
 
 @kernel_part
-def _wait(line: LineNumbers, setting: Setting, chase: Floats1, time: float) -> float:
+def _wait(line: LineNumbers, setting: Setting, chase: Chase, time: float) -> float:
     """Standstill of a hand above the belt before a meeting [s]."""
-    if time > chase[FIRST]:
+    if time > chase.first:
         return 0.0
-    x, y, z = chase[0] + time * line.speed, chase[1], chase[2]
+    x, y, z = chase.way[0] + time * line.speed, chase.way[1], chase.way[2]
     stroke = math.sqrt(x * x + y * y + z * z)
     travel = stroke_time(stroke, setting.velocity, setting.way_acceleration, setting.way_jerk)
     return max(time - travel - setting.descent, 0.0)
@@ -81,7 +75,7 @@ def meet_candidates(
         The meetings (P,), in the order of the candidates.
     """
     most, line = len(candidates), tables.line[0]
-    points, chases, is_open = np.empty((most, 3)), np.empty((most, CHASE_COLUMNS)), np.empty(most, dtype=np.bool_)
+    points, chases, is_open = np.empty((most, 3)), empty_rows(most, CHASE), np.empty(most, dtype=np.bool_)
     for c in range(most):
         candidate = candidates[c]
         setting = tables.settings[candidate.setting]
@@ -89,12 +83,10 @@ def meet_candidates(
         points[c, 0], points[c, 1] = candidate.x - setting.early, rider.lane_y
         points[c, 2] = line.height + rider.height + LIP_GAP - rider.known_depth
         is_open[c] = _set_up(line, setting, points[c], hands[candidate.line], chases[c])
-    times, is_reached = np.empty(most), np.empty(most, dtype=np.bool_)
-    earliest(chases, times, is_reached)
-    meetings, count = empty_rows(most, MEETING), 0
+    times, meetings, count = earliest(chases), empty_rows(most, MEETING), 0
     for c in range(most):
         setting, time = tables.settings[candidates[c].setting], times[c]
-        if not (is_open[c] and is_reached[c] and time >= setting.least_time and time <= line.horizon):
+        if not (is_open[c] and time >= setting.least_time and time <= line.horizon):
             continue
         meeting = meetings[count]
         meeting.candidate, meeting.time = c, time

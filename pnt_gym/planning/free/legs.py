@@ -46,9 +46,17 @@ def throw_leg(picks: Floats, position: Floats, velocity: Floats, limits: Limits,
     return _select_rows(moves, valid)
 
 
+class Departure(NamedTuple):
+    """Where N hands are at the end of the window."""
+
+    position: Floats
+    """Positions (N, 3) [m]; NaN for none."""
+    velocity: Floats
+    """Velocities, those of the releases (N, 3) [m/s]."""
+
+
 def return_leg(
-    start: Floats,
-    velocity: Floats,
+    departure: Departure,
     next_picks: Floats,
     limits: Limits,
     roof: Floats,
@@ -61,8 +69,7 @@ def return_leg(
     """Return motions from the end of the window to above the next picks, and the vertical approaches below.
 
     Args:
-        start: position of the hand at the end of the window (N, 3) [m]; NaN for none.
-        velocity: velocity of the hand at the end of the window, that of the release (N, 3) [m/s].
+        departure: where the hands are at the end of the window.
         next_picks: next picks (N, 3) [m], at the end of the window if they move.
         limits: limits of the norms at all times.
         roof: greatest height of the hand (N,) [m].
@@ -71,7 +78,7 @@ def return_leg(
         shortest: least time above the approach (N,) [s].
         hover: whether the hand stops above the pick; if not, the hand enters the approach in motion.
     """
-    count = len(next_picks)
+    count, (start, velocity) = len(next_picks), departure
     valid: Bools = np.asarray(np.isfinite(start).all(axis=1))
     entry = stop_above(limits, count, rules.approach) if hover else approach_entry(limits, count, rules.approach)
     down = entry.down

@@ -7,45 +7,19 @@ picked at t when F(t) = T(t) - t <= 0; the first t inside the window with F(t) <
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final, final
+from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pnt_gym.arrays import Bools, Floats, Ints, finite_points, finite_rows, number, numbers
+from pnt_gym.arrays import Floats, finite_points, finite_rows, number, numbers
 from pnt_gym.errors import PlanningError, one_sentence
 from pnt_gym.planning.motion import hunt
 from pnt_gym.planning.motion.limits import LimitRows, Limits, limit_rows
-from pnt_gym.planning.reasons import InterceptReason
+from pnt_gym.planning.motion.rows import Hunt, Intercept
 
 HORIZON: Final = 30.0
 """Default of the latest meeting that is searched for [s]."""
-FEASIBLE: Final = int(InterceptReason.FEASIBLE)
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Intercept:
-    """N meetings of hand and object; NaN in rows without a meeting.
-
-    Attributes:
-        time: time at which the hand touches the object (N,) [s].
-        position: TCP at that time (N, 3) [m].
-        wait: time the hand waits above the object's path because the object may not be picked yet (N,) [s].
-        travel: time of the move to the point above (N,) [s]; travel + wait + descent = time.
-        descent: time of the move down (N,) [s].
-        feasible: whether the object can be picked (N,).
-        reason: ``InterceptReason`` codes (N,), 0 where feasible.
-    """
-
-    time: Floats
-    position: Floats
-    wait: Floats
-    travel: Floats
-    descent: Floats
-    feasible: Bools
-    reason: Ints
 
 
 def plan_intercept(
@@ -56,9 +30,8 @@ def plan_intercept(
     *,
     clearance: ArrayLike,
     window: tuple[ArrayLike, ArrayLike] = (-np.inf, np.inf),
-    earliest: ArrayLike = 0.0,
+    times: tuple[ArrayLike, float] = (0.0, HORIZON),
     axis: int = 0,
-    horizon: float = HORIZON,
 ) -> Intercept:
     """Return the earliest meetings of N hands with N moving objects.
 
@@ -70,9 +43,9 @@ def plan_intercept(
         clearance: height above the pick at which the vertical descent starts, >= 0 [m], one number or (N,).
         window: least and greatest coordinate along ``axis`` at which an object may be picked [m], each one
             number or (N,).
-        earliest: time before which an object may not be picked [s], one number or (N,).
+        times: time before which an object may not be picked [s], one number or (N,), and latest time that is searched
+            [s]; a later meeting counts as none.
         axis: coordinate that the window bounds: 0, 1 or 2 for x, y or z.
-        horizon: latest time that is searched [s]; a later meeting counts as none.
 
     Returns:
         The meetings. A row's result does not depend on the other rows.
@@ -90,19 +63,29 @@ def plan_intercept(
         raise PlanningError(f"clearance must not be negative [m], got {lift.min()}")
     if axis not in (0, 1, 2):
         raise PlanningError(f"axis must be 0, 1 or 2, got {axis!r}")
-    if not 0.0 < number(horizon, "horizon") < np.inf:
-        raise PlanningError(f"horizon must be positive and finite [s], got {horizon}")
-    try:
-        low, high = window
-    except (TypeError, ValueError):
-        raise PlanningError(f"window must be two borders, got {one_sentence(repr(window), 80)}") from None
+    low, high = _two(window, "window", "borders")
+    earliest, horizon = _two(times, "times", "times")
+    if not 0.0 < number(horizon, "times[1]") < np.inf:
+        raise PlanningError(f"times[1] must be positive and finite [s], got {horizon}")
     low, high = _spread(low, (count,), "window"), _spread(high, (count,), "window")
     if not (low <= high).all():
         row = int(np.argmin(low <= high))
         raise PlanningError(f"window must run from least to greatest, got {low[row]}, {high[row]}")
-    begin = finite_rows(earliest, count, "earliest")
-    hunts = np.array([*origin.T, *place.T, *belt.T, lift, *limit_rows(limits, count), low, high, begin])
-    return find_meetings(hunts, axis, horizon)
+    begin = finite_rows(earliest, count, "times[0]")
+    hunts = Hunt.zeros(
+        count, hand=origin, place=place, belt=belt, clearance=lift, low=low, high=high, earliest=begin,
+        **limit_rows(limits, count)._asdict(),
+    )  # fmt: skip
+    return Intercept(hunt.meet(hunts, axis, horizon))
+
+
+def _two(values: object, name: str, parts: str) -> tuple[Any, Any]:
+    """Two values, of a pair that a user gives."""
+    try:
+        first, second = cast("tuple[Any, Any]", values)
+    except (TypeError, ValueError):
+        raise PlanningError(f"{name} must be two {parts}, got {one_sentence(repr(values), 80)}") from None
+    return first, second
 
 
 def _spread(values: ArrayLike, shape: tuple[int, ...], name: str) -> Floats:
@@ -117,24 +100,8 @@ def meet_on_belt(
     start: Floats, place: Floats, speed: float, limits: LimitRows, clearance: float, window: tuple[float, float]
 ) -> Intercept:
     """Return the earliest meetings as `plan_intercept`, with objects on a belt that moves along x, unchecked."""
-    hunts = np.zeros((16, len(start)))
-    hunts[0:3], hunts[3:6], hunts[6], hunts[9] = start.T, place.T, speed, clearance
-    hunts[10], hunts[11], hunts[12] = limits
-    hunts[13], hunts[14] = window
-    return find_meetings(hunts, 0, HORIZON)
-
-
-def find_meetings(hunts: Floats, axis: int, horizon: float) -> Intercept:
-    """Return the earliest meetings of hunts (16, N), by the rows of `planning.motion.hunt`."""
-    count = hunts.shape[1]
-    numbers, reason = np.empty((7, count)), np.empty(count, dtype=np.int64)
-    hunt.meet(hunts, axis, horizon, numbers, reason)
-    return Intercept(
-        time=numbers[0],
-        position=np.ascontiguousarray(numbers[1:4].T),
-        wait=numbers[4],
-        travel=numbers[5],
-        descent=numbers[6],
-        feasible=reason == FEASIBLE,
-        reason=reason,
+    belt, (low, high) = np.array([speed, 0.0, 0.0]), window
+    hunts = Hunt.zeros(
+        len(start), hand=start, place=place, belt=belt, clearance=clearance, low=low, high=high, **limits._asdict()
     )
+    return Intercept(hunt.meet(hunts, 0, HORIZON))

@@ -13,13 +13,11 @@ import numpy as np
 from pnt_gym.arrays import Floats
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.planning.motion.limits import LimitRows
+from pnt_gym.planning.motion.rows import Knot
 from pnt_gym.planning.motion.strokes import is_short, long_peaks, ramp_times, stop_times
 from pnt_gym.planning.motion.trajectory import Borders, Ends, Lines, Segments, Start
-from pnt_gym.rows import Floats1, Floats2, Floats3, Ints2
+from pnt_gym.rows import Floats1, Floats2, Floats3, Ints2, Rows1, Rows2
 
-# Columns of a table: position, velocity, acceleration and jerk from a border of two segments on, and the border's time.
-# The first row holds before the first border and has the first border's time.
-JERK, TIME, COLUMNS = 9, 12, 13
 # Numbers of segments: up to a release and half the cruise; window and braking; a move from rest to rest.
 RUN_UP, STOPPING, MOVE = 4, 4, 7
 
@@ -70,10 +68,10 @@ def _integrate(path: int, segments: Segments, borders: Borders) -> bool:
 
 
 @kernel
-def lay_out(start: Start, segments: Segments, rides: bool, borders: Borders, table: Floats3) -> bool:
+def lay_out(start: Start, segments: Segments, rides: bool, borders: Borders, table: Rows2[Knot]) -> bool:
     """Compute borders and tables of N paths of K segments; tell whether all values are finite, and durations positive.
 
-    The tables (N, K + 2, COLUMNS) have rest at both ends, or constant velocity if ``rides``.
+    The tables (N, K + 2) have rest at both ends, or constant velocity if ``rides``.
     """
     is_good = True
     last = segments.durations.shape[1]
@@ -88,24 +86,25 @@ def lay_out(start: Start, segments: Segments, rides: bool, borders: Borders, tab
         is_good &= _integrate(path, segments, borders)
         for row in range(last + 2):
             k = max(row - 1, 0)
-            table[path, row, TIME] = times[path, k]
+            knot = table[path, row]
+            knot.time = times[path, k]
             is_inside = 0 < row <= last
             for axis in range(3):
-                table[path, row, axis] = position[path, k, axis]
-                table[path, row, 3 + axis] = velocity[path, k, axis] if is_inside or rides else 0.0
-                table[path, row, 6 + axis] = acceleration[path, k, axis] if is_inside else 0.0
-                table[path, row, JERK + axis] = segments.jerks[path, k, axis] if is_inside else 0.0
+                knot.position[axis] = position[path, k, axis]
+                knot.velocity[axis] = velocity[path, k, axis] if is_inside or rides else 0.0
+                knot.acceleration[axis] = acceleration[path, k, axis] if is_inside else 0.0
+                knot.jerk[axis] = segments.jerks[path, k, axis] if is_inside else 0.0
     return is_good
 
 
 @kernel_part
-def _holds(table: Floats, time: float, row: int) -> bool:
-    """Whether a time lies after the border at which a row of a path's table (R, COLUMNS) begins."""
-    return time > table[row, TIME] if row == len(table) - 1 else time >= table[row, TIME]
+def _holds(table: Rows1[Knot], time: float, row: int) -> bool:
+    """Whether a time lies after the border at which a row of a path's table begins."""
+    return time > table[row].time if row == len(table) - 1 else time >= table[row].time
 
 
 @kernel_part
-def row_at(table: Floats, time: float, row: int) -> int:
+def row_at(table: Rows1[Knot], time: float, row: int) -> int:
     """The row that holds at a time, searched for from a given row on."""
     while row < len(table) - 1 and _holds(table, time, row + 1):
         row += 1
@@ -115,17 +114,17 @@ def row_at(table: Floats, time: float, row: int) -> int:
 
 
 @kernel_part
-def motion_in(at: Floats, time: float, axis: int) -> tuple[float, float, float]:
-    """Position, velocity and acceleration along an axis at a time, by the row of a table that holds (COLUMNS,)."""
-    t = time - at[TIME]
-    p, v, a = at[axis], at[axis + 3], at[axis + 6]
-    slope = t * at[axis + JERK]
+def motion_in(knot: Knot, time: float, axis: int) -> tuple[float, float, float]:
+    """Position, velocity and acceleration along an axis at a time, by the row of a table that holds."""
+    t = time - knot.time
+    p, v, a = knot.position[axis], knot.velocity[axis], knot.acceleration[axis]
+    slope = t * knot.jerk[axis]
     return p + t * (v + 0.5 * t * (a + slope / 3.0)), v + t * (a + 0.5 * slope), a + slope
 
 
 @kernel
-def rows_at(table: Floats3, times: Floats2, rows: Ints2) -> None:
-    """Write to `rows` (N, M) the rows of tables (N, R, COLUMNS) that hold at times (N, M), or (1, M) for all paths [s].
+def rows_at(table: Rows2[Knot], times: Floats2, rows: Ints2) -> None:
+    """Write to `rows` (N, M) the rows of tables (N, R) that hold at times (N, M), or (1, M) for all paths [s].
 
     A border belongs to the segment after it, but the last border to the segment before it.
     """
@@ -138,8 +137,8 @@ def rows_at(table: Floats3, times: Floats2, rows: Ints2) -> None:
 
 
 @kernel
-def sample(table: Floats3, times: Floats2, position: Floats3, velocity: Floats3, acceleration: Floats3) -> None:
-    """Write the motions (N, M, 3) of N paths at times as of `rows_at`, from the paths' tables (N, R, COLUMNS)."""
+def sample(table: Rows2[Knot], times: Floats2, position: Floats3, velocity: Floats3, acceleration: Floats3) -> None:
+    """Write the motions (N, M, 3) of N paths at times as of `rows_at`, from the paths' tables (N, R)."""
     for path in range(len(table)):
         row = 0
         time = times[path % len(times)]

@@ -171,12 +171,6 @@ class LineBounds(NamedTuple):
     low: Floats
     high: Floats
 
-    @classmethod
-    def below(cls, ceiling: Floats) -> LineBounds:
-        """Return bounds with only a greatest height above the pick (N,) [m]."""
-        zero = np.zeros_like(ceiling)
-        return cls(zero, zero + np.inf, zero - np.inf, ceiling)
-
 
 @final
 @dataclass(frozen=True)

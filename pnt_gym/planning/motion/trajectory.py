@@ -13,7 +13,8 @@ from pnt_gym.arrays import Floats, in_order, length, numbers
 from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion import kernel
 from pnt_gym.planning.motion.limits import Limits
-from pnt_gym.rows import Floats1, Floats2, Floats3
+from pnt_gym.planning.motion.rows import Knot
+from pnt_gym.rows import Floats1, Floats2, Floats3, Rows
 
 
 @final
@@ -154,7 +155,7 @@ class JerkTrajectory:
     rides: bool = False
     knot_times: Floats = field(init=False)
     knots: Samples = field(init=False)
-    table: Floats = field(init=False, repr=False)
+    table: Rows[Knot] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         _check_shapes(self.start, self.durations, self.jerks)
@@ -163,7 +164,7 @@ class JerkTrajectory:
         acceleration = zero if self.start_acceleration is None else self.start_acceleration
         durations, jerks = self.durations, self.jerks
         count, columns = durations.shape
-        times, table = np.empty((count, columns + 1)), np.empty((count, columns + 2, kernel.COLUMNS))
+        times, table = np.empty((count, columns + 1)), Knot.empty(count, columns + 2)
         knots = np.empty((3, count, columns + 1, 3))
         start, segments = Start(*in_order(self.start, velocity, acceleration)), Segments(*in_order(durations, jerks))
         if not kernel.lay_out(start, segments, self.rides, Borders(times, *knots), table):
@@ -216,7 +217,7 @@ class JerkTrajectory:
         time = self._times(times)
         rows = np.empty((len(self.table), time.shape[1]), dtype=np.int64)
         kernel.rows_at(self.table, time, rows)
-        return np.take_along_axis(self.table[..., kernel.JERK : kernel.JERK + 3], rows[..., None], axis=1)
+        return np.take_along_axis(self.table["jerk"], rows[..., None], axis=1)
 
     def peak_ratios(self, limits: Limits, samples: int = 33) -> PeakRatios:
         """Return each path's largest speed, acceleration and jerk as shares of ``limits``.

@@ -16,8 +16,9 @@ import math
 import numpy as np
 
 from pnt_gym.arrays import Floats
-from pnt_gym.compiled import kernel, kernel_part
-from pnt_gym.rows import Floats2, Floats3
+from pnt_gym.compiled import empty_rows, kernel, kernel_part
+from pnt_gym.planning.paths.rows import Arc, Phase
+from pnt_gym.rows import Floats2, Floats3, Rows1
 
 PHASES = 9
 CRUISE = 4
@@ -43,30 +44,31 @@ SHARES = 8
 GAUSS = ((-0.8611363115940526, 0.34785484513745385), (-0.33998104358485626, 0.6521451548625461),
          (0.33998104358485626, 0.6521451548625461), (0.8611363115940526, 0.34785484513745385))  # fmt: skip
 """Nodes and weights of the Gauss-Legendre rule of four points on [-1, 1]."""
+PHASE = Phase.dtype
 
 
 @kernel_part
-def _pace(width: float, rise: float, chord: float, phi: float) -> float:
+def _pace(arc: Arc, phi: float) -> float:
     """Arc length per angle, g = |(x', y')| [m/rad]."""
-    return math.hypot(width * math.sin(phi), rise * math.sin(phi) + chord * math.cos(phi))
+    return math.hypot(arc.width * math.sin(phi), arc.rise * math.sin(phi) + arc.chord * math.cos(phi))
 
 
 @kernel_part
-def _way(width: float, rise: float, chord: float, low: float, high: float) -> float:
+def _way(arc: Arc, low: float, high: float) -> float:
     """Arc length [m] between two neighbouring angles, by Gauss-Legendre quadrature of `_pace`."""
     half, middle, total = 0.5 * (high - low), 0.5 * (high + low), 0.0
     for place, weight in GAUSS:
-        total += weight * _pace(width, rise, chord, middle + half * place)
+        total += weight * _pace(arc, middle + half * place)
     return half * total
 
 
 @kernel_part
-def _write_table(width: float, rise: float, chord: float, angles: Floats, ways: Floats) -> None:
+def _write_table(arc: Arc, angles: Floats, ways: Floats) -> None:
     """Write a table of angles, densest at both ends, and of the arc lengths up to the angles."""
     angles[0] = ways[0] = 0.0
     for i in range(1, CELLS + 1):
         angles[i] = 0.5 * math.pi * (1.0 - math.cos(math.pi * i / CELLS))
-        ways[i] = ways[i - 1] + _way(width, rise, chord, angles[i - 1], angles[i])
+        ways[i] = ways[i - 1] + _way(arc, angles[i - 1], angles[i])
 
 
 @kernel_part
@@ -103,12 +105,11 @@ def _run_up(speed: float, law: tuple[float, float, float, float]) -> tuple[float
 
 
 @kernel_part
-def _write_law(
-    length: float, limits: tuple[float, float, float], shares: tuple[float, float, float], phases: Floats
-) -> None:
-    """Write start time, way, speed, acceleration and jerk of each phase; the last row holds the total time."""
-    law = (shares[0] * limits[1], shares[1] * limits[1], shares[2] * limits[2], INNER * limits[2])
-    speed = limits[0]
+def _write_law(length: float, arc: Arc, shares: tuple[float, float, float], phases: Rows1[Phase]) -> None:
+    """Write the phases of a law; the last row holds the total time."""
+    plateau, knee, below = shares
+    law = (plateau * arc.acceleration, knee * arc.acceleration, below * arc.jerk, INNER * arc.jerk)
+    speed = arc.velocity
     if 2.0 * _run_up(speed, law)[4] > length:
         # The arc is too short for the speed limit: bisection for the speed whose two run-ups fill the arc.
         low, high = 0.0, speed
@@ -125,18 +126,20 @@ def _write_law(
     jerks = (outer, inner, 0.0, -inner, 0.0, -inner, 0.0, inner, outer)
     start, s, v, a = 0.0, 0.0, 0.0, 0.0
     for k in range(PHASES):
-        phases[k, 0], phases[k, 1], phases[k, 2], phases[k, 3], phases[k, 4] = start, s, v, a, jerks[k]
+        phase = phases[k]
+        phase.start, phase.way, phase.speed, phase.acceleration, phase.jerk = start, s, v, a, jerks[k]
         start += durations[k]
         s, v, a = _state_after(durations[k], s, v, a, jerks[k])
-    phases[PHASES, 0] = start
+    phases[PHASES].start = start
 
 
 @kernel_part
-def _moment(phases: Floats, k: int, share: float) -> tuple[float, float, float, float]:
+def _moment(phases: Rows1[Phase], k: int, share: float) -> tuple[float, float, float, float]:
     """Way, speed, acceleration and jerk along the path at a share of a phase."""
-    t = share * (phases[k + 1, 0] - phases[k, 0])
-    s, v, a = _state_after(t, phases[k, 1], phases[k, 2], phases[k, 3], phases[k, 4])
-    return s, v, a, phases[k, 4]
+    phase = phases[k]
+    t = share * (phases[k + 1].start - phase.start)
+    s, v, a = _state_after(t, phase.way, phase.speed, phase.acceleration, phase.jerk)
+    return s, v, a, phase.jerk
 
 
 @kernel_part
@@ -154,24 +157,22 @@ def _angle(angles: Floats, ways: Floats, cell: int, s: float) -> float:
 
 
 @kernel_part
-def _slowdown(limits: tuple[float, float, float], peaks: tuple[float, float, float]) -> float:
-    """Factor by which a motion with given peaks must be slowed to keep its limits.
+def _slowdown(arc: Arc, speed: float, acceleration: float, jerk: float) -> float:
+    """Factor by which a motion with given peaks must be slowed to keep the limits of its arc.
 
     A motion that takes k times as long has peaks of speed, acceleration and jerk divided by k, k^2 and k^3.
     """
-    return max(peaks[0] / limits[0], math.sqrt(peaks[1] / limits[1]), (peaks[2] / limits[2]) ** (1.0 / 3.0))
+    return max(speed / arc.velocity, math.sqrt(acceleration / arc.acceleration), (jerk / arc.jerk) ** (1.0 / 3.0))
 
 
 @kernel_part
-def _law_slowdown(
-    shape: tuple[float, float, float], limits: tuple[float, float, float], phases: Floats, angles: Floats, ways: Floats
-) -> float:
+def _law_slowdown(arc: Arc, phases: Rows1[Phase], angles: Floats, ways: Floats) -> float:
     """Factor by which a law must be slowed to keep its limits, from samples of all phases.
 
     With curvature c and its derivative c' by the way, the acceleration is (a, c v^2) along and across the path, and the
     jerk is (j - c^2 v^3, 3 c v a + c' v^3).
     """
-    width, rise, chord = shape
+    width, rise, chord = arc.width, arc.rise, arc.chord
     cell, speed, acceleration, jerk = 0, 0.0, 0.0, 0.0
     for i in range(PHASES * SAMPLES):
         s, v, a, third = _moment(phases, i // SAMPLES, (i % SAMPLES) / (SAMPLES - 1.0))
@@ -192,15 +193,13 @@ def _law_slowdown(
         speed = max(speed, v)
         acceleration = max(acceleration, math.hypot(a, bend * v * v))
         jerk = max(jerk, math.hypot(third - bend * bend * v * v * v, 3.0 * bend * v * a + slope * v * v * v))
-    return _slowdown(limits, (speed, acceleration, jerk))
+    return _slowdown(arc, speed, acceleration, jerk)
 
 
 @kernel_part
-def _write_quickest_law(
-    shape: tuple[float, float, float], limits: tuple[float, float, float], angles: Floats, ways: Floats, best: Floats
-) -> None:
+def _write_quickest_law(arc: Arc, angles: Floats, ways: Floats, best: Rows1[Phase]) -> None:
     """Write the quickest law of the search, before the law is slowed to keep its limits."""
-    trial, least, best_shares = np.empty((PHASES + 1, 5)), math.inf, (0.0, 0.0, 0.0)
+    trial, least, best_shares = empty_rows(PHASES + 1, PHASE), math.inf, (0.0, 0.0, 0.0)
     for level in range(len(FINER) + 1):
         middle = best_shares
         for i in range(len(FIRST) if level == 0 else 6):
@@ -215,25 +214,24 @@ def _write_quickest_law(
                     knee * by if 2 <= i < 4 else knee,
                     min(outer * by, 1.0) if i >= 4 else outer,
                 )
-            _write_law(ways[CELLS], limits, shares, trial)
-            needed = trial[PHASES, 0] * _law_slowdown(shape, limits, trial, angles, ways)
+            _write_law(ways[CELLS], arc, shares, trial)
+            needed = trial[PHASES].start * _law_slowdown(arc, trial, angles, ways)
             if needed < least:
                 least, best_shares = needed, shares
                 best[:] = trial
 
 
 @kernel_part
-def _write_points(
-    shape: tuple[float, float, float], phases: Floats, angles: Floats, ways: Floats, points: Floats, steps: Floats
-) -> int:
+def _write_points(arc: Arc, phases: Rows1[Phase], angles: Floats, ways: Floats, points: Floats, steps: Floats) -> int:
     """Write points (2, PIECES + 1) of the motion and the times between the points; return the number of times."""
-    width, rise, chord = shape
+    width, rise, chord, run_up = arc.width, arc.rise, arc.chord, phases[CRUISE].start
     cell, n, last_time = 0, 0, 0.0
     points[0, 0] = points[1, 0] = 0.0
     for k in range(PHASES):
-        duration = phases[k + 1, 0] - phases[k, 0]
-        count = CRUISING if k == CRUISE else int(RUN_UP * duration / phases[CRUISE, 0] + 0.5)
-        if k == CRUISE and duration < phases[CRUISE, 0] / RUN_UP:
+        start = phases[k].start
+        duration = phases[k + 1].start - start
+        count = CRUISING if k == CRUISE else int(RUN_UP * duration / run_up + 0.5)
+        if k == CRUISE and duration < run_up / RUN_UP:
             count = 0
         for i in range(1, count + 1):
             share = 0.5 * (1.0 - math.cos(math.pi * i / count)) if k == CRUISE else i / count
@@ -242,8 +240,8 @@ def _write_points(
             phi = _angle(angles, ways, cell, s)
             for _ in range(NEWTON):
                 # Newton's method: the arc length's derivative by the angle is the pace.
-                phi += (s - ways[cell] - _way(width, rise, chord, angles[cell], phi)) / _pace(width, rise, chord, phi)
-            time = phases[k, 0] + share * duration
+                phi += (s - ways[cell] - _way(arc, angles[cell], phi)) / _pace(arc, phi)
+            time = start + share * duration
             steps[n], last_time = time - last_time, time
             n += 1
             points[0, n] = width * (1.0 - math.cos(phi))
@@ -284,7 +282,7 @@ def _write_second_derivatives(x: Floats, steps: Floats, n: int, out: Floats) -> 
 
 
 @kernel_part
-def _spline_slowdown(limits: tuple[float, float, float], accelerations: Floats, steps: Floats, n: int) -> float:
+def _spline_slowdown(arc: Arc, accelerations: Floats, steps: Floats, n: int) -> float:
     """Factor by which the spline with second derivatives (2, n + 1) must be slowed to keep its limits."""
     vx, vy, speed, acceleration, jerk, room = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(n):
@@ -304,29 +302,28 @@ def _spline_slowdown(limits: tuple[float, float, float], accelerations: Floats, 
             fast = math.hypot(vx + t * (ax + share * (bx - ax)), vy + t * (ay + share * (by - ay)))
             speed = max(speed, fast + room)
         vx, vy = vx + 0.5 * step * (ax + bx), vy + 0.5 * step * (ay + by)
-    return _slowdown(limits, (speed, acceleration, jerk))
+    return _slowdown(arc, speed, acceleration, jerk)
 
 
 @kernel
-def arc_motions(arcs: Floats2, steps: Floats2, accelerations: Floats3) -> None:
+def arc_motions(arcs: Rows1[Arc], steps: Floats2, accelerations: Floats3) -> None:
     """Compute the motions over N arcs.
 
     Args:
-        arcs: l, h, w [m] and greatest speed, acceleration and jerk of each arc (6, N).
+        arcs: the arcs.
         steps: durations of each arc's pieces (N, PIECES) [s], written; 0 for pieces that are not needed.
         accelerations: to the side and up, at the borders of the pieces (N, 2, PIECES + 1) [m/s2], written.
     """
     angles, ways, points = np.empty(CELLS + 1), np.empty(CELLS + 1), np.empty((2, PIECES + 1))
-    law = np.empty((PHASES + 1, 5))
-    for row in range(steps.shape[0]):
-        shape = (arcs[0, row], arcs[1, row], arcs[2, row])
-        limits = (arcs[3, row], arcs[4, row], arcs[5, row])
-        _write_table(shape[0], shape[1], shape[2], angles, ways)
-        _write_quickest_law(shape, limits, angles, ways, law)
+    law = empty_rows(PHASES + 1, PHASE)
+    for row in range(len(arcs)):
+        arc = arcs[row]
+        _write_table(arc, angles, ways)
+        _write_quickest_law(arc, angles, ways, law)
         steps[row], accelerations[row] = 0.0, 0.0
-        n = _write_points(shape, law, angles, ways, points, steps[row])
+        n = _write_points(arc, law, angles, ways, points, steps[row])
         _write_second_derivatives(points[0], steps[row], n, accelerations[row, 0])
         _write_second_derivatives(points[1], steps[row], n, accelerations[row, 1])
-        factor = _spline_slowdown(limits, accelerations[row], steps[row], n) * (1.0 + 1e-9)
+        factor = _spline_slowdown(arc, accelerations[row], steps[row], n) * (1.0 + 1e-9)
         steps[row] *= factor
         accelerations[row] /= factor * factor

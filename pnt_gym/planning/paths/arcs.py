@@ -13,6 +13,7 @@ from pnt_gym.errors import PlanningError
 from pnt_gym.planning.motion.limits import Limits
 from pnt_gym.planning.motion.trajectory import Segments
 from pnt_gym.planning.paths import arc_kernel
+from pnt_gym.planning.paths.rows import Arc
 
 PIECES = 78
 """Pieces of constant jerk in an arc, as in `arc_kernel`."""
@@ -41,7 +42,8 @@ def arc_segments(way: Floats, top: Floats, limits: Limits) -> Segments:
             f"an arc needs a width and a top above both its ends, both above 0 m, got {run[row]} and {room[row]} m"
         )
     half_chord = np.sqrt(top * (top - way[:, 2]))
-    arcs = np.array([run / 2.0, way[:, 2] / 2.0, half_chord, *limits.arrays(len(way))])
+    motion = limits.arrays(len(way))._asdict()
+    arcs = Arc.zeros(len(way), width=run / 2.0, rise=way[:, 2] / 2.0, chord=half_chord, **motion)
     steps, accelerations = np.empty((len(way), PIECES)), np.empty((len(way), 2, PIECES + 1))
     arc_kernel.arc_motions(arcs, steps, accelerations)
     jerks = np.diff(accelerations, axis=2) / np.where(steps > 0.0, steps, 1.0)[:, None]

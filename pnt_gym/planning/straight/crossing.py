@@ -26,7 +26,7 @@ import numpy as np
 
 from pnt_gym.compiled import kernel_part
 from pnt_gym.constants import GRAVITY
-from pnt_gym.rows import Row, Triple, field
+from pnt_gym.planning.straight.rows import Throw
 
 # Newton steps for the cubic of the jerk-only crossing: its start is within a factor sqrt(2) of the root, from
 # where five steps reach rounding.
@@ -37,22 +37,6 @@ CUBIC_STEPS = 9
 NEWTON_STEPS = 80
 # Newton's error squares with every step: after a step this small the next step is below rounding.
 SLOPE_PRECISION = 1e-9
-
-
-class Throw(Row):
-    """A throw to plan."""
-
-    pick: Triple = field("m", "start of the hand at rest")
-    target: Triple = field("m", "point through which the object must pass on its way down")
-    velocity: float = field("m/s", "limit of the speed")
-    acceleration: float = field("m/s2", "limit of the acceleration")
-    jerk: float = field("m/s3", "limit of the jerk")
-    tolerance: float = field("m", "half width of the square box around the target")
-    ceiling: float = field("m", "greatest height of the release point; may be infinite")
-    near: float = field("m", "least horizontal distance from the pick to the release point")
-    far: float = field("m", "greatest horizontal distance; may be infinite")
-    low: float = field("m", "least height of the release point above the pick; may be infinite")
-    high: float = field("m", "greatest height above the pick; may be infinite")
 
 
 class PlaneThrow(NamedTuple):

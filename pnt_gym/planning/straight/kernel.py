@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,47 +15,12 @@ from pnt_gym.compiled import empty_rows, kernel, kernel_part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.strokes import brake_distance
 from pnt_gym.planning.straight.bounds import LANES, Box, slope_below_roof, slope_in_bounds
-from pnt_gym.planning.straight.crossing import Line, Throw, best_slope, crossing, flight_time, lay_out
+from pnt_gym.planning.straight.crossing import Line, best_slope, crossing, flight_time, lay_out
 from pnt_gym.planning.straight.plan import CONTACT, MIN_REACH, Reason, ReleaseBatch
-from pnt_gym.rows import Bools1, Floats2, Floats3, Ints1, Pair, Row, Rows1, field
+from pnt_gym.planning.straight.rows import Space, Stop, StopRules, Throw, ThrowLine
+from pnt_gym.rows import Bools1, Floats2, Floats3, Ints1, Rows1
 
 NO_REACH, TOO_HIGH, OUTSIDE, TOO_FLAT = map(int, (Reason.NO_REACH, Reason.CEILING, Reason.WORKSPACE, Reason.ELEVATION))
-
-
-class ThrowLine(Row):
-    """The line of a throw, from the pick to the release."""
-
-    slope: float = field("-", "tangent of the elevation; NaN where there is no throw")
-    moved: bool = field("-", "whether a bound moved the line")
-    reason: int = field("-", "`Reason` why there is no throw")
-
-
-class Stop(Row):
-    """How a hand stops after a release, and how far its throw's target may move."""
-
-    slope: float = field("-", "tangent of the elevation of the line")
-    braking: float = field("m/s2", "greatest acceleration of the braking")
-    shift: Pair = field("m", "displacement of the target along x and y, back and forth")
-
-
-class Space(NamedTuple):
-    """An elliptic workspace: semi-axes along x and y, least and greatest height [m]."""
-
-    semi_x: float
-    semi_y: float
-    z_min: float
-    z_max: float
-
-
-class StopRules(NamedTuple):
-    """Rules by which a hand stops after a throw."""
-
-    window: float
-    """Time between release and braking [s]."""
-    gravity_share: float
-    """Share of gravity with which the hand may fall while braking; 0 for full braking."""
-    reserve: float
-    """Displacement of the targets, forth and back, with which a throw has to be possible [m]."""
 
 
 LINE, RELEASE = ThrowLine.dtype, ReleaseBatch.dtype

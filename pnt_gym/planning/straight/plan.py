@@ -157,8 +157,8 @@ class ReleaseBatch(Columns):
         row = self.rows[index]
         if not row["feasible"]:
             raise InfeasibleThrow(Reason(row["reason"]), f" (row {index})")
-        values = row.item()[:_COUNT]
-        return Release(*[value.copy() if isinstance(value, np.ndarray) else value for value in values])
+        position, velocity, direction, *numbers = row.item()[:_COUNT]
+        return Release(position.copy(), velocity.copy(), direction.copy(), *numbers)
 
 
 class Rules(NamedTuple):

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import astuple
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +24,6 @@ from pnt_gym.planning.motion.ballistics import flight_time
 from pnt_gym.planning.motion.limits import EllipticWorkspace, LimitRows, Limits, LineBounds, MotionLimits, limit_rows
 from pnt_gym.planning.motion.scurve import scurves
 from pnt_gym.planning.straight import kernel
-from pnt_gym.planning.straight.crossing import Throw
 from pnt_gym.planning.straight.frame import Frame, check_throws, point_of
 from pnt_gym.planning.straight.plan import (
     MIN_REACH,
@@ -35,6 +34,7 @@ from pnt_gym.planning.straight.plan import (
     Rules,
     TargetChoice,
 )
+from pnt_gym.planning.straight.rows import Space, Stop, StopRules, Throw, ThrowLine
 from pnt_gym.rows import Rows
 
 __all__ = [
@@ -137,7 +137,7 @@ def release_at_elevation(picks: ArrayLike, targets: ArrayLike, limits: Limits, e
 
 def aim_lines(picks: Floats, targets: Floats, limits: LimitRows, elevation: Floats) -> ReleaseBatch:
     """Return the throws as `release_at_elevation`, for arrays that need no check."""
-    lines = kernel.ThrowLine.zeros(len(picks), slope=np.tan(elevation))
+    lines = ThrowLine.zeros(len(picks), slope=np.tan(elevation))
     plans = kernel.release_rows(_lay_out(picks, targets, limits), False, True, lines)
     plans["angle"] = np.where(plans["feasible"], elevation, np.nan)
     return ReleaseBatch(plans)
@@ -226,10 +226,8 @@ def stops_inside(
             by the displacements, forth and back, have to stay in the workspace too. None: the targets alone.
     """
     good, has_shifts = plans.feasible.copy(), shifts is not None
-    stops = kernel.Stop.zeros(
-        len(picks), slope=np.tan(plans.angle), braking=braking, shift=shifts if has_shifts else 0.0
-    )
-    throws, space = _lay_out(picks, targets, limits), kernel.Space(*astuple(workspace))
+    stops = Stop.zeros(len(picks), slope=np.tan(plans.angle), braking=braking, shift=shifts if has_shifts else 0.0)
+    throws, space = _lay_out(picks, targets, limits), Space(*astuple(workspace))
     kernel.keep_stops_inside(throws, in_order(plans.rows)[0], stops, has_shifts, window, space, good)
     return good
 
@@ -257,7 +255,7 @@ def choose_targets(
         may_throw: which objects may be thrown at all (N,).
     """
     throws, good = _lay_out(picks, targets[:, -1], limits, ceiling=ceiling), may_throw.copy()
-    stop, space = kernel.StopRules(*rules[:3]), kernel.Space(*astuple(rules.workspace))
+    stop, space = StopRules(*rules[:3]), Space(*astuple(rules.workspace))
     attempt, lines = kernel.choose_targets(throws, *in_order(targets, origins), stop, space, good)
     return TargetChoice(attempt, ReleaseBatch(kernel.release_rows(throws, False, True, lines)), good)
 
@@ -282,7 +280,7 @@ def _line_bounds(picks: ArrayLike, targets: ArrayLike, workspace: EllipticWorksp
 def _lay_out(picks: Any, targets: Any, limits: tuple[Any, Any, Any], **bounds: Any) -> Rows[Throw]:
     """Throws with limits (velocity, acceleration, jerk), and with bounds by the names of the fields of `Throw`."""
     velocity, acceleration, jerk = limits
-    throws = OPEN.repeat(len(picks))
+    throws = cast("Rows[Throw]", OPEN.repeat(len(picks)))
     motion = {"pick": picks, "target": targets, "velocity": velocity, "acceleration": acceleration, "jerk": jerk}
     for name, values in (motion | bounds).items():
         throws[name] = values
@@ -293,5 +291,5 @@ def _plan_throws(throws: Rows[Throw], *, has_workspace: bool) -> Rows[ReleaseBat
     """Plan the throws along the quickest lines."""
     begins = range(0, max(len(throws), 1), PIECE)
     pieces = [kernel.choose_slopes(throws[begin : begin + PIECE], has_workspace) for begin in begins]
-    lines = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+    lines: Any = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
     return kernel.release_rows(throws, has_workspace, True, lines)

@@ -18,7 +18,7 @@ from pnt_gym.cells.line.core import LineCore
 from pnt_gym.cells.line.observation import CHOICE_TABLE, LINE_TABLE
 from pnt_gym.cells.line.rows import Choice
 from pnt_gym.errors import ConfigError
-from pnt_gym.planning.motion.chase import earliest
+from pnt_gym.planning.motion.chase import Chase, earliest
 from tests.tools.line import THREE_BINS, begun, decided, seen_values, with_table
 from tests.tools.movers import choices_anew
 from tests.tools.throws import same_bits
@@ -168,8 +168,8 @@ def test_threads_work_after_a_fork(tables):
 
 def _lateness(chase: Any, time: float) -> float:
     """How much too late a hand arrives at a time, operation by operation as the documentation of `chase` says."""
-    x, y, z = (chase[k] + time * chase[3 + k] for k in range(3))
-    descent, velocity, acceleration, jerk = chase[6:10]
+    x, y, z = chase["way"] + time * chase["belt"]
+    descent, velocity, acceleration, jerk = (chase[name] for name in ("descent", "velocity", "acceleration", "jerk"))
     way, square = math.sqrt(x * x + y * y + z * z), acceleration * acceleration
     if jerk * jerk * way <= 2.0 * square * acceleration and jerk * way * way <= 4.0 * velocity**3:
         speed, peak = math.cbrt(0.25 * jerk * way * way), math.cbrt(0.5 * jerk * jerk * way)
@@ -183,11 +183,12 @@ def _lateness(chase: Any, time: float) -> float:
 
 def _plain_search(chase: Any) -> float:
     """The first meeting, where every sample and every halving is tried; NaN where there is none."""
-    first, last, end = (float(number) for number in chase[10:])
+    first, last, end = (float(chase[name]) for name in ("first", "last", "end"))
     if not _lateness(chase, first) > 0.0:
         return first
-    square = sum(v * v for v in chase[3:6])
-    along = chase[0] * chase[3] + chase[1] * chase[4] + chase[2] * chase[5]
+    way, belt = chase["way"], chase["belt"]
+    square = sum(v * v for v in belt)
+    along = way[0] * belt[0] + way[1] * belt[1] + way[2] * belt[2]
     nearest = float(min(max(-along / (square if square > 0.0 else 1.0), first), last))
     late, met = first, nearest
     if _lateness(chase, nearest) > 0.0:
@@ -211,22 +212,19 @@ def test_meetings_are_those_of_a_search_that_tries_every_time(speed, far):
     percent, late = random.uniform(0.2, 1.0, count), random.uniform(0.0, 1.0, count)
     velocity = random.normal(size=(count, 3)) * [1.0, 0.2, 0.0]
     velocity *= speed / np.linalg.norm(velocity, axis=1, keepdims=True)
-    columns = (
-        random.normal(size=(count, 3)) * far,
-        velocity,
-        random.uniform(0.0, 0.2, count),
-        6.0 * percent,
-        120.0 * percent,
-        3000.0 * percent,
-        np.where(late < 0.5, 0.0, late),
-        late + random.uniform(0.0, 3.0, count),
-        random.uniform(0.0, 4.0, count),
+    chases = Chase.zeros(
+        count,
+        way=random.normal(size=(count, 3)) * far,
+        belt=velocity,
+        descent=random.uniform(0.0, 0.2, count),
+        velocity=6.0 * percent,
+        acceleration=120.0 * percent,
+        jerk=3000.0 * percent,
+        first=np.where(late < 0.5, 0.0, late),
+        last=late + random.uniform(0.0, 3.0, count),
+        end=random.uniform(0.0, 4.0, count),
     )
-    chases, time, reached = np.column_stack(columns), np.empty(count), np.empty(count, dtype=np.bool_)
-    earliest(chases, time, reached)
-    wanted = np.array([_plain_search(chase) for chase in chases])
-    assert same_bits(reached, ~np.isnan(wanted))
-    assert same_bits(time[reached], wanted[reached])
+    assert same_bits(earliest(chases), np.array([_plain_search(chase) for chase in chases]))
 
 
 def test_robots_that_find_nothing_to_take_end_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,7 +68,7 @@ def test_hand_waits_for_an_object_that_has_not_come_yet():
     meeting = plan_intercept(start, place, (0.2, 0.0, 0.0), limits, clearance=CLEARANCE, window=WINDOW)
     assert meeting.time[0] == pytest.approx(5.0, rel=1e-12)
     assert meeting.wait[0] == pytest.approx(5.0 - arrival(start[0], meeting.position[0], limits), rel=1e-9)
-    later = plan_intercept(start, place, (0.2, 0.0, 0.0), limits, clearance=CLEARANCE, window=WINDOW, earliest=6.0)
+    later = plan_intercept(start, place, (0.2, 0.0, 0.0), limits, clearance=CLEARANCE, window=WINDOW, times=(6.0, 30.0))
     assert later.time[0] == pytest.approx(6.0)
     assert later.wait[0] > 0.0
 
@@ -124,7 +124,7 @@ def test_a_slower_object_is_always_caught(distance, share, percent, turn):
     speed = share * limits.velocity
     belt = speed * np.array([np.cos(turn), np.sin(turn), 0.0])
     meeting = plan_intercept(
-        np.zeros((1, 3)), np.array([[distance, 0.0, -0.1]]), belt, limits, clearance=0.02, horizon=1e5
+        np.zeros((1, 3)), np.array([[distance, 0.0, -0.1]]), belt, limits, clearance=0.02, times=(0.0, 1e5)
     )
     assert meeting.feasible[0]
     assert meeting.wait[0] == 0.0
@@ -138,8 +138,9 @@ def test_bad_inputs_are_named():
         ({"clearance": np.nan}, "clearance"),
         ({"window": (1.0, -1.0)}, "window"),
         ({"window": (np.nan, 1.0)}, "window"),
-        ({"horizon": 0.0}, "horizon"),
-        ({"earliest": np.inf}, "earliest"),
+        ({"times": (0.0, 0.0)}, r"times\[1\]"),
+        ({"times": (np.inf, 30.0)}, r"times\[0\]"),
+        ({"times": 6.0}, "times must be two times"),
     ):
         with pytest.raises(ValueError, match=word):
             plan_intercept(one, one, np.zeros(3), limits, **{**good, **bad})

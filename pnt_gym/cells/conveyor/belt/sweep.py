@@ -15,6 +15,7 @@ from pnt_gym.cells.conveyor.objects.records import Objects
 from pnt_gym.compiled import kernel, kernel_part
 from pnt_gym.constants import GRAVITY
 from pnt_gym.planning.motion.kernel import motion_in, row_at
+from pnt_gym.planning.motion.rows import Knot
 from pnt_gym.rows import Bools1, Bools2, Floats1, Floats2, Floats3, Ints1, Ints2, Rows1, Rows2
 
 # Depth below its place on the belt at which an object is beside the belt [m].
@@ -144,12 +145,12 @@ def move_belts(ride: Ride, new: Newcomers, passed: int, belts: Belts) -> None:
 
 @kernel
 def move_objects(
-    table: Floats3, pick: Floats2, free_at: Floats1, times: Floats1, flight: float, speed: float, way: Floats3
+    table: Rows2[Knot], pick: Floats2, free_at: Floats1, times: Floats1, flight: float, speed: float, way: Floats3
 ) -> None:
     """Write displacements of N objects under hands, then in flight, from the belt's moving surface.
 
     Args:
-        table: paths of the hands (N, R, COLUMNS), see `planning.motion.kernel.lay_out`.
+        table: paths of the hands (N, R), see `planning.motion.kernel.lay_out`.
         pick: positions of the hands at time 0 (N, 3) [m].
         free_at: times of the releases, after which the objects fly without air (N,) [s].
         times: times since the lift (M,) [s].

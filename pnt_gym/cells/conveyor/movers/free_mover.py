@@ -20,7 +20,7 @@ from pnt_gym.cells.conveyor.context import Context
 from pnt_gym.cells.conveyor.movers.straight import Meeting, Mover, StraightMover, ThrowMotion
 from pnt_gym.planning.free.approach import approach_entry
 from pnt_gym.planning.free.check import keeps_rules
-from pnt_gym.planning.free.legs import return_leg, throw_leg
+from pnt_gym.planning.free.legs import Departure, return_leg, throw_leg
 from pnt_gym.planning.free.release import free_releases, greatest_height, turning_point
 from pnt_gym.planning.free.rules import HandRules
 from pnt_gym.planning.motion.ballistics import flight_time
@@ -109,7 +109,7 @@ class FreeMover(Mover):
 
     def back(self, motion: ThrowMotion, next_pick: Floats, limits: Limits) -> Segments:
         """Returns through the top of the approach without a stop where that keeps the rules, otherwise with a stop."""
-        moves, down = return_leg(motion.stop, motion.velocity, next_pick, limits, motion.roof, self.rules)
+        moves, down = return_leg(_departure(motion), next_pick, limits, motion.roof, self.rules)
         returns = _join_padded([moves.segments, down])
         good = moves.feasible & self._keeps(motion, returns, next_pick, limits)
         return recompute_rows(returns, ~good, self._back_with_stop, motion, next_pick, limits)
@@ -130,7 +130,7 @@ class FreeMover(Mover):
         if arrival is not None:
             shortest = arrival - approach_entry(limits, len(place), self.rules.approach).down.durations.sum(axis=1)
         moves, down = return_leg(
-            motion.stop, motion.velocity, place, limits, motion.roof, self.rules, drift=drift, shortest=shortest
+            _departure(motion), place, limits, motion.roof, self.rules, drift=drift, shortest=shortest
         )
         time = np.where(moves.feasible, moves.duration, 0.0) + down.durations.sum(axis=1)
         position = place + drift * time[:, None]
@@ -158,7 +158,7 @@ class FreeMover(Mover):
 
     def _hover(self, motion: ThrowMotion, next_pick: Floats, limits: Limits, wait: Floats) -> tuple[Segments, Bools]:
         """Returns with a stop and a wait (N,) [s] above the next pick, and which of them keep the rules."""
-        moves, down = return_leg(motion.stop, motion.velocity, next_pick, limits, motion.roof, self.rules, hover=True)
+        moves, down = return_leg(_departure(motion), next_pick, limits, motion.roof, self.rules, hover=True)
         back = _join_padded([moves.segments, coast(wait), down])
         return back, moves.feasible & self._keeps(motion, back, next_pick, limits)
 
@@ -276,6 +276,10 @@ class FlyingMover(FreeMover):
     def accepts(self, context: Context, shift: Floats | None) -> Bools:
         """Which nominal straight throws could stop inside the workspace, also to moved targets."""
         return self._straight.accepts(context, shift)
+
+
+def _departure(motion: ThrowMotion) -> Departure:
+    return Departure(motion.stop, motion.velocity)
 
 
 def _join_padded(parts: list[Segments]) -> Segments:
