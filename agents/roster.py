@@ -36,11 +36,12 @@ def main(arguments: Arguments) -> None:
         print(policy_place(f"{PREFIX}{arguments.where.removeprefix(PREFIX)}"))
         return
     rows = [(name, CHOICES[name]) for name in LINE_NAMES]
+    shipped = [(f"{PREFIX}{name}", policy.env, policy.purpose) for name, policy in POLICIES.items()]
     for grid in (
         acting_grid("controllers of throws", EVERYWHERE, [name for name in NAMES if name not in GRASPING_NAMES]),
         acting_grid("controllers that grasp and throw", GRASPING, GRASPING_NAMES),
         Grid("controllers of a line", ("controller", "its choice"), rows),
-        shipped_grid(),
+        Grid("policies that ship", ("controller", "trained in", "what it does"), shipped),
     ):
         console().print(grid.terminal())
 
@@ -54,12 +55,6 @@ def acting_grid(title: str, env_id: str, names: Sequence[str]) -> Grid:
         for name, controller in controllers.items()
     ]
     return Grid(title, ("controller", "learns", "what it does"), rows)
-
-
-def shipped_grid() -> Grid:
-    """The policies that ship."""
-    rows = [(f"{PREFIX}{name}", policy.env, policy.purpose) for name, policy in POLICIES.items()]
-    return Grid("policies that ship", ("controller", "trained in", "what it does"), rows)
 
 
 if __name__ == "__main__":

@@ -70,7 +70,10 @@ def main(arguments: Arguments) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     controller = take_along(arguments.controller, name, folder)
     plan = submission_plan(name, controller, arguments.throws, arguments.seeds)
-    about = {"by": arguments.by, "about": arguments.about, "command": _command(arguments)}
+    # The command line that gives the same throws.
+    words = ["pnt-gym", "submit", arguments.controller, "--by", arguments.by]
+    words += ["--throws", str(arguments.throws), "--seeds", str(arguments.seeds)] if arguments.throws else []
+    about = {"by": arguments.by, "about": arguments.about, "command": shlex.join(words)}
     planned = Comparison(plan, file, about=about)
     workers = pool(arguments.jobs, None, Needs())
     planned.write(keep_missing(planned.jobs, MADE / "runs" / "submissions" / name, workers, unit=planned.unit))
@@ -134,13 +137,6 @@ def _copy(file: Path, target: Path) -> None:
     if file.resolve() != target.resolve():
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(file, target)
-
-
-def _command(arguments: Arguments) -> str:
-    """The command line that gives the same throws."""
-    words = ["pnt-gym", "submit", arguments.controller, "--by", arguments.by]
-    words += ["--throws", str(arguments.throws), "--seeds", str(arguments.seeds)] if arguments.throws else []
-    return shlex.join(words)
 
 
 if __name__ == "__main__":

@@ -88,7 +88,14 @@ def make_named(name: str, env: Env, **options: Any) -> Controller:
         return _SHIFTS[name](env, _required_correction(name, env), **options)
     if name in GRASPING_NAMES:
         return _grasping(name, env, options)
-    return _adaptive(name, env, options)
+    # The static policy of `static` has learned under drift; that of the other adaptive controllers in a cell without
+    # drift, whose landings are not blurred.
+    correction, core = _required_correction(name, env), core_of(env)
+    if not has_feedback(core):
+        raise UsageError(f"controller {name!r} needs observations of the previous landing; use --env PnTAdapt-v0")
+    tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
+    shipped = read_state(ADAPTIVE / f"{file}.npz")[1]
+    return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)
 
 
 def _settings(name: str) -> list[str]:
@@ -98,37 +105,13 @@ def _settings(name: str) -> list[str]:
     return settings_of(*([_SETTINGS[name]] if name in _SETTINGS else []))
 
 
-def _adaptive(name: str, env: Env, options: Mapping[str, Any]) -> Adaptive:
-    """Adaptive controller with a static policy that ships.
-
-    The static policy of `static` has learned under drift; that of the other controllers in a cell without drift, whose
-    landings are not blurred.
-    """
-    correction, core = _required_correction(name, env), core_of(env)
-    if not has_feedback(core):
-        raise UsageError(f"controller {name!r} needs observations of the previous landing; use --env PnTAdapt-v0")
-    tracker, file = _TRACKERS[name](core, **options), STATIC if name == STATIC else IN_CONTEXT
-    shipped = read_state(ADAPTIVE / f"{file}.npz")[1]
-    return Adaptive(name, correction, _features(env), core.item_names, tracker, shipped)
-
-
 def _grasping(name: str, env: Env, options: Mapping[str, Any]) -> Controller:
     """Controller that grasps, with the residual that ships, or with none for the option `residual=none`."""
     core = core_of(env)
     if not isinstance(core, GraspCore):
         raise UsageError(f"controller {name!r} chooses where to grasp; use --env PnTGrasp-v0")
     others = dict(options)
-    residual = _release_residual(name, core, others.pop("residual", "shipped"))
-    if name == FITTED_Q:
-        return FittedQ(core.config, residual, **others)
-    correction = core.correction
-    assert correction is not None  # of the mode `release_point`
-    of_place = {key: others.pop(key) for key in options if key in inspect.signature(_PLACES[name]).parameters}
-    return GraspController(name, core.config, correction, _PLACES[name](core, **of_place), residual, **others)
-
-
-def _release_residual(name: str, core: GraspCore, begin: str) -> OnPolicyRegression:
-    """Residual of a controller's throws: the one that ships, or none yet."""
+    begin = others.pop("residual", "shipped")
     correction = core.correction
     assert correction is not None  # of the mode `release_point`
     residual = OnPolicyRegression(name, correction, residual_width(), Mlp())
@@ -136,7 +119,10 @@ def _release_residual(name: str, core: GraspCore, begin: str) -> OnPolicyRegress
         raise UsageError(f"residual is {begin!r}; it must be 'shipped' or 'none'")
     if begin == "shipped":
         residual.restore(read_state(GRASPING / "residual.npz")[1])
-    return residual
+    if name == FITTED_Q:
+        return FittedQ(core.config, residual, **others)
+    of_place = {key: others.pop(key) for key in options if key in inspect.signature(_PLACES[name]).parameters}
+    return GraspController(name, core.config, correction, _PLACES[name](core, **of_place), residual, **others)
 
 
 def _required_correction(name: str, env: Env) -> Correction:

@@ -123,7 +123,14 @@ class _Search:
         """Offsets (N, E) of the next preview, the best one where a throw is over."""
         jumps = self._failures >= 2
         self._jumped = jumps & (self._failures % 2 == 0)
-        trial = np.where(self._jumped[:, None], self._jump(random), self._newton())
+        # Random offsets near the best offset of a throw of the same bucket with no larger error, itself included.
+        order = np.lexsort((self._smallest, self._bucket))
+        ranked = self._bucket[order]
+        rank = np.empty_like(order)
+        rank[order] = np.arange(len(order)) - np.searchsorted(ranked, ranked)
+        donor = order[np.searchsorted(ranked, self._bucket) + random.integers(rank + 1)]
+        jump = random.choice(JUMPS, size=(len(order), 1)) * random.standard_normal(self.best.shape)
+        trial = np.where(self._jumped[:, None], self.best[donor] + jump, self._newton())
         return np.where(self.over[:, None], self.best, np.clip(trial, -1.0, 1.0))
 
     def _newton(self) -> Floats:
@@ -153,16 +160,6 @@ class _Search:
             error_changes - np.where(is_valid[..., None], offset_changes, 0.0),
         )
         return np.eye(self.best.shape[1]) + np.linalg.solve(spread, surprise).transpose(0, 2, 1)
-
-    def _jump(self, random: np.random.Generator) -> Floats:
-        """Random offsets near the best offset of a throw of the same bucket with no larger error, itself included."""
-        order = np.lexsort((self._smallest, self._bucket))
-        ranked = self._bucket[order]
-        rank = np.empty_like(order)
-        rank[order] = np.arange(len(order)) - np.searchsorted(ranked, ranked)
-        donor = order[np.searchsorted(ranked, self._bucket) + random.integers(rank + 1)]
-        jump = random.choice(JUMPS, size=(len(order), 1)) * random.standard_normal(self.best.shape)
-        return self.best[donor] + jump
 
 
 @final

@@ -60,7 +60,7 @@ class Recurrent:
 
     def update_memory(self, memory: Floats, features: Floats, z: Floats) -> Floats:
         """Memory (N, H) after throws (N, D) with landing errors (N, 2) [m]."""
-        return self._unit(np.concatenate([features, _normalise(z)], axis=1), memory)
+        return self._unit(np.concatenate([features, np.clip(z / UNIT, -6.0, 6.0)], axis=1), memory)
 
     def predict(self, memory: Floats, features: Floats) -> Floats:
         """Predicted landing errors of throws (N, D) by memories (N, H): (N, 2) [m]."""
@@ -124,7 +124,7 @@ def _torch_layers(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
 
 def _loss(torch: Any, parts: tuple[Any, Any, Any], lessons: TrainingShifts) -> Any:
     """Huber loss of a network's predictions in shifts."""
-    parts_of = (lessons.features, _normalise(lessons.z), _normalise(lessons.true))
+    parts_of = (lessons.features, np.clip(lessons.z / UNIT, -6.0, 6.0), np.clip(lessons.true / UNIT, -6.0, 6.0))
     features, z, true = (torch.as_tensor(part, dtype=torch.float32) for part in parts_of)
     has_landing = torch.as_tensor(lessons.has_landing)
     unit, head, answer = parts
@@ -136,8 +136,3 @@ def _loss(torch: Any, parts: tuple[Any, Any, Any], lessons: TrainingShifts) -> A
         updated = unit(torch.cat([throw, z[:, at]], dim=1), memory)
         memory = torch.where(has_landing[:, at, None], updated, memory)
     return torch.nn.functional.huber_loss(torch.stack(predictions, dim=1), true, delta=1.0)
-
-
-def _normalise(z: Floats) -> Floats:
-    """Landing errors in `UNIT`s, clipped, so that a deflected object only counts as far off."""
-    return np.clip(z / UNIT, -6.0, 6.0)

@@ -90,15 +90,10 @@ def load_state(controller: Learner, path: Path) -> None:
     except UsageError:
         raise
     except Exception:
-        raise _state_error(path, owner) from None
+        raise UsageError(f"{str(path)!r} holds no state of {owner!r} that this version can read") from None
     # What was understood is what would be saved.
     if any(np.shape(kept[name]) != state[name].shape for name in kept.keys() & state.keys()):
-        raise _state_error(path, owner)
-
-
-def _state_error(path: Path, owner: str) -> UsageError:
-    """Error of a state that a controller does not understand."""
-    return UsageError(f"{str(path)!r} holds no state of {owner!r} that this version can read")
+        raise UsageError(f"{str(path)!r} holds no state of {owner!r} that this version can read")
 
 
 def compatible_names(controller: Learner) -> tuple[str, ...]:

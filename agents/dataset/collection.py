@@ -122,16 +122,9 @@ class Collection:
     def jobs(self, name: str, throws: int) -> list[Job]:
         """Jobs of the chunks that hold a number of throws together, in order; the last episode is completed."""
         size = self.episode * max(1, round(CHUNK / self.episode))
-        digest = self._key()
-        return [
-            Job(f"{name}-{n}", f"{digest}-{least}", partial(collect, self, n, least), least, "npz")
-            for n, least in enumerate(min(size, throws - start) for start in range(0, throws, size))
-        ]
-
-    def _key(self) -> str:
         level = self.level
         level_data, files = (level, ()) if isinstance(level, str) else (level.model_dump(mode="json"), level.files())
-        return key(
+        digest = key(
             env=self.env,
             level=level_data,
             files=[hashlib.sha256(bytes_of(file, MOST_NUMBERS)).hexdigest() for file in files],
@@ -140,6 +133,10 @@ class Collection:
             code=code_digest(_CODE, ["agents.dataset.collection"]),
             own=[user_code_digest(name) for name in self.modules],
         )
+        return [
+            Job(f"{name}-{n}", f"{digest}-{least}", partial(collect, self, n, least), least, "npz")
+            for n, least in enumerate(min(size, throws - start) for start in range(0, throws, size))
+        ]
 
     def chunk_noise(self, number: int) -> Noise | None:
         """Noise on the actions of a chunk, from a random stream that no other draws share; None without noise."""

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Final, final
 
 import numpy as np
-from gymnasium.spaces import Box, Space
+from gymnasium.spaces import Box
 from rich.progress import Progress
 
 from ..controllers.protocol import Controller, Learner
@@ -140,7 +140,12 @@ class Crew:
         practice: int | None = None,
         noise: Sequence[float] = (),
     ) -> None:
-        _check_noise(noise, trial.env.single_action_space, env_id)
+        # Make sure that noise can act on the actions of an environment.
+        for deviation in noise:
+            if not 0.0 <= deviation <= MOST_NOISE:
+                raise UsageError(f"--noise is {deviation:g}; it must be from 0 to {MOST_NOISE:g}")
+        if noise and not isinstance(trial.env.single_action_space, Box):
+            raise UsageError(f"--noise has no effect: actions of environment {env_id!r} are choices, not numbers")
         missing = [part for part in CORE_ATTRIBUTES if not hasattr(trial.core, part)]
         if missing:
             raise UsageError(f"environment {env_id!r} cannot be collected: its core has no {' and no '.join(missing)}")
@@ -170,24 +175,6 @@ class Crew:
     def collection(self, controller: Controller, policy_name: str, role: Role) -> Collection:
         """Collection of throws by one of the controllers, which first practises if it learns."""
         core, config = self.trial.core, self.trial.core.config
-        return Collection(
-            env=self.env_id,
-            level=config.name if config.ships() else config,
-            mode=core.action_mode,
-            num_envs=self.trial.env.num_envs,
-            episode=getattr(core.cell, "episode", 1),
-            recipe=self._recipe(controller, policy_name),
-            role=role,
-            seed=self.seed,
-        )
-
-    def practice(self, controller: Controller) -> int:
-        """Number of practice throws of a controller; 0 for a controller that does not learn."""
-        if not isinstance(controller, Learner):
-            return 0
-        return self.trial.practice(controller) if self._practice is None else self._practice
-
-    def _recipe(self, controller: Controller, policy_name: str) -> ControllerRecipe:
         state = None
         if isinstance(controller, Learner):
             controller.reset(self.seed)
@@ -199,7 +186,22 @@ class Crew:
         place = policy_place(policy_name)
         is_trained = os.path.isdir(place) or place.suffix in (".zip", ".npz")
         files = files_of(place) if is_trained else {}
-        return ControllerRecipe(place.resolve().name if is_trained else policy_name, files, self._trust, state)
+        return Collection(
+            env=self.env_id,
+            level=config.name if config.ships() else config,
+            mode=core.action_mode,
+            num_envs=self.trial.env.num_envs,
+            episode=getattr(core.cell, "episode", 1),
+            recipe=ControllerRecipe(place.resolve().name if is_trained else policy_name, files, self._trust, state),
+            role=role,
+            seed=self.seed,
+        )
+
+    def practice(self, controller: Controller) -> int:
+        """Number of practice throws of a controller; 0 for a controller that does not learn."""
+        if not isinstance(controller, Learner):
+            return 0
+        return self.trial.practice(controller) if self._practice is None else self._practice
 
 
 @final
@@ -257,19 +259,6 @@ class EpisodeStore:
             file.unlink(missing_ok=True)
         with suppress(OSError):  # the folder holds other files
             self._folder.rmdir()
-
-
-def _check_noise(noise: Sequence[float], space: Space[Any], env_id: str) -> None:
-    """Make sure that noise can act on the actions of an environment.
-
-    Raises:
-        UsageError: a deviation is out of range, or the actions are choices.
-    """
-    for deviation in noise:
-        if not 0.0 <= deviation <= MOST_NOISE:
-            raise UsageError(f"--noise is {deviation:g}; it must be from 0 to {MOST_NOISE:g}")
-    if noise and not isinstance(space, Box):
-        raise UsageError(f"--noise has no effect: actions of environment {env_id!r} are choices, not numbers")
 
 
 def _describe(controller: Controller, policy_name: str) -> str:

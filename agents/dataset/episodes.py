@@ -201,7 +201,7 @@ def _throw_infos(info: Mapping[str, Any], coming: Rows, rows: int) -> Rows:
             next one.
         rows: number of rows N.
     """
-    over, final = _episode_over(info, rows), info.get("final_info", {})
+    over, final = np.asarray(info.get("_final_info", np.zeros(rows, dtype=np.bool_))), info.get("final_info", {})
     infos: dict[str, NDArray[Any]] = {}
     for name, values in results(info, rows).items():
         if name not in coming and not name.startswith(FIGURES):
@@ -219,15 +219,10 @@ def _figures(info: Mapping[str, Any], row: int, rows: int) -> dict[str, Any]:
     return {name: np.asarray(final[name][row]).tolist() for name in names}
 
 
-def _episode_over(info: Mapping[str, Any], rows: int) -> Bools:
-    """Mask of the rows whose episodes have ended in a step (N,)."""
-    return np.asarray(info.get("_final_info", np.zeros(rows, dtype=np.bool_)))
-
-
 def _info_mask(info: Mapping[str, Any], name: str, rows: int) -> Bools:
     """Mask of the rows that have a value in a vector info (N,); from `final_info` where an episode has ended."""
     masks = [np.asarray(part.get(f"_{name}", name in part)) for part in (info.get("final_info", {}), info)]
-    return np.where(_episode_over(info, rows), *masks)
+    return np.where(np.asarray(info.get("_final_info", np.zeros(rows, dtype=np.bool_))), *masks)
 
 
 def _select(mask: Bools, values: NDArray[Any], alternatives: NDArray[Any]) -> NDArray[Any]:

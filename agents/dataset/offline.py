@@ -25,7 +25,6 @@ import PIL  # noqa: F401 - Minari needs it and does not say so
 from minari.data_collector import EpisodeBuffer
 from minari.dataset.minari_dataset import DATASET_ID_RE, parse_dataset_id
 from minari.namespace import create_namespace, list_local_namespaces
-from numpy.typing import NDArray
 
 from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.features import merge_numbered
@@ -178,20 +177,23 @@ def write(
         for piece in pieces:
             dataset.update_dataset_from_buffer(_buffers(piece))
             _add_figures(dataset, piece)
-    _pack(Path(dataset.storage.data_path) / MAIN, progress)
+    # Rewrite every array of an HDF5 file in one block, without the index of growing arrays.
+    file = Path(dataset.storage.data_path) / MAIN
+    small = temporary_path(file)
+    with h5py.File(file) as old, h5py.File(small, "w", track_order=True) as new:
+        new.attrs.update(old.attrs)
+        for number, (episode_name, episode) in enumerate(old.items(), start=1):
+            _copy(episode, new.create_group(episode_name))
+            progress(number, len(old))
+    small.replace(file)
     dataset.storage.update_metadata({**facts.ours, "dataset_size": dataset.storage.get_size()})
 
 
 def columns(episode: Episode) -> dict[str, list[str]]:
     """Names of the columns of the arrays `outcome` and `hidden` in `infos`; an array without columns is left out."""
-    outcome = [name for name, values in episode.info.items() if not _is_separate(name, values)]
+    outcome = [name for name, values in episode.info.items() if not (name in SEPARATE or values.ndim > 1)]
     groups = {"outcome": outcome, "hidden": list(episode.hidden)}
     return {name: names for name, names in groups.items() if names}
-
-
-def _is_separate(name: str, values: NDArray[Any]) -> bool:
-    """Whether a value has an array of its own in `infos`; values of several numbers per throw have one."""
-    return name in SEPARATE or values.ndim > 1
 
 
 def _buffers(episodes: Sequence[Episode]) -> list[EpisodeBuffer]:
@@ -208,7 +210,7 @@ def _add_figures(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> 
 
 def _buffer(episode: Episode) -> EpisodeBuffer:
     last = np.arange(len(episode)) == len(episode) - 1
-    infos = episode.info
+    infos = {name: values == 1.0 if name == "is_success" else values for name, values in episode.info.items()}
     # Minari's info arrays have an entry for the reset, so the hidden values of throw k are entry k + 1, as its outcome.
     hidden = {name: np.concatenate([[np.nan], values]) for name, values in episode.hidden.items()}
     tables = {"outcome": infos, "hidden": hidden}
@@ -220,15 +222,10 @@ def _buffer(episode: Episode) -> EpisodeBuffer:
         terminations=last & episode.terminated,
         truncations=last & (not episode.terminated),
         infos={
-            **{name: _flags(name, values) for name, values in infos.items() if _is_separate(name, values)},
+            **{name: values for name, values in infos.items() if name in SEPARATE or values.ndim > 1},
             **{name: _table(tables[name], names) for name, names in columns(episode).items()},
         },
     )
-
-
-def _flags(name: str, values: NDArray[Any]) -> NDArray[Any]:
-    """`is_success` as booleans; other values unchanged."""
-    return values == 1.0 if name == "is_success" else values
 
 
 def _table(values: Mapping[str, Floats], names: Sequence[str]) -> Floats:
@@ -239,17 +236,6 @@ def _pieces(episodes: Iterable[Episode]) -> Iterator[list[Episode]]:
     remaining = iter(episodes)
     while piece := list(islice(remaining, PIECE)):
         yield piece
-
-
-def _pack(file: Path, progress: Callable[[int, int], None]) -> None:
-    """Rewrite every array of an HDF5 file in one block, without the index of growing arrays."""
-    small = temporary_path(file)
-    with h5py.File(file) as old, h5py.File(small, "w", track_order=True) as new:
-        new.attrs.update(old.attrs)
-        for number, (name, episode) in enumerate(old.items(), start=1):
-            _copy(episode, new.create_group(name))
-            progress(number, len(old))
-    small.replace(file)
 
 
 def _copy(old: h5py.Group, new: h5py.Group) -> None:

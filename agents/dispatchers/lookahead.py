@@ -65,22 +65,18 @@ def observe_outlook(core: LineCore) -> Outlook:
     cell = core.cell
     sight = cell.chooser.sight(cell.state, cell.stream, np.arange(core.count))
     riders = take(cell.stream.riders, (sight.line[:, None], sight.seen["index"]))
+    # Objects with measured values instead of true ones; NaN, or -1, where no sensor measures.
+    reported = riders.copy()
+    reported["height"], reported["kind"] = riders["measured_height"], -1
+    reported["seal"] = reported["luck"] = np.nan
     return Outlook(
         sight=sight,
-        riders=report_riders(riders),
+        riders=reported,
         choices=cell.state.choices,
         robot=cell.state.robot,
         speed=core.config.cell.belt.speed,
         chooser=cell.chooser,
     )
-
-
-def report_riders(riders: Rows2[Rider]) -> Rows2[Rider]:
-    """Objects with measured values instead of true ones; NaN, or -1, where no sensor measures."""
-    reported = riders.copy()
-    reported["height"], reported["kind"] = riders["measured_height"], -1
-    reported["seal"] = reported["luck"] = np.nan
-    return reported
 
 
 MAX_DECISIONS: Final = 24
@@ -144,7 +140,10 @@ class Lookahead:
             if incomplete.size == 0:
                 break
             complete = take(plans, np.setdiff1d(np.arange(len(plans.line)), incomplete))
-            plans = self._prune(concatenate_records([complete, *self._extend(outlook, take(plans, incomplete))]))
+            # The best plans of each line, or of each first choice.
+            extended = concatenate_records([complete, *self._extend(outlook, take(plans, incomplete))])
+            group = extended.line * CHOICES + extended.first if self._per_choice else extended.line
+            plans = take(extended, self.best(extended, self._width, group))
         return plans
 
     def worth(self, plans: PartialPlans) -> Floats:
@@ -157,11 +156,6 @@ class Lookahead:
         groups = group[order]
         place = np.arange(len(order)) - np.searchsorted(groups, groups)
         return order[place < count]
-
-    def _prune(self, plans: PartialPlans) -> PartialPlans:
-        """The best plans of each line, or of each first choice."""
-        group = plans.line * CHOICES + plans.first if self._per_choice else plans.line
-        return take(plans, self.best(plans, self._width, group))
 
     def _begin(self, outlook: Outlook, among: Bools) -> PartialPlans:
         """Plans of one decision: some of the choices."""

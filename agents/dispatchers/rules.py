@@ -13,7 +13,7 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import NDArray
 
-from pnt_gym.arrays import Bools, Floats
+from pnt_gym.arrays import Floats
 from pnt_gym.cells.line.observation import CHOICE_TABLE, ENTRIES, LINE_TABLE, DecodedObservation, decoded
 from pnt_gym.cells.line.rows import CHOICES
 from pnt_gym.planning.dispatch import Candidates, Rule, index
@@ -26,21 +26,11 @@ HALF: Final = 0.5
 """Threshold between the values 0 and 1 of binary entries."""
 
 
-def is_real(observation: DecodedObservation) -> Bools:
-    """Whether each choice exists (N, C)."""
-    return observation.choices["real"] > HALF
-
-
-def expected_value(observation: DecodedObservation) -> Floats:
-    """Value times chance of each choice (N, C)."""
-    return np.exp(observation.choices["ln_rate"]) * observation.choices["cycle"]
-
-
 def candidates(observation: DecodedObservation, value: Floats) -> Candidates:
     """Choices as candidates of the dispatching rules, each with its value (N, C)."""
     choices = observation.choices
     return Candidates(
-        value, choices["cycle"], choices["lift"], choices["lift"] + choices["slack"], is_real(observation)
+        value, choices["cycle"], choices["lift"], choices["lift"] + choices["slack"], observation.choices["real"] > HALF
     )
 
 
@@ -71,7 +61,8 @@ class IndexRule(Controller):
 
     def worth(self, observation: DecodedObservation) -> Floats:
         """Index of each choice (N, C); minus infinity for choices that do not exist."""
-        value = expected_value(observation) * np.where(observation.choices["heirs"] > HALF, 1.0 - self.share, 1.0)
+        expected = np.exp(observation.choices["ln_rate"]) * observation.choices["cycle"]
+        value = expected * np.where(observation.choices["heirs"] > HALF, 1.0 - self.share, 1.0)
         return index(self._rule, candidates(observation, value), self.patience)
 
 
@@ -90,7 +81,7 @@ class RandomChoice(Controller):
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """A random choice in each line (N,)."""
-        is_choice = is_real(decoded(observation.features))
+        is_choice = decoded(observation.features).choices["real"] > HALF
         return first_of(np.where(is_choice, self._generator.random(is_choice.shape), -1.0))
 
 

@@ -214,20 +214,15 @@ def search_weights(
     for generation in range(generations):
         candidates = search.ask()
         shifts = bench.other_shifts(EACH, generation)
-        search.tell(
-            candidates, (-_mean_values(shifts, [_index_settings(patience, weights) for weights in candidates])).tolist()
-        )
+        settings = [_index_settings(patience, weights) for weights in candidates]
+        values = shifts.compare([ScoreController("index", Scorer.linear(**each)) for each in settings])
+        search.tell(candidates, (-values.mean(axis=1)).tolist())
     settings_pair = [
         _index_settings(patience, search.result.xfavorite),
         {"patience": patience, "weights": dict(begin or {})},
     ]
     values = bench.compare([ScoreController("index", Scorer.linear(**settings)) for settings in settings_pair])
     return [SettingsResult(settings, value) for settings, value in zip(settings_pair, values, strict=True)]
-
-
-def _mean_values(bench: Bench, candidates: list[Settings]) -> Floats:
-    """Mean value per minute of some indices (C,)."""
-    return bench.compare([ScoreController("index", Scorer.linear(**settings)) for settings in candidates]).mean(axis=1)
 
 
 def _index_settings(patience: float, weights: Floats) -> Settings:

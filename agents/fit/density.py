@@ -23,7 +23,7 @@ from pnt_gym.cells.conveyor.config import ConveyorConfig
 from pnt_gym.errors import PntGymError, one_sentence
 
 from ..ground.cli import UsageError
-from .model import Outcomes, ThrowModel
+from .model import ThrowModel
 from .parameters import Parameter, level_at, values_at
 
 
@@ -153,10 +153,8 @@ class Density:
     def scatter(self, z: Floats) -> Scatter:
         """Scatter and mean shift of the throws at standard scores (P,)."""
         config = self.level(z)
-        return self.scatter_of(self.model.outcomes(config), self.model.quick_landings([config])[0])
-
-    def scatter_of(self, outcomes: Outcomes, middle: Floats) -> Scatter:
-        """Scatter from the outcomes of draws, and landings at mean hidden values (N, 2) [m]."""
+        outcomes = self.model.outcomes(config)
+        middle = self.model.quick_landings([config])[0]
         draws, count = self.model.draws, len(middle)
         landing = outcomes.landing.reshape(count, draws, 2)
         holds = outcomes.holds.reshape(count, draws).astype(np.float64)

@@ -105,7 +105,16 @@ class ThrowModel:
             belt=config.belt,
         )  # fmt: skip
         self.releases = planner.mover.release_at(self._picks, log.release)
-        _check_speeds(log, self.releases)
+        # The level's limits must give the logged releases.
+        logged, planned = length(log.velocity), self.releases.speed
+        wrong = ~(np.abs(np.nan_to_num(planned) - logged) <= SPEED_TOLERANCE * logged)
+        if wrong.any():
+            first = int(np.flatnonzero(wrong)[0])
+            raise UsageError(
+                f"{wrong.sum()} of {len(log)} releases do not have the speed that the level's limits give on the way "
+                f"from the pick (throw {first + 1}: {logged[first]:.2f} m/s logged, {planned[first]:.2f} m/s by the "
+                "level); check percent, belt.speed, and that pick and release are the cup's"
+            )
         motion = planner.mover.throw(pick, self.releases, limits, self._picks.ceiling)
         self._path, self._release_time = motion.path, motion.release_time
         times = COARSE * np.arange(int(np.floor(motion.release_time.max() / COARSE)) + 1)
@@ -212,23 +221,6 @@ def _picks(log: ThrowLog, config: ConveyorConfig) -> Floats:
     return join_columns(log.pick[:, 0], log.pick[:, 1], 0.0) + join_columns(
         np.zeros(len(log)), 0.0, np.where(np.isfinite(log.pick[:, 2]), log.pick[:, 2], top)
     )
-
-
-def _check_speeds(log: ThrowLog, releases: ReleaseBatch) -> None:
-    """Make sure that the level's limits give the logged releases.
-
-    Raises:
-        UsageError: they do not.
-    """
-    logged = length(log.velocity)
-    wrong = ~(np.abs(np.nan_to_num(releases.speed) - logged) <= SPEED_TOLERANCE * logged)
-    if wrong.any():
-        first = int(np.flatnonzero(wrong)[0])
-        raise UsageError(
-            f"{wrong.sum()} of {len(log)} releases do not have the speed that the level's limits give on the way from "
-            f"the pick (throw {first + 1}: {logged[first]:.2f} m/s logged, {releases.speed[first]:.2f} m/s by the "
-            "level); check percent, belt.speed, and that pick and release are the cup's"
-        )
 
 
 def _objects(hidden: Hidden, log: ThrowLog, config: ConveyorConfig, table: ItemTable) -> Objects:

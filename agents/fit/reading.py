@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -54,9 +54,27 @@ def read_log(path: Path, config: ConveyorConfig) -> ThrowLog:
     names = _names(header, path)
     if not body:
         raise UsageError(f"log {str(path)!r} has no throws below its header")
-    log = _log_of(names, body, config)
+    kinds: list[int] = []
+    table = {name: np.full(len(body), np.nan) for name in COLUMNS if name != "item"}
+    for index, (number, row) in enumerate(body.items()):
+        if len(row) != len(names):
+            raise UsageError(f"throw {number} of the log has {len(row)} values for {len(names)} columns")
+        for name, text in zip(names, row, strict=True):
+            if name == "item":
+                kinds.append(_kind(text.strip(), number, config))
+            elif name in table:
+                table[name][index] = _number(text.strip(), name, number)
+    fields = {field: _join([table[name] for name in columns]) for field, columns in GROUPS.items()}
+    log = ThrowLog(kind=np.array(kinds, dtype=np.int64), **fields)
     check_ranges(log, config, list(body))
-    return check_log(_drop_duplicates(log), config)
+    # Throws that repeat the landing of another one, and all else, count once.
+    whole = np.column_stack([log.kind, *(getattr(log, field).reshape(len(log), -1) for field in GROUPS)])
+    _, first = np.unique(np.nan_to_num(whole, nan=-1e9), axis=0, return_index=True)
+    # Two picks alike may both fail; two landings alike are one that was written twice.
+    rows = np.union1d(first, np.flatnonzero(~log.has_landing))
+    if len(rows) < len(log):
+        warnings.warn(f"{len(log) - len(rows)} of {len(log)} throws repeat another one, and count once", stacklevel=2)
+    return check_log(take(log, rows), config)
 
 
 def _names(header: Sequence[str], path: Path) -> list[str]:
@@ -122,22 +140,6 @@ def _lines(path: Path) -> Iterator[str]:
     return (line for line in lines_of(path, MOST_BYTES, MOST_LINES) if line.strip())
 
 
-def _log_of(names: Sequence[str], body: Mapping[int, Sequence[str]], config: ConveyorConfig) -> ThrowLog:
-    """A log from rows of text by the numbers of their throws."""
-    kinds: list[int] = []
-    table = {name: np.full(len(body), np.nan) for name in COLUMNS if name != "item"}
-    for index, (number, row) in enumerate(body.items()):
-        if len(row) != len(names):
-            raise UsageError(f"throw {number} of the log has {len(row)} values for {len(names)} columns")
-        for name, text in zip(names, row, strict=True):
-            if name == "item":
-                kinds.append(_kind(text.strip(), number, config))
-            elif name in table:
-                table[name][index] = _number(text.strip(), name, number)
-    fields = {field: _join([table[name] for name in columns]) for field, columns in GROUPS.items()}
-    return ThrowLog(kind=np.array(kinds, dtype=np.int64), **fields)
-
-
 def _join(columns: Sequence[Floats]) -> Floats:
     return columns[0] if len(columns) == 1 else np.stack(columns, axis=1)
 
@@ -166,17 +168,6 @@ def _number(text: str, name: str, throw: int) -> float:
     if COLUMNS[name].positive and value <= 0.0:
         raise UsageError(f"throw {throw} of the log: {name} is {one_sentence(text, 40)}; it must be above 0")
     return value
-
-
-def _drop_duplicates(log: ThrowLog) -> ThrowLog:
-    """The log without throws that repeat the landing of another one, and all else."""
-    whole = np.column_stack([log.kind, *(getattr(log, field).reshape(len(log), -1) for field in GROUPS)])
-    _, first = np.unique(np.nan_to_num(whole, nan=-1e9), axis=0, return_index=True)
-    # Two picks alike may both fail; two landings alike are one that was written twice.
-    rows = np.union1d(first, np.flatnonzero(~log.has_landing))
-    if len(rows) < len(log):
-        warnings.warn(f"{len(log) - len(rows)} of {len(log)} throws repeat another one, and count once", stacklevel=3)
-    return take(log, rows)
 
 
 def check_log(log: ThrowLog, config: ConveyorConfig) -> ThrowLog:

@@ -54,13 +54,15 @@ def _prior_text(values: Floats) -> str:
 
 def sentences(fitted: Fitted, samples: Floats) -> list[str]:
     """Sentences for people, the verdict on the model last."""
-    return [*_vague(fitted, samples), *_pairs(fitted, samples), *_cameras(fitted), *_modes(fitted, samples),
-            *verdict(fitted)]  # fmt: skip
-
-
-def _vague(fitted: Fitted, samples: Floats) -> list[str]:
     vague = [part.label for part in fitted.estimates(samples).values() if part.share > VAGUE]
-    return [f"This log does not tell {label}: the interval is hardly narrower than the prior." for label in vague]
+    names = {parameter.name for parameter in fitted.posterior.parameters}
+    return [
+        *(f"This log does not tell {label}: the interval is hardly narrower than the prior." for label in vague),
+        *_pairs(fitted, samples),
+        *([BIN_CAMERA] if names & {"camera_x", "camera_y"} else []),
+        *_modes(fitted, samples),
+        *verdict(fitted),
+    ]
 
 
 def _pairs(fitted: Fitted, samples: Floats) -> list[str]:
@@ -85,11 +87,6 @@ def _pairs(fitted: Fitted, samples: Floats) -> list[str]:
 def _best(parts: list[Estimate]) -> str:
     best = min(parts, key=lambda part: part.share)
     return f"{best.label} = {best.text}"
-
-
-def _cameras(fitted: Fitted) -> list[str]:
-    names = {parameter.name for parameter in fitted.posterior.parameters}
-    return [BIN_CAMERA] if names & {"camera_x", "camera_y"} else []
 
 
 def _modes(fitted: Fitted, samples: Floats) -> list[str]:

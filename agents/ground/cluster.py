@@ -135,19 +135,15 @@ def _completions(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> 
             return
         ended, _ = ray.wait([*tasks], timeout=LOOK)
         for task in ended:
-            yield tasks.pop(task), _result(ray, task)
-
-
-def _result(ray: Any, task: Any) -> Completion:
-    try:
-        outcome = ray.get(task)
-    except ray.exceptions.RayTaskError as error:
-        raise error.cause from None
-    except ray.exceptions.RayError as error:
-        raise UsageError(f"the cluster could not do a job; run the command again to go on: {error}") from None
-    if isinstance(outcome, str):
-        raise UsageError(outcome)
-    return outcome
+            try:
+                outcome = ray.get(task)
+            except ray.exceptions.RayTaskError as error:
+                raise error.cause from None
+            except ray.exceptions.RayError as error:
+                raise UsageError(f"the cluster could not do a job; run the command again to go on: {error}") from None
+            if isinstance(outcome, str):
+                raise UsageError(outcome)
+            yield tasks.pop(task), outcome
 
 
 def _cores(ray: Any) -> int:
@@ -185,13 +181,9 @@ def _check_answers(address: str) -> None:
     except subprocess.TimeoutExpired:
         raise UsageError(f"no Ray cluster answers at {address!r} within {ANSWER:.0f} s; {hint}") from None
     if process.returncode != 0:
-        reason = _last_line(process.stderr)
+        # End of a traceback as one sentence, from the line with the error's name on.
+        lines = process.stderr.strip().splitlines()
+        first = next((n for n in reversed(range(len(lines))) if lines[n][:1].isalpha() and "Error: " in lines[n]), -1)
+        reason = one_sentence(" ".join(lines[first:]))
         advice = f"; {hint}" if reason.startswith("ConnectionError") else ""
         raise UsageError(f"the cluster at {address!r} cannot be joined: {reason}{advice}")
-
-
-def _last_line(traceback: str) -> str:
-    """End of a traceback as one sentence, from the line with the error's name on."""
-    lines = traceback.strip().splitlines()
-    first = next((n for n in reversed(range(len(lines))) if lines[n][:1].isalpha() and "Error: " in lines[n]), -1)
-    return one_sentence(" ".join(lines[first:]))

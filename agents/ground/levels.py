@@ -151,7 +151,18 @@ def find_level(text: str) -> tuple[str, type[LevelConfig], str]:
     if family in FAMILIES and (name in FAMILIES[family].level_names() or Path(name).suffix):
         return family, FAMILIES[family], name
     if Path(text).suffix:
-        family = _family_of(text)
+        # The family of a level's file: the one that has most of the file's keys, and its base.
+        try:
+            data = yaml_of(text)
+        except ReadError as error:
+            raise UsageError(f"cannot read level file {text!r}: {error}") from None
+        keys = set(data) if isinstance(data, dict) else set()
+        base = data.get("base") if keys else None
+        scores = {
+            family: 2 * len(keys & set(kind.model_fields)) + (base in kind.level_names())
+            for family, kind in FAMILIES.items()
+        }
+        family = max(scores, key=lambda family: scores[family])
         return family, FAMILIES[family], text
     families = [family for family, kind in FAMILIES.items() if text in kind.level_names()]
     if len(families) == 1:
@@ -160,21 +171,6 @@ def find_level(text: str) -> tuple[str, type[LevelConfig], str]:
         raise UsageError(f"level {text!r} is one of {', '.join(f'{family}/{text}' for family in families)}; name one")
     names = [f"{family}/{name}" for family, _, name in shipped_levels()]
     raise UsageError(unknown_name("level", text, names, ", or give a YAML file"))
-
-
-def _family_of(file: str) -> str:
-    """The family of a level's file: the one that has most of the file's keys, and its base."""
-    try:
-        data = yaml_of(file)
-    except ReadError as error:
-        raise UsageError(f"cannot read level file {file!r}: {error}") from None
-    keys = set(data) if isinstance(data, dict) else set()
-    base = data.get("base") if keys else None
-    scores = {
-        family: 2 * len(keys & set(kind.model_fields)) + (base in kind.level_names())
-        for family, kind in FAMILIES.items()
-    }
-    return max(scores, key=lambda family: scores[family])
 
 
 def full_text(text: str) -> str:

@@ -36,7 +36,16 @@ def deliver(path: Path, write: Callable[[Path], object]) -> None:
         place = destination(path)
         # No file can be renamed to a stream or a device.
         if stream_of(place) is not None or (place.exists() and not place.is_file()):
-            _pour(place, write)
+            # Let `write` fill a temporary file, and write its content to a stream or a device.
+            with TemporaryDirectory() as folder:
+                file = Path(folder) / place.name
+                write(file)
+                content = file.read_bytes()
+            stream = stream_of(place)
+            for printed in (sys.stdout, sys.stderr):
+                printed.flush()
+            with open(place, "wb") if stream is None else os.fdopen(os.dup(stream), "wb") as target:
+                target.write(content)
         else:
             place.parent.mkdir(parents=True, exist_ok=True)
             replace_file(place, write)
@@ -60,19 +69,6 @@ def deliver_json(path: Path, data: Any, *, indent: int | None = 1) -> None:
         UsageError: the path cannot be written.
     """
     deliver_text(path, json_text(data, indent=indent))
-
-
-def _pour(place: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a temporary file, and write its content to a stream or a device."""
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / place.name
-        write(file)
-        content = file.read_bytes()
-    stream = stream_of(place)
-    for printed in (sys.stdout, sys.stderr):
-        printed.flush()
-    with open(place, "wb") if stream is None else os.fdopen(os.dup(stream), "wb") as target:
-        target.write(content)
 
 
 def check_ending(option: str, path: Path | None, endings: Sequence[str]) -> None:

@@ -46,7 +46,12 @@ def pack(folder: Path, modules: Iterable[str]) -> None:
     for part in PARTS:
         _copy(CODE / part, folder / part)
     for top in sorted({name.partition(".")[0] for name in modules} - {*PARTS}):
-        source = _source(top)
+        # The file of a module, or the folder of a package.
+        package = import_user_module(top)
+        if package.__file__ is None:
+            raise UsageError(f"module {top!r} lies in no file, so it cannot be sent to a node; give it an __init__.py")
+        file = Path(package.__file__).resolve()
+        source = file.parent if hasattr(package, "__path__") else file
         size = sum(path.stat().st_size for path in (source, *source.rglob("*")) if path.is_file())
         if size > _MOST:
             raise UsageError(
@@ -60,15 +65,6 @@ def _copy(source: Path, target: Path) -> None:
         shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
     else:
         shutil.copyfile(source, target)
-
-
-def _source(module: str) -> Path:
-    """The file of a module, or the folder of a package."""
-    package = import_user_module(module)
-    if package.__file__ is None:
-        raise UsageError(f"module {module!r} lies in no file, so it cannot be sent to a node; give it an __init__.py")
-    file = Path(package.__file__).resolve()
-    return file.parent if hasattr(package, "__path__") else file
 
 
 @cache

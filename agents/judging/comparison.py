@@ -247,7 +247,8 @@ def prepare(
     steps: dict[str, int] = {}
     for policy in policies:
         controller = trial.controller(policy, trust=trust)
-        name = _label(policy) if isinstance(policy, str) else controller.name
+        # Name of a controller in sentences: as it is given, of a folder or file its last part.
+        name = (Path(policy).name if os.path.exists(policy) else policy) if isinstance(policy, str) else controller.name
         if name in controllers:
             raise UsageError(f"controller {name!r} is given twice; the names of compared controllers must differ")
         learns_now = isinstance(policy, str | type)
@@ -263,11 +264,6 @@ def prepare(
             tell = None if progress is None else progress(name, count)
             controllers[name] = trial.practise(controllers[name], count, seed, progress=tell)
     return controllers, steps
-
-
-def _label(policy: str) -> str:
-    """Name of a controller in sentences: as it is given, of a folder or file its last part."""
-    return Path(policy).name if os.path.exists(policy) else policy
 
 
 def compare(

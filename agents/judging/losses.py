@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, Self, final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.line.chances import table_path
@@ -125,11 +124,6 @@ class Counted:
         # Without a failed throw any failure counts as a miss.
         return np.divide(counts, total, out=np.array([[1.0], [0.0], [0.0]]) * np.ones(len(total)), where=total > 0)
 
-    def energy_of(self, kind: Ints, percent: Floats) -> Floats:
-        """Mean energy of throws (N,) [J], at the nearest speed setting."""
-        setting = np.abs(percent[:, None] - self.percent).argmin(axis=1)
-        return self.energy[kind, setting]
-
 
 def read_counted(config: LineConfig) -> Counted | None:
     """Counts in the file of a line's table, or of one that a command has made; None without a file with counts."""
@@ -178,7 +172,12 @@ class Fates:
             for name in ("sorted", "misplaced", "on_floor", "passed", "passed_tried")
         )
         if "lost" in shifts.decisions:
-            lost, strayed, splits = _count_lost(shifts.decisions, config, floor), np.zeros_like(floor), True
+            # Numbers of objects that were lost on the way by shift and item, in the form of `like` (S, K).
+            in_time = shifts.decisions["start"] + shifts.decisions["cycle_time"] <= config.duration
+            rows = in_time & shifts.decisions["lost"].astype(bool) & (shifts.decisions["ended_in"] < 0)
+            counts = np.zeros_like(floor)
+            np.add.at(counts, (shifts.decisions["shift"][rows], shifts.decisions["true_kind"][rows]), 1.0)
+            lost, strayed, splits = np.minimum(counts, floor), np.zeros_like(floor), True
         elif counted is not None:
             _, lost_share, strayed_share = counted.shares()
             lost, strayed, splits = floor * lost_share, floor * strayed_share, True
@@ -202,15 +201,6 @@ class Fates:
     def arrived(self) -> Floats:
         """Numbers of objects that came by item, over all shifts (K,)."""
         return self.counts.sum(axis=(0, 2))
-
-
-def _count_lost(decisions: Mapping[str, NDArray[Any]], config: LineConfig, like: Floats) -> Floats:
-    """Numbers of objects that were lost on the way by shift and item, in the form of `like` (S, K)."""
-    in_time = decisions["start"] + decisions["cycle_time"] <= config.duration
-    rows = in_time & decisions["lost"].astype(bool) & (decisions["ended_in"] < 0)
-    counts = np.zeros_like(like)
-    np.add.at(counts, (decisions["shift"][rows], decisions["true_kind"][rows]), 1.0)
-    return np.minimum(counts, like)
 
 
 def losses_summary(shifts: Shifts, config: LineConfig) -> dict[str, Any]:
@@ -247,4 +237,8 @@ def decision_energy(shifts: Shifts, counted: Counted | None) -> Floats | None:
         return decisions["energy"].astype(np.float64)
     if counted is None:
         return None
-    return counted.energy_of(decisions["true_kind"], decisions["percent"].astype(np.float64))
+    # Mean energy of throws (N,) [J], at the nearest speed setting.
+    kind = decisions["true_kind"]
+    percent = decisions["percent"].astype(np.float64)
+    setting = np.abs(percent[:, None] - counted.percent).argmin(axis=1)
+    return counted.energy[kind, setting]

@@ -202,7 +202,11 @@ def _fits(name: str, value: Any) -> bool:
         value = initial_value(value) if name == FALLING else value
         return isinstance(value, int | float) and REAL[name][0] <= value <= REAL[name][1]
     if name == "net_arch":
-        return all(isinstance(sizes, list) and all(_is_width(size) for size in sizes) for sizes in _layers(value))
+        return all(
+            isinstance(sizes, list)
+            and all(isinstance(size, int) and not isinstance(size, bool) and 1 <= size <= WIDEST for size in sizes)
+            for sizes in _layers(value)
+        )
     return name != "action_noise" and not (isinstance(value, float) and not math.isfinite(value))
 
 
@@ -212,10 +216,6 @@ def initial_value(value: Any) -> Any:
         return float(value.removeprefix(LINE)) if isinstance(value, str) and value.startswith(LINE) else value
     except ValueError:
         return value
-
-
-def _is_width(size: Any) -> bool:
-    return isinstance(size, int) and not isinstance(size, bool) and 1 <= size <= WIDEST
 
 
 def _range_text(name: str) -> str:

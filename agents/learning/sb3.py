@@ -188,7 +188,13 @@ def load_tensors(
         states, variables = model._get_torch_save_params()
         model.set_parameters({name: tensors[f"{name}.pth"] for name in states})
         for name in states:
-            _check_moments(recursive_getattr(model, name))
+            # Make sure that the moments of an optimiser have the shapes of the weights that they belong to.
+            part = recursive_getattr(model, name)
+            for weight, moments in part.state.items() if isinstance(part, torch.optim.Optimizer) else ():
+                if any(
+                    torch.is_tensor(value) and value.ndim and value.shape != weight.shape for value in moments.values()
+                ):
+                    raise ValueError("moments of other weights")
         for name in variables:
             getattr(model, name).data = tensors["pytorch_variables.pth"][name].data
         for name in COUNTS:
@@ -235,17 +241,6 @@ def _check_finite(values: Any) -> None:
         _check_finite(part)
 
 
-def _check_moments(part: Any) -> None:
-    """Make sure that the moments of an optimiser have the shapes of the weights that they belong to.
-
-    Raises:
-        ValueError: they have not.
-    """
-    for weight, moments in part.state.items() if isinstance(part, torch.optim.Optimizer) else ():
-        if any(torch.is_tensor(value) and value.ndim and value.shape != weight.shape for value in moments.values()):
-            raise ValueError("moments of other weights")
-
-
 def load_statistics(file: Path, env: VecEnv) -> VecNormalize:
     """Load the statistics that normalise observations; runs code in the file.
 
@@ -287,7 +282,15 @@ def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) 
     if issubclass(kind, OffPolicyAlgorithm) and not sees_pictures:  # a failed pick teaches who sees where to grasp
         chosen.setdefault("replay_buffer_class", ThrownBuffer)
     with about(f"hyperparameters do not fit {algo}"):
-        check_known("hyperparameter", chosen, _keywords(kind))
+        # Names of the arguments of a class, and of classes below to which the class passes further ones.
+        names: list[str] = []
+        for base in kind.__mro__:
+            if "__init__" in vars(base):
+                parameters = signature(base).parameters.values()
+                names += [part.name for part in parameters if part.kind not in (part.VAR_KEYWORD, part.VAR_POSITIONAL)]
+                if all(part.kind is not part.VAR_KEYWORD for part in parameters):
+                    break
+        check_known("hyperparameter", chosen, names)
     try:
         return kind(policy, env, seed=seed, device="cpu", verbose=0, **chosen)
     except PntGymError:
@@ -295,18 +298,6 @@ def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) 
     except Exception as error:
         # A setting of the wrong type may raise anything in the library.
         raise UsageError(f"hyperparameters do not fit {algo}: {one_sentence(error)}") from error
-
-
-def _keywords(kind: type[Any]) -> list[str]:
-    """Names of the arguments of a class, and of classes below to which the class passes further ones."""
-    names: list[str] = []
-    for base in kind.__mro__:
-        if "__init__" in vars(base):
-            parameters = signature(base).parameters.values()
-            names += [part.name for part in parameters if part.kind not in (part.VAR_KEYWORD, part.VAR_POSITIONAL)]
-            if all(part.kind is not part.VAR_KEYWORD for part in parameters):
-                break
-    return names
 
 
 def _policy(algo: str, name: str | None, sees_pictures: bool) -> str | type[Any]:

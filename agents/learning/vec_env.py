@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, cast, final
 
 import numpy as np
@@ -102,7 +102,17 @@ class SameStepVecEnv(VecEnv):
         keys = [key for key in INFO_KEYS if key in columns]
         infos = [{key: columns[key][i].item() for key in keys} if ends[i] else {} for i in range(self.num_envs)]
         for i in np.flatnonzero(dones).tolist():
-            infos[i].update(self._ending(info, i, bool(truncated[i] and not terminated[i])))
+            timed_out = bool(truncated[i] and not terminated[i])
+            seconds = round(time.perf_counter() - self._start, 6)
+            share = info.get("final_info", {}).get(EPISODE_SUCCESS)
+            infos[i].update(
+                {
+                    **({} if share is None else {EPISODE_SUCCESS: float(share[i])}),
+                    "terminal_observation": _learnable(info["final_obs"][i]),
+                    "TimeLimit.truncated": timed_out,
+                    "episode": {"r": float(self._returns[i]), "l": int(self._lengths[i]), "t": seconds},
+                }
+            )
         self._returns[dones] = 0.0
         self._lengths[dones] = 0
         reward = _even_rewards(reward, infos) if self._even else reward
@@ -114,7 +124,7 @@ class SameStepVecEnv(VecEnv):
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """An attribute of the vector environment, once per row."""
-        value = self._masks if attr_name == MASKS else getattr(self.env, attr_name)
+        value = cast("Any", core_of(self.env)).masks if attr_name == MASKS else getattr(self.env, attr_name)
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
@@ -132,7 +142,7 @@ class SameStepVecEnv(VecEnv):
     ) -> list[Any]:
         """Call a method of the vector environment once; every row gets its result, but masks are per row."""
         if method_name == MASKS:
-            masks = self._masks()
+            masks = cast("Any", core_of(self.env)).masks()
             return [masks[row] for row in self._get_indices(indices)]
         result = getattr(self.env, method_name)(*method_args, **method_kwargs)
         return [result for _ in self._get_indices(indices)]
@@ -146,21 +156,6 @@ class SameStepVecEnv(VecEnv):
         images: Any = self.env.render() if self.render_mode == "rgb_array" else None
         return [None] * self.num_envs if images is None else list(images)
 
-    @property
-    def _masks(self) -> Callable[[], NDArray[np.bool_]]:
-        """The core's method that returns the masks of valid choices (N, A); AttributeError for cores without masks."""
-        return cast("Any", core_of(self.env)).masks
-
     def _clear(self) -> None:
         self._returns = np.zeros(self.num_envs)
         self._lengths = np.zeros(self.num_envs, dtype=np.int64)
-
-    def _ending(self, info: Mapping[str, Any], row: int, timed_out: bool) -> dict[str, Any]:
-        seconds = round(time.perf_counter() - self._start, 6)
-        share = info.get("final_info", {}).get(EPISODE_SUCCESS)
-        return {
-            **({} if share is None else {EPISODE_SUCCESS: float(share[row])}),
-            "terminal_observation": _learnable(info["final_obs"][row]),
-            "TimeLimit.truncated": timed_out,
-            "episode": {"r": float(self._returns[row]), "l": int(self._lengths[row]), "t": seconds},
-        }

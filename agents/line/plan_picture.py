@@ -43,7 +43,13 @@ def draw_line(part: Any, config: LineConfig, title: str) -> None:
         axes.add_patch(Ellipse((robot.x, 0.0), *reach, fill=False, linestyle="--", linewidth=0.7, color="#4c72b0"))
         axes.annotate(robot.name, (robot.x, right - 0.04), ha="center", va="top", fontsize=8, color="#4c72b0")
         _draw_bins(axes, config, index, _arriving(cell, index))
-    _explain(axes, title)
+    # Name the axes and colours.
+    for colour, words in ((WINDOW, "window"), (PALE_RED, "not every bin is reached"), (RED, "no throw arrives")):
+        axes.scatter([], [], s=30, marker="s", color=colour, label=words)
+    axes.plot([], [], linestyle="--", linewidth=0.7, color="#4c72b0", label="reach of the hand")
+    dress(axes, "along the belt [m]", "across [m]", title)
+    axes.set_aspect("equal")
+    axes.autoscale_view()
     part.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
 
 
@@ -73,16 +79,6 @@ def _spacing(config: LineConfig) -> Floats:
     """Distances of the places from which throws are planned, along and across the belt (2,) [m]."""
     belt = config.cell.belt
     return np.array([np.ptp(belt.pick_x) / GRID[0], np.ptp(belt.lane_y) / GRID[1]])
-
-
-def _explain(axes: Axes, title: str) -> None:
-    """Name the axes and colours."""
-    for colour, words in ((WINDOW, "window"), (PALE_RED, "not every bin is reached"), (RED, "no throw arrives")):
-        axes.scatter([], [], s=30, marker="s", color=colour, label=words)
-    axes.plot([], [], linestyle="--", linewidth=0.7, color="#4c72b0", label="reach of the hand")
-    dress(axes, "along the belt [m]", "across [m]", title)
-    axes.set_aspect("equal")
-    axes.autoscale_view()
 
 
 def _arriving(cell: LineCell, robot: int) -> dict[int, tuple[Floats, Bools]]:
@@ -136,7 +132,13 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
     draw_line(view, plan.config, f"The line to scale: {_row_text(plan.row, plans)}")
     fates, energy = bars.subplots(1, 2, sharey=True, width_ratios=(3, 1))
     _draw_fates(fates, ordered, recovery)
-    _draw_energy(energy, ordered)
+    # Joules for each sorted object.
+    joules = [plan.row["energy_per_sorted_j"] for plan in ordered]
+    values = [0.0 if value is None else value for value in joules]
+    energy.barh(np.arange(len(ordered)), values, color=COLOURS[0], height=0.75)
+    for index, value in enumerate(joules):
+        energy.text(0.0, index, "  unknown" if value is None else f"  {value:.1f} J", va="center", fontsize=8)
+    dress(energy, "energy [J]", "", "Per sorted object", xlim=(0.0, 1.2 * max(values) + 1.0))
     fates.set_yticks(np.arange(len(plans)), labels=[_row_text(each.row, plans) for each in ordered], fontsize=8)
     fates.invert_yaxis()
     bars.legend(*fates.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
@@ -176,16 +178,6 @@ def _draw_fates(axes: Axes, plans: Sequence[Planned], recovery: float) -> None:
     axes.axvline(100.0 * recovery, color="black", linewidth=0.8, linestyle="--")
     title = f"What became of the objects (dashed: {percent(recovery)})"
     dress(axes, "share of the objects that came [%]", "", title, xlim=(0.0, 100.0))
-
-
-def _draw_energy(axes: Axes, plans: Sequence[Planned]) -> None:
-    """Joules for each sorted object."""
-    joules = [plan.row["energy_per_sorted_j"] for plan in plans]
-    values = [0.0 if value is None else value for value in joules]
-    axes.barh(np.arange(len(plans)), values, color=COLOURS[0], height=0.75)
-    for index, value in enumerate(joules):
-        axes.text(0.0, index, "  unknown" if value is None else f"  {value:.1f} J", va="center", fontsize=8)
-    dress(axes, "energy [J]", "", "Per sorted object", xlim=(0.0, 1.2 * max(values) + 1.0))
 
 
 def _draw_landings(axes: Axes, item: int, releases: Sequence[tuple[str, Planned]]) -> None:

@@ -189,7 +189,26 @@ def judge_plan(
         config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads, chooser
     )
     shifts = work(line, conditions)
-    figures = plan_figures(shifts, line, counted)
+    recovery, value = mean_interval(shifts.figures["shift_recovery"]), mean_interval(shifts.value)
+    fates = Fates.of_shifts(shifts, line, counted)
+    # A shipped table is larger than the one whose throws say what became of them.
+    spread = 0.0 if counted is None or line.chances is None else table_spread(shifts, fates, counted)
+    by_item = zip(line.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
+    figures = {
+        "recovery": recovery.value,
+        "recovery_counts": spread,
+        "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
+        "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
+        "value_per_min": value.value,
+        "value_per_min_low": value.low,
+        "value_per_min_high": value.high,
+        "utilisation": shifts.figures["shift_utilisation"].mean(axis=0).tolist(),
+        "fates": fates.shares(),
+        "fates_by_item": {item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item},
+        "arrived": fates.arrived.tolist(),
+        **energy_summary(shifts, counted),
+        "money_per_hour": money_per_hour(shifts, line, counted),
+    }
     row = {**numbers, "chances_by": chooser or "random", **figures}
     return Planned(line, counted, row, shifts.figures["shift_recovery"].astype(np.float64))
 
@@ -250,30 +269,6 @@ def check_plan(plan: Planned, conditions: Conditions, release: str | None = None
         "over_table": over.value,
         "over_table_low": over.value - below,
         "over_table_high": over.value + above,
-    }
-
-
-def plan_figures(shifts: Shifts, config: LineConfig, counted: Counted | None) -> dict[str, Any]:
-    """Figures of a plan from its shifts."""
-    recovery, value = mean_interval(shifts.figures["shift_recovery"]), mean_interval(shifts.value)
-    fates = Fates.of_shifts(shifts, config, counted)
-    # A shipped table is larger than the one whose throws say what became of them.
-    spread = 0.0 if counted is None or config.chances is None else table_spread(shifts, fates, counted)
-    by_item = zip(config.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
-    return {
-        "recovery": recovery.value,
-        "recovery_counts": spread,
-        "recovery_low": recovery.value - float(np.hypot(recovery.value - recovery.low, spread)),
-        "recovery_high": recovery.value + float(np.hypot(recovery.high - recovery.value, spread)),
-        "value_per_min": value.value,
-        "value_per_min_low": value.low,
-        "value_per_min_high": value.high,
-        "utilisation": shifts.figures["shift_utilisation"].mean(axis=0).tolist(),
-        "fates": fates.shares(),
-        "fates_by_item": {item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item},
-        "arrived": fates.arrived.tolist(),
-        **energy_summary(shifts, counted),
-        "money_per_hour": money_per_hour(shifts, config, counted),
     }
 
 

@@ -35,7 +35,9 @@ def plans_table(title: str, plans: Sequence[Planned], recovery: float) -> Grid:
 
 def _cells(plan: Planned, recovery: float) -> list[str]:
     row, fates = plan.row, plan.row["fates"]
-    worst = _worst_item(plan)
+    # The item of which the least share is sorted, among those that came.
+    came = [item for item, count in zip(plan.config.cell.items, plan.row["arrived"], strict=True) if count > 0.0]
+    worst = min(came, key=lambda item: plan.row["fates_by_item"][item]["sorted"])
     energy, money = row["energy_per_sorted_j"], row["money_per_hour"]
     return [
         str(row["robots"]),
@@ -51,12 +53,6 @@ def _cells(plan: Planned, recovery: float) -> list[str]:
         "-" if money is None else f"{money:.2f}",
         "yes" if row["recovery_low"] >= recovery else "no",
     ]
-
-
-def _worst_item(plan: Planned) -> str:
-    """The item of which the least share is sorted, among those that came."""
-    came = [item for item, count in zip(plan.config.cell.items, plan.row["arrived"], strict=True) if count > 0.0]
-    return min(came, key=lambda item: plan.row["fates_by_item"][item]["sorted"])
 
 
 def chosen_plan(plans: Sequence[Planned], recovery: float) -> tuple[Planned, bool]:
@@ -102,12 +98,6 @@ def is_thrown_badly(plan: Planned) -> bool:
     return sum(fates[name] for name in THROWN) > fates["passed"] + fates["unsealed"]
 
 
-def worst_throws(plan: Planned) -> list[int]:
-    """Indices of the items that make up most of the objects thrown in vain, the one that misses most often first."""
-    losses = np.array(plan.row["arrived"]) * [plan.thrown_badly(item) for item in range(len(plan.row["arrived"]))]
-    return sorted(np.flatnonzero(losses >= MAJOR * losses.sum()).tolist(), key=plan.thrown_badly, reverse=True)
-
-
 def throws_are_the_reason(plan: Planned, recovery: float) -> bool:
     """Whether throws keep a plan from a recovery, and not the objects that pass the end."""
     return is_thrown_badly(plan) or plan.bound < recovery
@@ -150,7 +140,10 @@ def _changes_text(changes: Mapping[str, float]) -> str:
 def _throws_reason(plan: Planned, recovery: float, release: str, twin: tuple[str, Planned]) -> str:
     name, other = twin
     helps = "more robots do not help" if plan.bound < recovery else "better throws help more than more robots"
-    worst, items = worst_throws(plan), plan.config.cell.items
+    items = plan.config.cell.items
+    # Indices of the items that make up most of the objects thrown in vain, the one that misses most often first.
+    losses = np.array(plan.row["arrived"]) * [plan.thrown_badly(item) for item in range(len(items))]
+    worst = sorted(np.flatnonzero(losses >= MAJOR * losses.sum()).tolist(), key=plan.thrown_badly, reverse=True)
     texts = [_throws_text(plan, index) for index in worst]
     others = [f"{percent(other.thrown_badly(index))} of {items[index]}" for index in worst]
     return (

@@ -74,7 +74,13 @@ def main(arguments: Arguments) -> None:
     results = try_settings(level, arguments)
     enough = arguments.shifts >= ENOUGH
     if enough:
-        write_settings(place, by_level, level, results)
+        level_settings: dict[str, Any] = dict(by_level.get(level.name, {}))
+        if "atc" in results:
+            level_settings["rate"] = round(value_per_second(results["atc"]), 3)
+        level_settings |= {controller: tuning.best_result(values).settings for controller, values in results.items()}
+        deliver_text(
+            place, HEAD + yaml_text({**by_level, level.name: level_settings}, default_flow_style=None, width=110)
+        )
     if arguments.json is not None:
         deliver_json(arguments.json, as_json(level, arguments, results))
     console().print(
@@ -144,17 +150,6 @@ def rows(results: dict[str, list[SettingsResult]]) -> list[tuple[str, dict[str, 
     base = tuning.best_result(results["atc"]).value if "atc" in results else None
     ends = {controller: tuning.best_result(values) for controller, values in results.items()}
     return [(controller, end.settings, end.value, base) for controller, end in ends.items()]
-
-
-def write_settings(
-    place: Path, by_level: dict[str, Any], level: LineConfig, results: dict[str, list[SettingsResult]]
-) -> None:
-    """Write the best settings to the file, keeping the settings of other levels and controllers."""
-    level_settings: dict[str, Any] = dict(by_level.get(level.name, {}))
-    if "atc" in results:
-        level_settings["rate"] = round(value_per_second(results["atc"]), 3)
-    level_settings |= {controller: tuning.best_result(values).settings for controller, values in results.items()}
-    deliver_text(place, HEAD + yaml_text({**by_level, level.name: level_settings}, default_flow_style=None, width=110))
 
 
 def as_json(level: LineConfig, arguments: Arguments, results: dict[str, list[SettingsResult]]) -> dict[str, Any]:

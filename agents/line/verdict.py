@@ -53,28 +53,6 @@ class Verdict:
         }
 
 
-def give_verdict(plans: Sequence[Planned], recovery: float, conditions: Conditions, release: str | None) -> Verdict:
-    """The verdict on plans; judges the chosen plan with another release too.
-
-    Args:
-        plans: all plans, with one release.
-        recovery: recovery to reach.
-        conditions: how plans are judged.
-        release: the plans' release; None for the analytic one.
-    """
-    plan, is_enough = chosen_plan(plans, recovery)
-    name, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
-    twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
-    checked = check_plan(plan, conditions, release)
-    changes = {} if throws_are_the_reason(plan, recovery) else try_changes(plan, conditions)
-    sentences = (
-        answer(plan, is_enough, recovery),
-        *([] if checked is None else [check_text(checked)]),
-        reason(plan, recovery, name, (other, twin), changes),
-    )
-    return Verdict(plan, name, twin, other, checked, changes, sentences)
-
-
 def judge_again(plan: Planned, conditions: Conditions, release: str | None) -> Planned:
     """A plan judged once more, by chances of the throws that its own controller chooses."""
     config = plan.config.model_copy(update={"chances": None})
@@ -170,7 +148,17 @@ def judge_line(
         tell(f"plan {number} of {len(asked)}: {text}")
         plans.append(judge_plan(numbers, config, conditions, release))
     plans = recount_chosen(plans, recovery, conditions, release)
-    return Judged(level, conditions, plans, give_verdict(plans, recovery, conditions, release))
+    plan, is_enough = chosen_plan(plans, recovery)
+    used, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
+    twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
+    checked = check_plan(plan, conditions, release)
+    changes = {} if throws_are_the_reason(plan, recovery) else try_changes(plan, conditions)
+    sentences = (
+        answer(plan, is_enough, recovery),
+        *([] if checked is None else [check_text(checked)]),
+        reason(plan, recovery, used, (other, twin), changes),
+    )
+    return Judged(level, conditions, plans, Verdict(plan, used, twin, other, checked, changes, sentences))
 
 
 def check_plans(recovery: float, sweep: Sweep, conditions: Conditions) -> None:

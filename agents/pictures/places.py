@@ -14,7 +14,7 @@ from ..grasping.network import PlaceNetwork
 from ..grasping.practice import network_places, worth_maps
 from ..grasping.rules import mean_scores, oracle_maps, oracle_places, rule_places
 from ..grasping.scenes import Scenes
-from ..ground.drawings import WIDTH, Axes, Figure, subplots
+from ..ground.drawings import WIDTH, Figure, subplots
 from ..ground.places import GRASPING
 
 LEVEL, OBJECTS, SEED = "grasp", 400, 77_000_000
@@ -100,13 +100,10 @@ def places_figure() -> Figure:
             panel.imshow(values if is_picture else np.where(on_object, values, np.nan), interpolation="none")
             panel.set_title(title if not is_picture else f"{name}\n{text}", fontsize=8)
             panel.set_axis_off()
-            mark_places(panel, seen, row)
+            for rule, (marker, colour) in MARKS.items():
+                x, y = pixels(seen.places[rule][row : row + 1])[0]
+                fill = "none" if marker == "o" else colour
+                panel.scatter(
+                    [x], [y], marker=marker, s=45, facecolors=fill, edgecolors=colour if marker == "o" else None
+                )
     return figure
-
-
-def mark_places(panel: Axes, seen: Examples, row: int) -> None:
-    """Mark the chosen places of an object, and the cup at the network's."""
-    for name, (marker, colour) in MARKS.items():
-        x, y = pixels(seen.places[name][row : row + 1])[0]
-        fill = "none" if marker == "o" else colour
-        panel.scatter([x], [y], marker=marker, s=45, facecolors=fill, edgecolors=colour if marker == "o" else None)

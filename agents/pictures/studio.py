@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Any
 
 from pnt_gym.engine import has_display
 
@@ -26,25 +25,18 @@ def show_live(
         env: as `--env` takes it; None for the environment of the controller's training, or the default.
         level: first level; None for the level of the controller's training, or the environment's own.
         open_stage: returns the stage of a controller and a level, either of which the viewer may have changed.
+
+    Raises:
+        UsageError: there is no display for a window, or the platform lacks MuJoCo's Studio.
     """
-    screen = load_viewer("native" if address is None else "web")
+    if address is None and not has_display():
+        raise UsageError("--viewer native needs a display; --viewer web does without one")
+    try:
+        from . import viewer as screen  # noqa: PLC0415 - takes a second, and is not on every platform
+    except ImportError as error:
+        raise UsageError(f"--viewer needs MuJoCo's Studio, which this platform has not ({error})") from None
     env_id, level, _ = resolve_task(controller, env, level, None)
     first = screen.Choice(controller, level or find_environment(env_id).kwargs.get("level", "nominal"))
     with ExitStack() as ends:
         front = None if address is None else ends.enter_context(open_front(address))
         screen.watch(lambda choice: open_stage(choice.controller, choice.level), first, front)
-
-
-def load_viewer(kind: str) -> Any:
-    """The module of the live viewer; kind is "native" or "web".
-
-    Raises:
-        UsageError: there is no display for a window, or the platform lacks MuJoCo's Studio.
-    """
-    if kind == "native" and not has_display():
-        raise UsageError("--viewer native needs a display; --viewer web does without one")
-    try:
-        from . import viewer  # noqa: PLC0415 - takes a second, and is not on every platform
-    except ImportError as error:
-        raise UsageError(f"--viewer needs MuJoCo's Studio, which this platform has not ({error})") from None
-    return viewer

@@ -45,7 +45,18 @@ def save_onnx(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> N
     model = graph(policy, about)
     onnx.checker.check_model(model, full_check=True)
     if isinstance(policy, Actor) and policy.output != "scores":
-        _check_parity(model, policy)
+        # Make sure that the runtime acts like the policy, on all sample observations at once and on the first
+        # alone.
+        session, observations = _session(model), _sample_observations(policy.sizes[0])
+        actions = [session.run(["action"], {"observation": rows})[0] for rows in (observations, observations[:1])]
+        differences = np.abs(np.concatenate(actions) - policy(np.concatenate([observations, observations[:1]]))) / (
+            policy.high - policy.low
+        )
+        if not (differences <= PARITY).all():
+            raise UsageError(
+                f"the ONNX graph differs from the policy by {differences.max():.2g} of the range of an action; at most "
+                f"{PARITY:g} is rounding"
+            )
     else:
         _check_choices(model, policy)
     onnx.save_model(model, file)
@@ -58,7 +69,18 @@ def graph(policy: Actor | Scorer, about: Mapping[str, str]) -> Any:
     observation_size, output_size = policy.sizes
     nodes, floats = _Nodes(), TensorProto.FLOAT
     if isinstance(policy, Actor) and policy.output != "scores":
-        nodes.add("Identity", _output(nodes, policy, _layers(nodes, policy, "observation")), name="action")
+        # Append the action, from the last layer's output; returns the name of the action.
+        value = _layers(nodes, policy, "observation")
+        if np.isfinite(policy.bound):
+            value = nodes.add(
+                "Clip", value, nodes.constant("least", -policy.bound), nodes.constant("most", policy.bound)
+            )
+        if policy.output == "squashed":
+            half = 0.5 * (policy.high - policy.low)
+            value = nodes.add("Mul", nodes.add("Tanh", value), nodes.constant("half_range", half))
+            value = nodes.add("Add", value, nodes.constant("middle", policy.low + half))
+        value = nodes.add("Max", value, nodes.constant("low", policy.low))
+        nodes.add("Identity", nodes.add("Min", value, nodes.constant("high", policy.high)), name="action")
         outputs = [helper.make_tensor_value_info("action", floats, ["N", output_size])]
     else:
         scores = _scores(nodes, policy) if isinstance(policy, Scorer) else _layers(nodes, policy, "observation")
@@ -163,18 +185,6 @@ def _activate(nodes: _Nodes, activation: str, value: str) -> str:
     return names["y"]
 
 
-def _output(nodes: _Nodes, actor: Actor, value: str) -> str:
-    """Append the action, from the last layer's output; returns the name of the action."""
-    if np.isfinite(actor.bound):
-        value = nodes.add("Clip", value, nodes.constant("least", -actor.bound), nodes.constant("most", actor.bound))
-    if actor.output == "squashed":
-        half = 0.5 * (actor.high - actor.low)
-        value = nodes.add("Mul", nodes.add("Tanh", value), nodes.constant("half_range", half))
-        value = nodes.add("Add", value, nodes.constant("middle", actor.low + half))
-    value = nodes.add("Max", value, nodes.constant("low", actor.low))
-    return nodes.add("Min", value, nodes.constant("high", actor.high))
-
-
 def _session(model: Any) -> Any:
     """Session of the ONNX runtime with a graph."""
     import onnxruntime  # noqa: PLC0415 - of an extra
@@ -201,17 +211,3 @@ def _check_choices(model: Any, policy: Actor | Scorer) -> None:
         lost = np.take_along_axis(scores[rows], np.stack([action, expected[rows]], axis=1), axis=1)
         if not (differences <= PARITY).all() or (np.abs(np.diff(lost)) > PARITY * np.ptp(scores)).any():
             raise UsageError("the ONNX graph does not choose as the policy does")
-
-
-def _check_parity(model: Any, actor: Actor) -> None:
-    """Make sure that the runtime acts like the policy, on all sample observations at once and on the first alone."""
-    session, observations = _session(model), _sample_observations(actor.sizes[0])
-    actions = [session.run(["action"], {"observation": rows})[0] for rows in (observations, observations[:1])]
-    differences = np.abs(np.concatenate(actions) - actor(np.concatenate([observations, observations[:1]]))) / (
-        actor.high - actor.low
-    )
-    if not (differences <= PARITY).all():
-        raise UsageError(
-            f"the ONNX graph differs from the policy by {differences.max():.2g} of the range of an action; at most "
-            f"{PARITY:g} is rounding"
-        )

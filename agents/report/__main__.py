@@ -57,41 +57,33 @@ def main(arguments: Arguments) -> None:
         raise UsageError(f"{str(results)!r} holds no results yet; `python -m agents.benchmark` makes some")
     parts = sections(chapters, results)
     with lock_folder(results):
-        for name, text in {**_pictures(results), **_figures(chapters)}.items():
+        # The drawings that belong to questions and to no chapter, by file name.
+        drawn: dict[str, str] = {}
+        for question in QUESTIONS:
+            draw = DRAWINGS.get(question.name)
+            contents = None if draw is None else question.read(results)
+            if draw is None or contents is None:
+                continue
+            if question.answer_from(contents, results) is not None:
+                with check_form(results / f"{question.sources[0]}.json"):
+                    drawn[question.picture] = svg(draw(contents))
+        for name, text in {**drawn, **_figures(chapters)}.items():
             deliver_text(results / "figures" / name, text)
         for section in parts:
             for chapter in section.chapters:
                 deliver_text(results / "tables" / f"{chapter.name}.md", tables_page(chapter, section))
         deliver_text(results / INDEX, index_page(parts))
         deliver_text(results / "report.html", html_page(parts))
-        for document in _documents(arguments):
+        # The README, and the pages of results beside the index, whose blocks are written anew.
+        pages = (arguments.results / f"{question.name}.md" for question in QUESTIONS)
+        for document in [path for path in (arguments.readme, *pages) if path.is_file()]:
             rewrite(document, makers_from(results))
     console().print(f"report of {len(chapters)} results in {results / 'report.html'}")
-
-
-def _documents(arguments: Arguments) -> list[Path]:
-    """The README, and the pages of results beside the index, whose blocks are written anew."""
-    pages = (arguments.results / f"{question.name}.md" for question in QUESTIONS)
-    return [path for path in (arguments.readme, *pages) if path.is_file()]
 
 
 def _figures(chapters: Sequence[Chapter]) -> dict[str, str]:
     """The drawings of all chapters by file name."""
     return {name: text for chapter in chapters for name, text in chapter.figures.items()}
-
-
-def _pictures(results: Path) -> dict[str, str]:
-    """The drawings that belong to questions and to no chapter, by file name."""
-    drawn: dict[str, str] = {}
-    for question in QUESTIONS:
-        draw = DRAWINGS.get(question.name)
-        contents = None if draw is None else question.read(results)
-        if draw is None or contents is None:
-            continue
-        if question.answer_from(contents, results) is not None:
-            with check_form(results / f"{question.sources[0]}.json"):
-                drawn[question.picture] = svg(draw(contents))
-    return drawn
 
 
 def read_chapters(results: Path, *, trust: bool = False) -> list[Chapter]:

@@ -85,7 +85,7 @@ def learning(results: Results) -> Values:
         "winner": winner,
         "soonest": next(row for row in learned if _pace(row) >= enough),
         "first": next((row for row, gain in ahead if gain is not None and gain.low > 0.0), None),
-        "gain": _gain_of(data),
+        "gain": lambda one, other: difference(data, one["level"], one, other),
     }
 
 
@@ -130,7 +130,7 @@ def grasp(results: Results) -> Values:
         "unseen": [
             {"level": name, **{role: _row(of, label) for role, label in names.items()}} for name, of in unseen.items()
         ],
-        "gain": _gain_of(data),
+        "gain": lambda one, other: difference(data, one["level"], one, other),
     }
 
 
@@ -240,11 +240,6 @@ def speed(results: Results) -> Values:
     figures = results["perf_envs"]["envs"]["PnTConveyor-v0"]
     vector = max(figures["vector"], key=lambda row: (row["level"] == "waste", row["threads"]))
     return {"vector": vector, "planner": results["perf_planner"]}
-
-
-def _gain_of(data: Data) -> Callable[[Data, Data], str]:
-    """The difference of two rows of a benchmark on the level of both, as text."""
-    return lambda one, other: difference(data, one["level"], one, other)
 
 
 def _benchmark(results: Results, name: str) -> Data:

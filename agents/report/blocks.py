@@ -101,14 +101,11 @@ def _question_text(name: str, results: Path) -> str:
     """What a page of results begins with: title, picture, answer, the command behind the numbers, links to tables."""
     question, answer = _answered_question(name, results)
     picture = f"![{question.title}](figures/{question.picture})"
-    tables = tables_line({page: title for page, title in question.chapters.items() if _has_tables(page, results)})
+    # Files of results with one page of tables; the papers of a reproduction have a page each.
+    pages = {page for page in question.chapters if (results / "tables" / f"{page}.md").is_file()}
+    tables = tables_line({page: title for page, title in question.chapters.items() if page in pages})
     lines = [f"# {question.title}", picture, f"{answer} `{question.command}` makes these numbers.", tables]
     return "\n\n".join(line for line in lines if line)
-
-
-def _has_tables(name: str, results: Path) -> bool:
-    """Whether a file of results has one page of tables; the papers of a reproduction have a page each."""
-    return (results / "tables" / f"{name}.md").is_file()
 
 
 def _answer_text(name: str, results: Path) -> str:

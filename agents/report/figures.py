@@ -86,28 +86,32 @@ def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
     """
     if is_of_shifts(data):
         return {"over_the_shift.svg": svg(over_the_shift(data))}
-    has_curves = _has_curves(data)
+    # Whether a controller has learned from several numbers of throws.
+    counts = {(row["label"], row["throws"]) for row in data["table"] if row["throws"] > 0}
+    has_curves = len(counts) > len({label for label, _ in counts})
     drawn = {"sorted_per_min.svg": headline_figure(data)} if has_curves else {}
     drawn["landing_error.svg"] = bars(data)
     if has_curves:
         drawn["learning_curves.svg"] = learning_curves(data, ERROR)
     if len(run_errors(data)) > 1:
         drawn["profiles.svg"] = profiles_figure(data)
-    clouds = _cloud_choices(data)
+    # The planner, the references after most throws, the first learner on the first level: one seed each.
+    plan = data["plan"]
+    choices = [("analytic", 0)]
+    throws = [c["throws"] for c in plan["references"] if c["label"] == "virtual_goal"]
+    choices += [("virtual_goal", max(throws))] if throws else []
+    choices += [(c["label"], c["throws"]) for c in plan["learned"][:1]]
+    on_first = [r for r in reversed(data["results"]) if r["level"] == plan["levels"][0] and "along_m" in r["columns"]]
+    first = {(r["label"], r["throws"]): r for r in on_first}
+    clouds = [first[key] for key in choices if key in first]
     if clouds:
         drawn["landing_clouds.svg"] = landing_clouds(clouds)
     return {name: svg(figure) for name, figure in drawn.items()}
 
 
-def _has_curves(data: Mapping[str, Any]) -> bool:
-    """Whether a controller has learned from several numbers of throws."""
-    counts = {(row["label"], row["throws"]) for row in data["table"] if row["throws"] > 0}
-    return len(counts) > len({label for label, _ in counts})
-
-
 def bars(data: Mapping[str, Any]) -> Figure:
     """Landing error of every controller, a panel for each level, one below another, with 95 % intervals."""
-    levels, colour = data["plan"]["levels"], _colours(data)
+    levels, colour = data["plan"]["levels"], dict(zip(labels(data), cycle(COLOURS), strict=False))
     row_count = max(len(rows_of(data, [level])) for level in levels)
     figure, panels = subplots(len(levels), 1, (WIDTH, (0.24 * row_count + 0.9) * len(levels)))
     for axes, level in zip(panels, levels, strict=True):
@@ -129,7 +133,7 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
     figure, panels = tile_panels(len(levels), 2, (WIDTH / 2 if len(levels) > 1 else WIDTH, 3.2))
     greatest_count = max([row["throws"] for row in data["table"] if not row["label"].startswith("floor")] or [0])
     for axes, level in zip(panels, levels, strict=True):
-        for label, colour in _colours(data).items():
+        for label, colour in dict(zip(labels(data), cycle(COLOURS), strict=False)).items():
             rows = [row for row in rows_of(data, [level]) if row["label"] == label]
             if rows and rows[0]["controller"] != measure.hidden:
                 _curve(axes, rows, label, colour, measure)
@@ -197,23 +201,6 @@ def _curve(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str, m
     spread = [value - low, high - value]
     throws = [row["throws"] for row in rows]
     axes.errorbar(throws, value, yerr=spread, marker="o", color=colour, label=label, capsize=2)
-
-
-def _colours(data: Mapping[str, Any]) -> dict[str, str]:
-    """By label, in the plan's order."""
-    return dict(zip(labels(data), cycle(COLOURS), strict=False))
-
-
-def _cloud_choices(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """The planner, the references after most throws, the first learner on the first level: one seed each."""
-    plan = data["plan"]
-    choices = [("analytic", 0)]
-    throws = [c["throws"] for c in plan["references"] if c["label"] == "virtual_goal"]
-    choices += [("virtual_goal", max(throws))] if throws else []
-    choices += [(c["label"], c["throws"]) for c in plan["learned"][:1]]
-    on_first = [r for r in reversed(data["results"]) if r["level"] == plan["levels"][0] and "along_m" in r["columns"]]
-    first = {(r["label"], r["throws"]): r for r in on_first}
-    return [first[key] for key in choices if key in first]
 
 
 Data = Mapping[str, Any]

@@ -37,10 +37,13 @@ def line_grids(data: Data) -> list[Grid]:
     """Every table of a benchmark of lines."""
     grids = [line_table(data), *other_level_tables(data, COLUMNS, WHO), gains_table(data), seeds_table(data)]
     for level in data["plan"]["levels"]:
+        level_rows = rows_of(data, [level])
+        items = level_rows[0]["items"] if level_rows else []
+        rows = [[*who(row), *map(percent, row["recovery_by_item"])] for row in level_rows]
         grids += [
             comparison_table(data, level, ShiftRecord.figures),
             figures_table(data, level),
-            items_table(data, level),
+            Grid(f"Recovery by item, level {level}", [*WHO, *items], rows),
         ]
     return [grid for grid in grids if grid.rows]
 
@@ -132,14 +135,6 @@ def figures_table(data: Data, level: str) -> Grid:
     )
     header = [*WHO, "shifts", *header, "ms/decision"]
     return Grid(f"What a line is judged by, level {level}", header, rows, note)
-
-
-def items_table(data: Data, level: str) -> Grid:
-    """Recovery by item."""
-    level_rows = rows_of(data, [level])
-    items = level_rows[0]["items"] if level_rows else []
-    rows = [[*who(row), *map(percent, row["recovery_by_item"])] for row in level_rows]
-    return Grid(f"Recovery by item, level {level}", [*WHO, *items], rows)
 
 
 def gains_figure(data: Data) -> Figure:

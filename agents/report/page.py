@@ -176,17 +176,14 @@ def _chapter(record: Record, paper: str, drawings: Path) -> Chapter:
     files = [drawings / name for name in names]
     drawn = {file.name: _drawing(file) for file in files if file.is_file()}
     grids = tuple(all_grids(record, paper))
-    return Chapter(record["titles"][paper], grids, drawn, _note(record, paper), paper)
+    # What the figures were made with, and what the verdicts count.
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts(record, paper).rows)
+    seconds = sum(value for name, value in record["seconds"].items() if name.startswith(f"{paper}/"))
+    versions = ", ".join(f"{name} {record['versions'][name]}" for name in USED if name in record["versions"])
+    note = f"`{record['command']}`: {counts}; {seconds:.0f} s of processor time. Versions: {versions}."
+    return Chapter(record["titles"][paper], grids, drawn, note, paper)
 
 
 def _drawing(file: Path) -> str:
     with check_form(file):
         return text_of(file, MOST_RESULTS)
-
-
-def _note(record: Record, paper: str) -> str:
-    """What the figures were made with, and what the verdicts count."""
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts(record, paper).rows)
-    seconds = sum(value for name, value in record["seconds"].items() if name.startswith(f"{paper}/"))
-    versions = ", ".join(f"{name} {record['versions'][name]}" for name in USED if name in record["versions"])
-    return f"`{record['command']}`: {counts}; {seconds:.0f} s of processor time. Versions: {versions}."

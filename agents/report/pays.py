@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg
+from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg
 from ..ground.tables import Grid
 from .profiles import improvement_text, performance_profile
 from .templates import NoFigure
@@ -48,7 +48,21 @@ def curves_figures(data: Data) -> dict[str, str]:
 
 def mismatch_figures(data: Data) -> dict[str, str]:
     """SVG texts by file name."""
-    return {"mismatch.svg": svg(mismatch_figure(data))}
+    figure, panels = subplots(2, 1, (WIDTH, 7.4), sharex=True)
+    learner = ""
+    for axes, (name, factor, text) in zip(panels, GAINS, strict=True):
+        for colour, effect in zip(COLOURS, list(dict.fromkeys(row["effect"] for row in data["rows"])), strict=False):
+            learner, rows = list(_by_learner(data, effect).items())[-1]
+            gains = [sorted(factor * row[name][end] for end in ("low", "value", "high")) for row in rows]
+            dial = [row["mismatch"] for row in rows]
+            axes.plot(dial, [gain for _, gain, _ in gains], marker="o", markersize=3, color=colour, label=effect)
+            axes.fill_between(dial, [low for low, _, _ in gains], [high for *_, high in gains], color=colour, alpha=0.1)
+        axes.axhline(0.0, color="black", linewidth=0.8)
+        dress(axes, "", text)
+    panels[0].set_title(f"gain of {learner} over the planner", fontsize=10)
+    panels[1].set_xlabel("mismatch")
+    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
+    return {"mismatch.svg": svg(figure)}
 
 
 class Point(NamedTuple):
@@ -85,7 +99,7 @@ def curves_values(results: Data) -> dict[str, Any]:
 def mismatch_values(results: Data) -> dict[str, Any]:
     """From which mismatch learning sorts more, for each effect, and the best learner with all of them."""
     data = _study_rows(results["mismatch"], "effect", "mismatch", "landing_error_m", "sorted_per_min")
-    pays = {effect: _soonest(data, effect) for effect in _effects(data)}
+    pays = {effect: _soonest(data, effect) for effect in list(dict.fromkeys(row["effect"] for row in data["rows"]))}
     known = sorted((start, effect) for effect, start in pays.items() if start is not None)
     if TOGETHER not in pays or not known:
         raise NoFigure("no effect with a gain")
@@ -122,7 +136,9 @@ def curves_figure(data: Data) -> Figure:
             means, style = [v.mean() for v in values], "-" if label in first else "--"
             axes.plot(throws, means, style, marker="o", markersize=3, color=colour, label=label)
             axes.fill_between(throws, [v.min() for v in values], [v.max() for v in values], color=colour, alpha=0.1)
-        _fixed_lines(data, axes, name, factor)
+        fixed = [row for row in data["rows"] if row["part"] == FIXED]
+        for dash, row in zip(STYLES, fixed, strict=False):
+            axes.axhline(factor * row[name], color="black", linestyle=dash, linewidth=1.0, label=row["controller"])
         axes.set_xscale("log")
     dress(error, "", "landing error [mm]")
     error.set_yscale("log")
@@ -161,29 +177,10 @@ def improvement_grid(data: Data) -> Grid:
     return Grid(f"Runs compared with {REFERENCE}", header, rows, note)
 
 
-def mismatch_figure(data: Data) -> Figure:
-    """Gains of the last learner over the mismatch, a line for each effect: in landing error, and in sorted objects."""
-    figure, panels = subplots(2, 1, (WIDTH, 7.4), sharex=True)
-    learner = ""
-    for axes, (name, factor, text) in zip(panels, GAINS, strict=True):
-        for colour, effect in zip(COLOURS, _effects(data), strict=False):
-            learner, rows = list(_by_learner(data, effect).items())[-1]
-            gains = [sorted(factor * row[name][end] for end in ("low", "value", "high")) for row in rows]
-            dial = [row["mismatch"] for row in rows]
-            axes.plot(dial, [gain for _, gain, _ in gains], marker="o", markersize=3, color=colour, label=effect)
-            axes.fill_between(dial, [low for low, _, _ in gains], [high for *_, high in gains], color=colour, alpha=0.1)
-        axes.axhline(0.0, color="black", linewidth=0.8)
-        dress(axes, "", text)
-    panels[0].set_title(f"gain of {learner} over the planner", fontsize=10)
-    panels[1].set_xlabel("mismatch")
-    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
-    return figure
-
-
 def crossover_grid(data: Data) -> Grid:
     """The mismatch from which learning pays, by effect and learner: the smallest from which all gains are clear."""
     rows: list[list[str]] = []
-    for effect in _effects(data):
+    for effect in list(dict.fromkeys(row["effect"] for row in data["rows"])):
         for label, measured in _by_learner(data, effect).items():
             largest = measured[-1]["landing_error_m"]
             gain = f"{-1000 * largest['value']:.1f} mm ({-1000 * largest['high']:.1f}..{-1000 * largest['low']:.1f})"
@@ -208,10 +205,6 @@ def _crossover(rows: Sequence[Data], name: str, sign: float) -> float | None:
     return start
 
 
-def _effects(data: Data) -> list[str]:
-    return list(dict.fromkeys(row["effect"] for row in data["rows"]))
-
-
 def _by_learner(data: Data, effect: str) -> dict[str, list[Data]]:
     """Rows of an effect by learner, in the order of the mismatch."""
     rows = sorted((row for row in data["rows"] if row["effect"] == effect), key=itemgetter("mismatch"))
@@ -232,9 +225,3 @@ def _last_scores(data: Data) -> tuple[int, dict[str, list[float]]]:
     curves = _curves(data, "landing_error_mean_m")
     last = {label: max(points) for label, points in curves.items()}
     return min(last.values()), {label: points[last[label]] for label, points in curves.items()}
-
-
-def _fixed_lines(data: Data, axes: Axes, name: str, factor: float) -> None:
-    fixed = [row for row in data["rows"] if row["part"] == FIXED]
-    for style, row in zip(STYLES, fixed, strict=False):
-        axes.axhline(factor * row[name], color="black", linestyle=style, linewidth=1.0, label=row["controller"])

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
 
-from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg, tile_panels
+from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg, tile_panels
 from ..reproduce.record import AGREES
 from ..results.study import shipped_study
 from .answers import LOSSES, verdict_counts
@@ -175,16 +175,12 @@ def methods_figure(data: Data) -> Figure:
     figure, axes = tile_panels(len(panels), IN_A_ROW, (3.2, 2.7), sharey=True)
     for panel, (title, rows) in zip(axes, panels.items(), strict=True):
         name = next(name for name in ACROSS if name in rows[0])
-        _method_lines(panel, rows, name)
+        # A line for each method, with gaps where it cannot be used.
+        methods = shipped_study("methods").names[METHOD]
+        for (method, label), colour in zip(methods.items(), COLOURS, strict=False):
+            points = [(row[name], row.get("sorted_per_min", float("nan"))) for row in rows if row[METHOD] == method]
+            panel.plot(*zip(*points, strict=True), marker="o", markersize=4, color=colour, label=label)
         dress(panel, ACROSS[name], "sorted per minute" if panel in axes[::IN_A_ROW] else "", title)
     axes[0].set_ylim(bottom=0.0)
     figure.legend(*axes[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
     return figure
-
-
-def _method_lines(axes: Axes, rows: Sequence[Data], name: str) -> None:
-    """A line for each method, with gaps where it cannot be used."""
-    methods = shipped_study("methods").names[METHOD]
-    for (method, label), colour in zip(methods.items(), COLOURS, strict=False):
-        points = [(row[name], row.get("sorted_per_min", float("nan"))) for row in rows if row[METHOD] == method]
-        axes.plot(*zip(*points, strict=True), marker="o", markersize=4, color=colour, label=label)

@@ -50,13 +50,15 @@ def improvement_text(scores: ArrayLike, others: ArrayLike) -> str:
 
 def performance_profile(scores: ArrayLike, bounds: ArrayLike) -> Floats:
     """Share of the runs, on all levels, whose score is below each bound (B,)."""
-    return _share_below(_by_level(scores), np.asarray(bounds, dtype=np.float64))
+    return (_by_level(scores)[..., None] < np.asarray(bounds, dtype=np.float64)).mean(axis=(-3, -2))
 
 
 def profile_band(scores: ArrayLike, bounds: ArrayLike, seed: int = 0) -> tuple[Floats, Floats]:
     """Ends (B,) of the 95 % intervals of a performance profile, at each bound by itself."""
     resampled = _resampled(np.random.default_rng(seed), _by_level(scores))
-    low, high = np.percentile(_share_below(resampled, np.asarray(bounds, dtype=np.float64)), ENDS, axis=0)
+    low, high = np.percentile(
+        (resampled[..., None] < np.asarray(bounds, dtype=np.float64)).mean(axis=(-3, -2)), ENDS, axis=0
+    )
     return low, high
 
 
@@ -70,11 +72,6 @@ def _improvement(scores: Floats, others: Floats) -> Floats:
     """Probabilities of improvement (...) of runs (..., R, T) over runs (..., Q, T)."""
     first, second = scores[..., :, None, :], others[..., None, :, :]
     return ((first < second) + 0.5 * (first == second)).mean(axis=(-3, -2, -1))
-
-
-def _share_below(scores: Floats, bounds: Floats) -> Floats:
-    """Shares (..., B) of the scores (..., R, T) below bounds (B,)."""
-    return (scores[..., None] < bounds).mean(axis=(-3, -2))
 
 
 def _resampled(random: np.random.Generator, scores: Floats) -> Floats:

@@ -115,7 +115,13 @@ def benchmark_grids(data: Data) -> list[Grid]:
 def benchmark_table(data: Data) -> Grid:
     """Every controller on the levels of the plan, side by side."""
     levels = data["plan"]["levels"]
-    return side_by_side("Every controller on the same held-out throws", data, levels, FIGURES, _conditions(data))
+    meaning = "errors are of thrown objects; success is a share of all picks, failed picks and dropped objects included"
+    if any(row.get("times_floor") is not None for row in data["table"]):
+        meaning += "; *x floor* is the error divided by that of a large network trained on very many throws"
+    other_counts = ", ".join(f"{count} on {level}" for level, count in data["plan"].get("picks_on", {}).items())
+    count = f"{data['plan']['picks']} held-out throws" + (f" ({other_counts})" if other_counts else "")
+    note = conditions(data, count, meaning)
+    return side_by_side("Every controller on the same held-out throws", data, levels, FIGURES, note)
 
 
 def is_of_shifts(data: Data) -> bool:
@@ -162,16 +168,6 @@ def _over(row: Data, static: Mapping[tuple[str, int], Data]) -> str:
     like = [static_row for (level, _), static_row in static.items() if level == row["level"]]
     base = static.get((row["level"], row["throws"]), like[0] if like else None)
     return "-" if base is None else f"{row['landing_error_mean_m'] / base['landing_error_mean_m']:.2f}"
-
-
-def _conditions(data: Data) -> str:
-    meaning = "errors are of thrown objects; success is a share of all picks, failed picks and dropped objects included"
-    if any(row.get("times_floor") is not None for row in data["table"]):
-        meaning += "; *x floor* is the error divided by that of a large network trained on very many throws"
-    other_counts = ", ".join(f"{count} on {level}" for level, count in data["plan"].get("picks_on", {}).items())
-    return conditions(
-        data, f"{data['plan']['picks']} held-out throws" + (f" ({other_counts})" if other_counts else ""), meaning
-    )
 
 
 def conditions(data: Data, count: str, meaning: str) -> str:

@@ -124,7 +124,10 @@ def make_grid(table: Table, rows: Sequence[Data], values: Data, names: Names = M
         texts = [*table.index.values(), *table.figures.values()]
         lines = [[_text(text, row, names) for text in texts] for row in rows]
         return Grid(table.title, [*table.index, *table.figures], lines, note)
-    header = dict.fromkeys(_heading(table.columns, row, names) for row in _in_order(rows, table.columns))
+    # Rows by their value of an axis if all values are numbers, or as they are.
+    has_words = any(isinstance(row[table.columns], str) for row in rows)
+    ordered = rows if has_words else sorted(rows, key=lambda row: row[table.columns])
+    header = dict.fromkeys(_heading(table.columns, row, names) for row in ordered)
     meeting: dict[tuple[str, ...], dict[str, list[Data]]] = {}
     for row in rows:
         line = meeting.setdefault(tuple(_text(text, row, names) for text in table.index.values()), {})
@@ -146,11 +149,6 @@ def _heading(axis: str, row: Data, names: Names) -> str:
     """What a column of an axis is called: a name, or the value, whole numbers without a point."""
     value = row[axis]
     return names.get(axis, {}).get(value) or (f"{value:g}" if isinstance(value, float) else str(value))
-
-
-def _in_order(rows: Sequence[Data], axis: str) -> Sequence[Data]:
-    """Rows by their value of an axis if all values are numbers, or as they are."""
-    return rows if any(isinstance(row[axis], str) for row in rows) else sorted(rows, key=lambda row: row[axis])
 
 
 def _pooled(rows: Sequence[Data], table: Table) -> Data:

@@ -12,7 +12,7 @@ from ..ground.tables import Grid
 from ..ground.versions import versions
 from ..judging.rows import check_model
 from .finding import Overview, Verdict, agree, judge_statements
-from .grids import Rows, plain
+from .grids import plain
 from .papers import package
 
 Record: TypeAlias = Mapping[str, Any]
@@ -27,7 +27,10 @@ def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[di
     for name, part in results.items():
         papers.setdefault(name.split("/")[0], []).append(part)
     rows = [row for part in results.values() for row in part["rows"]]
-    overviews = {paper: package(paper).overview(_by_quantity(rows, paper)) for paper in papers}
+    overviews = {
+        paper: package(paper).overview({row["quantity"]: row for row in rows if row["paper"] == paper})
+        for paper in papers
+    }
     figures = {
         paper: {**_merge(parts, "figures"), **overviews[paper].figures} for paper, parts in papers.items()
     }  # fmt: skip
@@ -110,8 +113,15 @@ def headlines(record: Record) -> list[Grid]:
 
 def all_grids(record: Record, paper: str) -> list[Grid]:
     """Every table of a paper, the tables of its overview first."""
-    parts = [Grid(**fields) for fields in record["grids"][paper]]
-    shown = [*overview_grids(record, paper).values(), *parts, disagreements(record, paper)]
+    # The published statements that no reading reproduced, one row for every reading.
+    compared = _comparable_rows(record, paper)
+    verdict_by_statement = judge_statements(compared)
+    differing = [row for row in compared if verdict_by_statement[row.get("statement", row["quantity"])] != AGREES]
+    shown = [
+        *overview_grids(record, paper).values(),
+        *(Grid(**fields) for fields in record["grids"][paper]),
+        plain(f"{record['titles'][paper]}: what does not agree", differing, drop=f"{paper}/"),
+    ]
     return [grid for grid in shown if grid.rows]
 
 
@@ -121,17 +131,9 @@ def overview_grids(record: Record, paper: str) -> dict[str, Grid]:
     return {name: grid for name, fields in fields_by_name.items() if (grid := Grid(**fields)).rows}
 
 
-def disagreements(record: Record, paper: str) -> Grid:
-    """Table of the published statements that no reading reproduced, one row for every reading."""
-    rows = _comparable_rows(record, paper)
-    verdict_by_statement = judge_statements(rows)
-    shown = [row for row in rows if verdict_by_statement[row.get("statement", row["quantity"])] != AGREES]
-    return plain(f"{record['titles'][paper]}: what does not agree", shown, drop=f"{paper}/")
-
-
 def verdicts(record: Record, paper: str) -> Grid:
     """Table of the number of published statements by verdict, and of the number of figures of ours."""
-    rows = _by_quantity(record["rows"], paper)
+    rows = {row["quantity"]: row for row in record["rows"] if row["paper"] == paper}
     names = list(judge_statements(rows.values()).values())
     lines = [[verdict, str(names.count(verdict))] for verdict in sorted(set(names))]
     ours = len(rows) - len(_comparable_rows(record, paper))
@@ -141,12 +143,8 @@ def verdicts(record: Record, paper: str) -> Grid:
 
 def _comparable_rows(record: Record, paper: str) -> list[Mapping[str, Any]]:
     """Rows of the published figures, under the paper's own conditions."""
-    rows = _by_quantity(record["rows"], paper).values()
+    rows = {row["quantity"]: row for row in record["rows"] if row["paper"] == paper}.values()
     return [row for row in rows if row["published"] is not None and row["verdict"] != "ours"]
-
-
-def _by_quantity(rows: Iterable[Mapping[str, Any]], paper: str) -> Rows:
-    return {row["quantity"]: row for row in rows if row["paper"] == paper}
 
 
 def _merge(parts: Iterable[Mapping[str, Any]], entry: str) -> dict[str, Any]:

@@ -61,7 +61,10 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     trial = trial_of_plan(plan)
     record = trial.record
     _check_paired(record, results)
-    groups = _group_results(plan, results)
+    groups: dict[tuple[str, int, str], list[Result]] = {}
+    order = [label for entry in plan.entries for label in labels_of(entry)]
+    for result in sorted(results, key=lambda r: (order.index(r["label"]), r["throws"], r["seed"])):
+        groups.setdefault((result["label"], result["throws"], result["level"]), []).append(result)
     table: list[dict[str, Any]] = []
     for (label, throws, level), group in groups.items():
         head = {"label": label, "throws": throws, "level": level, "train_level": group[0]["train_level"]}
@@ -76,14 +79,6 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     figures = {name: figure.style() for name, figure in record.figures.items()}
     head = {"trial": trial_name(plan), "unit": trial.unit, "step": trial.step, "figures": figures}
     return {**head, "table": table, "comparisons": comparisons}
-
-
-def _group_results(plan: Plan, results: Sequence[Result]) -> dict[tuple[str, int, str], list[Result]]:
-    groups: dict[tuple[str, int, str], list[Result]] = {}
-    order = [label for entry in plan.entries for label in labels_of(entry)]
-    for result in sorted(results, key=lambda r: (order.index(r["label"]), r["throws"], r["seed"])):
-        groups.setdefault((result["label"], result["throws"], result["level"]), []).append(result)
-    return groups
 
 
 def _add_floors(plan: Plan, table: list[dict[str, Any]]) -> None:

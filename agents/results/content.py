@@ -118,20 +118,17 @@ class Content(NamedTuple):
             UsageError: the file is missing, too large, or no file.
         """
         if self.is_of_before:
-            return self._policy_of_before(row)
+            policies = self.data.get("policies", {})
+            text = policies.get(row.get("digests", {}).get("policy"))
+            try:
+                return None if text is None else base64.b64decode(policies.get(text, text), validate=True)
+            except (binascii.Error, ValueError):
+                raise UsageError(f"{str(self.path)!r}: row {name_row(row)}: the policy is no text in base64") from None
         if POLICY not in row:
             return None
         file = folder_of(self.path) / row[POLICY]
         with check_form(file):
             return bytes_of(file, MOST_NUMBERS)
-
-    def _policy_of_before(self, row: Mapping[str, Any]) -> bytes | None:
-        policies = self.data.get("policies", {})
-        text = policies.get(row.get("digests", {}).get("policy"))
-        try:
-            return None if text is None else base64.b64decode(policies.get(text, text), validate=True)
-        except (binascii.Error, ValueError):
-            raise UsageError(f"{str(self.path)!r}: row {name_row(row)}: the policy is no text in base64") from None
 
 
 # Reading
@@ -282,17 +279,14 @@ def write_result(path: Path, head: Mapping[str, Any], results: Sequence[Result],
     files = {ROWS: archive_of(tables), **policies}
     for name, content in files.items():
         deliver(folder_of(path) / name, lambda place, content=content: place.write_bytes(content))
-    deliver_text(path, _head_text({**head, "decimals": decimals, "results": rows}))
-
-
-def _head_text(data: Mapping[str, Any]) -> str:
-    """A head as JSON, with a line for each key and for each row."""
+    # A head as JSON, with a line for each key and for each row.
+    data = {**head, "decimals": decimals, "results": rows}
     parts: list[str] = []
-    for name, value in data.items():
+    for key, value in data.items():
         lines = ",\n  ".join(json_text(entry, indent=None).rstrip() for entry in value) if _is_rows(value) else ""
         text = f"[\n  {lines}\n ]" if lines else json_text(value, indent=None).rstrip()
-        parts.append(f" {json.dumps(name)}: {text}")
-    return "{\n" + ",\n".join(parts) + "\n}\n"
+        parts.append(f" {json.dumps(key)}: {text}")
+    deliver_text(path, ("{\n" + ",\n".join(parts) + "\n}\n"))
 
 
 def _is_rows(value: Any) -> bool:

@@ -204,7 +204,15 @@ def pieces(plan: Plan) -> list[Piece]:
         ConfigError: a level does not exist.
     """
     kind = trial_of_plan(plan)
-    _check_keys(plan, kind)
+    # Make sure that plan and entries have no keys that only other kinds of trials use.
+    plan_keys = {name: name in plan.model_fields_set for name in ("picks", "picks_on", "floors", "shifts")}
+    check_options(kind, plan_keys, repr(plan.env), dashes="")
+    for entry in plan.entries:
+        entry_keys = {name: bool(getattr(entry, name)) for name in ("shifts", "also", "online")}
+        check_options(kind, entry_keys, repr(plan.env), dashes="")
+        entry_count, plan_count = getattr(entry, kind.option, None) or 0, int(getattr(plan, kind.option))
+        if entry_count > plan_count:
+            raise UsageError(f"entry {entry.label!r} has {kind.option} {entry_count}; the plan has {plan_count}")
     for level in plan.evaluation_levels:
         _check_level(plan, level)
     code = results_code()
@@ -243,6 +251,11 @@ def _piece(
     configs: dict[str, Any] = {level: plan.config(level) for level in (*levels, train_level)}
     counts = {level: plan.count_of(kind, level, entry) for level in levels}
     excluded = {"label", "throws", "seeds", "levels", "train_level"}
+    # Dependencies of an entry's figures beside code and levels: shipped settings and files, and trained policies.
+    level_configs = list(configs.values())
+    names = [value for _, value in kind.artefact_settings(entry.controller, level_configs, entry.options)]
+    parts = [kind.dependencies(name, level_configs, entry.options, throws) for name in (entry.controller, *names)]
+    learned = [file_digest(name) for name in (entry.controller, *names) if is_learned(name)]
     inputs = {
         "entry": entry.model_dump(mode="json", exclude=excluded),
         "throws": throws,
@@ -256,20 +269,17 @@ def _piece(
         "own": [
             user_code_digest(module) for module in map(module_of, (entry.controller, plan.env)) if module is not None
         ],
-        "depends": _dependencies(kind, entry, list(configs.values()), throws),
+        "depends": [*parts, kind.dependencies(entry.over, level_configs, {}, (0,)), *learned],
     }
-    user_configs = {level: config for level, config in configs.items() if _is_user_level(plan, level, config)}
+    # Whether a level is the user's own, and its config can be sent to another machine instead of its name.
+    user_configs = {
+        level: config
+        for level, config in configs.items()
+        if isinstance(config, LevelConfig) and (level in plan.inline or level not in config.level_names())
+    }
     efforts = (kind.effort(entry.controller, configs[level], counts[level], plan.num_envs) for level in levels)
     cost = max(throws) + len(throws) * len(labels_of(entry)) * sum(efforts)
     return Piece(plan, entry, throws, seed, levels, train_level, user_configs, key(**inputs), copy, cost)
-
-
-def _dependencies(kind: type[Trial], entry: Entry, levels: list[Any], throws: tuple[int, ...]) -> list[Any]:
-    """Dependencies of an entry's figures beside code and levels: shipped settings and files, and trained policies."""
-    names = [value for _, value in kind.artefact_settings(entry.controller, levels, entry.options)]
-    parts = [kind.dependencies(name, levels, entry.options, throws) for name in (entry.controller, *names)]
-    learned = [file_digest(name) for name in (entry.controller, *names) if is_learned(name)]
-    return [*parts, kind.dependencies(entry.over, levels, {}, (0,)), *learned]
 
 
 def results_code() -> str:
@@ -281,22 +291,6 @@ def file_digest(name: str) -> str:
     """Digest of a trained policy: of its file, or of the policy in a run folder."""
     place = policy_place(name)
     return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
-
-
-def _check_keys(plan: Plan, kind: type[Trial]) -> None:
-    """Make sure that plan and entries have no keys that only other kinds of trials use.
-
-    Raises:
-        UsageError: the plan or an entry has such a key, or an entry asks for more units than the plan.
-    """
-    plan_keys = {name: name in plan.model_fields_set for name in ("picks", "picks_on", "floors", "shifts")}
-    check_options(kind, plan_keys, repr(plan.env), dashes="")
-    for entry in plan.entries:
-        entry_keys = {name: bool(getattr(entry, name)) for name in ("shifts", "also", "online")}
-        check_options(kind, entry_keys, repr(plan.env), dashes="")
-        entry_count, plan_count = getattr(entry, kind.option, None) or 0, int(getattr(plan, kind.option))
-        if entry_count > plan_count:
-            raise UsageError(f"entry {entry.label!r} has {kind.option} {entry_count}; the plan has {plan_count}")
 
 
 def _check_level(plan: Plan, level: str) -> None:
@@ -340,11 +334,6 @@ def entry_controller(trial: Trial, entry: Entry, name: str) -> Controller:
 def _config(env_id: str, level: str) -> Any:
     """Config of a level from the level's JSON text; cached."""
     return config_of(env_id, json.loads(level))
-
-
-def _is_user_level(plan: Plan, level: str, config: Any) -> bool:
-    """Whether a level is the user's own, and its config can be sent to another machine instead of its name."""
-    return isinstance(config, LevelConfig) and (level in plan.inline or level not in config.level_names())
 
 
 def needs(plan: Plan) -> Needs:

@@ -82,7 +82,20 @@ def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
     given = ((name, arguments[name]) for name in DEFAULTS)
     options = {name: value for name, value in given if value is not None and value is not False}
     if arguments["resume"] is not None:
-        return _resume_request(arguments["resume"], arguments, options)
+        # Arguments of the run in a folder, with those that the command line gives anew.
+        folder = arguments["resume"]
+        recorded = RunFolder(folder).arguments
+        if options.get("env") == recorded["env"]:
+            recorded["env"] = options.pop("env")
+        else:
+            importless_environment(folder, recorded["env"])
+        fixed = [*(options.keys() - {*ANEW}), *(name for name in ("out", "config") if arguments[name] is not None)]
+        if fixed:
+            name = fixed[0].replace("_", "-")
+            raise UsageError(
+                f"--{name} cannot be changed with --resume, because the run folder holds its value; leave it out"
+            )
+        return {**recorded, **options}
     if arguments["out"] is not None:
         check_new(arguments["out"])
     run_args = {**DEFAULTS, **options}
@@ -94,22 +107,6 @@ def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
         "algo": trial.algorithms[0], "checkpoint_every": trial.checkpoint_every, "eval_picks": trial.usual_table
     }  # fmt: skip
     return {**run_args, **{name: value for name, value in usual.items() if run_args[name] is None}}
-
-
-def _resume_request(folder: Path, arguments: Mapping[str, Any], options: dict[str, Any]) -> dict[str, Any]:
-    """Arguments of the run in a folder, with those that the command line gives anew."""
-    recorded = RunFolder(folder).arguments
-    if options.get("env") == recorded["env"]:
-        recorded["env"] = options.pop("env")
-    else:
-        importless_environment(folder, recorded["env"])
-    fixed = [*(options.keys() - {*ANEW}), *(name for name in ("out", "config") if arguments[name] is not None)]
-    if fixed:
-        name = fixed[0].replace("_", "-")
-        raise UsageError(
-            f"--{name} cannot be changed with --resume, because the run folder holds its value; leave it out"
-        )
-    return {**recorded, **options}
 
 
 SEED: Final = 0
