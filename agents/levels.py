@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from .ground import levels
 from .ground.cli import UsageError, option, run
-from .ground.levels import find_level, full_text, purpose, shipped_levels, starter_text
+from .ground.levels import full_text, purpose, shipped_levels, starter_text
 from .ground.outputs import check_ending, deliver_text
 from .ground.shipped import POLICIES, PREFIX
 from .ground.tables import Grid, console
@@ -33,7 +34,7 @@ def main(arguments: Arguments) -> None:
     if arguments.new is not None:
         file, like = arguments.new, arguments.like or "PnT/waste"
         check_ending("new", file, (".yaml", ".yml"))
-        family, kind, name = find_level(like)
+        family, kind, name = levels.find(like)
         if name not in kind.level_names():
             raise UsageError(f"--like is {like!r}; it must be a shipped level, such as PnT/waste or PnTLine/skills3")
         if file.exists():

@@ -7,8 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import Annotated, Final
 
-from .controllers import GRASPING_NAMES, NAMES, Learner, make_controller
-from .controllers.named import describe_controller
+from .controllers import GRASPING_NAMES, NAMES, Learner, make_controller, named
 from .dispatchers.registry import CHOICES
 from .dispatchers.registry import NAMES as LINE_NAMES
 from .ground.cli import option, run
@@ -38,20 +37,20 @@ def main(arguments: Arguments) -> None:
     rows = [(name, CHOICES[name]) for name in LINE_NAMES]
     shipped = [(f"{PREFIX}{name}", policy.env, policy.purpose) for name, policy in POLICIES.items()]
     for grid in (
-        acting_grid("controllers of throws", EVERYWHERE, [name for name in NAMES if name not in GRASPING_NAMES]),
-        acting_grid("controllers that grasp and throw", GRASPING, GRASPING_NAMES),
+        _grid("controllers of throws", EVERYWHERE, [name for name in NAMES if name not in GRASPING_NAMES]),
+        _grid("controllers that grasp and throw", GRASPING, GRASPING_NAMES),
         Grid("controllers of a line", ("controller", "its choice"), rows),
         Grid("policies that ship", ("controller", "trained in", "what it does"), shipped),
     ):
         console().print(grid.terminal())
 
 
-def acting_grid(title: str, env_id: str, names: Sequence[str]) -> Grid:
+def _grid(title: str, env_id: str, names: Sequence[str]) -> Grid:
     """Controllers that act in an environment."""
     with closing(make_vector(env_id, num_envs=1, threads=1)) as env:
         controllers = {name: make_controller(name, env) for name in names}
     rows = [
-        (name, "yes" if isinstance(controller, Learner) else "no", describe_controller(name, controller))
+        (name, "yes" if isinstance(controller, Learner) else "no", named.describe(name, controller))
         for name, controller in controllers.items()
     ]
     return Grid(title, ("controller", "learns", "what it does"), rows)

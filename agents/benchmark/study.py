@@ -20,7 +20,8 @@ from ..ground.places import SHIPPED
 from ..ground.tables import console
 from ..ground.versions import code_digest
 from ..ground.work import Job, key
-from ..results.study import Amount, Case, Figures, Settings, StudyPlan, check_study
+from ..results import study
+from ..results.study import Amount, Case, Figures, Settings, StudyPlan
 
 MEASURES: Final = "benchmarks.studies"
 """Package of the measuring functions; an installed package is without it."""
@@ -80,7 +81,7 @@ class Study:
             UsageError: the file is of something else, or has no row of a case that is not measured.
         """
         data = read_json(out)
-        check_study(out, data)
+        study.check(out, data)
         is_same = {**self._head, "rows": data["rows"]} == data
         if parts and not is_same:
             raise UsageError(f"{str(out)!r} is of another study, version, seed or number of throws; drop --only")

@@ -21,8 +21,7 @@ from ..ground.shipped import is_shipped, module_of
 from ..ground.tables import console
 from ..ground.work import keep_missing
 from ..learning.runs import POLICY
-from ..results import compare
-from ..results.content import check_place
+from ..results import compare, content
 from ..results.plan import Plan, read_plan
 from .comparison import Comparison
 
@@ -66,7 +65,7 @@ def main(arguments: Arguments) -> None:
     name = arguments.name or submission_name(arguments.controller)
     folder = arguments.out or MADE / "results" / "submissions"
     file = folder / f"{name}.json"
-    check_place(file)
+    content.check(file)
     folder.mkdir(parents=True, exist_ok=True)
     controller = take_along(arguments.controller, name, folder)
     plan = submission_plan(name, controller, arguments.throws, arguments.seeds)

@@ -23,7 +23,8 @@ from ..ground.shipped import module_of
 from ..ground.tables import Grid, console, throws_bar
 from ..ground.versions import versions
 from ..ground.work import UnfinishedError, limited_worker
-from ..results.compare import check_figures, check_submission, untrusted
+from ..results import compare
+from ..results.compare import check_submission, untrusted
 from ..results.content import ROW, Content, is_submission, name_row, other_versions, read_form
 from ..results.entries import TRAINED
 from ..results.plan import Piece, Plan, pieces, trial_of_plan
@@ -119,7 +120,7 @@ def _read(file: Path, *, trust: bool) -> Content:
         sys.path.insert(0, str(file.resolve().parent))
     if is_submission(content.data):
         check_submission(content)
-    return check_figures(content, trust=trust)
+    return compare.check(content, trust=trust)
 
 
 def choose(count: int, rows: int, seed: int) -> list[int]:
@@ -194,7 +195,7 @@ def comparable(plan: Plan, columns: Mapping[str, Any], count: int | None) -> dic
 def show(verdicts: Sequence[Mapping[str, Any]], count: int, seed: int) -> None:
     """Print a line for each row of the sample, and what the sample says of the file."""
     lines = [
-        [row["label"], str(row["throws"] or "-"), str(row["seed"]), row["level"], row["verdict"], _where(row)]
+        [row["label"], str(row["throws"] or "-"), str(row["seed"]), row["level"], row["verdict"], _name(row)]
         for row in verdicts
     ]
     header = ("controller", "learned from", "seed", "level", "verdict", "first difference")
@@ -207,7 +208,7 @@ def show(verdicts: Sequence[Mapping[str, Any]], count: int, seed: int) -> None:
         console().print(f"stored policies threw {count_stored} of them; with --learn their controllers learn again")
 
 
-def _where(row: Mapping[str, Any]) -> str:
+def _name(row: Mapping[str, Any]) -> str:
     difference = row["difference"]
     if difference is None:
         return row["why"] or "-"

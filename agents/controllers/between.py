@@ -22,8 +22,9 @@ from ..ground.cli import UsageError
 from ..ground.environments import Env
 from ..learning.hyperparameters import MAX_STACK, RECURRENT
 from ..policies.actor import Actor
+from . import named
 from .adaptive import PRETRAINED, begins_shift, check_begins
-from .named import GRASPING_NAMES, make_named
+from .named import GRASPING_NAMES
 from .protocol import Actions, Controller, Observation
 
 PLANNER: Final = "analytic"
@@ -81,7 +82,7 @@ class PolicyWrapper:
         return np.concatenate([self._recent[:, 1:], features[:, None]], axis=1)
 
 
-def make_wrapper(env: Env, stack: int, over: str) -> PolicyWrapper:
+def make(env: Env, stack: int, over: str) -> PolicyWrapper:
     """Policy wrapper of an environment.
 
     Args:
@@ -98,21 +99,21 @@ def make_wrapper(env: Env, stack: int, over: str) -> PolicyWrapper:
         raise UsageError(f"over: {unknown_name('controller that needs no practice', over, BASES)}")
     if stack > 1:
         check_begins(env, f"a stack of {stack} observations")
-    return PolicyWrapper(stack, make_named(over, env))
+    return PolicyWrapper(stack, named.make(over, env))
 
 
-def wrap_env(env: Env, arguments: Mapping[str, Any]) -> Env:
+def wrap(env: Env, arguments: Mapping[str, Any]) -> Env:
     """Environment as a policy sees it, wrapped by the `algo`, `stack` and `over` of a training.
 
     Raises:
-        UsageError: as for `make_wrapper`, or a recurrent policy whose observations do not mark the beginning of a
+        UsageError: as for `make`, or a recurrent policy whose observations do not mark the beginning of a
             shift.
     """
     if arguments["algo"] in RECURRENT:
         check_begins(env, f"algorithm {arguments['algo']!r}")
     if (arguments["stack"], arguments["over"]) == (1, PLANNER):
         return env
-    return _WrappedEnv(env, make_wrapper(env, arguments["stack"], arguments["over"]))
+    return _WrappedEnv(env, make(env, arguments["stack"], arguments["over"]))
 
 
 @final

@@ -22,7 +22,8 @@ from ..grasping.features import NAMES, SIGHTS, PlaceFeatures, best_places, blur_
 from ..grasping.network import PlaceNetwork
 from ..ground.cli import UsageError, check_libraries
 from ..ground.places import GRASPING, at
-from .grasps import GIVE_UP, RESIDUAL, phases, throw_observation
+from . import grasps
+from .grasps import GIVE_UP, RESIDUAL, phases
 from .protocol import Actions, Learner, Observation, Outcome, State
 from .regression import OnPolicyRegression
 from .state import load_state
@@ -321,7 +322,7 @@ class FittedQ(Learner):
             action[free[rides], 2] = GIVE_UP
         slow, fast = rules.pace
         action[:, 3] = 2.0 * (self._values.shares(observation) - slow) / (fast - slow) - 1.0
-        action[:, RESIDUAL] = self._residual.act(throw_observation(observation, action, self._config))
+        action[:, RESIDUAL] = self._residual.act(grasps.observe(observation, action, self._config))
         return action
 
     def learn(self, outcome: Outcome) -> None:

@@ -17,11 +17,13 @@ from pnt_gym.names import unknown_name
 from ..ground.cli import UsageError, about, check_known, user_code
 from ..ground.environments import Env, core_of, import_user_module
 from ..ground.places import module_name
+from ..learning import trained
 from ..learning.runs import RunFolder
-from ..learning.trained import STATISTICS, check_trust, find_policy
+from ..learning.trained import STATISTICS
 from ..policies.actor import Actor
+from . import between
 from .adaptive import check_begins
-from .between import PLANNER, MemoryPolicy, make_wrapper
+from .between import PLANNER, MemoryPolicy
 from .protocol import Actions, Controller, Observation
 
 Function: TypeAlias = Callable[..., Any]
@@ -55,9 +57,9 @@ def controller_of(policy: Any, env: Env) -> Controller:
         UsageError: the policy is none of these, or a model that does not fit the environment.
     """
     if inspect.isclass(policy):
-        return _instantiate(policy, repr(policy.__name__), env)
+        return _make(policy, repr(policy.__name__), env)
     if hasattr(policy, "act"):
-        return _check_controller(policy, repr(type(policy).__name__))
+        return _check(policy, repr(type(policy).__name__))
     if hasattr(policy, "predict"):
         return model_policy(policy, type(policy).__name__.lower(), env)
     if callable(policy):
@@ -78,10 +80,10 @@ def import_controller(reference: str, env: Env, **options: Any) -> Controller:
         classes = [key for key, value in vars(place).items() if inspect.isclass(value) and value.__module__ == module]
         raise UsageError(f"module {module!r}: {unknown_name('class', name, classes)}")
     _check_parts(controller_class, repr(reference), METHODS)  # before any call: a plan of others may name any class
-    return _instantiate(controller_class, repr(reference), env, **options)
+    return _make(controller_class, repr(reference), env, **options)
 
 
-def _instantiate(factory: Callable[..., Any], name: str, env: Env, **options: Any) -> Controller:
+def _make(factory: Callable[..., Any], name: str, env: Env, **options: Any) -> Controller:
     try:
         parameters = inspect.signature(factory).parameters
         if not any(part.kind is part.VAR_KEYWORD for part in parameters.values()):
@@ -95,10 +97,10 @@ def _instantiate(factory: Callable[..., Any], name: str, env: Env, **options: An
         raise
     except Exception as error:
         raise UsageError(f"controller {name} cannot be made: {type(error).__name__}: {one_sentence(error)}") from error
-    return _check_controller(controller, name)
+    return _check(controller, name)
 
 
-def _check_controller(controller: Any, name: str) -> Controller:
+def _check(controller: Any, name: str) -> Controller:
     _check_parts(controller, name, ("name", *METHODS))
     return controller
 
@@ -110,17 +112,17 @@ def _check_parts(controller: Any, name: str, parts: Sequence[str]) -> None:
         raise UsageError(f"controller {name} has no {' and no '.join(missing)}; inherit {base}")
 
 
-def load_trained(place: Path, env: Env, *, trust: bool = False) -> Controller:
+def load(place: Path, env: Env, *, trust: bool = False) -> Controller:
     """Policy of a run folder, or with `trust`, because loading runs code, of an RL-Zoo folder or a model file.
 
     Raises:
         UsageError: the policy is missing, damaged or not trusted, or does not fit the environment.
     """
-    files, label = find_policy(place), f"the policy of {str(place)!r}"
+    files, label = trained.find(place), f"the policy of {str(place)!r}"
     if files.is_run:
         run = RunFolder(place)
         return run_policy(run.load_actor(), run.arguments, env, label)
-    check_trust(place, trust)
+    trained.check(place, trust)
     from ..learning.sb3 import load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
     from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
 
@@ -170,7 +172,7 @@ def _actor_controller(actor: Actor, name: str, env: Env, label: str, stack: int 
         return Policy(actor, name)
     if actor.lstm is not None:
         check_begins(env, label)
-    return MemoryPolicy(actor, name, make_wrapper(env, stack, over))
+    return MemoryPolicy(actor, name, between.make(env, stack, over))
 
 
 def model_policy(model: Any, name: str, env: Env, label: str = "the model") -> Controller:
@@ -180,9 +182,9 @@ def model_policy(model: Any, name: str, env: Env, label: str = "the model") -> C
         UsageError: the model does not fit the environment.
     """
     if hasattr(getattr(model, "policy", None), "lstm_actor"):
-        from ..policies.weights import actor_of  # noqa: PLC0415 - as above
+        from ..policies import weights  # noqa: PLC0415 - as above
 
-        actor = actor_of(model)
+        actor = weights.actor(model)
         assert isinstance(actor, Actor)  # scorers have no LSTM
         return _actor_controller(actor, name, env, label)
     if isinstance(model.observation_space, Dict) and isinstance(env.single_observation_space, Dict):

@@ -16,7 +16,8 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats
 
 from ..ground.fitting import fit_from
-from ..policies.networks import Dense, Gru, dense_of, layers_from_torch, run_layers
+from ..policies import networks
+from ..policies.networks import Dense, Gru, layers_from_torch
 from .protocol import State
 
 UNIT: Final = 0.01
@@ -64,7 +65,7 @@ class Recurrent:
 
     def predict(self, memory: Floats, features: Floats) -> Floats:
         """Predicted landing errors of throws (N, D) by memories (N, H): (N, 2) [m]."""
-        return UNIT * run_layers((self._head, self._answer), "SiLU", np.concatenate([memory, features], axis=1))
+        return UNIT * networks.run((self._head, self._answer), "SiLU", np.concatenate([memory, features], axis=1))
 
     def state(self) -> State:
         """Arrays of all layers by name."""
@@ -75,7 +76,7 @@ class Recurrent:
     def from_state(cls, state: State) -> Self:
         """Network from a state."""
         input_layer, memory_layer, *layers = (
-            dense_of(state, f"{name}_weight", f"{name}_bias", np.float64) for name in LAYERS
+            networks.dense(state, f"{name}_weight", f"{name}_bias", np.float64) for name in LAYERS
         )
         return cls(Gru(input_layer, memory_layer), *layers)
 
@@ -99,7 +100,7 @@ def train(batches: Iterable[TrainingShifts], total: int, features: int, seed: in
     import torch  # noqa: PLC0415 - a second to import, needed for training only
 
     with fit_from(seed):
-        parts = _torch_layers(torch, features, size)
+        parts = _layers(torch, features, size)
         parameters = [number for part in parts for number in part.parameters()]
         optimiser = torch.optim.AdamW(parameters, lr=3e-3, weight_decay=0.1)
         schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, total)
@@ -112,7 +113,7 @@ def train(batches: Iterable[TrainingShifts], total: int, features: int, seed: in
     return Recurrent.from_torch(*parts)
 
 
-def _torch_layers(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
+def _layers(torch: Any, features: int, size: int) -> tuple[Any, Any, Any]:
     """Unit, head and answer in torch; the answer starts near zero."""
     unit, head = torch.nn.GRUCell(features + 2, size), torch.nn.Linear(size + features, size)
     answer = torch.nn.Linear(size, 2)

@@ -19,7 +19,8 @@ from pnt_gym.cells.base.action import Correction
 
 from ..ground.cli import UsageError, check_libraries
 from ..ground.fitting import fit_from
-from ..policies.networks import Layers, arrays_by_name, layers_from_torch, layers_of, numbers_of, run_layers
+from ..policies import networks
+from ..policies.networks import Layers, layers_from_torch
 from .protocol import Actions, Learner, Observation, Outcome, State, ideal_offset, is_instructive, to_action
 
 BATCH = 256
@@ -64,16 +65,16 @@ class Mlp:
 
     def predict(self, features: Floats) -> Floats:
         """Offsets (N, E) for features (N, D)."""
-        return run_layers(self._layers, "SiLU", features) * self._scale + self._centre
+        return networks.run(self._layers, "SiLU", features) * self._scale + self._centre
 
     def state(self) -> State:
         """Weights and biases by layer, and the scale of the labels."""
-        return {**arrays_by_name(self._layers), "centre": self._centre, "scale": self._scale}
+        return {**networks.arrays(self._layers), "centre": self._centre, "scale": self._scale}
 
     def restore(self, state: State) -> None:
         """Load a fit."""
-        self._layers = layers_of(state, np.float64)
-        self._centre, self._scale = (numbers_of(state[name], 1, np.float64) for name in ("centre", "scale"))
+        self._layers = networks.layers(state, np.float64)
+        self._centre, self._scale = (networks.numbers(state[name], 1, np.float64) for name in ("centre", "scale"))
 
     def _train(self, torch: Any, network: Any, x: Any, y: Any) -> None:
         steps = self._steps or min(max(len(x), 400), 3000)

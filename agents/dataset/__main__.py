@@ -88,13 +88,13 @@ def main(arguments: Arguments) -> None:
     from .offline import facts_of  # noqa: PLC0415 - as above
 
     if arguments.name is not None:
-        offline.check_name(arguments.name)
+        offline.check(arguments.name)
     home, names = offline.Home.of(arguments.root), (arguments.controller, arguments.env, arguments.level)
     env_id, level, mode = collection_task(*names, arguments.action_mode)
     with closing(open_trial(env_id, level, arguments.num_envs, action_mode=mode)) as trial:
         chosen = {name: getattr(arguments, name) for name in CREW}
         crew, config = Crew(trial, env_id, **chosen), trial.core.config
-        name = arguments.name or offline.proper_name(env_id, config.name, crew.label)
+        name = arguments.name or offline.name(env_id, config.name, crew.label)
         home.check_free(name)
         whole = config.name if config.ships() else config.model_dump(mode="json")
         with closing(make_single(env_id, whole, mode)) as single, home.create_dataset(name):

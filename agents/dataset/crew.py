@@ -16,16 +16,17 @@ from gymnasium.spaces import Box
 from rich.progress import Progress
 
 from ..controllers.protocol import Controller, Learner
+from ..ground import metrics
 from ..ground.cli import UsageError, about
 from ..ground.cluster import Needs
 from ..ground.environments import Role
-from ..ground.metrics import mean_of_finite
 from ..ground.shipped import policy_place
 from ..ground.tables import Grid, millimetres, percent, throws_bar
 from ..ground.work import Pool, keep_missing
 from ..judging.trial import Trial
-from ..learning.trained import files_of, resolve_task
-from .collection import Collection, ControllerRecipe, unpack_episodes
+from ..learning import trained
+from . import collection
+from .collection import Collection, ControllerRecipe
 from .episodes import Episode
 
 SHOWN: Final[Mapping[str, tuple[str, Callable[[float], str]]]] = {
@@ -76,7 +77,7 @@ class Tally:
             ("episodes", f"{len(self.returns)}"),
             ("throws", f"{self.throws}"),
             *(
-                (label, show(mean_of_finite(self.figures[key])))
+                (label, show(metrics.mean(self.figures[key])))
                 for key, (label, show) in SHOWN.items()
                 if key in self.figures
             ),
@@ -106,7 +107,7 @@ def collection_task(
     """Environment id, level and action mode of a collection; level and mode are None for the defaults."""
     if env is None and not os.path.isdir(policy_place(controller)):
         env, level = "PnTRelease-v0", "waste" if level is None else level
-    return resolve_task(controller, env, level, mode)
+    return trained.resolve(controller, env, level, mode)
 
 
 @final
@@ -185,7 +186,7 @@ class Crew:
             state = controller.state()
         place = policy_place(policy_name)
         is_trained = os.path.isdir(place) or place.suffix in (".zip", ".npz")
-        files = files_of(place) if is_trained else {}
+        files = trained.files(place) if is_trained else {}
         return Collection(
             env=self.env_id,
             level=config.name if config.ships() else config,
@@ -237,7 +238,7 @@ class EpisodeStore:
     def episodes(self, name: str = "throws") -> Iterator[Episode]:
         """Episodes of the dataset, of random actions or of the expert, up to the number of throws asked for."""
         throws_done = 0
-        for episode in chain.from_iterable(map(unpack_episodes, self._files[name])):
+        for episode in chain.from_iterable(map(collection.unpack, self._files[name])):
             if throws_done >= self._throws[name]:
                 return
             throws_done += len(episode)

@@ -95,7 +95,7 @@ def episodes(
     """
     throws_done = following = 0
     finished: dict[int, Episode] = {}
-    for number, ended in _play_episodes(controller, env, seeds, noise):
+    for number, ended in _play(controller, env, seeds, noise):
         finished[number] = ended
         while following in finished:
             episode = finished.pop(following)
@@ -132,14 +132,12 @@ class _OpenEpisode:
         )
 
 
-def _play_episodes(
-    controller: Controller, env: Env, seeds: Iterator[int], noise: Noise | None
-) -> Iterator[tuple[int, Episode]]:
+def _play(controller: Controller, env: Env, seeds: Iterator[int], noise: Noise | None) -> Iterator[tuple[int, Episode]]:
     """Endless episodes as they end, each with its index among the seeds."""
     begun = zip(count(), seeds, strict=False)
     cores, over = cores_of(env), np.ones(env.num_envs, dtype=np.bool_)
     rows = [_OpenEpisode(*next(begun)) for _ in range(env.num_envs)]
-    observations, coming = _begin_episodes(env, rows, over, {})
+    observations, coming = _begin(env, rows, over, {})
     while True:
         kind = coming.get("kind", np.zeros(env.num_envs))
         chosen = controller.act(observed(observations, kind))
@@ -164,10 +162,10 @@ def _play_episodes(
             rows[row] = _OpenEpisode(*next(begun))
         coming = {name: infos[name] for name in coming if name in infos}
         if over.any():
-            observations, coming = _begin_episodes(env, rows, over, coming)
+            observations, coming = _begin(env, rows, over, coming)
 
 
-def _begin_episodes(env: Env, rows: Sequence[_OpenEpisode], chosen: Bools, before: Rows) -> tuple[Any, Rows]:
+def _begin(env: Env, rows: Sequence[_OpenEpisode], chosen: Bools, before: Rows) -> tuple[Any, Rows]:
     """Begin the episodes of some rows; observations of all rows, and info values of their coming throws."""
     seeds = [episode.seed if new else None for episode, new in zip(rows, chosen, strict=True)]
     observations, info = env.reset(seed=seeds, options={"reset_mask": chosen})  # pyright: ignore[reportArgumentType]

@@ -68,7 +68,7 @@ class Home:
         Raises:
             UsageError: the name is not valid, or is taken.
         """
-        check_name(name)
+        check(name)
         if (self.folder / name).exists():
             raise UsageError(f"{name!r} exists already in {str(self.folder)!r}; choose another --name, or remove it")
         for above in Path(name).parents:
@@ -108,7 +108,7 @@ def _minari_in(folder: Path) -> Generator[None, None, None]:
             os.environ[PLACE] = before
 
 
-def check_name(name: str) -> None:
+def check(name: str) -> None:
     """Make sure that a name is a valid id of a Minari dataset with a version.
 
     Raises:
@@ -136,7 +136,7 @@ def check_recoverable(env: gym.Env[Any, Any]) -> None:
         )
 
 
-def proper_name(env_id: str, level: str, label: str) -> str:
+def name(env_id: str, level: str, label: str) -> str:
     """Default name of a dataset by environment, level and controller."""
     task = re.sub(r"-v\d+$", "", env_id.rpartition(":")[2]).removeprefix("PnT")
     words = re.sub(r"(?<=[a-z\d])(?=[A-Z])", "_", task).lower()
@@ -293,7 +293,7 @@ def description(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]
     hidden = "; ".join(f"{quantity.name} [{quantity.unit}], {quantity.meaning}" for quantity in quantities)
     parts = [
         f"Throws of {crew.env_id}, level {core.config.name}, action mode {core.action_mode}, by {crew.algorithm}"
-        f"{_noise_text(crew)}.",
+        f"{_text(crew)}.",
         "Reset the recovered environment with the seed of an episode and give it its actions: with the packages of "
         "`requirements`, observations and rewards are the same bit for bit.",
         "In `infos`, entry k + 1 is of throw k, and entry 0, of the reset, NaN or False; what a reset tells too is of "
@@ -306,7 +306,7 @@ def description(crew: Crew, scores: Scores, columns: Mapping[str, Sequence[str]]
     return " ".join(filter(None, parts))
 
 
-def _noise_text(crew: Crew) -> str:
+def _text(crew: Crew) -> str:
     """Noise on the actions in words; empty without noise."""
     deviations = ", ".join(f"{deviation:g}" for deviation in crew.noise)
     in_turn = ", in turn" if len(crew.noise) > 1 else ""

@@ -60,7 +60,7 @@ class Outlook:
         return options, np.asarray(self.chooser.heirs(robot[options["line"]], kind).any(axis=1))
 
 
-def observe_outlook(core: LineCore) -> Outlook:
+def observe(core: LineCore) -> Outlook:
     """Outlook of lines at their coming decisions."""
     cell = core.cell
     sight = cell.chooser.sight(cell.state, cell.stream, np.arange(core.count))
@@ -198,7 +198,7 @@ class Beam(Controller):
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """The first decision of the best plan of each line (N,)."""
-        line_outlook = observe_outlook(self._core)
+        line_outlook = observe(self._core)
         plans = self._ahead.plans(line_outlook, line_outlook.choices["real"])
         best = self._ahead.best(plans, 1, plans.line)
         choice = np.zeros(len(line_outlook.robot), dtype=np.int64)
@@ -243,7 +243,7 @@ class GuidedBeam(Controller):
         scores: Floats = np.where(choice_mask(features), self._guide.scores(features), -np.inf)
         place = np.argsort(np.argsort(-scores, axis=1, kind="stable"), axis=1)
         among = (place < self._few) & choice_mask(features)
-        plans = self._ahead.plans(observe_outlook(self._core), among)
+        plans = self._ahead.plans(observe(self._core), among)
         worth = np.full(scores.shape, -np.inf)
         np.maximum.at(worth, (plans.line, plans.first), self._ahead.worth(plans))
         return first_of(np.where(among, scores + self.trust * np.where(among, worth, 0.0), -np.inf))

@@ -42,7 +42,7 @@ def finite_numbers() -> Generator[None]:
         raise _error(one_sentence(error, 120)) from error
 
 
-def check_finite(*numbers: Any) -> None:
+def check(*numbers: Any) -> None:
     """Make sure that the results of a fit are finite.
 
     Raises:

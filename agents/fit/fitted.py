@@ -16,7 +16,8 @@ from pnt_gym.cells.conveyor.objects.drawing import release_delay
 
 from ..ground.fitting import on_one_thread
 from ..judging.log import ThrowLog
-from .density import check_finite, finite_numbers
+from . import density
+from .density import finite_numbers
 from .misfit import LEVEL, TESTS, Finding, find_misfit, scatter_factor
 from .parameters import Parameter
 from .posterior import Posterior, SealChance, posterior
@@ -173,5 +174,5 @@ def fit_log(log: ThrowLog, config: ConveyorConfig, parameters: Sequence[Paramete
         whole, seals = posterior(log, config, parameters, factor)
         scatter, (factor, _) = factor, scatter_factor(whole.best)
     whole = replace(whole, inflation=max(factor, 1.0))
-    check_finite(whole.best.z, whole.best.covariance, factor, [finding.chance for finding in misfit])
+    density.check(whole.best.z, whole.best.covariance, factor, [finding.chance for finding in misfit])
     return Fitted(log, config, whole, seals, misfit, float(np.sqrt(scatter * max(factor, 1.0))))

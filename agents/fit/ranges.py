@@ -56,7 +56,7 @@ class Span(NamedTuple):
     """Whether the values depend on the item."""
 
 
-def check_ranges(log: ThrowLog, config: ConveyorConfig, throws: Sequence[int]) -> None:
+def check(log: ThrowLog, config: ConveyorConfig, throws: Sequence[int]) -> None:
     """Make sure that every value of a log is in the range of its column.
 
     Args:

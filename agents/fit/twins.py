@@ -70,7 +70,7 @@ def draw_scores(parameters: tuple[Parameter, ...], random: np.random.Generator) 
             return scores
 
 
-def make_twin(
+def make(
     config: ConveyorConfig,
     seed: int,
     landings: int,
@@ -162,8 +162,8 @@ def study_twin(
     parameters: tuple[Parameter, ...] | None = None,
     **options: Any,
 ) -> tuple[Twin, Fitted, float]:
-    """A twin, its fit, and the processor time of the fit [s]; options as of `make_twin`."""
-    twin = make_twin(config, seed, landings, parameters=parameters, **options)
+    """A twin, its fit, and the processor time of the fit [s]; options as of `make`."""
+    twin = make(config, seed, landings, parameters=parameters, **options)
     begin = time.process_time()
     fitted = fit_log(twin.log, config, parameters or priors(config))
     return twin, fitted, time.process_time() - begin

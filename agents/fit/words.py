@@ -31,7 +31,7 @@ def tables(fitted: Fitted, samples: Floats) -> list[Grid]:
     """Tables of the parameters, of what is known together, and of the seals."""
     priors = {p.name: p.scale * p.value(np.array([-1.96, 0.0, 1.96])) for p in fitted.posterior.parameters}
     rows = [
-        (part.label, part.text, _prior_text(priors[name]), f"{part.share:.2f}")
+        (part.label, part.text, _text(priors[name]), f"{part.share:.2f}")
         for name, part in fitted.estimates(samples).items()
     ]
     head = f"{int(fitted.log.has_landing.sum())} landings of {len(fitted.log)} throws on level {fitted.config.name}"
@@ -47,7 +47,7 @@ def tables(fitted: Fitted, samples: Floats) -> list[Grid]:
     return grids
 
 
-def _prior_text(values: Floats) -> str:
+def _text(values: Floats) -> str:
     low, middle, high = values
     return f"{middle:.3g} ({low:.3g}..{high:.3g})"
 

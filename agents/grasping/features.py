@@ -117,10 +117,10 @@ BLUR: Final = 0.0045
 def blur_maps(maps: Floats, deviation: float | tuple[float, float] = BLUR) -> Floats:
     """Maps (N, 48, 48) averaged over errors with a standard deviation [m], across and along the belt; 0 outside."""
     across, along = deviation if isinstance(deviation, tuple) else (deviation, deviation)
-    return _blur_axis(_blur_axis(maps, along, 2), across, 1)
+    return _blur(_blur(maps, along, 2), across, 1)
 
 
-def _blur_axis(maps: Floats, deviation: float, axis: int) -> Floats:
+def _blur(maps: Floats, deviation: float, axis: int) -> Floats:
     """Maps averaged along an axis by a normal distribution's weights."""
     pixel = pixel_places()[0, 1, 0] - pixel_places()[0, 0, 0]
     reach = int(np.ceil(3.0 * deviation / pixel))

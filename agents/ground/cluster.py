@@ -23,10 +23,11 @@ from typing import Any, Final
 
 from pnt_gym.errors import one_sentence
 
+from . import parcel, work
 from .cli import UsageError
-from .parcel import check_identity, identity, pack
+from .parcel import identity, pack
 from .streams import handle_signals, interrupt
-from .work import Completion, Job, Pool, processes, run_job
+from .work import Completion, Job, Pool, processes
 
 RETRIES: Final = 10
 """Number of times that a job is repeated after its machine or process died."""
@@ -77,7 +78,7 @@ def _on_cluster(
 
     for job in jobs:
         _serialise(job)
-    _check_answers(address)
+    _check(address)
     head_identity = identity(needs.modules, needs.torch)
     with TemporaryDirectory() as folder:
         pack(Path(folder), needs.modules)
@@ -117,12 +118,12 @@ def on_node(job_bytes: bytes, head_identity: Mapping[str, str], modules: Sequenc
     """Do a job on a machine of the cluster, after checking that the machine computes the same results."""
     _check_once(tuple(head_identity.items()), tuple(modules), torch)
     with TemporaryDirectory() as folder:
-        return run_job(pickle.loads(job_bytes), Path(folder))._replace(where=f" on {socket.gethostname()}")
+        return work.run(pickle.loads(job_bytes), Path(folder))._replace(where=f" on {socket.gethostname()}")
 
 
 @cache
 def _check_once(head_identity: tuple[tuple[str, str], ...], modules: tuple[str, ...], torch: bool) -> None:
-    check_identity(dict(head_identity), modules, torch)
+    parcel.check(dict(head_identity), modules, torch)
 
 
 def _completions(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> Iterator[tuple[Job, Completion]]:
@@ -158,7 +159,7 @@ def _cores(ray: Any) -> int:
     return count
 
 
-def _check_answers(address: str) -> None:
+def _check(address: str) -> None:
     """Make sure that a Ray cluster answers and accepts this machine; Ray itself would try for many minutes.
 
     Raises:

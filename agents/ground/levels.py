@@ -138,7 +138,7 @@ def shipped_levels() -> list[tuple[str, type[LevelConfig], str]]:
     return [(family, kind, name) for family, kind in FAMILIES.items() for name in kind.level_names()]
 
 
-def find_level(text: str) -> tuple[str, type[LevelConfig], str]:
+def find(text: str) -> tuple[str, type[LevelConfig], str]:
     """Family, class and name or file of a level.
 
     Args:
@@ -175,7 +175,7 @@ def find_level(text: str) -> tuple[str, type[LevelConfig], str]:
 
 def full_text(text: str) -> str:
     """Every setting of a level as YAML; comments say which values of items are assumed."""
-    _, kind, name = find_level(text)
+    _, kind, name = find(text)
     config = kind.load(name)
     notes = "".join(f"# {line}\n" for line in assumed_text(config).splitlines())
     return notes + yaml_text(config.model_dump(mode="json"))

@@ -152,7 +152,7 @@ def interquartile_mean(values: ArrayLike) -> float:
     return float(rows[cut : len(rows) - cut].mean())
 
 
-def mean_of_finite(values: ArrayLike) -> float:
+def mean(values: ArrayLike) -> float:
     """Mean of the finite values; NaN where there is none, as before the first successful pick."""
     numbers = np.asarray(values)
     return float(numbers[np.isfinite(numbers)].mean()) if np.isfinite(numbers).any() else np.nan

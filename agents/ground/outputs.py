@@ -50,7 +50,7 @@ def deliver(path: Path, write: Callable[[Path], object]) -> None:
             place.parent.mkdir(parents=True, exist_ok=True)
             replace_file(place, write)
     except OSError as error:
-        raise _write_error(path, str(error.strerror)) from None
+        raise _error(path, str(error.strerror)) from None
 
 
 def deliver_text(path: Path, text: str) -> None:
@@ -110,29 +110,29 @@ def check_writable(*paths: Path | None) -> None:
     """
     for path in paths:
         if path is not None:
-            _check_place(path)
+            _check(path)
 
 
-def _check_place(path: Path) -> None:
+def _check(path: Path) -> None:
     try:
         place = destination(path)
         if stream_of(place) is not None:
             return
         if place.exists() and (reason := _refusal(os.stat(place).st_mode)):
-            raise _write_error(path, f"it is {reason}")
+            raise _error(path, f"it is {reason}")
         missing = [folder for folder in place.parents if not folder.exists()]
         place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise _write_error(path, str(error.strerror)) from None
+        raise _error(path, str(error.strerror)) from None
     is_open = os.access(place if place.exists() and not place.is_file() else place.parent, os.W_OK)
     for folder in missing:
         with suppress(OSError):  # another command may have written there meanwhile
             folder.rmdir()
     if not is_open:
-        raise _write_error(path, "its folder is read-only")
+        raise _error(path, "its folder is read-only")
 
 
-def _write_error(path: Path, reason: str) -> UsageError:
+def _error(path: Path, reason: str) -> UsageError:
     return UsageError(f"cannot write {one_sentence(repr(str(path)), 200)}: {reason}")
 
 

@@ -68,7 +68,7 @@ def _copy(source: Path, target: Path) -> None:
 
 
 @cache
-def user_code_digest(module: str) -> str:
+def digest(module: str) -> str:
     """Digest of the code of a user's module or package."""
     package = import_user_module(module)
     file = Path(package.__file__ or "")
@@ -85,7 +85,7 @@ def identity(modules: Iterable[str], torch: bool) -> dict[str, str]:
     return dict(_identity(modules, torch))
 
 
-def check_identity(head_identity: Mapping[str, str], modules: Iterable[str], torch: bool) -> None:
+def check(head_identity: Mapping[str, str], modules: Iterable[str], torch: bool) -> None:
     """Make sure that this process computes the same as another one; `head_identity` is the other one's `identity`.
 
     The comparison stops at the first difference, before arithmetic that depends on differing packages.
@@ -113,7 +113,7 @@ def _identity(modules: Iterable[str], torch: bool) -> Iterator[tuple[str, str]]:
     yield "code", code_digest(_TEXTS)
     # A machine that received the code need not have the package installed.
     yield from ((name, version) for name, version in versions().items() if name != "pnt_gym")
-    yield from ((f"module {name}", user_code_digest(name)[:12]) for name in modules)
+    yield from ((f"module {name}", digest(name)[:12]) for name in modules)
     yield "arithmetic", arithmetic()
     if torch:
         yield "torch's arithmetic", torch_arithmetic()

@@ -122,10 +122,10 @@ def gain_text(value: Any, base: Any) -> str:
 
 def settings_text(settings: Mapping[str, Any]) -> str:
     """Settings as text on one line."""
-    return ", ".join(f"{name} {_setting_text(value)}" for name, value in settings.items())
+    return ", ".join(f"{name} {_text(value)}" for name, value in settings.items())
 
 
-def _setting_text(value: Any) -> str:
+def _text(value: Any) -> str:
     if isinstance(value, Mapping):
         return f"({settings_text(value)})"
     return value if isinstance(value, str) else f"{value:g}"

@@ -148,7 +148,7 @@ def _side_by_side(
     pool = start_processes(min(count, len(jobs)))
     try:
         with block_signals():
-            futures = {pool.submit(run_job, job, folder): job for job in jobs}
+            futures = {pool.submit(run, job, folder): job for job in jobs}
         yield ((futures[future], future.result()) for future in as_completed(futures))
     except BrokenProcessPool:
         raise UsageError(
@@ -174,7 +174,7 @@ def end_processes(pool: ProcessPoolExecutor) -> None:
         process.kill()  # workers block all other signals
 
 
-def run_job(job: Job, folder: Path) -> Completion:
+def run(job: Job, folder: Path) -> Completion:
     """Run a job; its result as file content, and its duration."""
     began = time.perf_counter()
     with user_code(f"{job.name}: a module or class of yours"):

@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 
 import gymnasium as gym
 
+from ..controllers import state
 from ..controllers.protocol import Controller, Learner, learns
-from ..controllers.state import check_learns, practice_steps, save_state
+from ..controllers.state import save_state
 from ..ground.cli import NUM_ENVS, UsageError, at_least, check_known
 from ..ground.environments import OPTIONS, Env, as_vector, make_vector
 from ..ground.outputs import deliver_text
@@ -73,7 +74,7 @@ def evaluate(
         controller = trial.controller(policy, trust=trust)
         if isinstance(policy, str | type):
             controller.reset(seed)
-        check_learns(controller, practice=practice, online=online)
+        state.check(controller, practice=practice, online=online)
         usual = trial.practice(controller) if isinstance(policy, str) and practice is None else practice or 0
         steps = usual if learns(controller) else 0
         controller = trial.practise(controller, steps, seed, progress=partial(tell, "practice"))
@@ -151,8 +152,8 @@ def judge(
         UsageError: the throws of the environment have no log; or practice, `online` or a file is given for a controller
             that does not learn, or the file does not fit this controller.
     """
-    steps = practice_steps(controller, trial.practice(controller), practice, load, save)
-    check_learns(controller, online=online)
+    steps = state.steps(controller, trial.practice(controller), practice, load, save)
+    state.check(controller, online=online)
     recorder = None if log is None else Recorder(trial.core)
     name = trial.core.config.name
     conditions = f"level {name}, {count} {trial.unit}, seed {seed}"

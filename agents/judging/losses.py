@@ -125,7 +125,7 @@ class Counted:
         return np.divide(counts, total, out=np.array([[1.0], [0.0], [0.0]]) * np.ones(len(total)), where=total > 0)
 
 
-def read_counted(config: LineConfig) -> Counted | None:
+def read(config: LineConfig) -> Counted | None:
     """Counts in the file of a line's table, or of one that a command has made; None without a file with counts."""
     for place in (table_path(config), config.made_table()):
         try:
@@ -203,9 +203,9 @@ class Fates:
         return self.counts.sum(axis=(0, 2))
 
 
-def losses_summary(shifts: Shifts, config: LineConfig) -> dict[str, Any]:
+def summary(shifts: Shifts, config: LineConfig) -> dict[str, Any]:
     """Shares of all fates, of all objects and by item, and the energy of a pick and of a sorted object [J]."""
-    counted = read_counted(config)
+    counted = read(config)
     fates = Fates.of_shifts(shifts, config, counted)
     by_item = zip(config.cell.items, fates.shares_by_item().tolist(), strict=True)
     return {
@@ -215,11 +215,11 @@ def losses_summary(shifts: Shifts, config: LineConfig) -> dict[str, Any]:
         "fates_by_item": {
             item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item if np.isfinite(shares).all()
         },
-        **energy_summary(shifts, counted),
+        **energy(shifts, counted),
     }
 
 
-def energy_summary(shifts: Shifts, counted: Counted | None) -> dict[str, float | None]:
+def energy(shifts: Shifts, counted: Counted | None) -> dict[str, float | None]:
     """Energy of a pick and of a sorted object [J]; None where nobody has counted any."""
     energy = decision_energy(shifts, counted)
     if energy is None or not np.isfinite(energy).any():

@@ -17,8 +17,9 @@ from ..ground.drawings import COLOURS, WIDTH, dress, subplots, svg
 from ..ground.files import jsonable
 from ..ground.tables import Grid, gain_text, interval_text, percent
 from ..ground.versions import versions
+from . import losses
 from .figures import Figure, count, mean, ratio, share, total
-from .losses import fate_words, losses_summary
+from .losses import fate_words
 from .record import Card, Record, Result, Row, Summary, mappings
 from .rows import Rows
 from .shifts import LISTS, ShiftColumns, Shifts, kept_columns, kept_rows, live_rows
@@ -102,7 +103,7 @@ class ShiftRecord(Record):
             "items": list(core.item_names),
             "robots": [robot.name for robot in core.config.robots],
             "purity_by_bin": _purity_by_bin(decisions, core),
-            **losses_summary(self.shifts, core.config),
+            **losses.summary(self.shifts, core.config),
             "by_shift": by_shift,
         }
 

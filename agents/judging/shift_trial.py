@@ -18,8 +18,9 @@ from pnt_gym.cells.line.core import LineCore
 from ..controllers.between import PLANNER
 from ..controllers.own import controller_of, import_controller
 from ..controllers.protocol import Controller
+from ..dispatchers import registry
 from ..dispatchers.decisions import make_release, work_shifts
-from ..dispatchers.registry import FIRST, GUIDED, SEARCHED, line_controller
+from ..dispatchers.registry import FIRST, GUIDED, SEARCHED
 from ..dispatchers.rules import ScoreController, run_scores
 from ..dispatchers.settings import PLANNERS, rate
 from ..dispatchers.settings import settings as tuned_settings
@@ -95,7 +96,7 @@ class ShiftTrial(Trial):
             return controller_of(policy, self.env)
         if module_of(policy) is not None:
             return import_controller(policy, self.env, **options)
-        return line_controller(policy, self.core, **options)
+        return registry.make(policy, self.core, **options)
 
     def correct_throws(self, release: str | None) -> None:
         """Let a controller of PnTRelease-v0 correct the throws, where throws are simulated."""
@@ -115,13 +116,14 @@ class ShiftTrial(Trial):
         del progress
         if controller.name != SEARCHED or steps == 0:
             return controller
-        from ..dispatchers.search import SEARCHED_SHIFTS, Bench, best_result, search_weights  # noqa: PLC0415 - as above
+        from ..dispatchers import search  # noqa: PLC0415 - as above
+        from ..dispatchers.search import SEARCHED_SHIFTS, Bench, best_result  # noqa: PLC0415 - as above
 
         level = LineConfig.load(self.core.config, throws="table")
         first = stream_seed("practice", seed)
         bench = Bench(level, np.arange(first, first + END))
         generations = -(-steps // _decisions(level, SEARCHED_SHIFTS))
-        tried = search_weights(bench, tuned_settings(level.name, "atc")["patience"], generations, seed)
+        tried = search.weights(bench, tuned_settings(level.name, "atc")["patience"], generations, seed)
         return ScoreController(SEARCHED, Scorer.linear(**best_result(tried).settings))
 
     def peers(self, run_args: Mapping[str, Any]) -> dict[str, int]:

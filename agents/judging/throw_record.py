@@ -210,7 +210,7 @@ class ThrowRecord(Record):
         bins = summary.get("purity_by_bin", {}).items()
         return [
             *super().lines(summary),
-            *(_scatter_line(summary, key) for key in biases),
+            *(_line(summary, key) for key in biases),
             *((f"purity of bin {name}", COMMON["purity"].text(purity)) for name, purity in bins),
         ]
 
@@ -236,7 +236,7 @@ def _scatter(columns: Mapping[str, Floats]) -> dict[str, float]:
     return figures
 
 
-def _scatter_line(summary: Summary, bias: str) -> tuple[str, str]:
+def _line(summary: Summary, bias: str) -> tuple[str, str]:
     """Label and text of bias and spread of one error; in millimetres if the name of the figure ends in `_m`."""
     name = bias.removeprefix("bias_")
     values = [summary[bias], summary[f"spread_{name}"]]

@@ -97,7 +97,7 @@ def open_trial(
         raise
 
 
-def controller_with(trial: Trial, policy: Any, settings: Mapping[str, Any], *, trust: bool = False) -> Controller:
+def controller(trial: Trial, policy: Any, settings: Mapping[str, Any], *, trust: bool = False) -> Controller:
     """Controller of a trial, as `Trial.controller` makes it, with settings.
 
     Raises:
@@ -112,7 +112,7 @@ def controller_with(trial: Trial, policy: Any, settings: Mapping[str, Any], *, t
         raise UsageError(f"controller {policy!r} cannot have {values}: {one_sentence(error)}") from None
 
 
-def check_options(trial: Trial | type[Trial], options: Mapping[str, Any], env_id: str, dashes: str = "--") -> None:
+def check(trial: Trial | type[Trial], options: Mapping[str, Any], env_id: str, dashes: str = "--") -> None:
     """Make sure that no option was given that only other kinds of trials use.
 
     Args:

@@ -168,9 +168,7 @@ def _check(name: str, value: Any) -> None:
     """
     if not _fits(name, value):
         hint = quotes_hint(value) if isinstance(value, str) else ""
-        raise UsageError(
-            f"hyperparameter {name} is {one_sentence(repr(value), 80)}; it must be {_range_text(name)}{hint}"
-        )
+        raise UsageError(f"hyperparameter {name} is {one_sentence(repr(value), 80)}; it must be {_text(name)}{hint}")
     weights = max(map(_weights, _layers(value)), default=0) if name == "net_arch" else 0
     if weights > MOST_WEIGHTS:
         raise UsageError(f"hyperparameter net_arch asks for {weights:,} weights; it must be at most {MOST_WEIGHTS:,}")
@@ -218,7 +216,7 @@ def initial_value(value: Any) -> Any:
         return value
 
 
-def _range_text(name: str) -> str:
+def _text(name: str) -> str:
     """Range of a hyperparameter as text for an error."""
     if name in WHOLE:
         return "a whole number from {} to {}".format(*WHOLE[name])

@@ -72,7 +72,7 @@ class ProgressCallback(BaseCallback):
         self._began = time.perf_counter()
         self._count = 0
         self._lines = _lines_up_to(file, start, HEADER.format(window.column))
-        self._before = _numbers_of(self._lines[-1])[1] if self._lines[1:] else 0.0
+        self._before = _numbers(self._lines[-1])[1] if self._lines[1:] else 0.0
         self._line = ""
         self._written = start
 
@@ -105,10 +105,10 @@ def _lines_up_to(file: Path, throws: int, header: str) -> list[str]:
     if not file.is_file():
         return [header]
     old = text_of(file, MOST_RESULTS).splitlines()[1:]
-    return [header, *(line for line in old if _numbers_of(line)[0] <= throws)]
+    return [header, *(line for line in old if _numbers(line)[0] <= throws)]
 
 
-def _numbers_of(line: str) -> tuple[float, float]:
+def _numbers(line: str) -> tuple[float, float]:
     """Throws and seconds of training in a line of progress.csv; infinitely many throws for a line of another form."""
     match = LINE.match(line)
     return (float(match[1]), float(match[2])) if match else (np.inf, 0.0)

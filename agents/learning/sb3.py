@@ -117,7 +117,7 @@ class Falling:
         return self.begin * max(1.0 - (1.0 - remaining) * self.share, 0.0)
 
 
-def begin_leg(model: BaseAlgorithm, end: int, total: int) -> None:
+def begin(model: BaseAlgorithm, end: int, total: int) -> None:
     """Set a model's learning rate for a leg that ends at throw `end` of `total`."""
     if isinstance(model.learning_rate, Falling):
         model.learning_rate.share = end / total
@@ -166,7 +166,7 @@ def load_policy(file: Path) -> BaseAlgorithm:
         raise UsageError(f"{str(file)!r} is damaged: {file.name} is truncated or not a model of {kinds}") from error
 
 
-def load_tensors(
+def load(
     file: Path, run_args: Mapping[str, Any], settings: Mapping[str, Any], env: VecEnv | None = None
 ) -> BaseAlgorithm:
     """Load a run's model: build it from arguments and settings, then fill in the tensors and counts of its file.
@@ -181,7 +181,7 @@ def load_tensors(
             stored = parsed_json(parts.read("data"))
             names = [info.filename for info in infos if info.filename.endswith(".pth")]
             tensors = {name: _tensors(parts.read(name)) for name in names}
-        _check_finite(tensors)
+        _check(tensors)
         model: Any = _make_model(
             run_args["algo"], env or _stub_env(stored, run_args["num_envs"]), settings, run_args["seed"]
         )
@@ -229,7 +229,7 @@ def _tensors(data: bytes) -> dict[str, Any]:
         return torch.load(BytesIO(data), map_location="cpu", weights_only=True)
 
 
-def _check_finite(values: Any) -> None:
+def _check(values: Any) -> None:
     """Make sure that all tensors in nested mappings and lists are finite.
 
     Raises:
@@ -238,7 +238,7 @@ def _check_finite(values: Any) -> None:
     if isinstance(values, torch.Tensor) and not bool(torch.isfinite(values).all()):
         raise ValueError("a tensor whose numbers are not finite")
     for part in values.values() if isinstance(values, dict) else values if isinstance(values, list) else ():
-        _check_finite(part)
+        _check(part)
 
 
 def load_statistics(file: Path, env: VecEnv) -> VecNormalize:

@@ -13,8 +13,9 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvS
 
 from pnt_gym.cells.base.core import EPISODE_SUCCESS
 
+from ..ground import environments
 from ..ground.cli import UsageError
-from ..ground.environments import Env, check_autoreset, core_of
+from ..ground.environments import Env, core_of
 from ..ground.infos import results
 from ..ground.infos import rows_thrown as rows_with_throw
 
@@ -65,7 +66,7 @@ class SameStepVecEnv(VecEnv):
     """
 
     def __init__(self, env: Env, *, even: bool = False, price: float = 0.0) -> None:
-        check_autoreset(env)
+        environments.check(env)
         self.env = env
         self._even, self._price = even, price
         self._start = time.perf_counter()

@@ -14,8 +14,8 @@ from ..ground.cli import option
 from ..ground.levels import show_assumed
 from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
 from ..ground.tables import console
+from . import reasons
 from .plan_picture import plan_picture
-from .reasons import plans_table
 from .verdict import judge_line, load_line, read_options
 
 
@@ -75,7 +75,7 @@ def main(arguments: Arguments) -> None:
     verdict = judged.verdict
     shifts = f"{arguments.shifts} shifts of {arguments.minutes:g} min each"
     title = f"shares in %; level {arguments.level}, {shifts}, {arguments.controller}, release {verdict.release}"
-    console().print(plans_table(title, judged.plans, arguments.recovery).terminal())
+    console().print(reasons.table(title, judged.plans, arguments.recovery).terminal())
     for sentence in verdict.sentences:
         console().print(sentence)
     if arguments.json is not None:

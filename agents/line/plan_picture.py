@@ -26,7 +26,7 @@ RED: Final = "#d62728"
 PALE_RED: Final = "#f4b6b6"
 
 
-def draw_line(part: Any, config: LineConfig, title: str) -> None:
+def _draw(part: Any, config: LineConfig, title: str) -> None:
     """Draw a line from above, to scale, into a part of a figure."""
     from matplotlib.patches import Ellipse, Rectangle  # noqa: PLC0415 - heavy, needed for reports only
 
@@ -129,7 +129,7 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
     items = len(plan.config.cell.items)
     landing_rows = -(-items // 2)
     figure, (view, bars, landings) = stacked_panels(WIDTH, (2.7, 2.0 + ROW * len(plans), 0.4 + 2.7 * landing_rows))
-    draw_line(view, plan.config, f"The line to scale: {_row_text(plan.row, plans)}")
+    _draw(view, plan.config, f"The line to scale: {_text(plan.row, plans)}")
     fates, energy = bars.subplots(1, 2, sharey=True, width_ratios=(3, 1))
     _draw_fates(fates, ordered, recovery)
     # Joules for each sorted object.
@@ -139,7 +139,7 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
     for index, value in enumerate(joules):
         energy.text(0.0, index, "  unknown" if value is None else f"  {value:.1f} J", va="center", fontsize=8)
     dress(energy, "energy [J]", "", "Per sorted object", xlim=(0.0, 1.2 * max(values) + 1.0))
-    fates.set_yticks(np.arange(len(plans)), labels=[_row_text(each.row, plans) for each in ordered], fontsize=8)
+    fates.set_yticks(np.arange(len(plans)), labels=[_text(each.row, plans) for each in ordered], fontsize=8)
     fates.invert_yaxis()
     bars.legend(*fates.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
     panels = np.ravel(landings.subplots(landing_rows, 2, squeeze=False))
@@ -156,7 +156,7 @@ def _place(row: dict[str, Any]) -> tuple[Any, ...]:
     return row["robots"], row["skills"], row["percent"], row["belt_speed"]
 
 
-def _row_text(row: dict[str, Any], plans: Sequence[Planned]) -> str:
+def _text(row: dict[str, Any], plans: Sequence[Planned]) -> str:
     """Words for a plan: what differs among the plans, and robots, belt speed and limits always."""
     skills = {plan.row["skills"] for plan in plans}
     robots = "1 robot" if row["robots"] == 1 else f"{row['robots']} robots"

@@ -18,13 +18,15 @@ from pnt_gym.cells.line.table_name import MADE
 from pnt_gym.errors import ConfigError
 from pnt_gym.names import unknown_name
 
+from ..dispatchers import registry
 from ..dispatchers.decisions import make_release
-from ..dispatchers.registry import ENV, line_controller, line_core
+from ..dispatchers.registry import ENV, line_core
 from ..ground.cli import UsageError
 from ..ground.environments import make_vector, stream_seed
 from ..ground.metrics import mean_interval
 from ..ground.tables import throws_bar
-from ..judging.losses import FATES, Counted, Fates, decision_energy, energy_summary
+from ..judging import losses
+from ..judging.losses import FATES, Counted, Fates, decision_energy
 from ..judging.shifts import Shifts, run_shifts
 from .thrown import with_table
 
@@ -206,7 +208,7 @@ def judge_plan(
         "fates": fates.shares(),
         "fates_by_item": {item: dict(zip(FATES, shares, strict=True)) for item, shares in by_item},
         "arrived": fates.arrived.tolist(),
-        **energy_summary(shifts, counted),
+        **losses.energy(shifts, counted),
         "money_per_hour": money_per_hour(shifts, line, counted),
     }
     row = {**numbers, "chances_by": chooser or "random", **figures}
@@ -218,7 +220,7 @@ def work(line: LineConfig, conditions: Conditions) -> Shifts:
     with closing(make_vector(ENV, line, conditions.shifts, conditions.threads)) as env, throws_bar() as bar:
         core = line_core(env)
         task = bar.add_task("shifts", total=conditions.shifts)
-        controller = line_controller(conditions.controller, core)
+        controller = registry.make(conditions.controller, core)
         seed = stream_seed("evaluate", conditions.seed)
         env.reset(seed=seed)
         return run_shifts(controller, env, conditions.shifts, seed, lambda count: bar.advance(task, count))
@@ -256,7 +258,7 @@ def check_plan(plan: Planned, conditions: Conditions, release: str | None = None
         if release is not None:
             core.use(make_release(release, config))
         task = bar.add_task("shifts in the full physics", total=count)
-        controller, seed = line_controller(conditions.controller, core), stream_seed("evaluate", conditions.seed)
+        controller, seed = registry.make(conditions.controller, core), stream_seed("evaluate", conditions.seed)
         shifts = run_shifts(controller, env, count, seed, lambda number: bar.advance(task, number))
     simulated = shifts.figures["shift_recovery"].astype(np.float64)
     recovery, over = mean_interval(simulated), mean_interval(simulated - plan.recovery[:count])

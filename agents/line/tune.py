@@ -103,7 +103,7 @@ def try_settings(level: LineConfig, arguments: Arguments) -> dict[str, list[Sett
         for controller in controllers:
             task = bar.add_task(f"shifts for {controller}", total=max_shifts(controller, level, arguments))
             bench = Bench(level, np.arange(first, first + arguments.shifts), partial(bar.advance, task))
-            results[controller] = tune_controller(controller, bench, arguments, results)
+            results[controller] = tune(controller, bench, arguments, results)
             bar.update(task, total=bar.tasks[task].completed)
     return results
 
@@ -122,22 +122,22 @@ def max_shifts(controller: Tunable, level: LineConfig, arguments: Arguments) -> 
     )
 
 
-def tune_controller(
+def tune(
     controller: Tunable, bench: Bench, arguments: Arguments, results: dict[str, list[SettingsResult]]
 ) -> list[SettingsResult]:
     """Tried settings of one controller, starting from the tuned ATC rule of this run, or from the shipped one."""
     if controller == "atc":
-        return tuning.search_atc(bench)
+        return tuning.atc(bench)
     name, robots = bench.level.name, len(bench.level.robots)
     patience = (tuning.best_result(results["atc"]).settings if "atc" in results else settings(name, "atc"))["patience"]
     if controller == "price":
-        return tuning.search_price(bench, patience)
+        return tuning.price(bench, patience)
     if controller == "index":
         begin = settings(name, controller).get("weights") if arguments.go_on else None
-        return tuning.search_weights(bench, patience, arguments.generations, arguments.seed, begin)
+        return tuning.weights(bench, patience, arguments.generations, arguments.seed, begin)
     brings = value_per_second(results["atc"]) if "atc" in results else rate(name)
     brings = value_per_second(bench.try_rule("atc", [{"patience": patience}])) if brings is None else brings
-    return tuning.search_planner(bench, controller, brings / robots)
+    return tuning.planner(bench, controller, brings / robots)
 
 
 def value_per_second(values: list[SettingsResult]) -> float:

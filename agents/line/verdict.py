@@ -13,8 +13,9 @@ from ..dispatchers.decisions import make_release
 from ..dispatchers.registry import NAMES
 from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.versions import versions
+from . import reasons
 from .plans import Conditions, Planned, Sweep, check_plan, judge_plan, make_plans, try_changes
-from .reasons import answer, check_text, chosen_plan, reason, throws_are_the_reason
+from .reasons import answer, check_text, reason, throws_are_the_reason
 
 ANALYTIC: Final = "analytic"
 LEAST: Final = {"shifts": 2, "seed": 0, "throws": 100, "check": 0, "threads": 1}
@@ -68,7 +69,7 @@ def recount_chosen(
     """
     judged, recounted = list(plans), set[int]()
     while True:
-        chosen, _ = chosen_plan(judged, recovery)
+        chosen, _ = reasons.choose(judged, recovery)
         index = next(place for place, plan in enumerate(judged) if plan is chosen)
         if index in recounted:
             return judged
@@ -121,7 +122,7 @@ def read_options(options: Mapping[str, Any], recovery: float) -> tuple[Sweep, Co
     at_least(options, **{name: bound for name, bound in LEAST.items() if name in options})
     sweep = typed(Sweep, {name: options[name] for name in Sweep.__dataclass_fields__ if name in options})
     conditions = typed(Conditions, {name: options[name] for name in Conditions.__dataclass_fields__ if name in options})
-    check_plans(recovery, sweep, conditions)
+    check(recovery, sweep, conditions)
     return sweep, conditions
 
 
@@ -148,7 +149,7 @@ def judge_line(
         tell(f"plan {number} of {len(asked)}: {text}")
         plans.append(judge_plan(numbers, config, conditions, release))
     plans = recount_chosen(plans, recovery, conditions, release)
-    plan, is_enough = chosen_plan(plans, recovery)
+    plan, is_enough = reasons.choose(plans, recovery)
     used, other = (ANALYTIC, LEARNED) if release is None else (release, ANALYTIC)
     twin = judge_again(plan, conditions, None if other == ANALYTIC else other)
     checked = check_plan(plan, conditions, release)
@@ -161,7 +162,7 @@ def judge_line(
     return Judged(level, conditions, plans, Verdict(plan, used, twin, other, checked, changes, sentences))
 
 
-def check_plans(recovery: float, sweep: Sweep, conditions: Conditions) -> None:
+def check(recovery: float, sweep: Sweep, conditions: Conditions) -> None:
     """Make sure that a recovery, numbers of robots, a controller and a number of checked shifts are possible.
 
     Raises:

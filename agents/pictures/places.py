@@ -9,10 +9,11 @@ import numpy as np
 from pnt_gym.arrays import Bools, Floats, Ints
 from pnt_gym.cells.grasp.config import PIXEL, PIXELS
 
+from ..grasping import rules
 from ..grasping.features import place_features
 from ..grasping.network import PlaceNetwork
 from ..grasping.practice import network_places, worth_maps
-from ..grasping.rules import mean_scores, oracle_maps, oracle_places, rule_places
+from ..grasping.rules import mean_scores, oracle_places
 from ..grasping.scenes import Scenes
 from ..ground.drawings import WIDTH, Figure, subplots
 from ..ground.places import GRASPING
@@ -49,11 +50,11 @@ def examples() -> Examples:
     features, network = place_features(scenes.images, scenes.radius), PlaceNetwork.load(GRASPING / "local_mlp.npz")
     maps = {"rule": features.maps(mean_scores(features)), "network": worth_maps(features, network)}
     places = {
-        "rule": rule_places(features),
+        "rule": rules.places(features),
         "network": network_places(features, network),
         "truth": oracle_places(scenes),
     }
-    truth = np.concatenate([oracle_maps(part) for part in scenes.parts(100)])
+    truth = np.concatenate([rules.maps(part) for part in scenes.parts(100)])
     return Examples(scenes, truth, maps, places)
 
 
@@ -80,7 +81,7 @@ def pixels(places: Floats) -> Ints:
     return np.rint(places * [1.0, -1.0] / PIXEL + (PIXELS - 1) / 2.0).astype(np.int64)
 
 
-def places_figure() -> Figure:
+def figure() -> Figure:
     """The figure: a row for each object with picture, true worths, the rule's scores and the network's worths."""
     seen = examples()
     rows = chosen_objects(seen)

@@ -16,7 +16,7 @@ from ..ground.cli import UsageError
 from ..ground.outputs import deliver, deliver_text
 from ..judging.log import Recorder
 from ..judging.trials import open_trial
-from ..learning.trained import resolve_task
+from ..learning import trained
 from .seen import SeenController, SeenView
 
 RATE: Final = 60
@@ -51,7 +51,7 @@ class Stage:
         throws: str | None = None,
         release: str | None = None,
     ) -> None:
-        env_id, level, mode = resolve_task(controller, env, level, None)
+        env_id, level, mode = trained.resolve(controller, env, level, None)
         self._trial = open_trial(env_id, level, 1, 1, mode, throws)
         try:
             self.core = self._trial.core
@@ -106,9 +106,9 @@ class Stage:
     def draw(self, file: Path, moment: float) -> None:
         """Draw the last throw, or the line, at a moment [s], or at its end if the moment is later."""
         self.advance(moment)
-        deliver(file, lambda path: self._save_picture(path, moment))
+        deliver(file, lambda path: self._write(path, moment))
 
-    def _save_picture(self, path: Path, moment: float) -> None:
+    def _write(self, path: Path, moment: float) -> None:
         from PIL import Image  # noqa: PLC0415 - only pictures need it
 
         Image.fromarray(self._shown.at(moment, RATE)).save(path)

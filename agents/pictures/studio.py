@@ -7,14 +7,14 @@ from contextlib import ExitStack
 
 from pnt_gym.engine import has_display
 
+from ..ground import environments
 from ..ground.cli import UsageError
-from ..ground.environments import find_environment
-from ..learning.trained import resolve_task
+from ..learning import trained
 from .door import open_front
 from .stage import Stage
 
 
-def show_live(
+def show(
     address: str | None, controller: str, env: str | None, level: str | None, open_stage: Callable[[str, str], Stage]
 ) -> None:
     """Show throws in a viewer until the viewer is closed.
@@ -35,8 +35,8 @@ def show_live(
         from . import viewer as screen  # noqa: PLC0415 - takes a second, and is not on every platform
     except ImportError as error:
         raise UsageError(f"--viewer needs MuJoCo's Studio, which this platform has not ({error})") from None
-    env_id, level, _ = resolve_task(controller, env, level, None)
-    first = screen.Choice(controller, level or find_environment(env_id).kwargs.get("level", "nominal"))
+    env_id, level, _ = trained.resolve(controller, env, level, None)
+    first = screen.Choice(controller, level or environments.find(env_id).kwargs.get("level", "nominal"))
     with ExitStack() as ends:
         front = None if address is None else ends.enter_context(open_front(address))
         screen.watch(lambda choice: open_stage(choice.controller, choice.level), first, front)

@@ -103,7 +103,7 @@ class Panel(plugin.ViewerPlugin):
             for number, picture in enumerate(self._shown.pictures if self._shown else ()):
                 if number > 0:
                     imgui.SameLine()
-                _draw_picture(picture)
+                _draw(picture)
         imgui.End()
 
 
@@ -246,7 +246,7 @@ def _play(viewer: Any, stage: Stage, requests: ViewerRequests) -> bool:
     return False
 
 
-def _draw_picture(picture: Frame) -> None:
+def _draw(picture: Frame) -> None:
     """Draw a picture in the panel, neighbours of one colour in a row as one rectangle."""
     corner, drawing = imgui.GetCursorScreenPos(), imgui.GetWindowDrawList()
     colours = picture.astype(np.int64) @ [1, 256, 65536] + 0xFF000000

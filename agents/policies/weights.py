@@ -18,7 +18,7 @@ from .networks import ACTIVATIONS, Convolution, Dense, Lstm, layers_from_torch
 from .scorer import Scorer
 
 
-def actor_of(model: BaseAlgorithm) -> Actor | Scorer:
+def actor(model: BaseAlgorithm) -> Actor | Scorer:
     """The deterministic policy of a model, as arrays.
 
     Raises:

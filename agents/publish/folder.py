@@ -41,7 +41,7 @@ def level_and_folder_name(folder: Path, env_id: str, run_args: Mapping[str, Any]
     level = read_yaml(folder / "env.yaml", "level")
     trained_on = level.get("name") if isinstance(level, dict) else None
     try:
-        return str(trained_on), runs.run_name({**run_args, "env": env_id}, trained_on)
+        return str(trained_on), runs.name({**run_args, "env": env_id}, trained_on)
     except UsageError:
         raise UsageError(f"run folder {str(folder)!r} is damaged: env.yaml has name {trained_on!r}") from None
 
@@ -52,12 +52,12 @@ def check_model(folder: Path) -> None:
     Raises:
         UsageError: the policies differ, see pictures, or a file is missing or damaged.
     """
-    from ..policies.weights import actor_of  # noqa: PLC0415 - imports torch
+    from ..policies import weights  # noqa: PLC0415 - imports torch
 
     run = runs.RunFolder(folder)
     if getattr(run.load_policy(), "eye", None) is not None:
         raise UsageError(f"the policy of {str(folder)!r} sees pictures; only policies of vectors are published")
-    stored, rebuilt = (policy.numbers for policy in (run.load_policy(), actor_of(run.load_model())))
+    stored, rebuilt = (policy.numbers for policy in (run.load_policy(), weights.actor(run.load_model())))
     if stored.keys() != rebuilt.keys() or not all(np.array_equal(stored[name], rebuilt[name]) for name in stored):
         raise UsageError(
             f"run folder {str(folder)!r} is damaged: {runs.POLICY} and {runs.MODEL} are from different moments of "

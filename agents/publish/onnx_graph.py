@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from pnt_gym.cells.line.observation import ENTRIES, LINE_TABLE
 from pnt_gym.cells.line.rows import CHOICES
 
-from ..dispatchers.decisions import line_observation
+from ..dispatchers import decisions
 from ..dispatchers.rules import HALF, REAL, ScoreController, choice_mask
 from ..ground.cli import UsageError
 from ..ground.versions import versions
@@ -203,7 +203,7 @@ def _check_choices(model: Any, policy: Actor | Scorer) -> None:
     """Make sure that the runtime chooses like the policy, on all sample observations at once and on the first alone."""
     session, observations = _session(model), _sample_observations(ENTRIES)
     real, scores = choice_mask(observations), policy(observations)
-    expected = ScoreController("", policy).act(line_observation(observations))
+    expected = ScoreController("", policy).act(decisions.observe(observations))
     for rows in (slice(None), slice(1)):
         action, graph_scores = session.run(["action", "scores"], {"observation": observations[rows]})
         differences = np.abs(graph_scores - scores[rows])[real[rows]] / max(np.ptp(scores), 1e-9)

@@ -15,37 +15,34 @@ from ..ground.cli import UsageError
 from ..ground.files import MOST_RESULTS, check_form
 from ..ground.outputs import deliver_text
 from ..ground.tables import Grid, markdown_text
-from ..results.study import STUDIES, read_study
-from .contents import read_results
-from .headline import headline_failures, headline_table, peers_table
-from .line import gains_table, line_table, seeds_table
+from ..results import study
+from ..results.study import STUDIES
+from . import contents, headline, line, speeds, submissions, tables, templates
+from .line import gains_table, seeds_table
 from .page import table as reproduced_table
 from .page import tables_line
 from .pays import crossover_grid
 from .questions import QUESTIONS, Question
-from .speeds import speed_grid
 from .submissions import BLOCK as SUBMISSIONS
-from .submissions import submissions_grid
-from .tables import benchmark_table, first_shift_table
-from .templates import study_grid
+from .tables import first_shift_table
 
 BLOCKS: Mapping[str, tuple[str, Callable[[Any], Grid]]] = {
-    "headline": ("benchmark.json", headline_table),
-    "benchmark": ("benchmark.json", benchmark_table),
-    "grasp": ("benchmark_grasp.json", benchmark_table),
-    "planner": ("perf_planner.json", partial(speed_grid, "planner")),
-    "environments": ("perf_envs.json", partial(speed_grid, "environments")),
-    "speed-goals": ("perf_envs.json", partial(speed_grid, "speed-goals")),
-    "shares": ("perf_shares.json", partial(speed_grid, "shares")),
-    "training-shares": ("perf_training.json", partial(speed_grid, "training-shares")),
-    "training-before": ("perf_before.json", partial(speed_grid, "training-before")),
-    "steps-before": ("perf_before.json", partial(speed_grid, "steps-before")),
-    "line": ("benchmark_line.json", line_table),
+    "headline": ("benchmark.json", headline.table),
+    "benchmark": ("benchmark.json", tables.table),
+    "grasp": ("benchmark_grasp.json", tables.table),
+    "planner": ("perf_planner.json", partial(speeds.grid, "planner")),
+    "environments": ("perf_envs.json", partial(speeds.grid, "environments")),
+    "speed-goals": ("perf_envs.json", partial(speeds.grid, "speed-goals")),
+    "shares": ("perf_shares.json", partial(speeds.grid, "shares")),
+    "training-shares": ("perf_training.json", partial(speeds.grid, "training-shares")),
+    "training-before": ("perf_before.json", partial(speeds.grid, "training-before")),
+    "steps-before": ("perf_before.json", partial(speeds.grid, "steps-before")),
+    "line": ("benchmark_line.json", line.table),
     "line-gains": ("benchmark_line.json", gains_table),
     "line-learned": ("benchmark_line.json", seeds_table),
     "adapting": ("benchmark_adapt.json", first_shift_table),
-    "failures": ("benchmark.json", headline_failures),
-    "peers": ("benchmark_peers.json", peers_table),
+    "failures": ("benchmark.json", headline.failures),
+    "peers": ("benchmark_peers.json", headline.peers),
     "crossover": ("mismatch.json", crossover_grid),
 }
 """Tables in documents by name: the file of results, and what makes the table; plans of studies name further ones, and
@@ -134,12 +131,12 @@ def _table_text(name: str, results: Path) -> str:
 
 def _table(name: str, results: Path) -> Grid:
     if name == SUBMISSIONS:
-        return submissions_grid(results)
+        return submissions.grid(results)
     tables = {**BLOCKS, **study_blocks()}
     if name in tables:
         file, make_table = tables[name]
         with check_form(results / file):
-            return make_table(read_results(results / file))
+            return make_table(contents.read(results / file))
     grid = reproduced_table(results, name) if "/" in name else None
     if grid is None:
         raise UsageError(unknown_name("table", name, tables, ", and PAPER/TABLE"))
@@ -149,9 +146,9 @@ def _table(name: str, results: Path) -> Grid:
 @cache
 def study_blocks() -> Mapping[str, tuple[str, Callable[[Any], Grid]]]:
     """Tables of the shipped studies by the names of their blocks."""
-    plans = [read_study(path) for path in sorted(STUDIES.glob("*.yaml"))]
+    plans = [study.read(path) for path in sorted(STUDIES.glob("*.yaml"))]
     return {
-        table.block: (f"{plan.study}.json", partial(study_grid, plan, table))
+        table.block: (f"{plan.study}.json", partial(templates.grid, plan, table))
         for plan in plans
         for table in plan.tables
         if table.block

@@ -12,20 +12,10 @@ from ..ground.drawings import COLOURS, WIDTH, Axes, Figure, dress, subplots, svg
 from ..ground.metrics import Interval
 from ..ground.tables import Grid
 from ..judging import figures as judged
-from .headline import headline_figure
-from .line import gains_figure, line_grids
-from .profiles import improvement_grids, profiles_figure, run_errors
-from .tables import (
-    benchmark_grids,
-    comparison_table,
-    conditions,
-    is_of_shifts,
-    labels,
-    name_of,
-    other_level_tables,
-    rows_of,
-    side_by_side,
-)
+from . import headline, line, profiles, tables
+from .line import gains_figure
+from .profiles import profiles_figure
+from .tables import conditions, is_of_shifts, labels, name_of, other_level_tables, rows_of, side_by_side
 
 
 class Measure(NamedTuple):
@@ -89,11 +79,11 @@ def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
     # Whether a controller has learned from several numbers of throws.
     counts = {(row["label"], row["throws"]) for row in data["table"] if row["throws"] > 0}
     has_curves = len(counts) > len({label for label, _ in counts})
-    drawn = {"sorted_per_min.svg": headline_figure(data)} if has_curves else {}
+    drawn = {"sorted_per_min.svg": headline.figure(data)} if has_curves else {}
     drawn["landing_error.svg"] = bars(data)
     if has_curves:
         drawn["learning_curves.svg"] = learning_curves(data, ERROR)
-    if len(run_errors(data)) > 1:
+    if len(profiles.errors(data)) > 1:
         drawn["profiles.svg"] = profiles_figure(data)
     # The planner, the references after most throws, the first learner on the first level: one seed each.
     plan = data["plan"]
@@ -218,7 +208,7 @@ class Kind(NamedTuple):
     figures: Callable[[Data], dict[str, str]]
 
 
-def usual_grids(data: Data) -> list[Grid]:
+def grids(data: Data) -> list[Grid]:
     """Tables of a kind of task that has none of its own: its figures side by side, and paired differences."""
     levels, who = data["plan"]["levels"], ("controller", f"{data['step']}s to learn")
     columns = {figure.label: _cell(name, figure) for name, figure in _figures(data).items()}
@@ -226,12 +216,12 @@ def usual_grids(data: Data) -> list[Grid]:
     grids = [
         side_by_side("Every controller on the same held-out tasks", data, levels, columns, note, who),
         *other_level_tables(data, columns, who),
-        *(comparison_table(data, level, _figures(data)) for level in levels),
+        *(tables.comparison(data, level, _figures(data)) for level in levels),
     ]
     return [grid for grid in grids if grid.rows]
 
 
-def usual_figures(data: Data) -> dict[str, str]:
+def figures(data: Data) -> dict[str, str]:
     """Learning curves of a kind of task that has no drawings of its own; nothing where nobody has learned."""
     if not any(row["throws"] for row in data["table"]):
         return {}
@@ -242,14 +232,14 @@ def usual_figures(data: Data) -> dict[str, str]:
 
 
 KINDS: Final = {
-    "throws": Kind(lambda data: [*benchmark_grids(data), *improvement_grids(data)], throw_figures),
-    "work_shifts": Kind(line_grids, line_figures),
+    "throws": Kind(lambda data: [*tables.grids(data), *profiles.grids(data)], throw_figures),
+    "work_shifts": Kind(line.grids, line_figures),
 }
 
 
 def kind_of(data: Data) -> Kind:
     """The kind of task that a benchmark was about."""
-    return KINDS.get(data["trial"], Kind(usual_grids, usual_figures))
+    return KINDS.get(data["trial"], Kind(grids, figures))
 
 
 def _figures(data: Data) -> dict[str, judged.Figure]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg
 from ..ground.tables import Grid
-from .profiles import improvement_text, performance_profile
+from . import profiles
 from .templates import NoFigure
 
 Data = Mapping[str, Any]
@@ -151,10 +151,10 @@ def curves_figure(data: Data) -> Figure:
 
 def profiles_figure(data: Data) -> Figure:
     """Share of the runs below each landing error, after the most throws that all learners have."""
-    last, scores = _last_scores(data)
+    last, scores = _scores(data)
     figure, (axes,) = subplots(1, 1, (WIDTH, 4.4))
     for k, (colour, (label, errors)) in enumerate(zip(COLOURS, scores.items(), strict=False)):
-        below, style = performance_profile(errors, BOUNDS.tolist()), "-" if k < DISTINCT else "--"
+        below, style = profiles.profile(errors, BOUNDS.tolist()), "-" if k < DISTINCT else "--"
         axes.step(1000.0 * BOUNDS, below, style, color=colour, label=label)
     dress(axes, "landing error [mm]", "share of runs below", f"after {last:,} throws")
     figure.legend(fontsize=8, loc="outside lower center", ncols=4)
@@ -163,11 +163,11 @@ def profiles_figure(data: Data) -> Figure:
 
 def improvement_grid(data: Data) -> Grid:
     """Probability that a run of each learner errs less than a run of the reference, after the most throws of all."""
-    last, scores = _last_scores(data)
+    last, scores = _scores(data)
     rows: list[list[str]] = []
     for label, errors in scores.items():
         if label != REFERENCE and REFERENCE in scores:
-            text = improvement_text(errors, scores[REFERENCE])
+            text = profiles.text(errors, scores[REFERENCE])
             rows.append([label, str(len(errors)), f"{1000 * np.mean(errors):.1f} mm", text])
     note = (
         f"After about {last:,} throws of learning. *Probability of improvement*: that a run errs less than a run of "
@@ -220,7 +220,7 @@ def _curves(data: Data, name: str) -> dict[str, dict[int, list[float]]]:
     return curves
 
 
-def _last_scores(data: Data) -> tuple[int, dict[str, list[float]]]:
+def _scores(data: Data) -> tuple[int, dict[str, list[float]]]:
     """The most throws that all learners have, about, and the landing errors of the runs of each learner."""
     curves = _curves(data, "landing_error_mean_m")
     last = {label: max(points) for label, points in curves.items()}

@@ -162,12 +162,12 @@ def _stacked(names: list[str], bars: Mapping[str, list[float]], across: str, tit
     return figure
 
 
-def methods_figures(data: Data) -> dict[str, str]:
+def figures(data: Data) -> dict[str, str]:
     """SVG texts by file name."""
-    return {"methods.svg": svg(methods_figure(data))}
+    return {"methods.svg": svg(figure(data))}
 
 
-def methods_figure(data: Data) -> Figure:
+def figure(data: Data) -> Figure:
     """Sorted per minute by each method: over the limits in each level, and over each sweep."""
     panels: dict[str, list[Data]] = {}
     for row in (row for row in data["rows"] if METHOD in row):

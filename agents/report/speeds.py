@@ -80,17 +80,17 @@ ROWS: Final[Mapping[str, Callable[[Data], Rows]]] = {
 """By the name of a table, the function that makes its rows from a file."""
 
 
-def speed_grid(name: str, data: Data) -> Grid:
+def grid(name: str, data: Data) -> Grid:
     """A table of speeds by its name."""
     return make_grid(TABLES[name], ROWS[name](data), data)
 
 
 KNOWN: Final = (
-    ({"plan_release_us", "batch_plans_per_s"}, partial(speed_grid, "planner")),
-    ({"envs", "cpus"}, partial(speed_grid, "environments")),
-    ({"steps", "cpus"}, partial(speed_grid, "shares")),
-    ({"parts", "throws"}, partial(speed_grid, "training-shares")),
-    ({"training", "steps"}, partial(speed_grid, "training-before")),
-    ({"training", "steps"}, partial(speed_grid, "steps-before")),
+    ({"plan_release_us", "batch_plans_per_s"}, partial(grid, "planner")),
+    ({"envs", "cpus"}, partial(grid, "environments")),
+    ({"steps", "cpus"}, partial(grid, "shares")),
+    ({"parts", "throws"}, partial(grid, "training-shares")),
+    ({"training", "steps"}, partial(grid, "training-before")),
+    ({"training", "steps"}, partial(grid, "steps-before")),
 )
 """By what the files that `make perf` writes are known, and their tables."""

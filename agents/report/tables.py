@@ -96,15 +96,15 @@ SHARES = {"recovery": "recovery", "purity": "purity", "pick_rate": "picks that s
 """Shares by which a sorter is judged, where its cell tells them."""
 
 
-def benchmark_grids(data: Data) -> list[Grid]:
+def grids(data: Data) -> list[Grid]:
     """Every table of a benchmark."""
     columns = {name: show for name, show in FIGURES.items() if name != "x floor"}
-    grids = [benchmark_table(data), *other_level_tables(data, columns)]
+    grids = [table(data), *other_level_tables(data, columns)]
     grids += [shift_table(data)] if is_of_shifts(data) else []
     for level in data["plan"]["levels"]:
         grids += [
-            comparison_table(data, level, ThrowRecord.figures),
-            failure_table(data, level),
+            comparison(data, level, ThrowRecord.figures),
+            failures(data, level),
             sorting_table(data, level),
             kind_table(data, level),
             landing_table(data, level),
@@ -112,7 +112,7 @@ def benchmark_grids(data: Data) -> list[Grid]:
     return [grid for grid in grids if grid.rows]
 
 
-def benchmark_table(data: Data) -> Grid:
+def table(data: Data) -> Grid:
     """Every controller on the levels of the plan, side by side."""
     levels = data["plan"]["levels"]
     meaning = "errors are of thrown objects; success is a share of all picks, failed picks and dropped objects included"
@@ -207,7 +207,7 @@ def other_level_tables(
     return [side_by_side(f"Further level {level}", data, [level], columns, "", who) for level in others]
 
 
-def failure_table(data: Data, level: str) -> Grid:
+def failures(data: Data, level: str) -> Grid:
     """What stood between an object and its bin, of what happened on this level."""
     level_rows = rows_of(data, [level])
     shares = {name: text for name, text in FAILED.items() if name in USUAL or any(row.get(name) for row in level_rows)}
@@ -248,7 +248,7 @@ def _count(throws: int) -> str:
     return f"{throws:,}" if throws else "-"
 
 
-def comparison_table(data: Data, level: str, figures: Mapping[str, Figure]) -> Grid:
+def comparison(data: Data, level: str, figures: Mapping[str, Figure]) -> Grid:
     """Learned less reference with 95 % intervals, paired throw by throw or shift by shift.
 
     Args:

@@ -136,7 +136,7 @@ KINDEST_FIRST: Final[tuple[Verdict, ...]] = ("reproduced", "misprint", "differs"
 wrong under every reading."""
 
 
-def judge_statements(rows: Iterable[Mapping[str, Any]]) -> dict[str, Verdict]:
+def judge(rows: Iterable[Mapping[str, Any]]) -> dict[str, Verdict]:
     """Verdict of each published statement, from rows as JSON; rows that are `ours` say nothing about a paper."""
     verdicts: dict[str, Verdict] = {}
     for row in rows:

@@ -11,7 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from ..ground.tables import Grid
 from ..ground.versions import versions
 from ..judging.rows import check_model
-from .finding import Overview, Verdict, agree, judge_statements
+from . import finding
+from .finding import Overview, Verdict, agree
 from .grids import plain
 from .papers import package
 
@@ -91,12 +92,12 @@ class RecordForm(BaseModel):
     rows: list[RowForm]
 
 
-def is_reproduction(data: Any) -> bool:
+def matches(data: Any) -> bool:
     """Whether a file of results is that of `python -m agents.reproduce`."""
     return isinstance(data, dict) and {"papers", "rows", "figures"} <= data.keys()
 
 
-def check_record(path: Path, record: Record) -> None:
+def check(path: Path, record: Record) -> None:
     """Make sure that a record has its form, and that its verdicts are those of its values.
 
     Raises:
@@ -114,8 +115,8 @@ def headlines(record: Record) -> list[Grid]:
 def all_grids(record: Record, paper: str) -> list[Grid]:
     """Every table of a paper, the tables of its overview first."""
     # The published statements that no reading reproduced, one row for every reading.
-    compared = _comparable_rows(record, paper)
-    verdict_by_statement = judge_statements(compared)
+    compared = _rows(record, paper)
+    verdict_by_statement = finding.judge(compared)
     differing = [row for row in compared if verdict_by_statement[row.get("statement", row["quantity"])] != AGREES]
     shown = [
         *overview_grids(record, paper).values(),
@@ -134,14 +135,14 @@ def overview_grids(record: Record, paper: str) -> dict[str, Grid]:
 def verdicts(record: Record, paper: str) -> Grid:
     """Table of the number of published statements by verdict, and of the number of figures of ours."""
     rows = {row["quantity"]: row for row in record["rows"] if row["paper"] == paper}
-    names = list(judge_statements(rows.values()).values())
+    names = list(finding.judge(rows.values()).values())
     lines = [[verdict, str(names.count(verdict))] for verdict in sorted(set(names))]
-    ours = len(rows) - len(_comparable_rows(record, paper))
+    ours = len(rows) - len(_rows(record, paper))
     extra_lines = [["ours, not compared", str(ours)]] if ours else []
     return Grid(f"{record['titles'][paper]}: verdicts", ["verdict", "statements"], [*lines, *extra_lines])
 
 
-def _comparable_rows(record: Record, paper: str) -> list[Mapping[str, Any]]:
+def _rows(record: Record, paper: str) -> list[Mapping[str, Any]]:
     """Rows of the published figures, under the paper's own conditions."""
     rows = {row["quantity"]: row for row in record["rows"] if row["paper"] == paper}.values()
     return [row for row in rows if row["published"] is not None and row["verdict"] != "ours"]

@@ -134,7 +134,7 @@ class Content(NamedTuple):
 # Reading
 
 
-def is_benchmark(data: Any) -> bool:
+def matches(data: Any) -> bool:
     """Whether data are of a benchmark's file, a damaged one perhaps, and no other file of results."""
     return isinstance(data, dict) and "plan" in data
 
@@ -163,13 +163,13 @@ def read_form(path: Path) -> Content:
         UsageError: the file is missing or of another form.
     """
     data = read_json(path)
-    if not is_benchmark(data):
+    if not matches(data):
         sources = "only files of `pnt-gym benchmark` and `pnt-gym submit` are verified"
         raise UsageError(f"{str(path)!r} has no plan: {sources}")
-    return form_of(path, data)
+    return form(path, data)
 
 
-def form_of(path: Path, data: dict[str, Any]) -> Content:
+def form(path: Path, data: dict[str, Any]) -> Content:
     """Content of a benchmark's file from its head, of which the form alone is checked.
 
     Raises:
@@ -179,7 +179,7 @@ def form_of(path: Path, data: dict[str, Any]) -> Content:
     plan = plan_of_file(path, data["plan"])
     if "decimals" in data:
         file = folder_of(path) / ROWS
-        tables = read_arrays(file, r"\d+")
+        tables = arrays(file, r"\d+")
         data = {**data, "results": with_columns(file, data["results"], tables, data["decimals"])}
     return Content(plan, data, path)
 
@@ -239,7 +239,7 @@ def _values(file: Path, name: str, column: NDArray[Any], decimals: int | None) -
     return jsonable(np.where(column == np.iinfo(column.dtype).min, np.nan, column / 10**decimals))
 
 
-def read_arrays(file: Path, names: str) -> dict[str, NDArray[Any]]:
+def arrays(file: Path, names: str) -> dict[str, NDArray[Any]]:
     """The arrays of a file.
 
     Raises:
@@ -252,7 +252,7 @@ def read_arrays(file: Path, names: str) -> dict[str, NDArray[Any]]:
 # Writing
 
 
-def check_place(path: Path) -> None:
+def check(path: Path) -> None:
     """Make sure, before hours of work, that a result can be written.
 
     Raises:
@@ -263,7 +263,7 @@ def check_place(path: Path) -> None:
     check_writable(folder_of(path) / ROWS)
 
 
-def write_result(path: Path, head: Mapping[str, Any], results: Sequence[Result], policies: Mapping[str, bytes]) -> None:
+def write(path: Path, head: Mapping[str, Any], results: Sequence[Result], policies: Mapping[str, bytes]) -> None:
     """Write a result: the files of its folder, then its head.
 
     Args:

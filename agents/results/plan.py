@@ -22,18 +22,20 @@ from pnt_gym.names import unknown_name
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers.protocol import Controller
+from ..ground import parcel
 from ..ground.cli import UsageError, about, check_libraries, check_once
 from ..ground.cluster import Needs
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
-from ..ground.parcel import user_code_digest
 from ..ground.places import SHIPPED, at
 from ..ground.shipped import is_shipped, module_of, policy_place
 from ..ground.versions import code_digest
 from ..ground.work import key
+from ..judging import trials
 from ..judging.trial import Trial
-from ..judging.trials import check_options, controller_with, open_trial, trial_class
+from ..judging.trials import open_trial, trial_class
 from ..learning.runs import POLICY
+from . import entries
 from .entries import (
     EACH,
     LEARNED_BY,
@@ -44,7 +46,6 @@ from .entries import (
     Several,
     computes_with_torch,
     is_learned,
-    labels_of,
     settings_of,
 )
 
@@ -98,10 +99,10 @@ class Plan(Section):
     @model_validator(mode="after")
     def _check(self) -> Self:
         check_once({"levels": self.levels, "seeds": self.seeds})
-        labels = [label for entry in self.entries for label in labels_of(entry)]
+        labels = [label for entry in self.entries for label in entries.labels(entry)]
         if len(set(labels)) != len(labels):
             raise ValueError(f"entries: labels {labels} must differ from one another")
-        results = {(label, t) for entry in self.entries for label in labels_of(entry) for t in entry.throws}
+        results = {(label, t) for entry in self.entries for label in entries.labels(entry) for t in entry.throws}
         for choice in (*self.learned, *self.references):
             if (choice.label, choice.throws) not in results:
                 known = [f"{label} after {throws}" for label, throws in results]
@@ -163,7 +164,7 @@ class Piece:
     @property
     def rows(self) -> list[tuple[str, int, int, str, str]]:
         """What names each row of the piece: label, throws, seed, level, level of the learning."""
-        labels = labels_of(self.entry)
+        labels = entries.labels(self.entry)
         return [*product(labels, self.throws, (self.seed,), self.levels, (self.train_level,))]
 
     def policy_file(self, throws: int) -> str:
@@ -206,10 +207,10 @@ def pieces(plan: Plan) -> list[Piece]:
     kind = trial_of_plan(plan)
     # Make sure that plan and entries have no keys that only other kinds of trials use.
     plan_keys = {name: name in plan.model_fields_set for name in ("picks", "picks_on", "floors", "shifts")}
-    check_options(kind, plan_keys, repr(plan.env), dashes="")
+    trials.check(kind, plan_keys, repr(plan.env), dashes="")
     for entry in plan.entries:
         entry_keys = {name: bool(getattr(entry, name)) for name in ("shifts", "also", "online")}
-        check_options(kind, entry_keys, repr(plan.env), dashes="")
+        trials.check(kind, entry_keys, repr(plan.env), dashes="")
         entry_count, plan_count = getattr(entry, kind.option, None) or 0, int(getattr(plan, kind.option))
         if entry_count > plan_count:
             raise UsageError(f"entry {entry.label!r} has {kind.option} {entry_count}; the plan has {plan_count}")
@@ -266,9 +267,7 @@ def _piece(
         "plan": plan.model_dump(mode="json", include={"env", "seed", "num_envs"}),
         "counts": list(counts.values()),
         "code": code,
-        "own": [
-            user_code_digest(module) for module in map(module_of, (entry.controller, plan.env)) if module is not None
-        ],
+        "own": [parcel.digest(module) for module in map(module_of, (entry.controller, plan.env)) if module is not None],
         "depends": [*parts, kind.dependencies(entry.over, level_configs, {}, (0,)), *learned],
     }
     # Whether a level is the user's own, and its config can be sent to another machine instead of its name.
@@ -278,7 +277,7 @@ def _piece(
         if isinstance(config, LevelConfig) and (level in plan.inline or level not in config.level_names())
     }
     efforts = (kind.effort(entry.controller, configs[level], counts[level], plan.num_envs) for level in levels)
-    cost = max(throws) + len(throws) * len(labels_of(entry)) * sum(efforts)
+    cost = max(throws) + len(throws) * len(entries.labels(entry)) * sum(efforts)
     return Piece(plan, entry, throws, seed, levels, train_level, user_configs, key(**inputs), copy, cost)
 
 
@@ -327,7 +326,7 @@ def entry_controller(trial: Trial, entry: Entry, name: str) -> Controller:
     Raises:
         UsageError: there is no such controller, or the controller has no such settings.
     """
-    return controller_with(trial, name, entry.options if name == entry.controller else {})
+    return trials.controller(trial, name, entry.options if name == entry.controller else {})
 
 
 @cache

@@ -189,13 +189,13 @@ def merge(settings: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
     return {**settings, **changes, **inner}
 
 
-def is_study_plan(path: Path) -> bool:
+def is_plan(path: Path) -> bool:
     """Whether a YAML file holds the plan of a study, and not that of a benchmark."""
     data = read_yaml(path, "benchmark")
     return isinstance(data, Mapping) and "study" in data
 
 
-def read_study(path: Path) -> StudyPlan:
+def read(path: Path) -> StudyPlan:
     """The plan in a YAML file.
 
     Raises:
@@ -215,7 +215,7 @@ def shipped_study(name: str) -> StudyPlan:
     """
     known = sorted(path.stem for path in STUDIES.glob("*.yaml"))
     check_known("study", [name], known)
-    return read_study(STUDIES / f"{name}.yaml")
+    return read(STUDIES / f"{name}.yaml")
 
 
 def share(cases: Sequence[bool]) -> Figures:
@@ -252,12 +252,12 @@ class StudyFile(BaseModel):
     rows: list[dict[str, Any]]
 
 
-def is_study(data: Any) -> bool:
+def matches(data: Any) -> bool:
     """Whether a file of results is that of a study."""
     return isinstance(data, dict) and {"study", "rows", "throws"} <= data.keys()
 
 
-def check_study(path: Path, data: Any) -> None:
+def check(path: Path, data: Any) -> None:
     """Make sure that a study's file has its form.
 
     Raises:

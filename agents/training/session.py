@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 from gymnasium.spaces import Dict
 
-from ..controllers.between import PLANNER, wrap_env
+from ..controllers import between
+from ..controllers.between import PLANNER
 from ..ground.cli import UsageError
 from ..ground.environments import Env, config_of, core_of, make_vector, stream_seed
 from ..ground.files import lock_folder, write_json
@@ -21,8 +22,9 @@ from ..ground.tables import console, throws_bar
 from ..judging.evaluation import evaluate_all
 from ..judging.trial import Trial
 from ..judging.trials import trial_class
+from ..learning import runs
 from ..learning.hyperparameters import ON_POLICY, hyperparameters, training_size
-from ..learning.runs import RunFolder, check_new, run_name
+from ..learning.runs import RunFolder
 from ..learning.trained import importless_environment
 from ..learning.windows import Window
 
@@ -97,7 +99,7 @@ def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
             )
         return {**recorded, **options}
     if arguments["out"] is not None:
-        check_new(arguments["out"])
+        runs.check(arguments["out"])
     run_args = {**DEFAULTS, **options}
     if run_args["full_last"] and run_args["fidelity"] != "flight":
         raise UsageError("--full-last goes with --fidelity flight")
@@ -154,7 +156,7 @@ def open_flight_env(cell: Env, run_args: Mapping[str, Any], threads: int) -> Env
     if "fidelity" not in type(config).model_fields:
         raise UsageError(f"--fidelity flight: environment {run_args['env']!r} is simulated in full only")
     level = config.model_copy(update={"fidelity": "flight"})
-    return wrap_env(
+    return between.wrap(
         make_vector(run_args["env"], level, run_args["num_envs"], threads, run_args["action_mode"]), run_args
     )
 
@@ -181,8 +183,8 @@ def learn(
     """
     from stable_baselines3.common.logger import Logger, configure  # noqa: PLC0415
 
+    from ..learning import sb3  # noqa: PLC0415
     from ..learning.progress import ProgressCallback  # noqa: PLC0415
-    from ..learning.sb3 import begin_leg  # noqa: PLC0415
 
     logger = configure(str(folder.path / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
     model.set_logger(logger)
@@ -213,7 +215,7 @@ def learn(
             env.env = quick if quick is not None and steps_done < change else full_env
             leg = min((steps_done // every + 1) * every, change if steps_done < change else total) - steps_done
             env.seed(stream_seed("train", run_args["seed"], steps_done))
-            begin_leg(model, steps_done + leg, total)
+            sb3.begin(model, steps_done + leg, total)
             model._last_obs = None  # makes learn() reset the environment
             model.learn(leg, callback=callback, log_interval=16, reset_num_timesteps=False)
             folder.save_checkpoint(model)
@@ -238,7 +240,7 @@ class Session:
         core = trial.core
         self.trial, self.settings = trial, settings
         self.run_args = {**run_args, "level": run_args["level"] or core.config.name, "action_mode": core.action_mode}
-        env, price = wrap_env(trial.env, self.run_args), trial.price(settings)
+        env, price = between.wrap(trial.env, self.run_args), trial.price(settings)
         # A failed pick teaches where to grasp, which only an agent that sees pictures decides.
         even = run_args["algo"] in ON_POLICY and not isinstance(env.single_observation_space, Dict)
         self._quick = open_flight_env(trial.env, self.run_args, threads)
@@ -256,7 +258,7 @@ class Session:
 
         config = self.trial.core.config
         model = build(self.run_args["algo"], self.env, self.settings, self.run_args["seed"])
-        name = f"{run_name(self.run_args, config.name)}-{time.strftime('%Y%m%d-%H%M%S')}"
+        name = f"{runs.name(self.run_args, config.name)}-{time.strftime('%Y%m%d-%H%M%S')}"
         place = destination(Path("runs") / name) if folder is None else folder
         return RunFolder.create(place, self.run_args, self.settings, config, model), model
 

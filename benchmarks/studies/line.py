@@ -7,8 +7,9 @@ from contextlib import closing
 from typing import Final
 
 from agents.controllers.protocol import Controller
+from agents.dispatchers import registry
 from agents.dispatchers.decisions import make_release
-from agents.dispatchers.registry import ENV, NAMES, line_controller, line_core
+from agents.dispatchers.registry import ENV, NAMES, line_core
 from agents.ground.environments import Env, make_vector, stream_seed
 from agents.ground.metrics import mean_interval
 from agents.ground.places import SHIPPED, at
@@ -56,7 +57,7 @@ def release(settings: Settings, amount: Amount) -> Iterator[Figures]:
 
 def _controller(name: str, level: str, core: LineCore) -> Controller:
     """A controller by name, or what was learned for a level."""
-    return line_controller(name if name in NAMES else str(LEARNED / level / name), core)
+    return registry.make(name if name in NAMES else str(LEARNED / level / name), core)
 
 
 def _shifts(controller: Controller, env: Env, amount: Amount) -> Shifts:

@@ -14,8 +14,8 @@ from gymnasium.wrappers import FrameStackObservation
 from stable_baselines3.common.vec_env import VecEnv
 
 from agents.benchmark.run import run_piece
-from agents.controllers import GRASPING_NAMES, NAMES, Learner, Observation, make_controller
-from agents.controllers.between import BASES, MemoryPolicy, make_wrapper, wrap_env
+from agents.controllers import GRASPING_NAMES, NAMES, Learner, Observation, between, make_controller
+from agents.controllers.between import BASES, MemoryPolicy
 from agents.controllers.own import run_policy
 from agents.dataset.episodes import episodes
 from agents.ground.cli import UsageError
@@ -28,9 +28,9 @@ from agents.learning.runs import LATER, RunFolder
 from agents.learning.sb3 import build, load_policy
 from agents.learning.vec_env import SameStepVecEnv
 from agents.pictures.stage import Stage
+from agents.policies import weights
 from agents.policies.actor import Actor
 from agents.policies.networks import Dense, Lstm
-from agents.policies.weights import actor_of
 from agents.results.compare import assemble
 from agents.results.plan import Plan, pieces
 from agents.train import Arguments, main
@@ -72,7 +72,7 @@ def an_actor(seen: int, memories: int = 0) -> Actor:
 def test_a_stack_is_what_gymnasiums_own_wrapper_shows() -> None:
     single = FrameStackObservation(gym.make("PnTAdapt-v0", level=LEVEL), 3, padding_type="zero")
     actions = np.random.default_rng(1).uniform(-0.2, 0.2, (5, 1, 2)).astype(np.float32)
-    with closing(wrap_env(cells(1), asked(stack=3))) as env:
+    with closing(between.wrap(cells(1), asked(stack=3))) as env:
         assert env.single_observation_space.shape == (3 * FEATURES,)
         assert env.observation_space.contains(env.reset(seed=9)[0])
         seen, _ = env.reset(seed=9)
@@ -89,7 +89,7 @@ def test_a_stack_is_what_gymnasiums_own_wrapper_shows() -> None:
 
 
 def test_zero_over_a_controller_is_that_controller() -> None:
-    with closing(cells()) as plain, closing(wrap_env(cells(), asked(over="kalman"))) as env:
+    with closing(cells()) as plain, closing(between.wrap(cells(), asked(over="kalman"))) as env:
         kalman = make_controller("kalman", plain)
         kalman.reset(0)
         own = [part.info["landing_along"] for part in throw_batches(kalman, plain, 40, 3)]
@@ -109,7 +109,7 @@ def test_zero_over_a_controller_is_that_controller() -> None:
 def test_a_policy_is_evaluated_as_it_was_trained(stack: int, over: str, memories: int) -> None:
     """The same actions for the same objects, over two shifts and a bit."""
     actor, algo = an_actor(stack * FEATURES, memories), "recurrent_ppo" if memories else "sac"
-    with closing(cells()) as plain, closing(wrap_env(cells(), asked(stack, over, algo))) as env:
+    with closing(cells()) as plain, closing(between.wrap(cells(), asked(stack, over, algo))) as env:
         policy = run_policy(actor, asked(stack, over, algo), plain, "it")
         given: list[Any] = []
         act = policy.act
@@ -171,7 +171,7 @@ def test_controllers_under_a_policy_are_those_that_need_no_practice() -> None:
 )
 def test_what_cannot_stand_between_is_refused(stack: int, over: str, said: str) -> None:
     with closing(cells(1)) as env, pytest.raises(UsageError, match=said):
-        make_wrapper(env, stack, over)
+        between.make(env, stack, over)
 
 
 def test_a_policy_with_a_memory_does_not_act_elsewhere() -> None:
@@ -208,7 +208,9 @@ def test_a_recurrent_model_of_others_remembers_too(tmp_path: Path) -> None:
     with closing(cells()) as env:
         for policy in (model, str(tmp_path / "model.zip")):
             figures = evaluate(policy, env, 20, trust=True)
-            expected = throw_held_out(MemoryPolicy(actor_of(model), "it", make_wrapper(env, 1, "analytic")), env, 20, 0)
+            expected = throw_held_out(
+                MemoryPolicy(weights.actor(model), "it", between.make(env, 1, "analytic")), env, 20, 0
+            )
             errors = [throw["landing_error_m"] for throw in figures["throws"]]
             np.testing.assert_array_equal(np.array(errors, dtype=float), expected.landing_error)
 

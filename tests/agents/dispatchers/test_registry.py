@@ -12,7 +12,8 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from agents.controllers import make_controller
 from agents.controllers.protocol import Observation
-from agents.dispatchers.registry import line_controller, line_core
+from agents.dispatchers import registry
+from agents.dispatchers.registry import line_core
 from agents.dispatchers.rules import choice_mask, run_scores
 from agents.dispatchers.settings import rate, settings
 from agents.ground.cli import UsageError
@@ -57,7 +58,7 @@ def asked(tmp_path: Path, short: str) -> Arguments:
 def of_rule(level: str) -> tuple[Any, Any]:
     env = make_vector("PnTLine-v0", level, 4, 1)
     core = line_core(env)
-    return env, line_controller("atc", core)
+    return env, registry.make("atc", core)
 
 
 @pytest.mark.parametrize("level", ["value", "skills3_burst"])

@@ -13,7 +13,7 @@ from agents.ground.cli import UsageError
 from agents.ground.environments import make_vector
 from agents.ground.places import SHIPPED
 from agents.ground.shipped import POLICIES, PREFIX, is_shipped, module_of, policy_place
-from agents.learning.trained import resolve_task
+from agents.learning import trained
 from agents.results.entries import is_learned
 from tests.tools.commands import figures_of, output_of, refused
 
@@ -30,7 +30,7 @@ def test_a_name_is_a_policy_of_its_environment_that_is_in_the_wheel(name: str) -
         path = f"/{file.relative_to(SHIPPED).as_posix()}"
         assert any(fnmatch(path, pattern) for pattern in wheel["include"]), path
     if place.is_dir():
-        assert resolve_task(PREFIX + name, None, None, None)[0] == policy.env
+        assert trained.resolve(PREFIX + name, None, None, None)[0] == policy.env
     assert pnt_gym.shipped_policy(name) == place
     assert is_learned(PREFIX + name)
 

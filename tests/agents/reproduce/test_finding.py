@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from agents.ground.tables import Grid
-from agents.reproduce.finding import Row, agree, judge_statements, printed, share
+from agents.reproduce import finding
+from agents.reproduce.finding import Row, agree, printed, share
 from agents.reproduce.grids import below, by_quantity, number, plain, short, value, with_unit
 
 
@@ -64,8 +65,8 @@ def test_a_statement_counts_once_and_differs_only_if_it_differs_under_every_read
         Row.ours("b/third", 1.0, "m", beside=1.0),
     ]
     verdicts = {"a": "reproduced", "b": "differs", "c": "misprint"}
-    assert judge_statements(row.as_json() for row in rows) == verdicts
-    assert judge_statements(row.as_json() for row in reversed(rows)) == verdicts
+    assert finding.judge(row.as_json() for row in rows) == verdicts
+    assert finding.judge(row.as_json() for row in reversed(rows)) == verdicts
 
 
 def test_no_detail_takes_the_place_of_a_verdict() -> None:
