@@ -78,7 +78,8 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
-    from .ground.levels import assumed_values, show_assumed
+    from .ground import levels
+    from .ground.levels import assumed_values
     from .judging import trials
     from .judging.evaluation import judge
     from .judging.trials import open_trial
@@ -104,7 +105,7 @@ def main(arguments: Arguments) -> None:
     report = {"level": config.name, "seed": arguments.seed, "practice": practice, **record.report()}
     report |= assumed_values(config)
     console().print(record.table(f"{controller.name} on {env_id}, {conditions}", report))
-    show_assumed(config)
+    levels.show(config)
     if note := getattr(controller, "note", ""):
         console().print(note)
     if arguments.picture is not None and (drawing := record.picture()) is not None:

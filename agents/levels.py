@@ -8,7 +8,7 @@ from typing import Annotated
 
 from .ground import levels
 from .ground.cli import UsageError, option, run
-from .ground.levels import full_text, purpose, shipped_levels, starter_text
+from .ground.levels import purpose, shipped_levels, starter_text
 from .ground.outputs import check_ending, deliver_text
 from .ground.shipped import POLICIES, PREFIX
 from .ground.tables import Grid, console
@@ -44,7 +44,7 @@ def main(arguments: Arguments) -> None:
     elif arguments.like is not None:
         raise UsageError("--like goes with --new FILE.yaml, the file of the new level")
     elif arguments.show is not None:
-        print(full_text(arguments.show), end="")
+        print(levels.text(arguments.show), end="")
     else:
         rows = [(f"{family}/{name}", purpose(kind, name)) for family, kind, name in shipped_levels()]
         console().print(Grid("levels that ship", ("environments / level", "what it is"), rows).terminal())

@@ -66,7 +66,7 @@ def show(plan: Plan, table: Sequence[Mapping[str, Any]]) -> None:
     trial = trial_of_plan(plan)
     for level in plan.levels:
         rows = [(row["label"], row["throws"], row) for row in table if row["level"] == level]
-        title = f"level {level}, {plan.count_of(trial, level)} {trial.unit} per seed"
+        title = f"level {level}, {plan.count(trial, level)} {trial.unit} per seed"
         console().print(trial.record.comparison(title, rows, base))
 
 

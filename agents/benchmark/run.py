@@ -125,7 +125,7 @@ def _throw(piece: Piece, lesson: Lesson, details: Mapping[str, str]) -> Iterator
     names = zip(entries.labels(entry), (entry.controller, *entry.also), strict=True)
     for level, (label, name) in product(piece.levels, list(names)):
         with closing(_trial(piece, level)) as trial:
-            count = plan.count_of(type(trial), level, entry)
+            count = plan.count(type(trial), level, entry)
             record = trial.run(lesson.make_controller(name, trial), count, plan.seed, online=entry.online)
         head = {"label": label, "controller": name, "throws": lesson.throws, "seed": piece.seed}
         head |= {"level": level, "train_level": piece.train_level, "learn_seconds": lesson.seconds}
@@ -193,7 +193,7 @@ def _recall_training(piece: Piece, folder: Path) -> ControllerFactory:
     """The controllers of a training whose policy lies in a folder."""
     run = RunFolder(folder)
     with closing(_trial(piece, piece.train_level)) as trial:
-        run.write_arguments({**_arguments(piece, trial), "action_mode": trial.core.action_mode})
+        run.write({**_arguments(piece, trial), "action_mode": trial.core.action_mode})
         make_controller = partial(_checkpoint_policy, run, None, run.arguments)
         make_controller(piece.entry.controller, trial)  # a damaged policy is named before the first throw
     return make_controller

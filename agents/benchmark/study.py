@@ -59,7 +59,10 @@ class Study:
         for measure in {case.measure for case in cases}:
             measurement(measure)
         code = code_digest(CODE)
-        self.jobs = [_job(case, code) for case in cases]
+        self.jobs: list[Job] = []
+        for case in cases:
+            name = re.sub(r"[^\w.]+", "-", "-".join(str(label) for label in case.labels.values()))[:MOST_NAMED]
+            self.jobs.append(Job(name, key(case=case, code=code), partial(_measure, case)))
         self._kept = self._keep_rows(out, parts) if out.is_file() else []
 
     def needs(self) -> Needs:
@@ -96,14 +99,7 @@ class Study:
         return data["rows"] if parts else []
 
 
-def _job(case: Case, code: str) -> Job:
-    """A case as a job."""
-    digest = key(case=case, code=code)
-    name = re.sub(r"[^\w.]+", "-", "-".join(str(label) for label in case.labels.values()))[:MOST_NAMED]
-    return Job(name, digest, partial(measure_case, case))
-
-
-def measure_case(case: Case, _folder: Path) -> dict[str, list[Figures]]:
+def _measure(case: Case, _folder: Path) -> dict[str, list[Figures]]:
     """The rows of a case: one, or those of several controllers that were measured together.
 
     Raises:

@@ -68,7 +68,7 @@ def main(arguments: Arguments) -> None:
     content.check(file)
     folder.mkdir(parents=True, exist_ok=True)
     controller = take_along(arguments.controller, name, folder)
-    plan = submission_plan(name, controller, arguments.throws, arguments.seeds)
+    plan = _plan(name, controller, arguments.throws, arguments.seeds)
     # The command line that gives the same throws.
     words = ["pnt-gym", "submit", arguments.controller, "--by", arguments.by]
     words += ["--throws", str(arguments.throws), "--seeds", str(arguments.seeds)] if arguments.throws else []
@@ -79,7 +79,7 @@ def main(arguments: Arguments) -> None:
     console().print(f"the submission is {file}; `pnt-gym verify {file}` repeats it")
 
 
-def submission_plan(name: str, controller: str, throws: int, seeds: int) -> Plan:
+def _plan(name: str, controller: str, throws: int, seeds: int) -> Plan:
     """The plan of a submission: one entry on the benchmark's held-out throws.
 
     Args:

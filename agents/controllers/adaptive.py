@@ -63,7 +63,7 @@ def has_feedback(core: Core) -> bool:
     return table is not None and table.names[-1] == FEEDBACK[-1].name
 
 
-def check_begins(env: Env, user: str) -> None:
+def check(env: Env, user: str) -> None:
     """Check that the observations of an environment mark the beginning of a shift of picks.
 
     Raises:

@@ -22,8 +22,8 @@ from ..ground.cli import UsageError
 from ..ground.environments import Env
 from ..learning.hyperparameters import MAX_STACK, RECURRENT
 from ..policies.actor import Actor
-from . import named
-from .adaptive import PRETRAINED, begins_shift, check_begins
+from . import adaptive, named
+from .adaptive import PRETRAINED, begins_shift
 from .named import GRASPING_NAMES
 from .protocol import Actions, Controller, Observation
 
@@ -65,21 +65,18 @@ class PolicyWrapper:
         if len(self._recent) != len(features):
             self._recent = np.zeros((len(features), self.stack, features.shape[1]), dtype=np.float32)
         self._recent[begins_shift(observation)] = 0.0
-        self._recent = self._push(features)
+        self._recent = np.concatenate([self._recent[:, 1:], features[:, None]], axis=1)
         stacked = self._recent.reshape(len(features), -1)
         # A policy that sees pictures looks where the base controller would grasp, too.
         return stacked if observation.image is None else np.concatenate([stacked, self._base], axis=1)
 
     def peek(self, features: Stacked) -> Stacked:
         """Stacked observations after the last throw (N, K * D), without changing the stack."""
-        return self._push(features).reshape(len(features), -1)
+        return np.concatenate([self._recent[:, 1:], features[:, None]], axis=1).reshape(len(features), -1)
 
     def total_action(self, action: NDArray[Any]) -> Actions:
         """Actions (N, A) for the environment: the base controller's plus those of the policy."""
         return np.clip(self._base + action, -1.0, 1.0).astype(np.float32)
-
-    def _push(self, features: Stacked) -> Stacked:
-        return np.concatenate([self._recent[:, 1:], features[:, None]], axis=1)
 
 
 def make(env: Env, stack: int, over: str) -> PolicyWrapper:
@@ -98,7 +95,7 @@ def make(env: Env, stack: int, over: str) -> PolicyWrapper:
     if over not in BASES:
         raise UsageError(f"over: {unknown_name('controller that needs no practice', over, BASES)}")
     if stack > 1:
-        check_begins(env, f"a stack of {stack} observations")
+        adaptive.check(env, f"a stack of {stack} observations")
     return PolicyWrapper(stack, named.make(over, env))
 
 
@@ -110,7 +107,7 @@ def wrap(env: Env, arguments: Mapping[str, Any]) -> Env:
             shift.
     """
     if arguments["algo"] in RECURRENT:
-        check_begins(env, f"algorithm {arguments['algo']!r}")
+        adaptive.check(env, f"algorithm {arguments['algo']!r}")
     if (arguments["stack"], arguments["over"]) == (1, PLANNER):
         return env
     return _WrappedEnv(env, make(env, arguments["stack"], arguments["over"]))

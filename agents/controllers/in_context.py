@@ -60,7 +60,7 @@ class InContext(Tracker):
     def learn(self, throws: Floats, z: Floats, rows: Bools) -> None:
         """Update the memory by throws and their landings."""
         if self._network is not None:
-            new = self._network.update_memory(self._memory, throws, z)
+            new = self._network.update(self._memory, throws, z)
             self._memory = np.where(rows[:, None], new, self._memory)
 
     def effect(self, throws: Floats) -> Floats:
@@ -91,7 +91,7 @@ class InContext(Tracker):
             raise UsageError(
                 "the saved state of 'in_context' holds no network; let 'in_context' practise without drift first"
             )
-        self._network = Recurrent.from_state(state)
+        self._network = Recurrent.of(state)
         self._size = self._network.size
         self._memory = np.zeros((0, self._size))
 

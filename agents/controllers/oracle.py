@@ -134,21 +134,12 @@ class _Search:
         return np.where(self.over[:, None], self.best, np.clip(trial, -1.0, 1.0))
 
     def _newton(self) -> Floats:
-        """Best offsets after one damped Newton step."""
-        square, jacobian = self._weight**2, self._jacobian()
-        # (J^T W J + damping I) step = J^T W error, per throw.
-        normal = np.einsum("nki,k,nkj->nij", jacobian, square, jacobian)
-        normal += self._damping[:, None, None] * np.eye(len(square))
-        slope = np.einsum("nki,k,nk->ni", jacobian, square, self._error)
-        return self.best - np.linalg.solve(normal, slope[..., None])[..., 0]
-
-    def _jacobian(self) -> Floats:
-        """Jacobian of the error by the offset at the best offsets (N, E, E), a weighted fit to the previews."""
+        """Best offsets after one damped Newton step, with the Jacobian (N, E, E) of the error by the offset there."""
         offset_changes, error_changes = self._shifts - self.best[:, None], self._errors - self._error[:, None]
-        square = (offset_changes**2).sum(axis=2)
-        is_valid = (square > 0.0) & np.isfinite(error_changes).all(axis=2)
+        distance = (offset_changes**2).sum(axis=2)
+        is_valid = (distance > 0.0) & np.isfinite(error_changes).all(axis=2)
         # Weighted least squares of the errors' differences, near previews with more weight, shrunk towards one to one.
-        weight = np.where(is_valid, 1.0 / np.where(is_valid, square, 1.0), 0.0)
+        weight = np.where(is_valid, 1.0 / np.where(is_valid, distance, 1.0), 0.0)
         error_changes = np.where(is_valid[..., None], error_changes, 0.0)
         spread = np.einsum("nm,nmi,nmj->nij", weight, offset_changes, offset_changes) + TRUST * np.eye(
             self.best.shape[1]
@@ -159,7 +150,13 @@ class _Search:
             offset_changes,
             error_changes - np.where(is_valid[..., None], offset_changes, 0.0),
         )
-        return np.eye(self.best.shape[1]) + np.linalg.solve(spread, surprise).transpose(0, 2, 1)
+        jacobian = np.eye(self.best.shape[1]) + np.linalg.solve(spread, surprise).transpose(0, 2, 1)
+        square = self._weight**2
+        # (J^T W J + damping I) step = J^T W error, per throw.
+        normal = np.einsum("nki,k,nkj->nij", jacobian, square, jacobian)
+        normal += self._damping[:, None, None] * np.eye(len(square))
+        slope = np.einsum("nki,k,nk->ni", jacobian, square, self._error)
+        return self.best - np.linalg.solve(normal, slope[..., None])[..., 0]
 
 
 @final

@@ -21,8 +21,7 @@ from ..learning import trained
 from ..learning.runs import RunFolder
 from ..learning.trained import STATISTICS
 from ..policies.actor import Actor
-from . import between
-from .adaptive import check_begins
+from . import adaptive, between
 from .between import PLANNER, MemoryPolicy
 from .protocol import Actions, Controller, Observation
 
@@ -123,7 +122,8 @@ def load(place: Path, env: Env, *, trust: bool = False) -> Controller:
         run = RunFolder(place)
         return run_policy(run.load_actor(), run.arguments, env, label)
     trained.check(place, trust)
-    from ..learning.sb3 import load_policy, load_statistics  # noqa: PLC0415 - torch takes a second to import
+    from ..learning import sb3  # noqa: PLC0415 - torch takes a second to import
+    from ..learning.sb3 import load_policy  # noqa: PLC0415 - torch takes a second to import
     from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
 
     model = load_policy(files.model)
@@ -134,7 +134,7 @@ def load(place: Path, env: Env, *, trust: bool = False) -> Controller:
         return policy
     if not isinstance(policy, Policy):
         raise UsageError(f"{label} is recurrent and takes normalised observations; only one of the two is supported")
-    statistics = load_statistics(files.statistics, SameStepVecEnv(env))
+    statistics = sb3.statistics(files.statistics, SameStepVecEnv(env))
 
     def act_on_normalised(features: NDArray[np.float32]) -> Any:
         normalised_features: Any = statistics.normalize_obs(features)
@@ -171,7 +171,7 @@ def _actor_controller(actor: Actor, name: str, env: Env, label: str, stack: int 
     if actor.lstm is None and (stack, over) == (1, PLANNER):
         return Policy(actor, name)
     if actor.lstm is not None:
-        check_begins(env, label)
+        adaptive.check(env, label)
     return MemoryPolicy(actor, name, between.make(env, stack, over))
 
 

@@ -133,7 +133,7 @@ def is_instructive(outcome: Outcome) -> Bools:
     return np.isfinite(outcome.error).all(axis=1) & ~outcome.clipped
 
 
-def check_width(offset: Floats, correction: Correction, name: str) -> None:
+def check(offset: Floats, correction: Correction, name: str) -> None:
     """Check that the learned offsets (M, E) of a controller have the number of coordinates of this cell.
 
     Raises:

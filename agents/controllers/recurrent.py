@@ -59,7 +59,7 @@ class Recurrent:
         """Numbers in the network's memory H."""
         return self._unit.size
 
-    def update_memory(self, memory: Floats, features: Floats, z: Floats) -> Floats:
+    def update(self, memory: Floats, features: Floats, z: Floats) -> Floats:
         """Memory (N, H) after throws (N, D) with landing errors (N, 2) [m]."""
         return self._unit(np.concatenate([features, np.clip(z / UNIT, -6.0, 6.0)], axis=1), memory)
 
@@ -73,7 +73,7 @@ class Recurrent:
         return {f"{name}_{part}": array for name, layer in layers for part, array in layer._asdict().items()}
 
     @classmethod
-    def from_state(cls, state: State) -> Self:
+    def of(cls, state: State) -> Self:
         """Network from a state."""
         input_layer, memory_layer, *layers = (
             networks.dense(state, f"{name}_weight", f"{name}_bias", np.float64) for name in LAYERS

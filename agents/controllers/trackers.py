@@ -274,19 +274,16 @@ class UnseenKinds:
 
     def learn(self, kind: Ints, throws: Floats, z: Floats, rows: Bools) -> None:
         """Update by throws (N, D) of kinds (N,) with landing errors z (N, 2) [m], in the rows that are selected."""
-        self._rows(len(kind))
+        if len(self._filters.state) != len(kind):
+            self._begin(len(kind))
         selected = np.flatnonzero(rows & self.is_unseen(kind))
         self._filters.learn((selected, kind[selected]), _effects(throws[selected]), z[selected])
 
     def effect(self, kind: Ints, throws: Floats) -> Floats:
         """Expected landing errors of throws (N, D) of kinds (N,): (N, 2) [m]."""
-        self._rows(len(kind))
+        if len(self._filters.state) != len(kind):
+            self._begin(len(kind))
         return landing_offset(_effects(throws), self._filters.estimate((np.arange(len(kind)), kind)))
-
-    def _rows(self, count: int) -> None:
-        """Restart where the number of rows has changed."""
-        if len(self._filters.state) != count:
-            self._begin(count)
 
     def _begin(self, count: int) -> None:
         variances = np.square(PRIOR)

@@ -95,16 +95,16 @@ def main(arguments: Arguments) -> None:
         chosen = {name: getattr(arguments, name) for name in CREW}
         crew, config = Crew(trial, env_id, **chosen), trial.core.config
         name = arguments.name or offline.name(env_id, config.name, crew.label)
-        home.check_free(name)
+        home.check(name)
         whole = config.name if config.ships() else config.model_dump(mode="json")
-        with closing(make_single(env_id, whole, mode)) as single, home.create_dataset(name):
+        with closing(make_single(env_id, whole, mode)) as single, home.create(name):
             offline.check_recoverable(single)
             folder = arguments.work or MADE / "runs" / "dataset" / name
             make_pool = partial(pool, arguments.jobs, arguments.cluster)
             store = EpisodeStore(crew, folder, arguments.throws, arguments.score_throws, make_pool)
             scores, tally = store.scores(), Tally()
             authorship = {name: getattr(arguments, name) for name in ("author", "author_email", "code_permalink")}
-            episodes = tally.count_episodes(store.episodes())
+            episodes = tally.count(store.episodes())
             first = next(episodes)
             facts = facts_of(crew, scores, offline.columns(first), authorship)
             with throws_bar() as bar:

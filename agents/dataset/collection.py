@@ -138,13 +138,6 @@ class Collection:
             for n, least in enumerate(min(size, throws - start) for start in range(0, throws, size))
         ]
 
-    def chunk_noise(self, number: int) -> Noise | None:
-        """Noise on the actions of a chunk, from a random stream that no other draws share; None without noise."""
-        if not self.noise:
-            return None
-        stream = np.random.default_rng([self.seed, zlib.crc32(f"noise {self.role}".encode()), number])
-        return Noise(self.noise[number % len(self.noise)], stream)
-
     @property
     def modules(self) -> list[str]:
         """Names of the user's modules that the jobs import."""
@@ -158,7 +151,11 @@ def collect(collection: Collection, number: int, throws: int, _folder: Path) -> 
     rows = min(collection.num_envs, -(-throws // collection.episode))  # further rows would simulate unneeded throws
     with closing(make_vector(collection.env, collection.level, rows, 1, collection.mode)) as env:
         controller = collection.recipe.build(env, stream_seed(role, seed, number))
-        noise = collection.chunk_noise(number)
+        noise = None
+        if collection.noise:
+            # The noise of a chunk comes from a random stream that no other draws share.
+            stream = np.random.default_rng([seed, zlib.crc32(f"noise {role}".encode()), number])
+            noise = Noise(collection.noise[number % len(collection.noise)], stream)
         return pack(episodes(controller, env, throws, episode_seeds(role, seed, number), noise))
 
 

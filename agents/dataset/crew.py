@@ -60,7 +60,7 @@ class Tally:
     figures: dict[str, list[float]] = field(default_factory=dict)
     """Values of throws and of whole episodes by the names in `SHOWN` that the environment has."""
 
-    def count_episodes(self, episodes: Iterator[Episode]) -> Iterator[Episode]:
+    def count(self, episodes: Iterator[Episode]) -> Iterator[Episode]:
         """Yield the episodes unchanged, counting each."""
         for episode in episodes:
             self.returns.append(float(episode.rewards.sum()))

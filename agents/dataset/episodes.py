@@ -76,10 +76,6 @@ class Noise:
     """Standard deviation, in units of an action."""
     generator: np.random.Generator
 
-    def shift_actions(self, actions: Any) -> NDArray[np.float64]:
-        """Actions with noise; they may lie outside of the space."""
-        return np.asarray(actions) + self.deviation * self.generator.standard_normal(np.shape(actions))
-
 
 def episodes(
     controller: Controller, env: Env, throws: int, seeds: Iterator[int], noise: Noise | None = None
@@ -140,16 +136,19 @@ def _play(controller: Controller, env: Env, seeds: Iterator[int], noise: Noise |
     observations, coming = _begin(env, rows, over, {})
     while True:
         kind = coming.get("kind", np.zeros(env.num_envs))
-        chosen = controller.act(observed(observations, kind))
-        action = _clip_actions(env.single_action_space, chosen if noise is None else noise.shift_actions(chosen))
+        chosen, space = controller.act(observed(observations, kind)), env.single_action_space
+        if noise is not None:
+            chosen = np.asarray(chosen) + noise.deviation * noise.generator.standard_normal(np.shape(chosen))
+        # The episode keeps actions as the environment receives actions: of the space's type, and clipped to the space.
+        action = np.asarray(chosen, dtype=space.dtype)
+        action = np.clip(action, space.low, space.high) if isinstance(space, gym.spaces.Box) else action
         parts = [get_hidden(core) for core in cores]
         hidden = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         observations, reward, terminated, truncated, info = env.step(action)
-        over, infos, last = (
-            terminated | truncated,
-            _throw_infos(info, coming, env.num_envs),
-            _last_observations(env, observations, info),
-        )
+        over, infos = terminated | truncated, _throw_infos(info, coming, env.num_envs)
+        last = list(iterate(env.observation_space, observations))
+        for row in np.flatnonzero(info.get("_final_obs", ())).tolist():  # where an episode has ended
+            last[row] = _row(info["final_obs"], row)
         for row, episode in enumerate(rows):
             episode.observations.append(last[row])
             episode.actions.append(action[row])
@@ -175,12 +174,6 @@ def _begin(env: Env, rows: Sequence[_OpenEpisode], chosen: Bools, before: Rows) 
             rows[row].observations.append(observation)
             rows[row].infos.append(_row(coming, row))
     return observations, coming
-
-
-def _clip_actions(space: gym.Space[Any], actions: Any) -> NDArray[Any]:
-    """Actions clipped to the space and of its type, as the environment receives and the episode keeps them."""
-    values = np.asarray(actions, dtype=space.dtype)
-    return np.clip(values, space.low, space.high) if isinstance(space, gym.spaces.Box) else values
 
 
 def _numbers(info: Mapping[str, Any], rows: Sequence[Any]) -> Rows:
@@ -226,14 +219,6 @@ def _info_mask(info: Mapping[str, Any], name: str, rows: int) -> Bools:
 def _select(mask: Bools, values: NDArray[Any], alternatives: NDArray[Any]) -> NDArray[Any]:
     """Values (N, ...) in the rows of a mask, and other values elsewhere."""
     return np.where(mask.reshape(-1, *[1] * (values.ndim - 1)), values, alternatives)
-
-
-def _last_observations(env: Env, observations: Any, info: Mapping[str, Any]) -> list[Any]:
-    """Observation after the throw of each row; the final observation where an episode has ended."""
-    last = list(iterate(env.observation_space, observations))
-    for row in np.flatnonzero(info.get("_final_obs", ())).tolist():
-        last[row] = _row(info["final_obs"], row)
-    return last
 
 
 def _row(values: Any, row: int) -> Any:

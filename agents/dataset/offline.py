@@ -62,7 +62,7 @@ class Home:
         default = os.environ.get(PLACE) or Path.home() / ".minari" / "datasets"
         return cls(Path(default if folder is None else folder).absolute())  # Minari fails on a relative path
 
-    def check_free(self, name: str) -> None:
+    def check(self, name: str) -> None:
         """Make sure that a new dataset can have this name in the folder.
 
         Raises:
@@ -77,7 +77,7 @@ class Home:
                 raise UsageError(f"{name!r} would lie in {place!r}, which Minari takes for a dataset: it holds 'data'")
 
     @contextmanager
-    def create_dataset(self, name: str) -> Generator[None, None, None]:
+    def create(self, name: str) -> Generator[None, None, None]:
         """Let the block create a dataset in a temporary folder, and move the dataset into this one at its end."""
         self.folder.mkdir(parents=True, exist_ok=True)
         sweep(self.folder)
@@ -171,11 +171,11 @@ def write(
         # Minari warns of missing metadata, and Gymnasium of intended bounds.
         warnings.simplefilter("ignore", UserWarning)
         dataset = minari.create_dataset_from_buffers(
-            name, _buffers(first), env, env, data_format="hdf5", jpeg_encoding=False, **facts.minari
+            name, [*map(_buffer, first)], env, env, data_format="hdf5", jpeg_encoding=False, **facts.minari
         )
         _add_figures(dataset, first)
         for piece in pieces:
-            dataset.update_dataset_from_buffer(_buffers(piece))
+            dataset.update_dataset_from_buffer([*map(_buffer, piece)])
             _add_figures(dataset, piece)
     # Rewrite every array of an HDF5 file in one block, without the index of growing arrays.
     file = Path(dataset.storage.data_path) / MAIN
@@ -194,10 +194,6 @@ def columns(episode: Episode) -> dict[str, list[str]]:
     outcome = [name for name, values in episode.info.items() if not (name in SEPARATE or values.ndim > 1)]
     groups = {"outcome": outcome, "hidden": list(episode.hidden)}
     return {name: names for name, names in groups.items() if names}
-
-
-def _buffers(episodes: Sequence[Episode]) -> list[EpisodeBuffer]:
-    return [_buffer(episode) for episode in episodes]
 
 
 def _add_figures(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> None:

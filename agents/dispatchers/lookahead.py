@@ -20,7 +20,8 @@ from pnt_gym.cells.line.rows import CHOICES, IDLE_TIME, UNAVAILABLE_X, Choice, R
 from pnt_gym.rows import Rows1, Rows2
 
 from ..controllers.protocol import Controller, Observation
-from .rules import ScoreController, choice_mask, first_of
+from . import rules
+from .rules import ScoreController, choice_mask
 
 
 @final
@@ -246,4 +247,4 @@ class GuidedBeam(Controller):
         plans = self._ahead.plans(observe(self._core), among)
         worth = np.full(scores.shape, -np.inf)
         np.maximum.at(worth, (plans.line, plans.first), self._ahead.worth(plans))
-        return first_of(np.where(among, scores + self.trust * np.where(among, worth, 0.0), -np.inf))
+        return rules.best(np.where(among, scores + self.trust * np.where(among, worth, 0.0), -np.inf))

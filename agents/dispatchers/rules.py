@@ -34,7 +34,7 @@ def candidates(observation: DecodedObservation, value: Floats) -> Candidates:
     )
 
 
-def first_of(worth: Floats) -> NDArray[np.int64]:
+def best(worth: Floats) -> NDArray[np.int64]:
     """The choice of the largest worth in each line (N,); the first one of equals."""
     return worth.argmax(axis=1).astype(np.int64)
 
@@ -57,7 +57,7 @@ class IndexRule(Controller):
 
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """The best choice of each line (N,)."""
-        return first_of(self.worth(decoded(observation.features)))
+        return best(self.worth(decoded(observation.features)))
 
     def worth(self, observation: DecodedObservation) -> Floats:
         """Index of each choice (N, C); minus infinity for choices that do not exist."""
@@ -82,7 +82,7 @@ class RandomChoice(Controller):
     def act(self, observation: Observation) -> NDArray[np.int64]:  # type: ignore[override]
         """A random choice in each line (N,)."""
         is_choice = decoded(observation.features).choices["real"] > HALF
-        return first_of(np.where(is_choice, self._generator.random(is_choice.shape), -1.0))
+        return best(np.where(is_choice, self._generator.random(is_choice.shape), -1.0))
 
 
 Scores = Callable[[NDArray[np.float32]], NDArray[np.floating]]
@@ -112,7 +112,7 @@ class ScoreController(Controller):
         """The best choice of each line (N,)."""
         features = observation.features
         worth: Floats = np.where(choice_mask(features), self.scores(features), -np.inf)
-        return first_of(worth)
+        return best(worth)
 
 
 def run_scores(folder: Path, checkpoint: Path | None = None) -> ScoreController:

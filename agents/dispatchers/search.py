@@ -141,7 +141,7 @@ class Bench:
         return results
 
 
-def best_result(results: Sequence[SettingsResult]) -> SettingsResult:
+def best(results: Sequence[SettingsResult]) -> SettingsResult:
     """The settings with the highest mean value; the first one of equals."""
     return max(results, key=lambda one: float(one.value.mean()))
 
@@ -167,7 +167,7 @@ def price(bench: Bench, patience: float) -> list[SettingsResult]:
     results = bench.try_rule("price", [candidate for i, candidate in enumerate(grid) if candidate not in grid[:i]])
     for name, values in (("share", SHARE), ("patience", PATIENCE)):
         known_settings = [candidate.settings for candidate in results]
-        new = [{**best_result(results).settings, name: value} for value in values]
+        new = [{**best(results).settings, name: value} for value in values]
         new = [candidate for candidate in new if candidate not in known_settings]
         results += bench.try_rule("price", new) if new else []
     return results
@@ -185,7 +185,7 @@ def planner(bench: Bench, name: str, rate: float) -> list[SettingsResult]:
     if name != "price_beam":
         return bench.try_planner(name, [{"price": round(rate * factor, 3)} for factor in PRICE])
     results = bench.try_planner(name, [{"price": round(rate, 3), "share": share} for share in SHARES])
-    share = best_result(results).settings["share"]
+    share = best(results).settings["share"]
     return results + bench.try_planner(name, [{"price": round(rate * factor, 3), "share": share} for factor in AROUND])
 
 

@@ -63,10 +63,11 @@ def main(arguments: Arguments) -> None:
     """Fit the log, print what it tells, and write the files asked for."""
     from pnt_gym.cells.conveyor.config import ConveyorConfig
 
+    from . import report
     from .design import POOL, plan_throws
     from .parameters import priors
     from .reading import FEWEST, MOST
-    from .report import plan_grid, twins_grid
+    from .report import plan_grid
 
     at_least(vars(arguments), design=1, twins=1, seed=0, landings=FEWEST)
     at_most(vars(arguments), design=POOL, twins=MOST_TWINS, landings=MOST)
@@ -85,7 +86,7 @@ def main(arguments: Arguments) -> None:
         if arguments.plan is not None:
             deliver_text(arguments.plan, throws.text(config.items))
     if twins is not None:
-        grid = twins_grid(config, parameters, twins, seed, arguments.landings, planned=design is not None)
+        grid = report.grid(config, parameters, twins, seed, arguments.landings, planned=design is not None)
         console().print(grid.terminal())
     if fitted is not None and not fitted.fits:
         raise Exit(MISFIT)

@@ -86,7 +86,7 @@ def plan_grid(log: ThrowLog, config: ConveyorConfig) -> Grid:
     return Grid(f"The next {len(log)} throws", header, rows)
 
 
-def twins_grid(
+def grid(
     config: ConveyorConfig,
     parameters: tuple[Parameter, ...],
     count: int,

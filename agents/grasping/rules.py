@@ -82,7 +82,7 @@ def maps(scenes: Scenes) -> Floats:
     Everything hidden is known, but not the error of the cup's place and the luck of a try.
     """
     places = pixel_places().reshape(1, -1, 2) - scenes.middle[:, None]
-    worth = scenes.expected_worth(places).reshape(-1, 48, 48)
+    worth = scenes.worth(places).reshape(-1, 48, 48)
     return blur_maps(worth, scenes.placing)
 
 
@@ -111,7 +111,7 @@ STAGES: Final = 3
 """Rounds; each leaves a quarter of the settings, and takes the same number of tries."""
 
 
-def colour_settings(weights: Weights) -> tuple[Weights, ...]:
+def settings(weights: Weights) -> tuple[Weights, ...]:
     """64 settings with colour and gloss around a setting without."""
     return tuple(
         weights._replace(matte=matte, odd=odd, distance=weights.distance * factor)

@@ -131,7 +131,7 @@ class Scenes:
         held = seal_holds(force, self.objects, normal_draw(object_keys(self.objects, TRY)), self.surface)
         return Tries(held, held & (self.margins(force[:, None], true[:, None])[:, 0] >= 1.0), force)
 
-    def expected_worth(self, places: Floats) -> Floats:
+    def worth(self, places: Floats) -> Floats:
         """Expected worths (N, P) of tries with the cup at true places (N, P, 2) from the outlines' middles [m]."""
         force = seal_at(self.surfaces, self.objects, places).force
         least = least_force(self.objects, self.surface)[:, None]

@@ -103,7 +103,7 @@ def assumed_values(config: Any) -> dict[str, Any]:
     return {"assumed": items} if items else {}
 
 
-def show_assumed(config: Any) -> None:
+def show(config: Any) -> None:
     """Print what is assumed of a level's own items, if anything is."""
     text = assumed_text(config) if isinstance(config, LevelConfig) else ""
     if text:
@@ -173,7 +173,7 @@ def find(text: str) -> tuple[str, type[LevelConfig], str]:
     raise UsageError(unknown_name("level", text, names, ", or give a YAML file"))
 
 
-def full_text(text: str) -> str:
+def text(text: str) -> str:
     """Every setting of a level as YAML; comments say which values of items are assumed."""
     _, kind, name = find(text)
     config = kind.load(name)

@@ -175,7 +175,7 @@ def throughput(success: ArrayLike, cycle_time: ArrayLike) -> Throughput:
     return Throughput(60.0 * len(seconds) / total, 60.0 * float(successes.sum()) / total, total / len(seconds))
 
 
-def mean_interval(values: ArrayLike) -> Interval:
+def interval(values: ArrayLike) -> Interval:
     """Mean of values (N,) with its bootstrap percentile interval."""
     (rows,) = _columns(values=values)
     return _percentiles(float(rows.mean()), _resampled_sums(rows) / len(rows))
@@ -190,7 +190,7 @@ def mean_difference(a: ArrayLike, b: ArrayLike) -> Interval:
         MetricError: the arrays differ in shape.
     """
     x, y = _columns(a=a, b=b)
-    return mean_interval((x - y)[np.isfinite(x) & np.isfinite(y)])
+    return interval((x - y)[np.isfinite(x) & np.isfinite(y)])
 
 
 def rate_difference(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLike, time_b: ArrayLike) -> Interval:

@@ -118,8 +118,11 @@ def _check(path: Path) -> None:
         place = destination(path)
         if stream_of(place) is not None:
             return
-        if place.exists() and (reason := _refusal(os.stat(place).st_mode)):
-            raise _error(path, f"it is {reason}")
+        kinds = {"a folder": stat.S_ISDIR, "a disk": stat.S_ISBLK, "a socket": stat.S_ISSOCK}
+        mode = os.stat(place).st_mode if place.exists() else 0
+        for kind, is_kind in kinds.items():
+            if is_kind(mode):
+                raise _error(path, f"it is {kind}")
         missing = [folder for folder in place.parents if not folder.exists()]
         place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -134,9 +137,3 @@ def _check(path: Path) -> None:
 
 def _error(path: Path, reason: str) -> UsageError:
     return UsageError(f"cannot write {one_sentence(repr(str(path)), 200)}: {reason}")
-
-
-def _refusal(mode: int) -> str:
-    """Name of a place's kind by its mode, if nothing may be written there; else empty."""
-    kinds = {"a folder": stat.S_ISDIR, "a disk": stat.S_ISBLK, "a socket": stat.S_ISSOCK}
-    return next((name for name, test in kinds.items() if test(mode)), "")

@@ -99,7 +99,7 @@ def console(*, stderr: bool = False) -> Console:
 def settings_table(title: str, rows: Sequence[tuple[str, Mapping[str, Any], Any, Any]]) -> Table:
     """Table of a line's controllers: best settings, value per minute, and paired gain over the tuned ATC rule."""
     lines = [
-        [name, settings_text(settings), interval_text(metrics.mean_interval(value)), gain_text(value, base)]
+        [name, settings_text(settings), interval_text(metrics.interval(value)), gain_text(value, base)]
         for name, settings, value, base in rows
     ]
     return Grid(title, ("controller", "settings", "value/min (95 % interval)", "over tuned atc"), lines).terminal()
@@ -144,12 +144,6 @@ def percent(share: float | None) -> str:
 def millimetres(metres: float) -> str:
     """Text of a length [m] in millimetres."""
     return f"{1000 * metres:.1f} mm"
-
-
-def success_text(summary: Summary) -> str:
-    """Text of a summary's success rate with its interval."""
-    low, high = summary["success_low"], summary["success_high"]
-    return f"{100 * summary['success_rate']:.1f} % ({100 * low:.1f}..{100 * high:.1f})"
 
 
 FIRST: Final = 30.0

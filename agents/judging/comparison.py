@@ -89,6 +89,12 @@ class Pair:
         """Confidence sequence of the figure that decides."""
         return next(iter(self.sequences.values()))
 
+    def as_json(self, within_margin: bool) -> dict[str, Any]:
+        """All figures as JSON values; `within_margin` says whether the first difference is small."""
+        figures = {name: sequence.as_json() for name, sequence in self.sequences.items()}
+        head = {"a": self.names[0], "b": self.names[1], "settled": self.settled, "within_margin": within_margin}
+        return {**head, "figures": figures, "trace": [list(entry) for entry in self.trace]}
+
 
 @final
 class Comparison:
@@ -174,7 +180,7 @@ class Comparison:
             "margin": self._margin,
             "settled": all(pair.settled is not None for pair in self.pairs),
             "figures": {name: _as_json(measure) for name, measure in self.measures.items()},
-            "pairs": [self._pair_as_json(pair) for pair in self.pairs],
+            "pairs": [pair.as_json(self._is_small(pair)) for pair in self.pairs],
             "sentences": [self.sentence(pair) for pair in self.pairs],
             "notes": self.notes(),
             "versions": versions(),
@@ -205,11 +211,6 @@ class Comparison:
 
     def _is_small(self, pair: Pair) -> bool:
         return self._margin is not None and pair.first.is_within(self._margin)
-
-    def _pair_as_json(self, pair: Pair) -> dict[str, Any]:
-        figures = {name: sequence.as_json() for name, sequence in pair.sequences.items()}
-        head = {"a": pair.names[0], "b": pair.names[1], "settled": pair.settled, "within_margin": self._is_small(pair)}
-        return {**head, "figures": figures, "trace": [list(entry) for entry in pair.trace]}
 
 
 def _as_json(figure: Figure) -> dict[str, Any]:

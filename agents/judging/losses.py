@@ -13,6 +13,7 @@ from pnt_gym.cells.line.chances import table_path
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.reading import AccessError, json_of
 
+from ..ground import metrics
 from .shifts import Shifts
 
 ENTRY: Final = "counted"
@@ -84,7 +85,9 @@ class Counted:
         groups = [~missing & picked & ~throws.hits, missing & throws.lost, missing & ~throws.lost]
         strayed, lost, missed = (np.bincount(kind[group], minlength=items) for group in groups)
         landed, settings = np.isfinite(throws.miss).all(axis=1), np.unique(throws.percent)
-        energy = [[_mean(throws.energy[(kind == k) & (throws.percent == p)]) for p in settings] for k in range(items)]
+        energy = [
+            [metrics.mean(throws.energy[(kind == k) & (throws.percent == p)]) for p in settings] for k in range(items)
+        ]
         return cls(
             held=np.bincount(kind[picked], minlength=items),
             missed=missed,
@@ -137,12 +140,6 @@ def read(config: LineConfig) -> Counted | None:
     return None
 
 
-def _mean(values: Floats) -> float:
-    """Mean of the finite values; NaN without any."""
-    finite = values[np.isfinite(values)]
-    return float(finite.mean()) if finite.size else np.nan
-
-
 def fate_words(name: str, splits: bool) -> str:
     """A fate in words; a table without counts does not tell lost objects from missed ones."""
     return WORDS[name] if splits or name != "missed" else "missed the bin, or lost on the way"
@@ -159,7 +156,7 @@ class Fates:
     """Whether lost objects are counted apart from missed ones, and strays among misplaced ones."""
 
     @classmethod
-    def of_shifts(cls, shifts: Shifts, config: LineConfig, counted: Counted | None) -> Self:
+    def of(cls, shifts: Shifts, config: LineConfig, counted: Counted | None) -> Self:
         """Fates of the objects that came in some shifts.
 
         Args:
@@ -206,7 +203,7 @@ class Fates:
 def summary(shifts: Shifts, config: LineConfig) -> dict[str, Any]:
     """Shares of all fates, of all objects and by item, and the energy of a pick and of a sorted object [J]."""
     counted = read(config)
-    fates = Fates.of_shifts(shifts, config, counted)
+    fates = Fates.of(shifts, config, counted)
     by_item = zip(config.cell.items, fates.shares_by_item().tolist(), strict=True)
     return {
         "simulated": "lost" in shifts.decisions,

@@ -117,14 +117,14 @@ class ShiftTrial(Trial):
         if controller.name != SEARCHED or steps == 0:
             return controller
         from ..dispatchers import search  # noqa: PLC0415 - as above
-        from ..dispatchers.search import SEARCHED_SHIFTS, Bench, best_result  # noqa: PLC0415 - as above
+        from ..dispatchers.search import SEARCHED_SHIFTS, Bench  # noqa: PLC0415 - as above
 
         level = LineConfig.load(self.core.config, throws="table")
         first = stream_seed("practice", seed)
         bench = Bench(level, np.arange(first, first + END))
         generations = -(-steps // _decisions(level, SEARCHED_SHIFTS))
         tried = search.weights(bench, tuned_settings(level.name, "atc")["patience"], generations, seed)
-        return ScoreController(SEARCHED, Scorer.linear(**best_result(tried).settings))
+        return ScoreController(SEARCHED, Scorer.linear(**search.best(tried).settings))
 
     def peers(self, run_args: Mapping[str, Any]) -> dict[str, int]:
         """Two rules: first in, first out, and the tuned ATC rule."""

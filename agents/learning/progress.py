@@ -71,7 +71,10 @@ class ProgressCallback(BaseCallback):
         self._show = show
         self._began = time.perf_counter()
         self._count = 0
-        self._lines = _lines_up_to(file, start, HEADER.format(window.column))
+        self._lines = [HEADER.format(window.column)]
+        if file.is_file():  # of an earlier leg, up to the throws of the checkpoint
+            earlier = text_of(file, MOST_RESULTS).splitlines()[1:]
+            self._lines += [line for line in earlier if _numbers(line)[0] <= start]
         self._before = _numbers(self._lines[-1])[1] if self._lines[1:] else 0.0
         self._line = ""
         self._written = start
@@ -98,14 +101,6 @@ class ProgressCallback(BaseCallback):
         self._written = self.num_timesteps
         self._lines.append(self._line)
         write_text(self._file, "\n".join(self._lines) + "\n")
-
-
-def _lines_up_to(file: Path, throws: int, header: str) -> list[str]:
-    """Header and lines of an earlier progress file, up to a number of throws."""
-    if not file.is_file():
-        return [header]
-    old = text_of(file, MOST_RESULTS).splitlines()[1:]
-    return [header, *(line for line in old if _numbers(line)[0] <= throws)]
 
 
 def _numbers(line: str) -> tuple[float, float]:

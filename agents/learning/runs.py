@@ -162,7 +162,7 @@ class RunFolder:
             shutil.rmtree(parts.path, ignore_errors=True)
             parts.path.mkdir(parents=True)
             parts._describe(arguments, settings, config)
-            parts.save_checkpoint(model)
+            parts.save(model)
             if path.is_dir():
                 path.rmdir()  # empty, or `check` would have refused
             parts.path.rename(path)
@@ -174,7 +174,7 @@ class RunFolder:
 
     def _describe(self, arguments: Mapping[str, Any], settings: Mapping[str, Any], config: LevelConfig) -> None:
         """Write arguments, hyperparameters, level, versions and command line of a new run."""
-        self.write_arguments(arguments)
+        self.write(arguments)
         write_text(self.path / "config.yml", yaml_text({arguments["env"]: dict(settings)}))
         write_text(self.path / "env.yaml", yaml_text(config.model_dump(mode="json")))
         write_json(self.path / "versions.json", versions())
@@ -193,7 +193,7 @@ class RunFolder:
                 shutil.rmtree(self.path.rename(temporary_path(self.path)))
             raise
 
-    def write_arguments(self, arguments: Mapping[str, Any]) -> None:
+    def write(self, arguments: Mapping[str, Any]) -> None:
         """Write the arguments of the run; a resumed run may get more throws."""
         write_text(self.path / "args.yml", yaml_text(dict(arguments)))
 
@@ -266,7 +266,7 @@ class RunFolder:
             raise _error(self.path, f"{MODEL} is missing")
         return sb3.load(file, arguments, settings, env)
 
-    def save_checkpoint(self, model: BaseAlgorithm) -> None:
+    def save(self, model: BaseAlgorithm) -> None:
         """Write policy, model, memory and random state as a new checkpoint, and make it the newest of the run.
 
         Raises:

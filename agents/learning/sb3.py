@@ -241,7 +241,7 @@ def _check(values: Any) -> None:
         _check(part)
 
 
-def load_statistics(file: Path, env: VecEnv) -> VecNormalize:
+def statistics(file: Path, env: VecEnv) -> VecNormalize:
     """Load the statistics that normalise observations; runs code in the file.
 
     Raises:

@@ -92,20 +92,16 @@ def files(place: Path) -> dict[str, bytes]:
         UsageError: there is no policy, or its files cannot be read.
     """
     root = place.resolve()
-    paths = [root] if root.suffix == ".npz" else _parts(root)
+    paths = [root]
+    if root.suffix != ".npz":  # the files that `find` or the loading of the policy reads
+        policy = find(root)
+        paths = [policy.model, *([] if policy.statistics is None else [policy.statistics])]
+        if root.is_dir():
+            paths += [path for pattern in ("*.y*ml", "*/args.yml", "*/config.yml") for path in root.glob(pattern)]
     try:
         return {path.relative_to(root.parent).as_posix(): bytes_of(path, MOST_MODEL) for path in paths}
     except ReadError as error:
         raise UsageError(f"cannot read the files of {str(place)!r}: {error}") from None
-
-
-def _parts(place: Path) -> list[Path]:
-    """Files of a policy that `find` or the loading of the policy reads."""
-    policy = find(place)
-    paths = [policy.model, *([] if policy.statistics is None else [policy.statistics])]
-    if place.is_dir():
-        paths += [path for pattern in ("*.y*ml", "*/args.yml", "*/config.yml") for path in place.glob(pattern)]
-    return paths
 
 
 def _zoo(place: Path, inner: Path) -> TrainedPolicy:

@@ -30,16 +30,6 @@ def rows_thrown(infos: Sequence[Mapping[str, Any]]) -> list[int]:
     return [row for row, info in enumerate(infos) if info.get("picked", True) and not info.get("dropped", False)]
 
 
-def _even_rewards(reward: NDArray[Any], infos: Sequence[Mapping[str, Any]]) -> NDArray[Any]:
-    """Rewards (N,), with the mean reward of the throws in rows without a throw; unchanged without any throw."""
-    rows = rows_thrown(infos)
-    if not rows:
-        return reward
-    evened = np.full_like(reward, np.mean(reward[rows]))
-    evened[rows] = reward[rows]
-    return evened
-
-
 def _learnable(observation: Any) -> Any:
     """A copy of observations with 32 bits; pictures beside vectors stay bytes."""
     if isinstance(observation, Mapping):
@@ -116,7 +106,11 @@ class SameStepVecEnv(VecEnv):
             )
         self._returns[dones] = 0.0
         self._lengths[dones] = 0
-        reward = _even_rewards(reward, infos) if self._even else reward
+        rows = rows_thrown(infos) if self._even else []
+        if rows:  # rows without a throw get the mean reward of the throws
+            evened = np.full_like(reward, np.mean(reward[rows]))
+            evened[rows] = reward[rows]
+            reward = evened
         return _learnable(observation), np.asarray(reward, dtype=np.float32), dones, infos
 
     def close(self) -> None:

@@ -10,8 +10,8 @@ import tyro
 
 from pnt_gym.cells.line.config import LineConfig
 
+from ..ground import levels
 from ..ground.cli import at_least, option
-from ..ground.levels import show_assumed
 from ..ground.outputs import check_writable
 from ..ground.tables import console
 from .thrown import NUM_ENVS, calibrate, table_place
@@ -44,5 +44,5 @@ def main(arguments: Arguments) -> None:
     place = table_place(config, arguments.release) if arguments.out is None else arguments.out
     check_writable(place)
     numbers = arguments.throws, arguments.seed, arguments.num_envs, arguments.threads
-    show_assumed(config)
+    levels.show(config)
     console().print(calibrate(config, place, *numbers, release=arguments.release))

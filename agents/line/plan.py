@@ -10,8 +10,8 @@ import tyro
 
 from pnt_gym.cells.line.table_name import MADE
 
+from ..ground import levels
 from ..ground.cli import option
-from ..ground.levels import show_assumed
 from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
 from ..ground.tables import console
 from . import reasons
@@ -70,7 +70,7 @@ def main(arguments: Arguments) -> None:
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)
     level = load_line(arguments.level, arguments.release)
-    show_assumed(level)
+    levels.show(level)
     judged = judge_line(level, sweep, conditions, arguments.recovery, arguments.release, console().print)
     verdict = judged.verdict
     shifts = f"{arguments.shifts} shifts of {arguments.minutes:g} min each"

@@ -183,7 +183,9 @@ def _draw_fates(axes: Axes, plans: Sequence[Planned], recovery: float) -> None:
 def _draw_landings(axes: Axes, item: int, releases: Sequence[tuple[str, Planned]]) -> None:
     """Where an item comes down around the middle of its bin's opening, with two releases; lost objects do not."""
     plan = releases[0][1]
-    name, opening = plan.config.cell.items[item], 1000.0 * _opening(plan, item)
+    name, cells = plan.config.cell.items[item], plan.config.cells()
+    # The opening of the first bin that takes the item [mm].
+    opening = 1000.0 * np.array(next(bin_.size for cell in cells for bin_ in cell.bins.fixed if bin_.takes(name)))
     half = EDGE * opening.max() / 2.0
     from matplotlib.patches import Rectangle  # noqa: PLC0415 - heavy, needed for reports only
 
@@ -196,10 +198,3 @@ def _draw_landings(axes: Axes, item: int, releases: Sequence[tuple[str, Planned]
     failed, other = (percent(planned.thrown_badly(item)) for _, planned in releases)
     title = f"{name}: {failed} of throws fail,\n{other} with {releases[1][0]}"
     dress(axes, "along the belt [mm]", "across [mm]", title, xlim=(-half, half), ylim=(-half, half), aspect="equal")
-
-
-def _opening(plan: Planned, item: int) -> Floats:
-    """Opening of the first bin that takes an item [m]."""
-    name, config = plan.config.cell.items[item], plan.config
-    bins = [bin_ for cell in config.cells() for bin_ in cell.bins.fixed]
-    return np.array(next(bin_.size for bin_ in bins if bin_.takes(name)))

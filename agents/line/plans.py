@@ -21,9 +21,9 @@ from pnt_gym.names import unknown_name
 from ..dispatchers import registry
 from ..dispatchers.decisions import make_release
 from ..dispatchers.registry import ENV, line_core
+from ..ground import metrics
 from ..ground.cli import UsageError
 from ..ground.environments import make_vector, stream_seed
-from ..ground.metrics import mean_interval
 from ..ground.tables import throws_bar
 from ..judging import losses
 from ..judging.losses import FATES, Counted, Fates, decision_energy
@@ -191,8 +191,8 @@ def judge_plan(
         config, release, conditions.tables, conditions.throws, conditions.seed, conditions.threads, chooser
     )
     shifts = work(line, conditions)
-    recovery, value = mean_interval(shifts.figures["shift_recovery"]), mean_interval(shifts.value)
-    fates = Fates.of_shifts(shifts, line, counted)
+    recovery, value = metrics.interval(shifts.figures["shift_recovery"]), metrics.interval(shifts.value)
+    fates = Fates.of(shifts, line, counted)
     # A shipped table is larger than the one whose throws say what became of them.
     spread = 0.0 if counted is None or line.chances is None else table_spread(shifts, fates, counted)
     by_item = zip(line.cell.items, np.nan_to_num(fates.shares_by_item()).tolist(), strict=True)
@@ -261,7 +261,7 @@ def check_plan(plan: Planned, conditions: Conditions, release: str | None = None
         controller, seed = registry.make(conditions.controller, core), stream_seed("evaluate", conditions.seed)
         shifts = run_shifts(controller, env, count, seed, lambda number: bar.advance(task, number))
     simulated = shifts.figures["shift_recovery"].astype(np.float64)
-    recovery, over = mean_interval(simulated), mean_interval(simulated - plan.recovery[:count])
+    recovery, over = metrics.interval(simulated), metrics.interval(simulated - plan.recovery[:count])
     below, above = (float(np.hypot(end - over.value, plan.row["recovery_counts"])) for end in (over.low, over.high))
     return {
         "shifts": count,

@@ -92,15 +92,12 @@ def _plan(row: dict[str, Any]) -> str:
     return f"{robots} at {row['percent']:g} % and a belt at {row['belt_speed']:g} m/s"
 
 
-def is_thrown_badly(plan: Planned) -> bool:
-    """Whether throws cost a plan more objects than all that pass the end."""
-    fates = plan.row["fates"]
-    return sum(fates[name] for name in THROWN) > fates["passed"] + fates["unsealed"]
-
-
 def throws_are_the_reason(plan: Planned, recovery: float) -> bool:
     """Whether throws keep a plan from a recovery, and not the objects that pass the end."""
-    return is_thrown_badly(plan) or plan.bound < recovery
+    fates = plan.row["fates"]
+    # Throws cost the plan more objects than all that pass the end.
+    is_thrown_badly = sum(fates[name] for name in THROWN) > fates["passed"] + fates["unsealed"]
+    return is_thrown_badly or plan.bound < recovery
 
 
 def reason(

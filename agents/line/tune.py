@@ -76,8 +76,8 @@ def main(arguments: Arguments) -> None:
     if enough:
         level_settings: dict[str, Any] = dict(by_level.get(level.name, {}))
         if "atc" in results:
-            level_settings["rate"] = round(value_per_second(results["atc"]), 3)
-        level_settings |= {controller: tuning.best_result(values).settings for controller, values in results.items()}
+            level_settings["rate"] = round(_rate(results["atc"]), 3)
+        level_settings |= {controller: tuning.best(values).settings for controller, values in results.items()}
         deliver_text(
             place, HEAD + yaml_text({**by_level, level.name: level_settings}, default_flow_style=None, width=110)
         )
@@ -129,26 +129,26 @@ def tune(
     if controller == "atc":
         return tuning.atc(bench)
     name, robots = bench.level.name, len(bench.level.robots)
-    patience = (tuning.best_result(results["atc"]).settings if "atc" in results else settings(name, "atc"))["patience"]
+    patience = (tuning.best(results["atc"]).settings if "atc" in results else settings(name, "atc"))["patience"]
     if controller == "price":
         return tuning.price(bench, patience)
     if controller == "index":
         begin = settings(name, controller).get("weights") if arguments.go_on else None
         return tuning.weights(bench, patience, arguments.generations, arguments.seed, begin)
-    brings = value_per_second(results["atc"]) if "atc" in results else rate(name)
-    brings = value_per_second(bench.try_rule("atc", [{"patience": patience}])) if brings is None else brings
+    brings = _rate(results["atc"]) if "atc" in results else rate(name)
+    brings = _rate(bench.try_rule("atc", [{"patience": patience}])) if brings is None else brings
     return tuning.planner(bench, controller, brings / robots)
 
 
-def value_per_second(values: list[SettingsResult]) -> float:
+def _rate(values: list[SettingsResult]) -> float:
     """Value per second with the best settings."""
-    return float(tuning.best_result(values).value.mean()) / 60.0
+    return float(tuning.best(values).value.mean()) / 60.0
 
 
 def rows(results: dict[str, list[SettingsResult]]) -> list[tuple[str, dict[str, Any], Any, Any]]:
     """Controllers, best settings, values per minute, and values of the best ATC rule, if it was tuned too."""
-    base = tuning.best_result(results["atc"]).value if "atc" in results else None
-    ends = {controller: tuning.best_result(values) for controller, values in results.items()}
+    base = tuning.best(results["atc"]).value if "atc" in results else None
+    ends = {controller: tuning.best(values) for controller, values in results.items()}
     return [(controller, end.settings, end.value, base) for controller, end in ends.items()]
 
 

@@ -58,7 +58,7 @@ def examples() -> Examples:
     return Examples(scenes, truth, maps, places)
 
 
-def chosen_objects(seen: Examples) -> list[tuple[str, int]]:
+def objects(seen: Examples) -> list[tuple[str, int]]:
     """Three objects of different kinds, the first ones of their sorts, with what they show."""
     rule, network = seen.worth("rule"), seen.worth("network")
     middle, best = seen.truth[:, PIXELS // 2, PIXELS // 2], seen.worth("truth")
@@ -84,7 +84,7 @@ def pixels(places: Floats) -> Ints:
 def figure() -> Figure:
     """The figure: a row for each object with picture, true worths, the rule's scores and the network's worths."""
     seen = examples()
-    rows = chosen_objects(seen)
+    rows = objects(seen)
     figure, axes = subplots(len(rows), 4, (WIDTH, 2.0 * len(rows)))
     for k, (text, row) in enumerate(rows):
         name = seen.scenes.config.items[seen.scenes.objects.kind[row]]

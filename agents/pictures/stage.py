@@ -74,7 +74,7 @@ class Stage:
         self._actor, self._seed = actor, seed
         self.steps: Iterator[Any] = self._trial.steps(actor, seed)
 
-    def begin_watched(self, watch: Callable[[Controller], Controller]) -> None:
+    def begin(self, watch: Callable[[Controller], Controller]) -> None:
         """Begin the steps anew, with the controller inside another one that watches the controller."""
         self.steps = self._trial.steps(watch(self._actor), self._seed)
 
@@ -92,7 +92,7 @@ class Stage:
         """
         recorder = None if log is None else Recorder(self.core)
         if recorder is not None:
-            self.begin_watched(recorder.watch)
+            self.begin(recorder.watch)
             self.steps = recorder.keep(self.steps)
         steps = self._trial.film_steps(self.steps, picks)
         deliver(file, lambda path: record_video(self._shown, steps, path, slow=slow))

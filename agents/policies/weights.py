@@ -32,7 +32,9 @@ def actor(model: BaseAlgorithm) -> Actor | Scorer:
     full, between = {type(step) for step in steps[::2]}, {type(step) for step in steps[1::2]}
     activations = [name for name in ACTIVATIONS if between <= {getattr(torch.nn, name)}]
     recurrent = getattr(policy, "lstm_actor", None)
-    plain = recurrent is None or _is_plain(recurrent)
+    # A plain LSTM has one layer in one direction, with biases.
+    form = ("num_layers", "proj_size", "bidirectional", "bias", "batch_first")
+    plain = recurrent is None or [getattr(recurrent, name) for name in form] == [1, 0, False, True, False]
     eye = _eye_of(model) if isinstance(space, Dict) else None
     readable = eye is not None or (isinstance(space, Box) and len(space.shape) == 1)
     if full != {torch.nn.Linear} or not activations or not plain or not readable:
@@ -62,13 +64,6 @@ def _eye_of(model: BaseAlgorithm) -> Eye | None:
     arrays = [tensor.detach().numpy().copy() for tensor in seeing.parameters()]
     *convolutions, dense = zip(arrays[0::2], arrays[1::2], strict=True)
     return Eye(tuple(Convolution(*pair) for pair in convolutions), Dense(*dense))
-
-
-def _is_plain(lstm: torch.nn.LSTM) -> bool:
-    """Whether an LSTM has one layer in one direction, with biases."""
-    return (lstm.num_layers, lstm.proj_size, lstm.bidirectional, lstm.bias, lstm.batch_first) == (
-        1, 0, False, True, False,
-    )  # fmt: skip
 
 
 def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:

@@ -144,7 +144,11 @@ def _layers(nodes: _Nodes, policy: Actor | Scorer, value: str) -> str:
     """Append the layers of a policy; returns the name of the last layer's output."""
     _numbers(nodes, policy.activation)
     for k, layer in enumerate(policy.layers):
-        value = _activate(nodes, policy.activation, value) if k > 0 else value
+        if k > 0:
+            names = {"x": value}
+            for operator, *inputs in ACTIVATIONS[policy.activation]:
+                names["y"] = nodes.add(operator, *(names.get(name, name) for name in inputs))
+            value = names["y"]
         value = nodes.dense(str(k), value, layer)
     return value
 
@@ -175,14 +179,6 @@ def _numbers(nodes: _Nodes, activation: str) -> None:
     for name, number in NUMBERS.items():
         if any(name in inputs for _, *inputs in ACTIVATIONS[activation]):
             nodes.constant(name, number)
-
-
-def _activate(nodes: _Nodes, activation: str, value: str) -> str:
-    """Append an activation of a value; returns the name of its output."""
-    names = {"x": value}
-    for operator, *inputs in ACTIVATIONS[activation]:
-        names["y"] = nodes.add(operator, *(names.get(name, name) for name in inputs))
-    return names["y"]
 
 
 def _session(model: Any) -> Any:

@@ -76,8 +76,11 @@ def makers_from(results: Path) -> dict[str, Maker]:
 
     A maker raises a UsageError if there is no such table, question or answer, or its results are missing.
     """
-    makers = {"table": _table_text, "question": _question_text, "answer": _answer_text}
-    return {kind: partial(make, results=results) for kind, make in makers.items()}
+    return {
+        "table": lambda name: _table_text(name, results),
+        "question": lambda name: _question_text(name, results),
+        "answer": lambda name: _answered_question(name, results)[1],
+    }
 
 
 def rewrite(document: Path, makers: Mapping[str, Maker]) -> bool:
@@ -103,11 +106,6 @@ def _question_text(name: str, results: Path) -> str:
     tables = tables_line({page: title for page, title in question.chapters.items() if page in pages})
     lines = [f"# {question.title}", picture, f"{answer} `{question.command}` makes these numbers.", tables]
     return "\n\n".join(line for line in lines if line)
-
-
-def _answer_text(name: str, results: Path) -> str:
-    """The answer to a question alone, for the first screen of a document."""
-    return _answered_question(name, results)[1]
 
 
 def _answered_question(name: str, results: Path) -> tuple[Question, str]:

@@ -26,7 +26,7 @@ LEVELS: Final = ("analytic", "floor", "oracle")
 """Controllers that are drawn as levels: where learning begins, what the observation allows, an oracle that aims."""
 
 
-def headline_rows(data: Data) -> tuple[str, list[Data]]:
+def _rows(data: Data) -> tuple[str, list[Data]]:
     """The first level of the plan, and the last row of each controller of the short table on this level."""
     level, rows = first_level(data)
     last = {row["label"]: row for row in rows}
@@ -35,7 +35,7 @@ def headline_rows(data: Data) -> tuple[str, list[Data]]:
 
 def table(data: Data) -> Grid:
     """Five controllers on the first level of the plan."""
-    level, shown = headline_rows(data)
+    level, shown = _rows(data)
     rows = [
         [
             SHOWN[row["label"]],
@@ -56,7 +56,7 @@ def table(data: Data) -> Grid:
 
 def failures(data: Data) -> Grid:
     """What stood between an object and its bin, of the same five controllers on the first level of the plan."""
-    level, rows = headline_rows(data)
+    level, rows = _rows(data)
     return tables.failures({**data, "table": rows}, level)
 
 

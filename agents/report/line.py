@@ -43,7 +43,7 @@ def grids(data: Data) -> list[Grid]:
         rows = [[*who(row), *map(percent, row["recovery_by_item"])] for row in level_rows]
         grids += [
             tables.comparison(data, level, ShiftRecord.figures),
-            figures_table(data, level),
+            _figures(data, level),
             Grid(f"Recovery by item, level {level}", [*WHO, *items], rows),
         ]
     return [grid for grid in grids if grid.rows]
@@ -116,7 +116,7 @@ def _against(values: Floats, reference: Data | None, named: bool) -> str:
     return (f"`{reference['label']}` " if named else "") + gain(values, value(reference))
 
 
-def figures_table(data: Data, level: str) -> Grid:
+def _figures(data: Data, level: str) -> Grid:
     """What a line is judged by beside its value a minute."""
     rows = [
         [

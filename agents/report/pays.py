@@ -99,18 +99,16 @@ def curves_values(results: Data) -> dict[str, Any]:
 def mismatch_values(results: Data) -> dict[str, Any]:
     """From which mismatch learning sorts more, for each effect, and the best learner with all of them."""
     data = _study_rows(results["mismatch"], "effect", "mismatch", "landing_error_m", "sorted_per_min")
-    pays = {effect: _soonest(data, effect) for effect in list(dict.fromkeys(row["effect"] for row in data["rows"]))}
+    # The smallest mismatch from which a learner sorts more per minute than the planner, by effect.
+    pays: dict[str, float | None] = {}
+    for effect in dict.fromkeys(row["effect"] for row in data["rows"]):
+        starts = [_crossover(rows, "sorted_per_min", 1.0) for rows in _by_learner(data, effect).values()]
+        pays[effect] = min((start for start in starts if start is not None), default=None)
     known = sorted((start, effect) for effect, start in pays.items() if start is not None)
     if TOGETHER not in pays or not known:
         raise NoFigure("no effect with a gain")
     ends = [rows[-1] for rows in _by_learner(data, TOGETHER).values()]
     return {"least": known[0], "most": known[-1], "row": min(ends, key=itemgetter("learned_m"))}
-
-
-def _soonest(data: Data, effect: str) -> float | None:
-    """The smallest mismatch from which a learner sorts more per minute than the planner."""
-    starts = [_crossover(rows, "sorted_per_min", 1.0) for rows in _by_learner(data, effect).values()]
-    return min((start for start in starts if start is not None), default=None)
 
 
 def _study_rows(data: Data, *names: str) -> Data:

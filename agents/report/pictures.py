@@ -10,9 +10,9 @@ import numpy as np
 from ..ground.drawings import COLOURS, WIDTH, Figure, dress, subplots, svg, tile_panels
 from ..reproduce.record import AGREES
 from ..results.study import shipped_study
+from . import headline
 from .answers import LOSSES, verdict_counts
 from .figures import over_the_shift
-from .headline import headline_rows
 from .tables import first_level, name_of
 
 Data = Mapping[str, Any]
@@ -33,7 +33,7 @@ IN_A_ROW: Final = 2
 
 def losses(results: Results) -> Figure:
     """Where the picks of the short table's controllers end on the first level of the benchmark, as stacked bars."""
-    level, rows = headline_rows(results["benchmark"])
+    level, rows = headline._rows(results["benchmark"])
     shares = {"sorted": "share_sorted", **{text: name for name, text in LOSSES.items()}}
     bars = {text: [100.0 * (row.get(name) or 0.0) for row in rows] for text, name in shares.items()}
     return _stacked([name_of(row) for row in rows], bars, "share of all picks [%]", f"level {level}")

@@ -92,7 +92,7 @@ def errors(data: Data) -> dict[str, Floats]:
     return _scores(data, lambda result: float(np.nanmean(kept_rows(result["columns"])["error_m"])))
 
 
-def run_failures(data: Data) -> dict[str, Floats]:
+def failures(data: Data) -> dict[str, Floats]:
     """Shares of the throws that failed, of runs by levels (R, T), by learner, as `errors`."""
     return _scores(data, lambda result: 1.0 - float(kept_rows(result["columns"])["success"].mean()))
 
@@ -100,7 +100,7 @@ def run_failures(data: Data) -> dict[str, Floats]:
 def profiles_figure(data: Data) -> Figure:
     """Share of the runs that err less, and that fail less, than each bound, with 95 % intervals."""
     figure, panels = subplots(2, 1, (WIDTH, 6.4))
-    shown = ((errors(data), 1000.0, "landing error [mm]"), (run_failures(data), 100.0, "throws that fail [%]"))
+    shown = ((errors(data), 1000.0, "landing error [mm]"), (failures(data), 100.0, "throws that fail [%]"))
     for axes, (scores, factor, text) in zip(panels, shown, strict=True):
         every = np.concatenate([runs.ravel() for runs in scores.values()])
         bounds = np.linspace(0.95 * every.min(), 1.05 * every.max(), POINTS)
@@ -116,7 +116,7 @@ def profiles_figure(data: Data) -> Figure:
 
 def grids(data: Data) -> list[Grid]:
     """Probability that a run of each learner is better than a run of each other one; none without two learners."""
-    shown = (("errs", errors(data)), ("fails", run_failures(data)))
+    shown = (("errs", errors(data)), ("fails", failures(data)))
     return [_grid(data, verb, scores) for verb, scores in shown if len(scores) > 1]
 
 

@@ -8,8 +8,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from pnt_gym.arrays import Floats
-
 from ..ground import metrics
 from ..ground.files import check_form
 from ..ground.tables import Grid, millimetres, percent
@@ -70,12 +68,9 @@ def grid(results: Path) -> Grid:
 def _rows(data: Data, labels: Sequence[str]) -> Iterator[tuple[str, Data]]:
     """Level and row of each label, after the most throws that it learned from."""
     for level in data["plan"]["levels"]:
-        last = {row["label"]: row for row in sorted(data["table"], key=_throws) if row["level"] == level}
+        ordered = sorted(data["table"], key=lambda row: row["throws"])
+        last = {row["label"]: row for row in ordered if row["level"] == level}
         yield from ((level, last[label]) for label in labels if label in last)
-
-
-def _throws(row: Data) -> int:
-    return int(row["throws"])
 
 
 def _results(data: Data, row: Data) -> list[Data]:
@@ -107,12 +102,7 @@ def _differences(results: Sequence[Data], reference: Sequence[Data], num_envs: i
     mine, theirs = (ThrowRecord.paired_columns(side, sides, num_envs) for side in sides)
     texts: list[str] = []
     for name, figure in ThrowRecord.figures.items():
-        left, right = _means(mine[name]), _means(theirs[name])
+        left, right = ([np.mean(column, axis=0) for column in side[name]] for side in (mine, theirs))
         difference = metrics.mean_difference if len(left) == 1 else metrics.rate_difference
         texts.append(figure.interval(difference(*left, *right)))
     return texts
-
-
-def _means(columns: Sequence[Floats]) -> list[Floats]:
-    """Columns (S, N) averaged over the seeds (N,)."""
-    return [np.mean(column, axis=0) for column in columns]

@@ -322,14 +322,9 @@ def side_by_side(
     return Grid(headline, [header[k] for k in kept], [[row[k] for k in kept] for row in rows], note)
 
 
-def _times(row: Data) -> str:
-    floor = row.get("times_floor")
-    return "-" if floor is None else f"{floor:.2f}"
-
-
 FIGURES: Final[Mapping[str, Callable[[Data], str]]] = {
     "error": lambda row: f"{1000 * row['landing_error_mean_m']:.1f} mm",
-    "x floor": _times,
+    "x floor": lambda row: "-" if row.get("times_floor") is None else f"{row['times_floor']:.2f}",
     "under 30 mm": lambda row: percent(row["landing_near_share"]),
     "success": lambda row: f"{100 * row['success_rate']:.1f} %",
     "sorted/min": lambda row: f"{row['sorted_per_min']:.1f}",

@@ -106,7 +106,8 @@ def grid(plan: StudyPlan, table: Table, data: Data) -> Grid:
     """A table of a study; its note tells of its first part."""
     part = plan.parts[table.parts[0] if table.parts else next(iter(plan.parts))]
     values = {**data, "throws": part.count(data["throws"]), "settings": part.settings}
-    rows = [row for row in data["rows"] if _is_shown(row, table)]
+    of_parts = [row for row in data["rows"] if not table.parts or row["part"] in table.parts]
+    rows = [row for row in of_parts if all(row.get(axis) in values for axis, values in table.where.items())]
     return make_grid(table, rows, values, plan.names)
 
 
@@ -162,8 +163,3 @@ def _pooled(rows: Sequence[Data], table: Table) -> Data:
         met = ", ".join(map(str, sorted(values)))
         raise UsageError(f"table {table.title!r}: {table.columns} {met} meet in a cell; they need different names")
     return pool(rows)
-
-
-def _is_shown(row: Data, table: Table) -> bool:
-    of_part = not table.parts or row["part"] in table.parts
-    return of_part and all(row.get(axis) in values for axis, values in table.where.items())

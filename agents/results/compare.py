@@ -69,7 +69,12 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     for (label, throws, level), group in groups.items():
         head = {"label": label, "throws": throws, "level": level, "train_level": group[0]["train_level"]}
         table.append({**head, "controller": group[0]["controller"], **record.summarise(group, plan.num_envs)})
-    _add_floors(plan, table)
+    for level, label in plan.floors.items():
+        rows = [row for row in table if row["level"] == level]
+        floors = sorted((r["throws"], r["landing_error_mean_m"]) for r in rows if r["label"] == label)
+        floor = floors[-1][1] if floors else None  # after most throws
+        for row in rows:
+            row["times_floor"] = None if floor is None else row["landing_error_mean_m"] / floor
     comparisons: list[dict[str, Any]] = []
     for candidate, baseline, level in product(plan.learned, plan.references, plan.levels):
         learned, reference = (groups.get((choice.label, choice.throws, level)) for choice in (candidate, baseline))
@@ -79,15 +84,6 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     figures = {name: figure.style() for name, figure in record.figures.items()}
     head = {"trial": trial_name(plan), "unit": trial.unit, "step": trial.step, "figures": figures}
     return {**head, "table": table, "comparisons": comparisons}
-
-
-def _add_floors(plan: Plan, table: list[dict[str, Any]]) -> None:
-    for level, label in plan.floors.items():
-        rows = [row for row in table if row["level"] == level]
-        floors = sorted((r["throws"], r["landing_error_mean_m"]) for r in rows if r["label"] == label)
-        floor = floors[-1][1] if floors else None  # after most throws
-        for row in rows:
-            row["times_floor"] = None if floor is None else row["landing_error_mean_m"] / floor
 
 
 def _difference(
@@ -190,7 +186,7 @@ def _rows(plan: Plan) -> dict[tuple[Any, ...], tuple[str, int]]:
         levels, train_level = entry.levels or plan.levels, entry.train_level or plan.train_level
         names = zip(entries.labels(entry), (entry.controller, *entry.also), strict=True)
         for (label, name), throws, seed, level in product(names, entry.throws, seeds_of(plan, entry), levels):
-            rows[label, throws, seed, level, train_level] = name, plan.count_of(trial, level, entry)
+            rows[label, throws, seed, level, train_level] = name, plan.count(trial, level, entry)
     return rows
 
 

@@ -176,7 +176,7 @@ def form(path: Path, data: dict[str, Any]) -> Content:
         UsageError: the data are of another form.
     """
     check_model(path, BenchmarkFile, data)
-    plan = plan_of_file(path, data["plan"])
+    plan = _plan(path, data["plan"])
     if "decimals" in data:
         file = folder_of(path) / ROWS
         tables = arrays(file, r"\d+")
@@ -184,7 +184,7 @@ def form(path: Path, data: dict[str, Any]) -> Content:
     return Content(plan, data, path)
 
 
-def plan_of_file(file: Path, plan: Any) -> Plan:
+def _plan(file: Path, plan: Any) -> Plan:
     """The plan that a benchmark's file holds.
 
     Raises:
@@ -283,16 +283,12 @@ def write(path: Path, head: Mapping[str, Any], results: Sequence[Result], polici
     data = {**head, "decimals": decimals, "results": rows}
     parts: list[str] = []
     for key, value in data.items():
-        lines = ",\n  ".join(json_text(entry, indent=None).rstrip() for entry in value) if _is_rows(value) else ""
+        entries: list[Any] = value if isinstance(value, list) else []
+        is_rows = all(isinstance(entry, dict) for entry in entries)
+        lines = ",\n  ".join(json_text(entry, indent=None).rstrip() for entry in entries) if is_rows else ""
         text = f"[\n  {lines}\n ]" if lines else json_text(value, indent=None).rstrip()
         parts.append(f" {json.dumps(key)}: {text}")
     deliver_text(path, ("{\n" + ",\n".join(parts) + "\n}\n"))
-
-
-def _is_rows(value: Any) -> bool:
-    return (
-        isinstance(value, list) and bool(value) and all(isinstance(entry, dict) for entry in cast("list[Any]", value))
-    )
 
 
 def without_columns(results: Sequence[Result]) -> tuple[list[Result], dict[str, int], dict[str, NDArray[Any]]]:

@@ -128,7 +128,7 @@ class Plan(Section):
         """Config of a level, as the environment reads it."""
         return _config(self.env, json.dumps(self.level(name), default=str))
 
-    def count_of(self, trial: type[Trial], level: str, entry: Entry | None = None) -> int:
+    def count(self, trial: type[Trial], level: str, entry: Entry | None = None) -> int:
         """Number of held-out units per seed on a level: for all entries, or for one entry, which may have fewer."""
         entry_count = None if entry is None else getattr(entry, trial.option, None)
         return entry_count or self.picks_on.get(level) or int(getattr(self, trial.option))
@@ -250,13 +250,13 @@ def _piece(
     levels = entry.levels or plan.levels
     train_level = entry.train_level or plan.train_level
     configs: dict[str, Any] = {level: plan.config(level) for level in (*levels, train_level)}
-    counts = {level: plan.count_of(kind, level, entry) for level in levels}
+    counts = {level: plan.count(kind, level, entry) for level in levels}
     excluded = {"label", "throws", "seeds", "levels", "train_level"}
     # Dependencies of an entry's figures beside code and levels: shipped settings and files, and trained policies.
     level_configs = list(configs.values())
     names = [value for _, value in kind.artefact_settings(entry.controller, level_configs, entry.options)]
     parts = [kind.dependencies(name, level_configs, entry.options, throws) for name in (entry.controller, *names)]
-    learned = [file_digest(name) for name in (entry.controller, *names) if is_learned(name)]
+    learned = [_digest(name) for name in (entry.controller, *names) if is_learned(name)]
     inputs = {
         "entry": entry.model_dump(mode="json", exclude=excluded),
         "throws": throws,
@@ -286,7 +286,7 @@ def results_code() -> str:
     return code_digest(CODE, ["agents.benchmark.run"])
 
 
-def file_digest(name: str) -> str:
+def _digest(name: str) -> str:
     """Digest of a trained policy: of its file, or of the policy in a run folder."""
     place = policy_place(name)
     return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
@@ -301,7 +301,7 @@ def _check_level(plan: Plan, level: str) -> None:
     entries = [entry for entry in plan.entries if level in (entry.levels or plan.levels)]
     for mode in dict.fromkeys(entry.action_mode for entry in entries):
         with closing(open_trial(plan.env, plan.level(level), 1, 1, mode)) as trial:
-            trial.check_count(plan.count_of(type(trial), level), plan.num_envs, level)
+            trial.check_count(plan.count(type(trial), level), plan.num_envs, level)
             for entry in entries:
                 if entry.action_mode == mode:
                     _check_entry(plan, entry, trial)

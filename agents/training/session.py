@@ -218,7 +218,7 @@ def learn(
             sb3.begin(model, steps_done + leg, total)
             model._last_obs = None  # makes learn() reset the environment
             model.learn(leg, callback=callback, log_interval=16, reset_num_timesteps=False)
-            folder.save_checkpoint(model)
+            folder.save(model)
     env.env = full_env
 
 
@@ -326,7 +326,7 @@ def _restore(session: Session, folder: RunFolder, new_steps: int | None) -> Base
         (folder.path / TABLE).unlink(missing_ok=True)  # of fewer throws
     kept = run_args if goes_on else {**run_args, "steps": recorded["steps"]}
     if kept != recorded:
-        folder.write_arguments(kept)
+        folder.write(kept)
     if model.num_timesteps >= run_args["steps"] and (folder.path / TABLE).is_file():
         raise UsageError(
             f"run {str(folder.path)!r} has done {model.num_timesteps} throws of {run_args['steps']}; "

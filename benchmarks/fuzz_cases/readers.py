@@ -22,8 +22,8 @@ from agents.fit.report import report
 from agents.fit.writing import page
 from agents.grasping.features import NAMES
 from agents.grasping.network import PlaceNetwork
+from agents.ground import levels
 from agents.ground.files import json_text
-from agents.ground.levels import full_text
 from agents.judging.loop import observed
 from agents.judging.trials import open_trial
 from agents.learning import trained
@@ -54,7 +54,7 @@ def read_whole_log(path: Path) -> None:
 def read_level(path: Path) -> None:
     """Read a level of the family of its name, and the same for people."""
     CONFIGS[path.stem].load(path)
-    full_text(str(path))
+    levels.text(str(path))
 
 
 def read_chances(path: Path) -> None:

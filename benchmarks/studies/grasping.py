@@ -11,9 +11,10 @@ from typing import Any, Final, cast
 
 import numpy as np
 
+from agents.grasping import rules
 from agents.grasping.features import SIGHTS, PlaceFeatures, place_features
 from agents.grasping.practice import Practice, network_places, practise
-from agents.grasping.rules import DEPTH_SETTINGS, PLACES, colour_settings, tune
+from agents.grasping.rules import DEPTH_SETTINGS, PLACES, tune
 from agents.grasping.scenes import Scenes, Tries, with_drawn_kinds
 from agents.ground.metrics import rate_difference, throughput, wilson
 from agents.judging.evaluation import open_cells
@@ -77,7 +78,7 @@ def tuning(settings: Settings, amount: Amount) -> Figures:
         amount: nothing of it.
     """
     depth = tune("grasp", DEPTH_SETTINGS, settings["tries"], settings["seed"])
-    colour = tune("grasp", colour_settings(depth), settings["tries"], settings["seed"] + 1)
+    colour = tune("grasp", rules.settings(depth), settings["tries"], settings["seed"] + 1)
     return {"tuned": list(depth), "coloured": list(colour)}
 
 

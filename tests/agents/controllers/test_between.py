@@ -253,7 +253,7 @@ def test_a_run_says_what_stands_between_and_older_ones_need_not(recipe: Argument
         "analytic", "virtual_goal", "static", "learned (recurrent_ppo)",
     ]  # fmt: skip
     old = {name: value for name, value in told.items() if name not in LATER}
-    RunFolder(run).write_arguments(old)
+    RunFolder(run).write(old)
     found = RunFolder(run).arguments
     assert (found["stack"], found["over"], found["fidelity"]) == (1, "analytic", "full")
 
@@ -275,7 +275,7 @@ def test_a_run_folder_that_says_otherwise_is_refused(
 ) -> None:
     main(replace(recipe, steps=20))
     run = tmp_path / "run"
-    RunFolder(run).write_arguments({**RunFolder(run).arguments, name: value})
+    RunFolder(run).write({**RunFolder(run).arguments, name: value})
     with closing(cells(1)) as env, pytest.raises(UsageError, match=said):
         make_controller(str(run), env)
 

@@ -41,7 +41,7 @@ def test_numpy_carries_out_what_torch_has_trained() -> None:
             theirs = unit(torch.cat([seen, lesson], dim=1), theirs)
             hidden = torch.nn.functional.silu(head(torch.cat([theirs, seen], dim=1)))
             expected = UNIT * answer(hidden).numpy()
-        memory = ours.update_memory(memory, thrown, z)
+        memory = ours.update(memory, thrown, z)
         np.testing.assert_allclose(memory, theirs.numpy(), atol=2e-6)
         np.testing.assert_allclose(ours.predict(memory, thrown), expected, atol=2e-7)
     assert np.abs(expected).max() > 1e-3

@@ -9,9 +9,9 @@ import pytest
 import yaml
 
 import pnt_gym
-from agents.fit import twins, writing
+from agents.fit import design, twins, writing
 from agents.fit.density import Density
-from agents.fit.design import DesignPool, information, optimal_throws
+from agents.fit.design import DesignPool, information
 from agents.fit.fitted import Fitted, fit_log
 from agents.fit.misfit import DEVIATION, EXPECTED, WINSOR, find_misfit
 from agents.fit.model import ThrowModel
@@ -178,7 +178,7 @@ def test_a_plan_tells_more_than_throws_that_come() -> None:
     parameters = priors(WASTE, SOME)
     pool = DesignPool(WASTE, 3)
     log = pool.log
-    chosen = optimal_throws(log, WASTE, parameters, 12)
+    chosen = design.choose(log, WASTE, parameters, 12)
     assert len({*chosen}) == 12
 
     slopes = information(log, WASTE, parameters, np.zeros(len(SOME)))

@@ -57,7 +57,7 @@ def test_nothing_hidden_is_in_a_log() -> None:
         trial.env.reset(seed=0)
         context = trial.core.context
         plans, _ = trial.core.plan(np.zeros((8, 2)))
-        known = ThrowLog.of_throws(context, plans)
+        known = ThrowLog.of(context, plans)
         o = context.objects
         grasp = context.measured_grasp  # what the sensors measured, which is computed from the true place
         names = ("mass", "size", "drag", "com_depth", "seal", "delay", "jitter", "yaw", "spin", "pick_chance")
@@ -65,14 +65,14 @@ def test_nothing_hidden_is_in_a_log() -> None:
             objects=o.replace(**{name: np.full_like(getattr(o, name), np.nan) for name in names}),
             unseen=np.full_like(context.unseen, np.nan),
         )
-        assert same_logs(ThrowLog.of_throws(blind, plans), known)
+        assert same_logs(ThrowLog.of(blind, plans), known)
         np.testing.assert_array_equal(known.grasp, grasp)
 
 
 def test_watched_throws_have_the_log_of_an_evaluation() -> None:
     with closing(Stage("analytic", "PnTRelease-v0", "waste_plain", 3)) as stage:
         recorder = Recorder(stage.core)
-        stage.begin_watched(recorder.watch)
+        stage.begin(recorder.watch)
         steps = recorder.keep(stage.steps)
         for _ in range(3):
             next(steps)

@@ -8,7 +8,7 @@ from agents.grasping.__main__ import Arguments, main
 from agents.grasping.features import NAMES, place_features
 from agents.grasping.network import PlaceNetwork
 from agents.grasping.practice import network_places, practise, worth_maps
-from agents.grasping.rules import DEPTH_SETTINGS, TUNED, Weights, colour_settings, rule_scores, tune
+from agents.grasping.rules import DEPTH_SETTINGS, TUNED, Weights, rule_scores, tune
 from agents.grasping.scenes import Scenes
 from agents.ground.cli import UsageError
 from pnt_gym.cells.grasp.images import pixel_places
@@ -67,7 +67,7 @@ def test_the_flattest_place_alone_is_worse_than_the_middle(scenes, features):
 
 def test_settings_differ_and_the_better_setting_is_chosen():
     assert len(set(DEPTH_SETTINGS)) == len(DEPTH_SETTINGS) == 72
-    assert len(set(colour_settings(TUNED))) == len(colour_settings(TUNED))
+    assert len(set(rules.settings(TUNED))) == len(rules.settings(TUNED))
     edges = Weights(distance=-2.0)
     assert tune("grasp", [edges, TUNED, edges._replace(slope=0.0)], 900, seed=0) == TUNED
 

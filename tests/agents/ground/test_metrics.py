@@ -104,7 +104,7 @@ def test_interval_covers_the_truth_as_often_as_it_says() -> None:
     random = np.random.default_rng(6)
     hits = 0
     for _ in range(200):
-        found = metrics.mean_interval(random.exponential(1.0, 80))
+        found = metrics.interval(random.exponential(1.0, 80))
         hits += found.low <= 1.0 <= found.high
     # 95 % of 200 is 190; the percentile interval of a skewed sample of 80 covers a little less.
     assert 176 <= hits <= 199

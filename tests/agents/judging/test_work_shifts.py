@@ -117,7 +117,7 @@ def test_counted_throws_split_what_a_table_cannot_tell():
         held=nothing + 9, missed=nothing + 1, lost=nothing + 2, strayed=nothing + 1, percent=np.array([40.0]),
         energy=np.array([[10.0], [20.0], [30.0], [np.nan]]), landings=(np.zeros((0, 2)),) * 4,
     )  # fmt: skip
-    fates = Fates.of_shifts(shifts, LineConfig.load("skills3"), counted)
+    fates = Fates.of(shifts, LineConfig.load("skills3"), counted)
     assert fates.splits
     assert fates.counts.sum(axis=0)[1].tolist() == [0.0, 0.25, 0.25, 0.5, 0.0, 0.0]
     assert fates.counts.sum() == 14.0

@@ -149,7 +149,7 @@ def test_the_beam_that_leaves_to_others_has_its_share_and_then_its_price_sought(
     tried = tuning.planner(pair, "price_beam", 1.0)
     first, last = tried[: len(tuning.SHARES)], tried[len(tuning.SHARES) :]
     assert [one.settings for one in first] == [{"price": 1.0, "share": share} for share in tuning.SHARES]
-    share = tuning.best_result(first).settings["share"]
+    share = tuning.best(first).settings["share"]
     assert [one.settings for one in last] == [{"price": factor, "share": share} for factor in tuning.AROUND]
 
 

@@ -119,7 +119,7 @@ def test_a_graph_that_is_not_the_whole_policy_is_not_written(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changes: dict[str, str], said: str
 ) -> None:
     monkeypatch.setattr(publish, "check_model", lambda folder: None)
-    RunFolder(run).write_arguments({**RunFolder(run).arguments, **changes})
+    RunFolder(run).write({**RunFolder(run).arguments, **changes})
     with pytest.raises(UsageError, match=f"{said}; give --no-onnx"):
         publish.main(Arguments(run, to=tmp_path / "kept", picks=4, video=False))
     assert not (tmp_path / "kept").exists()
