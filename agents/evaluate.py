@@ -81,7 +81,7 @@ def main(arguments: Arguments) -> None:
     from .ground import levels
     from .ground.levels import assumed_values
     from .judging import trials
-    from .judging.evaluation import judge
+    from .judging.evaluation import Learning, judge
     from .judging.trials import open_trial
     from .learning import trained
     from .pictures.stage import film
@@ -99,8 +99,8 @@ def main(arguments: Arguments) -> None:
         controller = trials.controller(trial, arguments.controller, settings, trust=arguments.trust)
         controller.reset(arguments.seed)
         count = getattr(arguments, trial.option, None) or trial.count()
-        chosen = {name: getattr(arguments, name) for name in ("practice", "online", "load", "save", "log")}
-        record, practice, conditions = judge(trial, controller, count, arguments.seed, **chosen)
+        learning = Learning(arguments.practice, arguments.online, arguments.load, arguments.save)
+        record, practice, conditions = judge(trial, controller, count, arguments.seed, learning, arguments.log)
         config = trial.core.config
     report = {"level": config.name, "seed": arguments.seed, "practice": practice, **record.report()}
     report |= assumed_values(config)

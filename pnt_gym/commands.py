@@ -54,7 +54,7 @@ def compare(a: Any, b: Any, env: Any, budget: int | None = None, seed: int = 0, 
     Raises:
         PntGymError: a policy, the environment or a figure is unknown, or a number has no meaning.
     """
-    return command_module("judging.comparison").compare(a, b, env, budget, seed, **options)
+    return command_module("judging.comparison").compare(a, b, env, seed, budget=budget, **options)
 
 
 def fit(log: str | Path, level: str | Path = "waste", **options: Any) -> dict[str, Any]:

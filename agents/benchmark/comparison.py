@@ -40,7 +40,7 @@ class Comparison:
     ) -> None:
         content.check(out)
         self._plan, self._out, self._about = plan, out, about or {}
-        self.jobs = jobs(choose_pieces(pieces(plan), labels))
+        self.jobs = jobs(_choose(pieces(plan), labels))
         self.unit = f"{trial_of_plan(plan).step}s"
         self._kept = _keep_rows(out, plan, labels) if labels else Part((), {}, 0.0)
 
@@ -70,7 +70,7 @@ def show(plan: Plan, table: Sequence[Mapping[str, Any]]) -> None:
         console().print(trial.record.comparison(title, rows, base))
 
 
-def choose_pieces(planned: Sequence[Piece], labels: Collection[str]) -> list[Piece]:
+def _choose(planned: Sequence[Piece], labels: Collection[str]) -> list[Piece]:
     """Pieces of the entries of these labels; all pieces when no label is given.
 
     Raises:

@@ -222,7 +222,7 @@ def _train(piece: Piece, folder: Path) -> Iterator[Lesson]:
             for throws in piece.throws:
                 began = time.perf_counter()
                 if model.num_timesteps < throws:
-                    session.learn(model, run, Stop(), checkpoint_every=throws, until=throws, quiet=True)
+                    session.learn(model, run, Stop(until=throws), checkpoint_every=throws, quiet=True)
                 seconds = round(time.perf_counter() - began, 1)
                 place = next(p for p in run.checkpoints if int(p.name) >= throws)
                 make_controller = partial(_checkpoint_policy, run, place, session.run_args)

@@ -87,7 +87,7 @@ def make(name: str, env: Env, **options: Any) -> Controller:
     if name in _SHIFTS:
         return _SHIFTS[name](env, _correction(name, env), **options)
     if name in GRASPING_NAMES:
-        return _grasping(name, env, options)
+        return _make(name, env, options)
     # The static policy of `static` has learned under drift; that of the other adaptive controllers in a cell without
     # drift, whose landings are not blurred.
     correction, core = _correction(name, env), core_of(env)
@@ -105,7 +105,7 @@ def _settings(name: str) -> list[str]:
     return settings_of(*([_SETTINGS[name]] if name in _SETTINGS else []))
 
 
-def _grasping(name: str, env: Env, options: Mapping[str, Any]) -> Controller:
+def _make(name: str, env: Env, options: Mapping[str, Any]) -> Controller:
     """Controller that grasps, with the residual that ships, or with none for the option `residual=none`."""
     core = core_of(env)
     if not isinstance(core, GraspCore):

@@ -173,10 +173,10 @@ def write(
         dataset = minari.create_dataset_from_buffers(
             name, [*map(_buffer, first)], env, env, data_format="hdf5", jpeg_encoding=False, **facts.minari
         )
-        _add_figures(dataset, first)
+        _write(dataset, first)
         for piece in pieces:
             dataset.update_dataset_from_buffer([*map(_buffer, piece)])
-            _add_figures(dataset, piece)
+            _write(dataset, piece)
     # Rewrite every array of an HDF5 file in one block, without the index of growing arrays.
     file = Path(dataset.storage.data_path) / MAIN
     small = temporary_path(file)
@@ -196,7 +196,7 @@ def columns(episode: Episode) -> dict[str, list[str]]:
     return {name: names for name, names in groups.items() if names}
 
 
-def _add_figures(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> None:
+def _write(dataset: minari.MinariDataset, episodes: Sequence[Episode]) -> None:
     """Write the figures of the last episodes of a dataset into the metadata of these episodes."""
     first = dataset.storage.total_episodes - len(episodes)
     entries = [(first + k, dict(episode.figures)) for k, episode in enumerate(episodes) if episode.figures]

@@ -34,7 +34,7 @@ _RULES: Final[Mapping[str, Callable[..., Controller]]] = {
     "price": lambda core, **found: IndexRule("price", "atc", **found),
     "beam": lambda core, **found: Beam("beam", core, **found),
     "price_beam": lambda core, **found: Beam("price_beam", core, **found),
-    GUIDED: lambda core, guide=SEARCHED, **found: GuidedBeam(GUIDED, core, _guide_controller(guide, core), **found),
+    GUIDED: lambda core, guide=SEARCHED, **found: GuidedBeam(GUIDED, core, _make(guide, core), **found),
     SEARCHED: lambda core, **found: ScoreController(SEARCHED, Scorer.linear(**found)),
 }
 _SETTINGS: Final[Mapping[str, Sequence[Callable[..., Any]]]] = {
@@ -103,7 +103,7 @@ def make(name: str, core: LineCore, **options: Any) -> Controller:
         raise UsageError(f"controller {name!r} has no settings {', '.join(map(str, chosen))}") from None
 
 
-def _guide_controller(name: str, core: LineCore) -> ScoreController:
+def _make(name: str, core: LineCore) -> ScoreController:
     """Scoring controller that guides a planner.
 
     Raises:

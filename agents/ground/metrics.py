@@ -178,7 +178,7 @@ def throughput(success: ArrayLike, cycle_time: ArrayLike) -> Throughput:
 def interval(values: ArrayLike) -> Interval:
     """Mean of values (N,) with its bootstrap percentile interval."""
     (rows,) = _columns(values=values)
-    return _percentiles(float(rows.mean()), _resampled_sums(rows) / len(rows))
+    return _interval(float(rows.mean()), _resampled_sums(rows) / len(rows))
 
 
 def mean_difference(a: ArrayLike, b: ArrayLike) -> Interval:
@@ -214,7 +214,7 @@ def rate_difference(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLik
         return 60.0 * (successes_a / seconds_a - successes_b / seconds_b)
 
     columns = np.stack([sa, ta, sb, tb], axis=1)
-    return _percentiles(float(rate(*columns.sum(axis=0))), rate(*_resampled_sums(columns).T))
+    return _interval(float(rate(*columns.sum(axis=0))), rate(*_resampled_sums(columns).T))
 
 
 def _resampled_sums(rows: Floats) -> Floats:
@@ -236,7 +236,7 @@ def _resample_counts(count: int) -> NDArray[np.uint16]:
     return np.concatenate(blocks).astype(np.uint16).reshape(RESAMPLES, count)
 
 
-def _percentiles(value: float, drawn: Floats) -> Interval:
+def _interval(value: float, drawn: Floats) -> Interval:
     tail = 50.0 * (1.0 - CONFIDENCE)
     low, high = np.percentile(drawn, [tail, 100.0 - tail])
     return Interval(value, float(low), float(high))

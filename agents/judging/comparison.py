@@ -271,13 +271,9 @@ def compare(
     a: Any,
     b: Any,
     env: str | gym.Env[Any, Any] | Env,
-    budget: int | None = None,
     seed: int = 0,
     *,
     others: Sequence[Any] = (),
-    figures: Sequence[str] | None = None,
-    margin: float | None = None,
-    cap: float | None = None,
     practice: int | None = None,
     trust: bool = False,
     progress: Callable[[Any], object] | None = None,
@@ -298,18 +294,13 @@ def compare(
             controller, or the name of a controller, which practises first if it learns.
         b: likewise, with another name.
         env: as `evaluate` takes it.
-        budget: largest number of throws, or of work shifts of a line, of each policy; None for five evaluations, 1,000
-            throws.
         seed: seed of the objects, which no training, practice or evaluation with any seed sees.
         others: further policies; every pair is compared.
-        figures: names of the compared figures, of which the first decides when to stop; None for all figures.
-        margin: difference of the first figure that does not matter, in the figure's unit; the comparison also stops
-            when the difference is settled to be smaller.
-        cap: largest difference of the first figure between two throws that counts, in the figure's unit.
         practice: practice throws of policies that learn; None for the default of each.
         trust: run the code in an RL-Zoo folder or a model.zip that a policy names.
         progress: called after each block.
-        options: level, action_mode, num_envs and threads for an id, see `make_vector`.
+        options: figures, margin, cap and budget, see `Rules`; level, action_mode, num_envs and threads for an id, see
+            `make_vector`.
 
     Returns:
         `sentences`, `notes` on the means, and for each of `pairs` the difference a - b of each figure in SI units: the
@@ -322,9 +313,10 @@ def compare(
     """
     if isinstance(others, str):
         raise UsageError(f"others is {others!r}; it must be a list of policies, as in [{others!r}]")
-    with open_cells(env, options, signature(compare).parameters) as cells:
+    given = {name: options.pop(name) for name in Rules.__dataclass_fields__ if name in options}
+    with open_cells(env, options, (*signature(compare).parameters, *Rules.__dataclass_fields__)) as cells:
         trial = trial_of(cells)
-        rules = typed(Rules, {"figures": figures, "margin": margin, "cap": cap, "budget": budget})
+        rules = typed(Rules, given)
         rules.measures(trial.record)  # a mistake is reported before the practice
         controllers, steps = prepare(trial, (a, b, *others), seed, practice, trust=trust)
         comparison = Comparison(trial, controllers, seed, rules)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from inspect import signature
 from pathlib import Path
@@ -123,17 +124,22 @@ class Judgement(NamedTuple):
     conditions: str
 
 
+@dataclass(frozen=True)
+class Learning:
+    """What a controller learns around its evaluation."""
+
+    practice: int | None = None
+    """Number of practice steps before the evaluation; None for the usual number."""
+    online: bool = False
+    """Let the controller go on learning during the evaluation."""
+    load: Path | None = None
+    """File of a state that the controller begins with."""
+    save: Path | None = None
+    """File to which the learned state is saved."""
+
+
 def judge(
-    trial: Trial,
-    controller: Controller,
-    count: int,
-    seed: int,
-    *,
-    practice: int | None = None,
-    online: bool = False,
-    load: Path | None = None,
-    save: Path | None = None,
-    log: Path | None = None,
+    trial: Trial, controller: Controller, count: int, seed: int, learning: Learning, log: Path | None = None
 ) -> Judgement:
     """Let a controller practise, then evaluate it, with a progress bar for each.
 
@@ -142,18 +148,15 @@ def judge(
         controller: already reset.
         count: number of held-out units.
         seed: seed of the units.
-        practice: number of practice steps; None for the usual number.
-        online: let the controller go on learning during the evaluation.
-        load: file of a state that the controller begins with.
-        save: file to which the learned state is saved.
+        learning: what the controller learns before and during the evaluation.
         log: file of a log of the evaluated throws; None for no log.
 
     Raises:
         UsageError: the throws of the environment have no log; or practice, `online` or a file is given for a controller
             that does not learn, or the file does not fit this controller.
     """
-    steps = state.steps(controller, trial.practice(controller), practice, load, save)
-    state.check(controller, online=online)
+    steps = state.steps(controller, trial.practice(controller), learning.practice, learning.load, learning.save)
+    state.check(controller, online=learning.online)
     recorder = None if log is None else Recorder(trial.core)
     name = trial.core.config.name
     conditions = f"level {name}, {count} {trial.unit}, seed {seed}"
@@ -165,9 +168,9 @@ def judge(
             judged = trial.practise(controller, steps, seed, progress=advance)
         advance = partial(bar.advance, bar.add_task("evaluation", total=count))
         judged = judged if recorder is None else recorder.watch(judged)
-        record = trial.run(judged, count, seed, online=online, progress=advance)
-    if save is not None and isinstance(controller, Learner):
-        save_state(controller, save)
+        record = trial.run(judged, count, seed, online=learning.online, progress=advance)
+    if learning.save is not None and isinstance(controller, Learner):
+        save_state(controller, learning.save)
     if recorder is not None and log is not None:
         deliver_text(log, recorder.text(record, seed))
     return Judgement(record, steps, conditions)

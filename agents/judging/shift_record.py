@@ -161,7 +161,7 @@ class ShiftRecord(Record):
             *((label, text) for label, text in energy if text != "-"),
             *_losses(summary),
             *bins,
-            *_robots(summary),
+            *_lines(summary),
         ]
 
     @classmethod
@@ -221,7 +221,7 @@ def _losses(summary: Summary) -> Iterator[tuple[str, str]]:
         yield f"{item}: recovery, largest loss", f"{percent(shares['sorted'])}, {words}"
 
 
-def _robots(summary: Summary) -> Iterator[tuple[str, str]]:
+def _lines(summary: Summary) -> Iterator[tuple[str, str]]:
     """Lines of the robots: time at work, picks and standstill."""
     columns = (summary[key] for key in ("robots", "utilisation", "picks_by_robot", "wait_by_robot_s"))
     for name, at_work, picks, wait in zip(*columns, strict=True):

@@ -26,9 +26,14 @@ LINE = re.compile(r"(\d{1,15}),(\d{1,15}\.\d+),", re.ASCII)
 
 @final
 class Stop:
-    """State of a request to stop by a signal; the current step is finished first."""
+    """When a training stops: at a request by a signal, after the current step, or at a number of throws.
 
-    def __init__(self) -> None:
+    Args:
+        until: throws at which the training stops, and can go on later to its total number; None for this number.
+    """
+
+    def __init__(self, until: int | None = None) -> None:
+        self.until = until
         self.number: int | None = None
         """Number of the signal, or None."""
 

@@ -180,11 +180,9 @@ def load(
         with archive(file, PARTS, MOST_MODEL) as (parts, infos):
             stored = parsed_json(parts.read("data"))
             names = [info.filename for info in infos if info.filename.endswith(".pth")]
-            tensors = {name: _tensors(parts.read(name)) for name in names}
+            tensors = {name: _read(parts.read(name)) for name in names}
         _check(tensors)
-        model: Any = _make_model(
-            run_args["algo"], env or _stub_env(stored, run_args["num_envs"]), settings, run_args["seed"]
-        )
+        model: Any = _make(run_args["algo"], env or _stub_env(stored, run_args["num_envs"]), settings, run_args["seed"])
         states, variables = model._get_torch_save_params()
         model.set_parameters({name: tensors[f"{name}.pth"] for name in states})
         for name in states:
@@ -223,7 +221,7 @@ def _stub_env(stored: Mapping[str, Any], count: int) -> VecEnv:
     return rows
 
 
-def _tensors(data: bytes) -> dict[str, Any]:
+def _read(data: bytes) -> dict[str, Any]:
     with archive(BytesIO(data), INNER, MOST_MODEL), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # errors report foreign files
         return torch.load(BytesIO(data), map_location="cpu", weights_only=True)
@@ -265,12 +263,12 @@ def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
     Raises:
         UsageError: the settings do not fit the algorithm.
     """
-    model = _make_model(algo, env, settings, seed)
+    model = _make(algo, env, settings, seed)
     _start_at_zero(model)
     return model
 
 
-def _make_model(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
+def _make(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> BaseAlgorithm:
     """A model with random weights."""
     torch.set_num_threads(1)  # small networks are slower on many threads than on one
     chosen = algorithm_arguments(deepcopy(dict(settings)))  # stable-baselines3 adds to the dicts it is given

@@ -47,7 +47,7 @@ def save_onnx(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> N
     if isinstance(policy, Actor) and policy.output != "scores":
         # Make sure that the runtime acts like the policy, on all sample observations at once and on the first
         # alone.
-        session, observations = _session(model), _sample_observations(policy.sizes[0])
+        session, observations = _session(model), _sample(policy.sizes[0])
         actions = [session.run(["action"], {"observation": rows})[0] for rows in (observations, observations[:1])]
         differences = np.abs(np.concatenate(actions) - policy(np.concatenate([observations, observations[:1]]))) / (
             policy.high - policy.low
@@ -190,14 +190,14 @@ def _session(model: Any) -> Any:
     return onnxruntime.InferenceSession(model.SerializeToString(), options, providers=["CPUExecutionProvider"])
 
 
-def _sample_observations(size: int) -> NDArray[np.float32]:
+def _sample(size: int) -> NDArray[np.float32]:
     """Random observations (ROWS, size) on which graph and policy are compared."""
     return (2.0 * np.random.default_rng(0).standard_normal((ROWS, size))).astype(np.float32)
 
 
 def _check_choices(model: Any, policy: Actor | Scorer) -> None:
     """Make sure that the runtime chooses like the policy, on all sample observations at once and on the first alone."""
-    session, observations = _session(model), _sample_observations(ENTRIES)
+    session, observations = _session(model), _sample(ENTRIES)
     real, scores = choice_mask(observations), policy(observations)
     expected = ScoreController("", policy).act(decisions.observe(observations))
     for rows in (slice(None), slice(1)):

@@ -75,7 +75,7 @@ class Point(NamedTuple):
 
 def curves_values(results: Data) -> dict[str, Any]:
     """The nearest learner after few throws, the first near the floor, and a learner without a planner at its end."""
-    data = _study_rows(results["curves"], "controller", "throws", "landing_error_mean_m")
+    data = _read(results["curves"], "controller", "throws", "landing_error_mean_m")
     fixed = {row["controller"]: row["landing_error_mean_m"] for row in data["rows"] if row["part"] == FIXED}
     if not {"analytic", "floor"} <= set(fixed):
         raise NoFigure("no planner and no floor")
@@ -98,7 +98,7 @@ def curves_values(results: Data) -> dict[str, Any]:
 
 def mismatch_values(results: Data) -> dict[str, Any]:
     """From which mismatch learning sorts more, for each effect, and the best learner with all of them."""
-    data = _study_rows(results["mismatch"], "effect", "mismatch", "landing_error_m", "sorted_per_min")
+    data = _read(results["mismatch"], "effect", "mismatch", "landing_error_m", "sorted_per_min")
     # The smallest mismatch from which a learner sorts more per minute than the planner, by effect.
     pays: dict[str, float | None] = {}
     for effect in dict.fromkeys(row["effect"] for row in data["rows"]):
@@ -111,7 +111,7 @@ def mismatch_values(results: Data) -> dict[str, Any]:
     return {"least": known[0], "most": known[-1], "row": min(ends, key=itemgetter("learned_m"))}
 
 
-def _study_rows(data: Data, *names: str) -> Data:
+def _read(data: Data, *names: str) -> Data:
     """A study whose rows have figures of these names.
 
     Raises:

@@ -173,7 +173,7 @@ def _over(row: Data, static: Mapping[tuple[str, int], Data]) -> str:
 def conditions(data: Data, count: str, meaning: str) -> str:
     """Count, seeds and versions behind the tables, and what else is to be said of them."""
     plan = data["plan"]
-    where = "the level itself" if plan["train_level"] == "each" else f"{plan['train_level']}{_other_train_levels(data)}"
+    where = "the level itself" if plan["train_level"] == "each" else f"{plan['train_level']}{_text(data)}"
     return (
         f"{count} per seed and level on {plan['env']}, {_seeds(plan['seeds'])} of the learning, learned on {where}; "
         f"{meaning}. Versions: "
@@ -189,7 +189,7 @@ def _seeds(seeds: Sequence[int]) -> str:
     return f"seed{'s' * (len(seeds) > 1)} {', '.join(map(str, seeds))}"
 
 
-def _other_train_levels(data: Data) -> str:
+def _text(data: Data) -> str:
     """Controllers that learned on another level than most, with that level, in brackets."""
     labels_by_level: dict[str, dict[str, None]] = {}
     for row in data["table"]:

@@ -134,7 +134,7 @@ def make_grid(table: Table, rows: Sequence[Data], values: Data, names: Names = M
         line = meeting.setdefault(tuple(_text(text, row, names) for text in table.index.values()), {})
         line.setdefault(_name(table.columns, row, names), []).append(row)
     lines = [
-        [*index, *(_text(table.figure, _pooled(line[name], table), names) if name in line else NONE for name in header)]
+        [*index, *(_text(table.figure, _row(line[name], table), names) if name in line else NONE for name in header)]
         for index, line in meeting.items()
     ]
     return Grid(table.title, [*table.index, *header], lines, note)
@@ -152,7 +152,7 @@ def _name(axis: str, row: Data, names: Names) -> str:
     return names.get(axis, {}).get(value) or (f"{value:g}" if isinstance(value, float) else str(value))
 
 
-def _pooled(rows: Sequence[Data], table: Table) -> Data:
+def _row(rows: Sequence[Data], table: Table) -> Data:
     """The rows that meet in a cell, as one.
 
     Raises:

@@ -68,14 +68,17 @@ class Row:
         *,
         within: float | None = None,
         note: str = "",
-        explained: Value = None,
         holds: bool | None = None,
         statement: str = "",
         **details: Any,
     ) -> Row:
         """A figure of the paper under its own conditions; `within` is the tolerance (see `printed` and `share`)."""
-        row = cls(quantity, published, reproduced, unit, note, within, explained=explained, holds=holds)
+        row = cls(quantity, published, reproduced, unit, note, within, holds=holds)
         return replace(row, statement=statement, details=details)
+
+    def explain(self, value: Value) -> Row:
+        """The row with the value that one slip in the paper would give."""
+        return replace(self, explained=value)
 
     @classmethod
     def ours(

@@ -33,7 +33,7 @@ def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[di
         for paper in papers
     }
     figures = {
-        paper: {**_merge(parts, "figures"), **overviews[paper].figures} for paper, parts in papers.items()
+        paper: {**_join(parts, "figures"), **overviews[paper].figures} for paper, parts in papers.items()
     }  # fmt: skip
     record = {
         "command": command,
@@ -42,7 +42,7 @@ def assemble(command: str, results: Mapping[str, Mapping[str, Any]]) -> tuple[di
         "papers": list(papers),
         "titles": {paper: package(paper).SHORT for paper in papers},
         "figures": {paper: list(drawn) for paper, drawn in figures.items()},
-        "data": {paper: _merge(parts, "data") for paper, parts in papers.items()},
+        "data": {paper: _join(parts, "data") for paper, parts in papers.items()},
         "overview": {paper: _as_json(overview) for paper, overview in overviews.items()},
         "grids": {paper: [grid for part in parts for grid in part["grids"]] for paper, parts in papers.items()},
         "rows": rows,
@@ -148,7 +148,7 @@ def _rows(record: Record, paper: str) -> list[Mapping[str, Any]]:
     return [row for row in rows if row["published"] is not None and row["verdict"] != "ours"]
 
 
-def _merge(parts: Iterable[Mapping[str, Any]], entry: str) -> dict[str, Any]:
+def _join(parts: Iterable[Mapping[str, Any]], entry: str) -> dict[str, Any]:
     """An entry of all parts, merged into one mapping."""
     return {name: value for part in parts for name, value in part[entry].items()}
 

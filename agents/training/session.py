@@ -170,13 +170,9 @@ def learn(
     window: Window,
     *,
     quick: Env | None = None,
-    until: int | None = None,
-    tensorboard: bool = False,
     quiet: bool = False,
 ) -> None:
     """Train in legs from checkpoint to checkpoint, in `quick`, if given, until the last `full_last` throws.
-
-    With `until` the training stops at this throw, and can go on later to the total number of throws.
 
     Each leg starts from newly seeded environments, whether or not the process was restarted in between. So a resumed
     run equals an uninterrupted run bit for bit.
@@ -186,8 +182,8 @@ def learn(
     from ..learning import sb3  # noqa: PLC0415
     from ..learning.progress import ProgressCallback  # noqa: PLC0415
 
-    logger = configure(str(folder.path / "tensorboard"), ["tensorboard"]) if tensorboard else Logger(None, [])
-    model.set_logger(logger)
+    is_logged = run_args.get("tensorboard", False)
+    model.set_logger(configure(str(folder.path / "tensorboard"), ["tensorboard"]) if is_logged else Logger(None, []))
     total, every = run_args["steps"], run_args["checkpoint_every"]
     change, full_env = total - run_args.get("full_last", 0) if quick is not None else 0, env.env
     with throws_bar("rate", "success", "error", quiet=quiet) as bar:
@@ -210,7 +206,7 @@ def learn(
             )
 
         callback = ProgressCallback(folder.path / "progress.csv", model.num_timesteps, stop, window, show)
-        while model.num_timesteps < (until or total) and not stop.is_set:
+        while model.num_timesteps < (stop.until or total) and not stop.is_set:
             steps_done = model.num_timesteps
             env.env = quick if quick is not None and steps_done < change else full_env
             leg = min((steps_done // every + 1) * every, change if steps_done < change else total) - steps_done
@@ -263,7 +259,13 @@ class Session:
         return RunFolder.create(place, self.run_args, self.settings, config, model), model
 
     def learn(
-        self, model: BaseAlgorithm, folder: RunFolder, stop: Stop, *, checkpoint_every: int | None = None, **how: Any
+        self,
+        model: BaseAlgorithm,
+        folder: RunFolder,
+        stop: Stop,
+        *,
+        checkpoint_every: int | None = None,
+        quiet: bool = False,
     ) -> None:
         """Train in legs.
 
@@ -272,12 +274,12 @@ class Session:
             folder: folder of the run.
             stop: checked after each batch.
             checkpoint_every: steps between checkpoints; None for the number in the training's arguments.
-            how: further arguments of `agents.training.session.learn`.
+            quiet: show no progress.
         """
         run_args = (
             self.run_args if checkpoint_every is None else {**self.run_args, "checkpoint_every": checkpoint_every}
         )
-        learn(model, self.env, folder, run_args, stop, self.trial.window(), quick=self._quick, **how)
+        learn(model, self.env, folder, run_args, stop, self.trial.window(), quick=self._quick, quiet=quiet)
 
     def close(self) -> None:
         """Close the cells of flights alone; the trial's own cells stay open."""
@@ -310,7 +312,7 @@ def run_session(
             folder, model = session.create(None if out is None else destination(out))
             ends.enter_context(lock_folder(folder.path))
             ends.enter_context(folder.remove_on_error())
-        session.learn(model, folder, stop, tensorboard=session.run_args["tensorboard"])
+        session.learn(model, folder, stop)
     return folder, model.num_timesteps, stop.number
 
 
