@@ -79,7 +79,6 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Evaluate the controller, print the table, and write the files asked for."""
     from .ground import levels
-    from .ground.levels import assumed_values
     from .judging import trials
     from .judging.evaluation import Learning, judge
     from .judging.trials import open_trial
@@ -103,7 +102,7 @@ def main(arguments: Arguments) -> None:
         record, practice, conditions = judge(trial, controller, count, arguments.seed, learning, arguments.log)
         config = trial.core.config
     report = {"level": config.name, "seed": arguments.seed, "practice": practice, **record.report()}
-    report |= assumed_values(config)
+    report |= levels.values(config)
     console().print(record.table(f"{controller.name} on {env_id}, {conditions}", report))
     levels.show(config)
     if note := getattr(controller, "note", ""):

@@ -10,9 +10,10 @@ from typing import Annotated, Final
 from .controllers import GRASPING_NAMES, NAMES, Learner, make_controller, named
 from .dispatchers.registry import CHOICES
 from .dispatchers.registry import NAMES as LINE_NAMES
+from .ground import shipped
 from .ground.cli import option, run
 from .ground.environments import make_vector
-from .ground.shipped import POLICIES, PREFIX, policy_place
+from .ground.shipped import POLICIES, PREFIX
 from .ground.tables import Grid, console
 
 EVERYWHERE: Final = "PnTAdapt-v0"
@@ -32,15 +33,15 @@ class Arguments:
 def main(arguments: Arguments) -> None:
     """Print the lists, or the place of one shipped policy."""
     if arguments.where is not None:
-        print(policy_place(f"{PREFIX}{arguments.where.removeprefix(PREFIX)}"))
+        print(shipped.place(f"{PREFIX}{arguments.where.removeprefix(PREFIX)}"))
         return
     rows = [(name, CHOICES[name]) for name in LINE_NAMES]
-    shipped = [(f"{PREFIX}{name}", policy.env, policy.purpose) for name, policy in POLICIES.items()]
+    policies = [(f"{PREFIX}{name}", policy.env, policy.purpose) for name, policy in POLICIES.items()]
     for grid in (
         _grid("controllers of throws", EVERYWHERE, [name for name in NAMES if name not in GRASPING_NAMES]),
         _grid("controllers that grasp and throw", GRASPING, GRASPING_NAMES),
         Grid("controllers of a line", ("controller", "its choice"), rows),
-        Grid("policies that ship", ("controller", "trained in", "what it does"), shipped),
+        Grid("policies that ship", ("controller", "trained in", "what it does"), policies),
     ):
         console().print(grid.terminal())
 

@@ -106,4 +106,4 @@ def shipped_policy(name: str) -> Path:
         PntGymError: no shipped policy has this name.
     """
     shipped = command_module("ground.shipped")
-    return cast("Path", shipped.policy_place(f"{shipped.PREFIX}{str(name).removeprefix(shipped.PREFIX)}"))
+    return cast("Path", shipped.place(f"{shipped.PREFIX}{str(name).removeprefix(shipped.PREFIX)}"))

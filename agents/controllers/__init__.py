@@ -13,7 +13,7 @@ from pnt_gym.names import unknown_name
 from ..ground import shipped
 from ..ground.cli import UsageError, about, check_known
 from ..ground.environments import Env
-from ..ground.shipped import CORRECTING, DECIDING, PREFIX, is_shipped, module_of, policy_place
+from ..ground.shipped import CORRECTING, DECIDING, PREFIX, is_shipped, module_of
 from . import named, own
 from .named import GRASPING_NAMES, NAMES
 from .own import controller_of, import_controller
@@ -53,7 +53,7 @@ def make_controller(name: str, env: Env, *, trust: bool = False, **options: Any)
         )
     if name in NAMES:
         return named.make(name, env, **options)
-    place = policy_place(name)
+    place = shipped.place(name)
     if is_shipped(name) and name.removeprefix(PREFIX) in DECIDING:
         raise UsageError(f"{name!r} decides on a line; here controllers correct throws")
     if os.path.isdir(place) or name.endswith(".zip"):

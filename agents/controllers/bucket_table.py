@@ -15,7 +15,7 @@ from pnt_gym.arrays import Floats
 from pnt_gym.cells.base.action import Correction
 
 from . import protocol
-from .protocol import Actions, Learner, Observation, Outcome, State, ideal_offset, is_instructive, to_action
+from .protocol import Actions, Learner, Observation, Outcome, State, ideal_offsets, is_instructive, to_action
 
 ANY = "*"
 
@@ -61,7 +61,7 @@ class BucketTable(Learner):
         A batch gives the same update as its throws one after another: with the offset s in force, s + K (d - z) = s + K
         (ideal - s).
         """
-        offsets = ideal_offset(outcome, self._correction)
+        offsets = ideal_offsets(outcome, self._correction)
         usable = is_instructive(outcome)
         observation = outcome.observation
         for row, bucket in enumerate(self._correction.buckets(observation.features, observation.kind)):

@@ -60,7 +60,7 @@ def controller_of(policy: Any, env: Env) -> Controller:
     if hasattr(policy, "act"):
         return _check(policy, repr(type(policy).__name__))
     if hasattr(policy, "predict"):
-        return model_policy(policy, type(policy).__name__.lower(), env)
+        return _policy(policy, type(policy).__name__.lower(), env)
     if callable(policy):
         return Policy(policy, getattr(policy, "__name__", type(policy).__name__), kind=env.single_action_space.dtype)
     raise UsageError(f"a policy is a controller, a model or a function of observations, not {policy!r}")
@@ -120,14 +120,14 @@ def load(place: Path, env: Env, *, trust: bool = False) -> Controller:
     files, label = trained.find(place), f"the policy of {str(place)!r}"
     if files.is_run:
         run = RunFolder(place)
-        return run_policy(run.load_actor(), run.arguments, env, label)
+        return run_policy(run.actor(), run.arguments, env, label)
     trained.check(place, trust)
     from ..learning import sb3  # noqa: PLC0415 - torch takes a second to import
     from ..learning.sb3 import load_policy  # noqa: PLC0415 - torch takes a second to import
     from ..learning.vec_env import SameStepVecEnv  # noqa: PLC0415 - as above
 
     model = load_policy(files.model)
-    policy = model_policy(model, type(model).__name__.lower(), env, label)
+    policy = _policy(model, type(model).__name__.lower(), env, label)
     if files.statistics is None:
         if isinstance(policy, Policy):
             policy.note = f"{label} gets raw observations: no {STATISTICS} lies beside {files.model.name}"
@@ -175,7 +175,7 @@ def _actor_controller(actor: Actor, name: str, env: Env, label: str, stack: int 
     return MemoryPolicy(actor, name, between.make(env, stack, over))
 
 
-def model_policy(model: Any, name: str, env: Env, label: str = "the model") -> Controller:
+def _policy(model: Any, name: str, env: Env, label: str = "the model") -> Controller:
     """Controller of a stable-baselines3 model's mean action.
 
     Raises:

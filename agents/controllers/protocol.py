@@ -119,7 +119,7 @@ def to_action(offset: Floats, correction: Correction) -> Actions:
     return np.clip(offset / correction.scale, -1.0, 1.0).astype(np.float32)
 
 
-def ideal_offset(outcome: Outcome, correction: Correction) -> Floats:
+def ideal_offsets(outcome: Outcome, correction: Correction) -> Floats:
     """Offset (N, E) that would have brought each throw to its goal.
 
     The outcome is assumed to follow the offset one to one: the offset of the action minus the error. The result is

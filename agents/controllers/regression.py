@@ -21,7 +21,7 @@ from ..ground.cli import UsageError, check_libraries
 from ..ground.fitting import fit_from
 from ..policies import networks
 from ..policies.networks import Layers, layers_from_torch
-from .protocol import Actions, Learner, Observation, Outcome, State, ideal_offset, is_instructive, to_action
+from .protocol import Actions, Learner, Observation, Outcome, State, ideal_offsets, is_instructive, to_action
 
 BATCH = 256
 
@@ -250,7 +250,7 @@ class OnPolicyRegression(Learner):
         """Add the throws to the data; renew the fit when a round is over."""
         usable = is_instructive(outcome)
         self._features.append(outcome.observation.features[usable].astype(np.float64))
-        self._shifts.append(ideal_offset(outcome, self._correction)[usable])
+        self._shifts.append(ideal_offsets(outcome, self._correction)[usable])
         self._count += int(usable.sum())
         if self._exploring:
             due = bool(self._rounds) and self._count >= self._rounds[0]

@@ -28,7 +28,7 @@ from ..ground.files import check_form
 from ..ground.shipped import module_of
 from ..ground.versions import code_digest
 from ..ground.work import Job, key
-from ..judging.trials import trial_of
+from ..judging import trials
 from .episodes import Episode, Noise, episode_seeds, episodes
 
 CHUNK: Final = 512
@@ -77,7 +77,7 @@ class ControllerRecipe:
                 (Path(folder) / path).parent.mkdir(parents=True, exist_ok=True)
                 (Path(folder) / path).write_bytes(content)
             name = str(Path(folder) / self.name) if self.files else self.name
-            controller = trial_of(env).controller(name, trust=self.trust)
+            controller = trials.of(env).controller(name, trust=self.trust)
         controller.reset(seed)
         if self.state is not None and isinstance(controller, Learner):
             controller.restore(self.state)

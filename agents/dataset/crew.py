@@ -16,11 +16,10 @@ from gymnasium.spaces import Box
 from rich.progress import Progress
 
 from ..controllers.protocol import Controller, Learner
-from ..ground import metrics
+from ..ground import metrics, shipped
 from ..ground.cli import UsageError, about
 from ..ground.cluster import Needs
 from ..ground.environments import Role
-from ..ground.shipped import policy_place
 from ..ground.tables import Grid, millimetres, percent, throws_bar
 from ..ground.work import Pool, keep_missing
 from ..judging.trial import Trial
@@ -105,7 +104,7 @@ def collection_task(
     controller: str, env: str | None, level: str | None, mode: str | None
 ) -> tuple[str, str | None, str | None]:
     """Environment id, level and action mode of a collection; level and mode are None for the defaults."""
-    if env is None and not os.path.isdir(policy_place(controller)):
+    if env is None and not os.path.isdir(shipped.place(controller)):
         env, level = "PnTRelease-v0", "waste" if level is None else level
     return trained.resolve(controller, env, level, mode)
 
@@ -184,7 +183,7 @@ class Crew:
                 advance = partial(bar.advance, bar.add_task(f"practice of {controller.name}", total=practice))
                 self.trial.practise(controller, practice, self.seed, progress=advance)
             state = controller.state()
-        place = policy_place(policy_name)
+        place = shipped.place(policy_name)
         is_trained = os.path.isdir(place) or place.suffix in (".zip", ".npz")
         files = trained.files(place) if is_trained else {}
         return Collection(
@@ -264,5 +263,5 @@ class EpisodeStore:
 
 def _describe(controller: Controller, policy_name: str) -> str:
     """Description of a controller: its name and the name of its folder, without the folder's path."""
-    place = policy_place(policy_name)
+    place = shipped.place(policy_name)
     return f"{controller.name} of {place.name}" if os.path.isdir(place) else controller.name

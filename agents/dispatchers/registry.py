@@ -14,7 +14,7 @@ from ..controllers.protocol import Controller
 from ..ground import shipped
 from ..ground.cli import UsageError, about, check_known, settings_of
 from ..ground.environments import Env, core_of
-from ..ground.shipped import DECIDING, LINE, policy_place
+from ..ground.shipped import DECIDING, LINE
 from ..policies.scorer import Scorer
 from .lookahead import Beam, GuidedBeam, Lookahead
 from .rules import IndexRule, RandomChoice, ScoreController, run_scores
@@ -82,7 +82,7 @@ def make(name: str, core: LineCore, **options: Any) -> Controller:
         UsageError: the name belongs to no controller of a line.
     """
     if name not in _RULES:
-        place = policy_place(name)
+        place = shipped.place(name)
         if os.path.isdir(place) or place.suffix == ".npz":
             with about(f"controller {name!r}"):
                 check_known("setting", options, ())

@@ -46,7 +46,7 @@ def centroid(features: PlaceFeatures) -> Floats:
     return features.best(-features.column("distance"))
 
 
-def rule_scores(features: PlaceFeatures, weights: Weights) -> Floats:
+def scores(features: PlaceFeatures, weights: Weights) -> Floats:
     """Scores (T,) of places."""
     column = features.column
     odd = np.abs(column("gray_in") - column("object_gray")) + np.abs(column("warm_in") - column("object_warm"))
@@ -60,10 +60,10 @@ def rule_scores(features: PlaceFeatures, weights: Weights) -> Floats:
 def mean_scores(features: PlaceFeatures, weights: Weights = TUNED) -> Floats:
     """Scores (T,) of places, averaged over the error of the cup's place."""
     row, column = features.pixel.T
-    scores = blur_maps(features.maps(rule_scores(features, weights), 0.0))
+    maps = blur_maps(features.maps(scores(features, weights), 0.0))
     # Places beside the object have no score, so a mean is one over the places that have.
     weight = blur_maps(features.maps(np.ones(len(row)), 0.0))
-    return scores[features.picture, row, column] / weight[features.picture, row, column]
+    return maps[features.picture, row, column] / weight[features.picture, row, column]
 
 
 def places(features: PlaceFeatures, weights: Weights = TUNED) -> Floats:

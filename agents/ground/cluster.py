@@ -84,7 +84,7 @@ def _on_cluster(
         pack(Path(folder), needs.modules)
         ray.init(address=address, runtime_env={"working_dir": folder, "env_vars": ALONE}, **_QUIET)
         try:
-            _cores(ray)
+            _count(ray)
             remote: Any = ray.remote(num_cpus=1, max_retries=RETRIES)(_self_contained_call(__name__))
             with handle_signals(interrupt):  # Ray has put a handler of its own in place
                 yield _completions(
@@ -130,7 +130,7 @@ def _completions(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> 
     """Jobs as they end; only enough are submitted at a time to keep all cores busy, because a job may hold a policy."""
     queue, tasks = iter(jobs), dict[Any, Job]()
     while True:
-        room = AHEAD * _cores(ray) - len(tasks)
+        room = AHEAD * _count(ray) - len(tasks)
         tasks |= {begin(job): job for job in islice(queue, max(room, 0))}
         if not tasks:
             return
@@ -147,7 +147,7 @@ def _completions(ray: Any, jobs: Sequence[Job], begin: Callable[[Job], Any]) -> 
             yield tasks.pop(task), outcome
 
 
-def _cores(ray: Any) -> int:
+def _count(ray: Any) -> int:
     """Number of cores in the cluster.
 
     Raises:

@@ -92,11 +92,11 @@ def _comment(text: str, indent: str) -> str:
 
 def assumed_text(config: LevelConfig) -> str:
     """A sentence on each item of a level's own with values that the level does not give; empty where there is none."""
-    texts = {name: [f"{key} {_short(v)}" for key, v in values.items()] for name, values in config.assumed().items()}
+    texts = {name: [f"{key} {_text(v)}" for key, v in values.items()] for name, values in config.assumed().items()}
     return "\n".join(f"{name}: assumed, as the level does not say: {', '.join(text)}" for name, text in texts.items())
 
 
-def assumed_values(config: Any) -> dict[str, Any]:
+def values(config: Any) -> dict[str, Any]:
     """What is assumed of a level's own items, as an entry of a result; empty where nothing is."""
     values = config.assumed() if isinstance(config, LevelConfig) else {}
     items = {name: {key: _plain(value) for key, value in of_item.items()} for name, of_item in values.items()}
@@ -117,7 +117,7 @@ def _plain(value: Any) -> Any:
     return [_plain(part) for part in value] if isinstance(value, tuple) else value
 
 
-def _short(value: Any) -> str:
+def _text(value: Any) -> str:
     if isinstance(value, tuple) and any(isinstance(part, BaseModel) for part in value):
         return f"({len(value)} of them)"
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -181,7 +181,7 @@ def interval(values: ArrayLike) -> Interval:
     return _interval(float(rows.mean()), _resampled_sums(rows) / len(rows))
 
 
-def mean_difference(a: ArrayLike, b: ArrayLike) -> Interval:
+def difference(a: ArrayLike, b: ArrayLike) -> Interval:
     """Mean of a - b over throws (N,) of the same objects, with its paired bootstrap interval.
 
     Throws in which either value is not finite are left out.

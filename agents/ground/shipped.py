@@ -68,7 +68,7 @@ def names(policies: Mapping[str, ShippedPolicy]) -> list[str]:
     return [f"{PREFIX}{name}" for name in policies]
 
 
-def policy_place(name: str | Path) -> Path:
+def place(name: str | Path) -> Path:
     """Folder or file of a policy: a shipped one by its name, or a path in the working folder or among shipped files.
 
     Raises:

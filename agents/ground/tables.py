@@ -69,15 +69,12 @@ class Grid(NamedTuple):
         return table
 
     def _right(self) -> list[bool]:
-        """Which columns hold figures."""
-        columns = list(zip(self.header, *self.rows, strict=True))
-        return [False, *(_are_figures(cells) for _, *cells in columns[1:])]
-
-
-def _are_figures(cells: Sequence[str]) -> bool:
-    """Whether at least half of the cells that are not empty are figures."""
-    filled = [cell for cell in cells if cell not in NONE]
-    return 2 * sum(FIGURE.match(cell) is not None for cell in filled) >= len(filled)
+        """Which columns hold figures: at least half of the cells that are not empty are figures."""
+        right = [False]
+        for _, *cells in list(zip(self.header, *self.rows, strict=True))[1:]:
+            filled = [cell for cell in cells if cell not in NONE]
+            right.append(2 * sum(FIGURE.match(cell) is not None for cell in filled) >= len(filled))
+        return right
 
 
 def markdown_text(text: str) -> str:
@@ -117,7 +114,7 @@ def gain_text(value: Any, base: Any) -> str:
     if base is None or value is base:
         return "-"
     shared = min(len(value), len(base))
-    return interval_text(metrics.mean_difference(value[:shared], base[:shared]), "+")
+    return interval_text(metrics.difference(value[:shared], base[:shared]), "+")
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:

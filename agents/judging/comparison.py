@@ -17,12 +17,12 @@ from ..ground.cli import UsageError, at_least, check_known, check_once, typed
 from ..ground.environments import Env, stream_seed
 from ..ground.metrics import CONFIDENCE, Interval
 from ..ground.versions import versions
+from . import trials
 from .evaluation import env_name, open_cells
 from .figures import Figure
 from .record import Record
 from .sequential import ConfidenceSequence
 from .trial import Trial
-from .trials import trial_of
 
 BUDGET: Final = 5
 """Default budget of a comparison, as a multiple of the number of units of an evaluation."""
@@ -315,7 +315,7 @@ def compare(
         raise UsageError(f"others is {others!r}; it must be a list of policies, as in [{others!r}]")
     given = {name: options.pop(name) for name in Rules.__dataclass_fields__ if name in options}
     with open_cells(env, options, (*signature(compare).parameters, *Rules.__dataclass_fields__)) as cells:
-        trial = trial_of(cells)
+        trial = trials.of(cells)
         rules = typed(Rules, given)
         rules.measures(trial.record)  # a mistake is reported before the practice
         controllers, steps = prepare(trial, (a, b, *others), seed, practice, trust=trust)

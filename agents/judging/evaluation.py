@@ -19,11 +19,11 @@ from ..ground.cli import NUM_ENVS, UsageError, at_least, check_known
 from ..ground.environments import OPTIONS, Env, as_vector, make_vector
 from ..ground.outputs import deliver_text
 from ..ground.tables import throws_bar
+from . import trials
 from .log import Recorder
 from .loop import Progress
 from .record import Record, Row
 from .trial import Trial
-from .trials import trial_of
 
 
 def evaluate(
@@ -71,7 +71,7 @@ def evaluate(
     """
     at_least({"picks": picks, "seed": seed}, picks=1, seed=0)
     with open_cells(env, options, signature(evaluate).parameters) as cells:
-        trial, tell = trial_of(cells), progress or (lambda name, count: None)
+        trial, tell = trials.of(cells), progress or (lambda name, count: None)
         controller = trial.controller(policy, trust=trust)
         if isinstance(policy, str | type):
             controller.reset(seed)

@@ -82,8 +82,8 @@ class ShiftTrial(Trial):
     ) -> ShiftRecord:
         """Let a controller work `count` held-out shifts."""
         del online
-        shifts = run_shifts(controller, self.env, count, stream_seed("evaluate", seed), progress)
-        return ShiftRecord(shifts, self.core, {"level": self.core.config.name, **self._settings})
+        worked = run_shifts(controller, self.env, count, stream_seed("evaluate", seed), progress)
+        return ShiftRecord(worked, self.core, {"level": self.core.config.name, **self._settings})
 
     @classmethod
     def with_throws(cls, config: LevelConfig, throws: str) -> LineConfig:
@@ -122,7 +122,7 @@ class ShiftTrial(Trial):
         level = LineConfig.load(self.core.config, throws="table")
         first = stream_seed("practice", seed)
         bench = Bench(level, np.arange(first, first + END))
-        generations = -(-steps // _decisions(level, SEARCHED_SHIFTS))
+        generations = -(-steps // _count(level, SEARCHED_SHIFTS))
         tried = search.weights(bench, tuned_settings(level.name, "atc")["patience"], generations, seed)
         return ScoreController(SEARCHED, Scorer.linear(**search.best(tried).settings))
 
@@ -218,9 +218,9 @@ class ShiftTrial(Trial):
     @classmethod
     def effort(cls, name: str, config: LineConfig, count: int, num_envs: int) -> int:
         """Number of decisions in all rows until the last shift ends; a planner's decision counts `SLOW` times."""
-        return _decisions(config, -(-count // num_envs) * num_envs) * (SLOW if name in PLANNERS else 1)
+        return _count(config, -(-count // num_envs) * num_envs) * (SLOW if name in PLANNERS else 1)
 
 
-def _decisions(level: LineConfig, shifts: int) -> int:
+def _count(level: LineConfig, shifts: int) -> int:
     """Number of decisions in some shifts, about one per second and robot."""
     return int(level.duration) * len(level.robots) * shifts

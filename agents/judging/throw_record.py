@@ -30,16 +30,6 @@ def landing(part: str) -> Kind:
     return lambda error: getattr(metrics.landing(error.ravel()), part)
 
 
-def shift_begin(error: Floats, pick: Floats) -> float | None:
-    """Mean landing error of the first throws of shifts [m]."""
-    return mean(error[pick < FIRST])
-
-
-def shift_end(error: Floats, pick: Floats) -> float | None:
-    """Mean landing error in the second half of shifts [m]."""
-    return mean(error[pick >= (pick.max() + 1) // 2])
-
-
 MM: Final = ("mm", 1000.0)
 PERCENT: Final = ("%", 100.0)
 ERROR: Final = ("error_m",)
@@ -73,10 +63,16 @@ COMMON: Final = {
     "landing_error_iqm_m": Figure(kind=landing("iqm"), of=ERROR),
     "landing_near_share": Figure("landings within 30 mm", *PERCENT, kind=landing("near"), of=ERROR, head="under 30 mm"),
     "landing_error_first_10_m": Figure(
-        "landing error, first 10 of a shift", *MM, kind=shift_begin, of=(*ERROR, "pick")
+        "landing error, first 10 of a shift",
+        *MM,
+        kind=lambda error, pick: mean(error[pick < FIRST]),
+        of=(*ERROR, "pick"),
     ),
     "landing_error_second_half_m": Figure(
-        "landing error, second half of a shift", *MM, kind=shift_end, of=(*ERROR, "pick")
+        "landing error, second half of a shift",
+        *MM,
+        kind=lambda error, pick: mean(error[pick >= (pick.max() + 1) // 2]),
+        of=(*ERROR, "pick"),
     ),
     "cycle_time_mean_s": Figure("cycle time, mean", "s", digits=3, of=("cycle_s",)),
     "recovery": Figure("recovery: sorted of all that passed", *PERCENT, kind=ratio, of=("sorted", "offered")),

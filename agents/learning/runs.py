@@ -218,7 +218,7 @@ class RunFolder:
         place = self.path / "checkpoints"
         return sorted(p for p in place.iterdir() if p.name.isdigit()) if place.is_dir() else []
 
-    def load_actor(self, checkpoint: Path | None = None) -> Actor:
+    def actor(self, checkpoint: Path | None = None) -> Actor:
         """Read the newest policy, or the policy of a checkpoint, of a run that corrects throws.
 
         Raises:
@@ -251,7 +251,7 @@ class RunFolder:
             raise _error(self.path, f"{POLICY} is missing{old if (self.path / MODEL).is_file() else ''}")
         return file
 
-    def load_model(self, env: VecEnv | None = None, checkpoint: Path | None = None) -> BaseAlgorithm:
+    def load(self, env: VecEnv | None = None, checkpoint: Path | None = None) -> BaseAlgorithm:
         """Read the newest model, or the model of a checkpoint, which can go on learning.
 
         Raises:
@@ -309,7 +309,7 @@ class RunFolder:
         if not checkpoints:
             raise _error(self.path, "it has no checkpoint")
         last = checkpoints[-1]
-        model = self.load_model(env, last)
+        model = self.load(env, last)
         try:
             if getattr(model, "replay_buffer", None) is not None:
                 load_memory(model.replay_buffer, last / MEMORY)  # type: ignore[attr-defined]

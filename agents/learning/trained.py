@@ -27,8 +27,8 @@ import yaml
 
 from pnt_gym.reading import PlainLoader, ReadError, bytes_of, yaml_of
 
+from ..ground import shipped
 from ..ground.cli import UsageError
-from ..ground.shipped import policy_place
 from .hyperparameters import MOST_MODEL
 from .runs import RunFolder
 
@@ -78,7 +78,20 @@ def find(place: Path) -> TrainedPolicy:
         return TrainedPolicy(place, _file_or_none(place.with_name(STATISTICS)), {})
     inner = sorted(path.parent for path in place.glob("*/args.yml"))
     if inner and not (place / "args.yml").is_file():
-        return _zoo(place, inner[0])
+        # A run folder of RL Zoo.
+        folder = inner[0]
+        run_args, settings = _read(folder / "args.yml"), _read(folder / "config.yml")
+        for name in REFUSED:
+            if settings.get(name) not in (None, 1):
+                raise UsageError(f"the policy of {str(place)!r} was trained with {name}, which is not supported")
+        models = [place / f"{folder.name}.zip", place / "best_model.zip"]
+        existing = [model for model in models if model.is_file()]
+        if not existing:
+            raise UsageError(f"{str(place)!r} holds neither {models[0].name} nor {models[1].name}")
+        kwargs = run_args.get("env_kwargs")
+        recorded = {**(kwargs if isinstance(kwargs, dict) else {}), "env": run_args.get("env")}
+        task = {name: recorded[name] for name in ("env", "level", "action_mode") if isinstance(recorded.get(name), str)}
+        return TrainedPolicy(existing[0], _file_or_none(folder / STATISTICS), task)
     run = RunFolder(place)
     run_args = run.arguments
     task = {"env": run_args["env"], "level": str(place / "env.yaml"), "action_mode": run_args["action_mode"]}
@@ -102,21 +115,6 @@ def files(place: Path) -> dict[str, bytes]:
         return {path.relative_to(root.parent).as_posix(): bytes_of(path, MOST_MODEL) for path in paths}
     except ReadError as error:
         raise UsageError(f"cannot read the files of {str(place)!r}: {error}") from None
-
-
-def _zoo(place: Path, inner: Path) -> TrainedPolicy:
-    run_args, settings = _read(inner / "args.yml"), _read(inner / "config.yml")
-    for name in REFUSED:
-        if settings.get(name) not in (None, 1):
-            raise UsageError(f"the policy of {str(place)!r} was trained with {name}, which is not supported")
-    models = [place / f"{inner.name}.zip", place / "best_model.zip"]
-    existing = [model for model in models if model.is_file()]
-    if not existing:
-        raise UsageError(f"{str(place)!r} holds neither {models[0].name} nor {models[1].name}")
-    kwargs = run_args.get("env_kwargs")
-    recorded = {**(kwargs if isinstance(kwargs, dict) else {}), "env": run_args.get("env")}
-    task = {name: recorded[name] for name in ("env", "level", "action_mode") if isinstance(recorded.get(name), str)}
-    return TrainedPolicy(existing[0], _file_or_none(inner / STATISTICS), task)
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -153,7 +151,7 @@ def resolve(
     Raises:
         UsageError: the run folder's environment is in a module that the user has not named.
     """
-    place = policy_place(controller)
+    place = shipped.place(controller)
     recorded = find(place).task if os.path.isdir(place) else {}  # False for a name too long to be one
     env_id = importless_environment(controller, recorded.get("env", "PnTConveyor-v0")) if env is None else env
     mode = recorded.get("action_mode") if action_mode is None else action_mode

@@ -14,9 +14,8 @@ from ..ground import levels
 from ..ground.cli import option
 from ..ground.outputs import check_drawing, check_writable, deliver_json, deliver_text
 from ..ground.tables import console
-from . import reasons
+from . import reasons, verdict
 from .plan_picture import plan_picture
-from .verdict import judge_line, load_line, read_options
 
 
 @dataclass(frozen=True)
@@ -66,19 +65,18 @@ class Arguments:
 
 def main(arguments: Arguments) -> None:
     """Judge every plan, and report the smallest one that reaches the recovery, and the reason."""
-    sweep, conditions = read_options(vars(arguments), arguments.recovery)
+    sweep, conditions = verdict.read(vars(arguments), arguments.recovery)
     check_writable(arguments.json, arguments.picture)
     check_drawing(picture=arguments.picture)
-    level = load_line(arguments.level, arguments.release)
+    level = verdict.load(arguments.level, arguments.release)
     levels.show(level)
-    judged = judge_line(level, sweep, conditions, arguments.recovery, arguments.release, console().print)
-    verdict = judged.verdict
+    judged = verdict.judge(level, sweep, conditions, arguments.recovery, arguments.release, console().print)
     shifts = f"{arguments.shifts} shifts of {arguments.minutes:g} min each"
-    title = f"shares in %; level {arguments.level}, {shifts}, {arguments.controller}, release {verdict.release}"
+    title = f"shares in %; level {arguments.level}, {shifts}, {arguments.controller}, release {judged.verdict.release}"
     console().print(reasons.table(title, judged.plans, arguments.recovery).terminal())
-    for sentence in verdict.sentences:
+    for sentence in judged.verdict.sentences:
         console().print(sentence)
     if arguments.json is not None:
         deliver_json(arguments.json, judged.entries)
     if arguments.picture is not None:
-        deliver_text(arguments.picture, plan_picture(judged.plans, verdict, arguments.recovery))
+        deliver_text(arguments.picture, plan_picture(judged.plans, judged.verdict, arguments.recovery))

@@ -131,7 +131,19 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
     figure, (view, bars, landings) = stacked_panels(WIDTH, (2.7, 2.0 + ROW * len(plans), 0.4 + 2.7 * landing_rows))
     _draw(view, plan.config, f"The line to scale: {_text(plan.row, plans)}")
     fates, energy = bars.subplots(1, 2, sharey=True, width_ratios=(3, 1))
-    _draw_fates(fates, ordered, recovery)
+    # Recovery by number of robots and belt speed, with the causes of losses stacked behind it.
+    left = np.zeros(len(ordered))
+    splits = any(plan.row["fates"]["lost"] > 0.0 for plan in ordered)
+    for fate, colour in zip(FATES, FATE_COLOURS, strict=True):
+        share = np.array([100.0 * plan.row["fates"][fate] for plan in ordered])
+        words = WORDS[fate] if splits or fate != "missed" else "thrown, missed the bin or lost"
+        fates.barh(np.arange(len(ordered)), share, left=left, color=colour, label=words, height=0.75)
+        left += share
+    for index, each in enumerate(ordered):
+        fates.text(1.0, index, percent(each.row["recovery"]), va="center", fontsize=8, color="white")
+    fates.axvline(100.0 * recovery, color="black", linewidth=0.8, linestyle="--")
+    title = f"What became of the objects (dashed: {percent(recovery)})"
+    dress(fates, "share of the objects that came [%]", "", title, xlim=(0.0, 100.0))
     # Joules for each sorted object.
     joules = [plan.row["energy_per_sorted_j"] for plan in ordered]
     values = [0.0 if value is None else value for value in joules]
@@ -144,7 +156,7 @@ def plan_picture(plans: Sequence[Planned], verdict: Verdict, recovery: float) ->
     bars.legend(*fates.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=2)
     panels = np.ravel(landings.subplots(landing_rows, 2, squeeze=False))
     for item, axes in enumerate(panels[:items]):
-        _draw_landings(axes, item, releases)
+        _landings(axes, item, releases)
     for axes in panels[items:]:
         axes.set_visible(False)
     landings.legend(*panels[0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=3)
@@ -164,23 +176,7 @@ def _text(row: dict[str, Any], plans: Sequence[Planned]) -> str:
     return text if len(skills) == 1 else f"{text}, skills {row['skills']}"
 
 
-def _draw_fates(axes: Axes, plans: Sequence[Planned], recovery: float) -> None:
-    """Recovery by number of robots and belt speed, with the causes of losses stacked behind it."""
-    left = np.zeros(len(plans))
-    splits = any(plan.row["fates"]["lost"] > 0.0 for plan in plans)
-    for fate, colour in zip(FATES, FATE_COLOURS, strict=True):
-        share = np.array([100.0 * plan.row["fates"][fate] for plan in plans])
-        words = WORDS[fate] if splits or fate != "missed" else "thrown, missed the bin or lost"
-        axes.barh(np.arange(len(plans)), share, left=left, color=colour, label=words, height=0.75)
-        left += share
-    for index, plan in enumerate(plans):
-        axes.text(1.0, index, percent(plan.row["recovery"]), va="center", fontsize=8, color="white")
-    axes.axvline(100.0 * recovery, color="black", linewidth=0.8, linestyle="--")
-    title = f"What became of the objects (dashed: {percent(recovery)})"
-    dress(axes, "share of the objects that came [%]", "", title, xlim=(0.0, 100.0))
-
-
-def _draw_landings(axes: Axes, item: int, releases: Sequence[tuple[str, Planned]]) -> None:
+def _landings(axes: Axes, item: int, releases: Sequence[tuple[str, Planned]]) -> None:
     """Where an item comes down around the middle of its bin's opening, with two releases; lost objects do not."""
     plan = releases[0][1]
     name, cells = plan.config.cell.items[item], plan.config.cells()

@@ -113,7 +113,19 @@ def reason(
         changes: recovery of the same plan with one thing changed, by words for the change.
     """
     if throws_are_the_reason(plan, recovery):
-        return _throws_reason(plan, recovery, release, twin)
+        better, other = twin
+        helps = "more robots do not help" if plan.bound < recovery else "better throws help more than more robots"
+        items = plan.config.cell.items
+        # Indices of the items that make up most of the objects thrown in vain, the one that misses most often first.
+        losses = np.array(plan.row["arrived"]) * [plan.thrown_badly(item) for item in range(len(items))]
+        vain = sorted(np.flatnonzero(losses >= MAJOR * losses.sum()).tolist(), key=plan.thrown_badly, reverse=True)
+        texts = [_text(plan, index) for index in vain]
+        others = [f"{percent(other.thrown_badly(index))} of {items[index]}" for index in vain]
+        return (
+            f"the reason: {' and '.join(texts)}, so {helps}: with every object picked these throws sort "
+            f"{percent(plan.bound)}; release {better} loses {' and '.join(others)}, and the plan sorts "
+            f"{percent(other.row['recovery'])} instead of {percent(plan.row['recovery'])} with {release}"
+        )
     fates = plan.row["fates"]
     cause = max(("passed", "unsealed"), key=fates.__getitem__)
     items = plan.config.cell.items
@@ -132,22 +144,6 @@ def _changes_text(changes: Mapping[str, float]) -> str:
     """What changes of a plan bring, as the end of a sentence."""
     texts = [f"{percent(recovery)} with {words}" for words, recovery in changes.items()]
     return f"; by the same table the plan would sort {', '.join(texts)}" if texts else ""
-
-
-def _throws_reason(plan: Planned, recovery: float, release: str, twin: tuple[str, Planned]) -> str:
-    name, other = twin
-    helps = "more robots do not help" if plan.bound < recovery else "better throws help more than more robots"
-    items = plan.config.cell.items
-    # Indices of the items that make up most of the objects thrown in vain, the one that misses most often first.
-    losses = np.array(plan.row["arrived"]) * [plan.thrown_badly(item) for item in range(len(items))]
-    worst = sorted(np.flatnonzero(losses >= MAJOR * losses.sum()).tolist(), key=plan.thrown_badly, reverse=True)
-    texts = [_text(plan, index) for index in worst]
-    others = [f"{percent(other.thrown_badly(index))} of {items[index]}" for index in worst]
-    return (
-        f"the reason: {' and '.join(texts)}, so {helps}: with every object picked these throws sort "
-        f"{percent(plan.bound)}; release {name} loses {' and '.join(others)}, and the plan sorts "
-        f"{percent(other.row['recovery'])} instead of {percent(plan.row['recovery'])} with {release}"
-    )
 
 
 def _text(plan: Planned, item: int) -> str:

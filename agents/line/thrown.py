@@ -22,10 +22,10 @@ from ..controllers import NAMES
 from ..dispatchers import registry
 from ..dispatchers.decisions import make_release, work_shifts
 from ..dispatchers.registry import ENV, line_core
+from ..ground import shipped
 from ..ground.cli import UsageError
 from ..ground.environments import make_vector, stream_seed
 from ..ground.outputs import deliver_text
-from ..ground.shipped import policy_place
 from ..ground.tables import throws_bar
 from ..ground.versions import versions
 from ..judging import losses
@@ -64,7 +64,7 @@ def _name(release: str) -> str:
     text = re.sub(r"[^A-Za-z0-9]+", "-", release).strip("-")[-60:]
     if release in NAMES:
         return text
-    file = policy_place(release) / POLICY
+    file = shipped.place(release) / POLICY
     return f"{text}-{hashlib.sha256(bytes_of(file, MOST_NUMBERS)).hexdigest()[:8]}" if file.is_file() else text
 
 

@@ -110,10 +110,10 @@ def plan_line(
     """
     known = ("level", "recovery", "release", *Sweep.__dataclass_fields__, *Conditions.__dataclass_fields__)
     check_known("argument", options, known)
-    return judge_line(load_line(level, release), *read_options(options, recovery), recovery, release).entries
+    return judge(load(level, release), *read(options, recovery), recovery, release).entries
 
 
-def read_options(options: Mapping[str, Any], recovery: float) -> tuple[Sweep, Conditions]:
+def read(options: Mapping[str, Any], recovery: float) -> tuple[Sweep, Conditions]:
     """Plans to judge and their conditions, from options by name; an option that is missing has its default.
 
     Raises:
@@ -126,7 +126,7 @@ def read_options(options: Mapping[str, Any], recovery: float) -> tuple[Sweep, Co
     return sweep, conditions
 
 
-def load_line(level: str | Path, release: str | None) -> LineConfig:
+def load(level: str | Path, release: str | None) -> LineConfig:
     """The level of a line, with throws by tables; makes sure that the release exists and fits the line."""
     config = LineConfig.load(level, throws="table")
     if release is not None:
@@ -134,7 +134,7 @@ def load_line(level: str | Path, release: str | None) -> LineConfig:
     return config
 
 
-def judge_line(
+def judge(
     level: LineConfig,
     sweep: Sweep,
     conditions: Conditions,

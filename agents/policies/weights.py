@@ -28,7 +28,7 @@ def actor(model: BaseAlgorithm) -> Actor | Scorer:
     policy, space = cast("Any", model.policy), model.observation_space
     if hasattr(policy, "numbers"):
         return policy.numbers()
-    steps, bound = _steps(model)
+    steps, bound = _layers(model)
     full, between = {type(step) for step in steps[::2]}, {type(step) for step in steps[1::2]}
     activations = [name for name in ACTIVATIONS if between <= {getattr(torch.nn, name)}]
     recurrent = getattr(policy, "lstm_actor", None)
@@ -66,7 +66,7 @@ def _eye_of(model: BaseAlgorithm) -> Eye | None:
     return Eye(tuple(Convolution(*pair) for pair in convolutions), Dense(*dense))
 
 
-def _steps(model: BaseAlgorithm) -> tuple[list[Any], float]:
+def _layers(model: BaseAlgorithm) -> tuple[list[Any], float]:
     """Full layers of a policy with the activations between them, and the bound of the last layer's outputs."""
     policy: Any = model.policy
     if isinstance(model, OnPolicyAlgorithm):

@@ -21,8 +21,8 @@ from ..judging.trial import Trial
 from ..learning import runs
 from ..learning.hyperparameters import RECURRENT
 from ..pictures.stage import Stage
+from . import onnx_graph
 from .card import CURVE, GRAPH, REPLAY, curve
-from .onnx_graph import save_onnx
 
 FILES: Final = (
     "policy.npz", "model.zip", "args.yml", "config.yml", "env.yaml", "versions.json", "git.txt", "progress.csv",
@@ -57,7 +57,7 @@ def check_model(folder: Path) -> None:
     run = runs.RunFolder(folder)
     if getattr(run.load_policy(), "eye", None) is not None:
         raise UsageError(f"the policy of {str(folder)!r} sees pictures; only policies of vectors are published")
-    stored, rebuilt = (policy.numbers for policy in (run.load_policy(), weights.actor(run.load_model())))
+    stored, rebuilt = (policy.numbers for policy in (run.load_policy(), weights.actor(run.load())))
     if stored.keys() != rebuilt.keys() or not all(np.array_equal(stored[name], rebuilt[name]) for name in stored):
         raise UsageError(
             f"run folder {str(folder)!r} is damaged: {runs.POLICY} and {runs.MODEL} are from different moments of "
@@ -105,7 +105,7 @@ def fill(
     curve(folder / "progress.csv", trial).savefig(parts / CURVE, dpi=100, metadata={"Software": None})
     if onnx:
         about = {name: str(run_args[name]) for name in ("env", "level", "algo", "steps", "seed", "action_mode")}
-        save_onnx(runs.RunFolder(folder).load_policy(), parts / GRAPH, about)
+        onnx_graph.save(runs.RunFolder(folder).load_policy(), parts / GRAPH, about)
     if film_seed is not None:
         film(folder, env_id, film_seed, parts / REPLAY)
 

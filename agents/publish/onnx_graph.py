@@ -34,7 +34,7 @@ ROWS: Final = 256
 """Number of observations on which graph and policy are compared."""
 
 
-def save_onnx(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> None:
+def save(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> None:
     """Write a policy's ONNX graph to a file, with metadata by name.
 
     Raises:
@@ -84,7 +84,7 @@ def graph(policy: Actor | Scorer, about: Mapping[str, str]) -> Any:
         outputs = [helper.make_tensor_value_info("action", floats, ["N", output_size])]
     else:
         scores = _scores(nodes, policy) if isinstance(policy, Scorer) else _layers(nodes, policy, "observation")
-        _choice(nodes, scores)
+        _choose(nodes, scores)
         outputs = [
             helper.make_tensor_value_info("action", TensorProto.INT64, ["N"]),
             helper.make_tensor_value_info("scores", floats, ["N", output_size]),
@@ -167,7 +167,7 @@ def _scores(nodes: _Nodes, scorer: Scorer) -> str:
     return nodes.reshape("scores_each", scores, -1, CHOICES)
 
 
-def _choice(nodes: _Nodes, scores: str) -> None:
+def _choose(nodes: _Nodes, scores: str) -> None:
     """Append the outputs `scores` and `action`, from the scores of all choices."""
     real = nodes.add("Greater", nodes.part("real", "observation", REAL), nodes.constant("half_way", HALF))
     scores = nodes.add("Where", real, scores, nodes.constant("never", -np.inf), name="scores")

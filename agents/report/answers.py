@@ -76,7 +76,7 @@ def learning(results: Results) -> Values:
     data = _read(results, "benchmark")
     level, rows = first_level(data)
     planner = _row(rows, "analytic")
-    learned = sorted(_learner_rows(rows), key=lambda row: (row["throws"], -_pace(row)))
+    learned = sorted(_rows(rows), key=lambda row: (row["throws"], -_pace(row)))
     winner = max(learned, key=_pace)
     enough = _pace(planner) + NEARLY_ALL * (_pace(winner) - _pace(planner))
     ahead = ((row, interval(data, level, row, planner)) for row in learned)
@@ -96,7 +96,7 @@ def drift(results: Results) -> Values:
     data = _read(results, "benchmark_adapt")
     level, rows = first_level(data)
     static, oracle = _row(rows, "static"), _row(rows, "oracle_drift")
-    adapting = [row for row in _learner_rows(rows) if row["controller"] not in ("static", "oracle_drift")]
+    adapting = [row for row in _rows(rows) if row["controller"] not in ("static", "oracle_drift")]
     if not adapting:
         raise NoFigure("no controller adapts")
     winner = min(adapting, key=_error)
@@ -178,7 +178,7 @@ def _lead(one: Data, other: Data) -> float:
 def losses(results: Results) -> Values:
     """The planner and the best learner, of which it is told how many picks end where."""
     level, rows = first_level(_read(results, "benchmark"))
-    return {"level": level, "planner": _row(rows, "analytic"), "winner": max(_learner_rows(rows), key=_pace)}
+    return {"level": level, "planner": _row(rows, "analytic"), "winner": max(_rows(rows), key=_pace)}
 
 
 def sorter(results: Results) -> Values:
@@ -280,7 +280,7 @@ def _row(rows: Sequence[Data], label: str) -> Data:
     return matches[-1]
 
 
-def _learner_rows(rows: Sequence[Data]) -> list[Data]:
+def _rows(rows: Sequence[Data]) -> list[Data]:
     """Rows of controllers that have learned from throws, without noise floors.
 
     Raises:

@@ -77,7 +77,7 @@ def makers_from(results: Path) -> dict[str, Maker]:
     A maker raises a UsageError if there is no such table, question or answer, or its results are missing.
     """
     return {
-        "table": lambda name: _table_text(name, results),
+        "table": lambda name: _text(name, results),
         "question": lambda name: _question_text(name, results),
         "answer": lambda name: _answered_question(name, results)[1],
     }
@@ -121,7 +121,7 @@ def _answered_question(name: str, results: Path) -> tuple[Question, str]:
     raise UsageError(f"no answer {name!r} from {str(results)!r}; questions are {known}, each with its results")
 
 
-def _table_text(name: str, results: Path) -> str:
+def _text(name: str, results: Path) -> str:
     grid = _table(name, results)
     note = f"\n\n{markdown_text(grid.note)}" if grid.note else ""
     return f"{grid.markdown()}{note}"

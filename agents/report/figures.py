@@ -126,7 +126,7 @@ def learning_curves(data: Mapping[str, Any], measure: Measure) -> Figure:
         for label, colour in dict(zip(labels(data), cycle(COLOURS), strict=False)).items():
             rows = [row for row in rows_of(data, [level]) if row["label"] == label]
             if rows and rows[0]["controller"] != measure.hidden:
-                _curve(axes, rows, label, colour, measure)
+                _draw(axes, rows, label, colour, measure)
         axes.set(xscale="log", xlabel=measure.learned_from, ylabel=measure.said, title=f"level {level}")
         if measure.ticks:
             axes.set_yscale("log")
@@ -183,7 +183,7 @@ def _name_once(figure: Figure, panels: Sequence[Axes]) -> None:
     figure.legend(shown.values(), shown.keys(), fontsize=8, loc="outside lower center", ncols=NAMED_BESIDE)
 
 
-def _curve(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str, measure: Measure) -> None:
+def _draw(axes: Axes, rows: list[Mapping[str, Any]], label: str, colour: str, measure: Measure) -> None:
     value, low, high = (measure.scale * np.array([row[name] for row in rows]) for name in measure.names)
     if rows[0]["throws"] == 0 or label.startswith("floor"):
         axes.axhline(value[-1], color=colour, linestyle="--", linewidth=1, label=label)

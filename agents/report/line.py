@@ -192,7 +192,7 @@ def _interval(values: Floats, base: Floats) -> metrics.Interval:
     """The same [%]."""
     shared = min(len(values), len(base))
     mean = base[:shared].mean() / 100.0
-    return metrics.mean_difference(values[:shared] / mean, base[:shared] / mean)
+    return metrics.difference(values[:shared] / mean, base[:shared] / mean)
 
 
 def _gain(row: Data, base: Data) -> str:

@@ -153,7 +153,22 @@ FILE: Final = "reproduction.json"
 
 def chapters(record: Record, drawings: Path) -> list[Chapter]:
     """One chapter a paper: its tables, and those of its drawings that lie in the folder."""
-    return [_chapter(record, paper, drawings) for paper in record["papers"]]
+    versions = ", ".join(f"{name} {record['versions'][name]}" for name in USED if name in record["versions"])
+    found: list[Chapter] = []
+    for paper in record["papers"]:
+        names = record["figures"][paper]
+        for name in names:
+            if re.fullmatch(r"[\w.-]+\.svg", name) is None:
+                words = one_sentence(repr(name), 80)
+                raise UsageError(f"drawing {words} is no name of an .svg file in {str(drawings)!r}")
+        files = [drawings / name for name in names]
+        drawn = {file.name: _read(file) for file in files if file.is_file()}
+        # What the figures were made with, and what the verdicts count.
+        counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts(record, paper).rows)
+        seconds = sum(value for name, value in record["seconds"].items() if name.startswith(f"{paper}/"))
+        note = f"`{record['command']}`: {counts}; {seconds:.0f} s of processor time. Versions: {versions}."
+        found.append(Chapter(record["titles"][paper], tuple(all_grids(record, paper)), drawn, note, paper))
+    return found
 
 
 def table(results: Path, name: str) -> Grid | None:
@@ -166,22 +181,6 @@ def table(results: Path, name: str) -> Grid | None:
     paper, _, table_name = name.partition("/")
     with check_form(results / FILE):
         return overview_grids(record, paper).get(table_name) if paper in record["papers"] else None
-
-
-def _chapter(record: Record, paper: str, drawings: Path) -> Chapter:
-    names = record["figures"][paper]
-    for name in names:
-        if re.fullmatch(r"[\w.-]+\.svg", name) is None:
-            raise UsageError(f"drawing {one_sentence(repr(name), 80)} is no name of an .svg file in {str(drawings)!r}")
-    files = [drawings / name for name in names]
-    drawn = {file.name: _read(file) for file in files if file.is_file()}
-    grids = tuple(all_grids(record, paper))
-    # What the figures were made with, and what the verdicts count.
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts(record, paper).rows)
-    seconds = sum(value for name, value in record["seconds"].items() if name.startswith(f"{paper}/"))
-    versions = ", ".join(f"{name} {record['versions'][name]}" for name in USED if name in record["versions"])
-    note = f"`{record['command']}`: {counts}; {seconds:.0f} s of processor time. Versions: {versions}."
-    return Chapter(record["titles"][paper], grids, drawn, note, paper)
 
 
 def _read(file: Path) -> str:

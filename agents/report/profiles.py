@@ -34,18 +34,18 @@ def probability_of_improvement(scores: ArrayLike, others: ArrayLike) -> float:
     return float(_improvement(_by_level(scores), _by_level(others)))
 
 
-def improvement_interval(scores: ArrayLike, others: ArrayLike, seed: int = 0) -> Interval:
+def interval(scores: ArrayLike, others: ArrayLike, seed: int = 0) -> Interval:
     """The probability of improvement with a 95 % interval."""
     random, first, second = np.random.default_rng(seed), _by_level(scores), _by_level(others)
-    drawn = _improvement(_resampled(random, first), _resampled(random, second))
+    drawn = _improvement(_sample(random, first), _sample(random, second))
     low, high = np.percentile(drawn, ENDS)
     return Interval(probability_of_improvement(scores, others), float(low), float(high))
 
 
 def text(scores: ArrayLike, others: ArrayLike) -> str:
     """The probability of improvement with its interval, in whole percent."""
-    interval = improvement_interval(scores, others)
-    return f"{100 * interval.value:.0f} % ({100 * interval.low:.0f}..{100 * interval.high:.0f})"
+    part = interval(scores, others)
+    return f"{100 * part.value:.0f} % ({100 * part.low:.0f}..{100 * part.high:.0f})"
 
 
 def profile(scores: ArrayLike, bounds: ArrayLike) -> Floats:
@@ -55,7 +55,7 @@ def profile(scores: ArrayLike, bounds: ArrayLike) -> Floats:
 
 def profile_band(scores: ArrayLike, bounds: ArrayLike, seed: int = 0) -> tuple[Floats, Floats]:
     """Ends (B,) of the 95 % intervals of a performance profile, at each bound by itself."""
-    resampled = _resampled(np.random.default_rng(seed), _by_level(scores))
+    resampled = _sample(np.random.default_rng(seed), _by_level(scores))
     low, high = np.percentile(
         (resampled[..., None] < np.asarray(bounds, dtype=np.float64)).mean(axis=(-3, -2)), ENDS, axis=0
     )
@@ -74,7 +74,7 @@ def _improvement(scores: Floats, others: Floats) -> Floats:
     return ((first < second) + 0.5 * (first == second)).mean(axis=(-3, -2, -1))
 
 
-def _resampled(random: np.random.Generator, scores: Floats) -> Floats:
+def _sample(random: np.random.Generator, scores: Floats) -> Floats:
     """Runs drawn with replacement, on each level by themselves (DRAWS, R, T)."""
     rows = random.integers(len(scores), size=(DRAWS, *scores.shape))
     return scores[rows, np.arange(scores.shape[1])]

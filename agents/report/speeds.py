@@ -35,11 +35,6 @@ def _planner(data: Data) -> Rows:
     return [*rows, *({"planner": f"{name}, no ceiling", names[0]: data[key]} for name, key in methods.items())]
 
 
-def _environments(data: Data) -> Rows:
-    """Throws per second of the vector environments against bare physics and against single environments."""
-    return [{"env": env, **row} for env, figures in data["envs"].items() for row in figures["vector"]]
-
-
 def _goals(data: Data) -> Rows:
     """What the speeds should be, and what they are."""
     conveyor, line = (
@@ -70,7 +65,10 @@ def _shares(data: Data) -> Rows:
 
 ROWS: Final[Mapping[str, Callable[[Data], Rows]]] = {
     "planner": _planner,
-    "environments": _environments,
+    # Throws per second of the vector environments against bare physics and against single environments.
+    "environments": lambda data: [
+        {"env": env, **row} for env, figures in data["envs"].items() for row in figures["vector"]
+    ],
     "speed-goals": _goals,
     "shares": _shares,
     "training-shares": lambda data: [{"part": part, "share": share} for part, share in data["parts"].items()],

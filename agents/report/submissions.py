@@ -103,6 +103,6 @@ def _differences(results: Sequence[Data], reference: Sequence[Data], num_envs: i
     texts: list[str] = []
     for name, figure in ThrowRecord.figures.items():
         left, right = ([np.mean(column, axis=0) for column in side[name]] for side in (mine, theirs))
-        difference = metrics.mean_difference if len(left) == 1 else metrics.rate_difference
+        difference = metrics.difference if len(left) == 1 else metrics.rate_difference
         texts.append(figure.interval(difference(*left, *right)))
     return texts

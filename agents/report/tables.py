@@ -30,7 +30,7 @@ def kind_table(data: Data, level: str) -> Grid:
     return _table(f"Held, lost and sorted by kind, level {level}", data, level, _shares, note)
 
 
-def landing_table(data: Data, level: str) -> Grid:
+def landings(data: Data, level: str) -> Grid:
     """Landing errors by kind; no rows where nothing is grasped."""
     note = (
         "Three figures of the kind's thrown objects in each cell, in mm: mean landing error / median landing error / "
@@ -107,7 +107,7 @@ def grids(data: Data) -> list[Grid]:
             failures(data, level),
             sorting_table(data, level),
             kind_table(data, level),
-            landing_table(data, level),
+            landings(data, level),
         ]
     return [grid for grid in grids if grid.rows]
 

@@ -108,8 +108,8 @@ def check(path: Path, record: Record) -> None:
 
 def headlines(record: Record) -> list[Grid]:
     """Tables for the terminal: every table of each paper, the overview's first, and its numbers of verdicts."""
-    grids = [[*all_grids(record, paper), verdicts(record, paper)] for paper in record["papers"]]
-    return [grid for shown in grids for grid in shown if grid.rows]
+    tables = [[*all_grids(record, paper), verdicts(record, paper)] for paper in record["papers"]]
+    return [grid for shown in tables for grid in shown if grid.rows]
 
 
 def all_grids(record: Record, paper: str) -> list[Grid]:

@@ -60,7 +60,18 @@ def assemble(plan: Plan, results: Sequence[Result]) -> dict[str, Any]:
     """
     trial = trial_of_plan(plan)
     record = trial.record
-    _check_paired(record, results)
+    # Results of one level must be of the same objects.
+    first_results: dict[str, tuple[str, list[int]]] = {}
+    for result in results:
+        objects = record.objects(result["columns"])
+        if objects is None:
+            continue
+        label, items = first_results.setdefault(result["level"], (result["label"], objects))
+        if items != objects:
+            raise UsageError(
+                f"{label!r} and {result['label']!r} threw different objects on level {result['level']!r}; "
+                "choose an environment whose objects do not depend on the actions"
+            )
     groups: dict[tuple[str, int, str], list[Result]] = {}
     order = [label for entry in plan.entries for label in entries.labels(entry)]
     for result in sorted(results, key=lambda r: (order.index(r["label"]), r["throws"], r["seed"])):
@@ -100,24 +111,10 @@ def _difference(
         interval = (
             metrics.rate_difference(*candidate_means, *baseline_means)
             if len(candidate_means) > 1
-            else metrics.mean_difference(*candidate_means, *baseline_means)
+            else metrics.difference(*candidate_means, *baseline_means)
         )
         difference[name] = {**asdict(interval), "excludes_zero": interval.excludes_zero}
     return difference
-
-
-def _check_paired(record: type[Record], results: Sequence[Result]) -> None:
-    first_results: dict[str, tuple[str, list[int]]] = {}
-    for result in results:
-        objects = record.objects(result["columns"])
-        if objects is None:
-            continue
-        label, items = first_results.setdefault(result["level"], (result["label"], objects))
-        if items != objects:
-            raise UsageError(
-                f"{label!r} and {result['label']!r} threw different objects on level {result['level']!r}; "
-                "choose an environment whose objects do not depend on the actions"
-            )
 
 
 # What a file shows

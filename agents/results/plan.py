@@ -22,18 +22,18 @@ from pnt_gym.names import unknown_name
 from pnt_gym.reading import MOST_NUMBERS, bytes_of
 
 from ..controllers.protocol import Controller
-from ..ground import parcel
+from ..ground import parcel, shipped
 from ..ground.cli import UsageError, about, check_libraries, check_once
 from ..ground.cluster import Needs
 from ..ground.environments import config_of
 from ..ground.files import read_yaml
 from ..ground.places import SHIPPED, at
-from ..ground.shipped import is_shipped, module_of, policy_place
+from ..ground.shipped import is_shipped, module_of
 from ..ground.versions import code_digest
 from ..ground.work import key
 from ..judging import trials
 from ..judging.trial import Trial
-from ..judging.trials import open_trial, trial_class
+from ..judging.trials import open_trial
 from ..learning.runs import POLICY
 from . import entries
 from .entries import (
@@ -189,7 +189,7 @@ def read_plan(path: Path) -> Plan:
 
 def trial_of_plan(plan: Plan) -> type[Trial]:
     """The kind of trial by which the plan's controllers are judged."""
-    return trial_class(plan.config(plan.levels[0]))
+    return trials.find(plan.config(plan.levels[0]))
 
 
 def trial_name(plan: Plan) -> str:
@@ -222,7 +222,7 @@ def pieces(plan: Plan) -> list[Piece]:
         # A training run passes through its smaller throw counts; practice is planned for each count anew.
         groups = [tuple(sorted(entry.throws))] if entry.controller in TRAINED else [(t,) for t in entry.throws]
         for group, seed in product(groups, seeds_of(plan, entry)):
-            work.append(_piece(plan, kind, entry, group, seed, where, code))
+            work.append(_make(plan, kind, entry, group, seed, where, code))
     return sorted(work, key=lambda piece: -piece.cost)
 
 
@@ -244,7 +244,7 @@ def seeds_of(plan: Plan, entry: Entry) -> tuple[int, ...]:
     return (entry.seeds or plan.seeds) if any(entry.throws) else (plan.seeds[0],)
 
 
-def _piece(
+def _make(
     plan: Plan, kind: type[Trial], entry: Entry, throws: tuple[int, ...], seed: int, copy: str, code: str
 ) -> Piece:
     levels = entry.levels or plan.levels
@@ -288,7 +288,7 @@ def results_code() -> str:
 
 def _digest(name: str) -> str:
     """Digest of a trained policy: of its file, or of the policy in a run folder."""
-    place = policy_place(name)
+    place = shipped.place(name)
     return hashlib.sha256(bytes_of(place / POLICY if place.is_dir() else place, MOST_NUMBERS)).hexdigest()
 
 

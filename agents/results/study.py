@@ -87,7 +87,7 @@ class Table(Section):
         return self
 
 
-def _is_axis(values: Any) -> bool:
+def _fits(values: Any) -> bool:
     """Whether an axis has a mapping of values to settings, or a list of values."""
     if isinstance(values, Mapping):
         return all(settings is None or isinstance(settings, Mapping) for settings in values.values())
@@ -113,7 +113,7 @@ class Part(Section):
         if len(set(names)) != len(names):
             raise ValueError(f"axes: names {names} must differ from one another")
         for name, values in self.axes.items():
-            if not (values and _is_axis(values)):
+            if not (values and _fits(values)):
                 raise ValueError(f"axes.{name}: a list of values or a mapping of values to settings is needed")
             if not isinstance(values, Mapping) and len(set(map(str, values))) != len(values):
                 raise ValueError(f"axes.{name}: values {list(values)} must differ from one another")
@@ -159,14 +159,14 @@ class StudyPlan(Section):
             UsageError: the study has no such part.
         """
         check_known("part", names, self.parts)
-        return [case for name in self.parts if not names or name in names for case in self._cases(name)]
-
-    def _cases(self, name: str) -> Iterator[Case]:
-        part = self.parts[name]
-        for choice in product(*(self._values(path, values) for path, values in part.axes.items())):
-            labels = {"part": name, **{axis: label for axis, label, _ in choice}}
-            settings = reduce(merge, (settings for _, _, settings in choice), dict(part.settings))
-            yield Case(labels, settings, part.measure, Amount(part.count(self.throws), self.seed))
+        cases: list[Case] = []
+        for name, part in self.parts.items():
+            axes = [self._values(path, values) for path, values in part.axes.items()]
+            for choice in product(*axes) if not names or name in names else ():
+                labels = {"part": name, **{axis: label for axis, label, _ in choice}}
+                settings = reduce(merge, (settings for _, _, settings in choice), dict(part.settings))
+                cases.append(Case(labels, settings, part.measure, Amount(part.count(self.throws), self.seed)))
+        return cases
 
     def _values(self, path: str, values: Any) -> Iterator[tuple[str, Scalar, Mapping[str, Any]]]:
         """Name, value and settings of each value of an axis."""

@@ -14,14 +14,14 @@ from gymnasium.spaces import Dict
 from ..controllers import between
 from ..controllers.between import PLANNER
 from ..ground.cli import UsageError
-from ..ground.environments import Env, config_of, core_of, make_vector, stream_seed
+from ..ground.environments import Env, config_of, make_vector, stream_seed
 from ..ground.files import lock_folder, write_json
 from ..ground.places import module_name
 from ..ground.streams import destination
 from ..ground.tables import console, throws_bar
+from ..judging import trials
 from ..judging.evaluation import evaluate_all
 from ..judging.trial import Trial
-from ..judging.trials import trial_class
 from ..learning import runs
 from ..learning.hyperparameters import ON_POLICY, hyperparameters, training_size
 from ..learning.runs import RunFolder
@@ -58,7 +58,7 @@ ANEW: Final = ("steps", "eval_picks", "tensorboard")
 """Arguments that a resume may give anew; otherwise they are what the folder holds."""
 
 
-def resolve_request(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def resolve(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Arguments and hyperparameters of a run; hyperparameters give the default number of steps and cells.
 
     Raises:
@@ -104,7 +104,7 @@ def request(arguments: Mapping[str, Any]) -> dict[str, Any]:
     if run_args["full_last"] and run_args["fidelity"] != "flight":
         raise UsageError("--full-last goes with --fidelity flight")
     run_args["level"] = run_args["level"] or LEVELS.get(run_args["env"])
-    trial = trial_class(config_of(run_args["env"], run_args["level"]))
+    trial = trials.find(config_of(run_args["env"], run_args["level"]))
     usual = {
         "algo": trial.algorithms[0], "checkpoint_every": trial.checkpoint_every, "eval_picks": trial.usual_table
     }  # fmt: skip
@@ -117,7 +117,7 @@ TABLE: Final = "evaluation.json"
 """File of the table in the run folder."""
 
 
-def show_table(trial: Trial, folder: RunFolder, steps: int, run_args: Mapping[str, Any]) -> None:
+def show(trial: Trial, folder: RunFolder, steps: int, run_args: Mapping[str, Any]) -> None:
     """Evaluate the policy and its peers, print the table, and write the table to the run folder.
 
     Args:
@@ -142,23 +142,6 @@ def show_table(trial: Trial, folder: RunFolder, steps: int, run_args: Mapping[st
     console().print(trial.record.comparison(title, rows, trial.reference))
     table = [{"controller": name, "throws": learned_from, **summary} for name, learned_from, summary in rows]
     write_json(folder.path / TABLE, table)
-
-
-def open_flight_env(cell: Env, run_args: Mapping[str, Any], threads: int) -> Env | None:
-    """The training's cells with only flights simulated, as the policy observes them; None for a full simulation.
-
-    Raises:
-        UsageError: the environment has no simulation of flights alone.
-    """
-    if run_args["fidelity"] == "full":
-        return None
-    config = core_of(cell).config
-    if "fidelity" not in type(config).model_fields:
-        raise UsageError(f"--fidelity flight: environment {run_args['env']!r} is simulated in full only")
-    level = config.model_copy(update={"fidelity": "flight"})
-    return between.wrap(
-        make_vector(run_args["env"], level, run_args["num_envs"], threads, run_args["action_mode"]), run_args
-    )
 
 
 def learn(
@@ -239,7 +222,13 @@ class Session:
         env, price = between.wrap(trial.env, self.run_args), trial.price(settings)
         # A failed pick teaches where to grasp, which only an agent that sees pictures decides.
         even = run_args["algo"] in ON_POLICY and not isinstance(env.single_observation_space, Dict)
-        self._quick = open_flight_env(trial.env, self.run_args, threads)
+        self._quick: Env | None = None
+        if run_args["fidelity"] != "full":  # the training's cells with flights alone, as the policy observes the cells
+            if "fidelity" not in type(core.config).model_fields:
+                raise UsageError(f"--fidelity flight: environment {run_args['env']!r} is simulated in full only")
+            level = core.config.model_copy(update={"fidelity": "flight"})
+            cells = make_vector(run_args["env"], level, run_args["num_envs"], threads, core.action_mode)
+            self._quick = between.wrap(cells, self.run_args)
 
         import torch  # noqa: PLC0415 - bad usage is answered without waiting for it
 
@@ -287,7 +276,7 @@ class Session:
             self._quick.close()
 
 
-def run_session(
+def run(
     session: Session, out: Path | None, resume: Path | None, new_steps: int | None
 ) -> tuple[RunFolder, int, int | None]:
     """Train until the training is done or stopped.

@@ -17,10 +17,10 @@ from agents.grasping.practice import Practice, network_places, practise
 from agents.grasping.rules import DEPTH_SETTINGS, PLACES, tune
 from agents.grasping.scenes import Scenes, Tries, with_drawn_kinds
 from agents.ground.metrics import rate_difference, throughput, wilson
+from agents.judging import trials
 from agents.judging.evaluation import open_cells
 from agents.judging.throw_record import ThrowRecord
 from agents.judging.throws import Throws
-from agents.judging.trials import trial_of
 from agents.results.study import Amount, Figures, Settings
 from pnt_gym.arrays import concatenate_records, take
 from pnt_gym.cells.grasp.config import GraspConfig
@@ -159,7 +159,7 @@ def _throws(level: str, controller: str, options: str, practice: int, seed: int,
     """Throws of a controller after its practice; level and options as JSON, which can be remembered."""
     config = GraspConfig.load(json.loads(level))
     with open_cells(ENV, {"level": config, "num_envs": CELLS, "threads": 1}) as cells:
-        trial = trial_of(cells)
+        trial = trials.of(cells)
         actor = trial.controller(controller, **json.loads(options))
         actor.reset(seed)
         actor = trial.practise(actor, practice, seed)

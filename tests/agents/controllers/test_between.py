@@ -20,9 +20,9 @@ from agents.controllers.own import run_policy
 from agents.dataset.episodes import episodes
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector
+from agents.judging import trials
 from agents.judging.evaluation import evaluate
 from agents.judging.loop import throw_batches, throw_held_out
-from agents.judging.trials import trial_of
 from agents.learning.hyperparameters import MAX_STACK
 from agents.learning.runs import LATER, RunFolder
 from agents.learning.sb3 import build, load_policy
@@ -157,7 +157,7 @@ def test_controllers_under_a_policy_are_those_that_need_no_practice() -> None:
     with closing(cells(1)) as env:
         made = {name: make_controller(name, env) for name in NAMES if name not in GRASPING_NAMES}
         grasping = {*GRASPING_NAMES} - {"oracle_grasp"}
-        eager = {name for name, one in made.items() if isinstance(one, Learner) and trial_of(env).practice(one)}
+        eager = {name for name, one in made.items() if isinstance(one, Learner) and trials.of(env).practice(one)}
     assert set(BASES) == ({*made} - eager - {"random", "oracle", "oracle_drift"}) | grasping
 
 
@@ -238,7 +238,7 @@ def test_a_resumed_run_with_a_memory_is_bit_for_bit_the_uninterrupted_one(
     main(Arguments(resume=halves, steps=80, eval_picks=0, threads=2))
     names = {one.name for one in RunFolder(whole).checkpoints} & {one.name for one in RunFolder(halves).checkpoints}
     assert names >= {"00000000", "00000040", "00000080"}
-    one, other = (dict(RunFolder(folder).load_model().policy.named_parameters()) for folder in (whole, halves))
+    one, other = (dict(RunFolder(folder).load().policy.named_parameters()) for folder in (whole, halves))
     assert all(torch.equal(one[name], other[name]) for name in one)
     assert (whole / "policy.npz").read_bytes() == (halves / "policy.npz").read_bytes()
 
@@ -248,7 +248,7 @@ def test_a_run_says_what_stands_between_and_older_ones_need_not(recipe: Argument
     run = tmp_path / "run"
     told = RunFolder(run).arguments
     assert (told["stack"], told["over"]) == (2, "static")
-    assert RunFolder(run).load_actor().sizes == (2 * FEATURES, 2)
+    assert RunFolder(run).actor().sizes == (2 * FEATURES, 2)
     assert [row["controller"] for row in yaml.safe_load((run / "evaluation.json").read_text())] == [
         "analytic", "virtual_goal", "static", "learned (recurrent_ppo)",
     ]  # fmt: skip

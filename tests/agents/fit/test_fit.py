@@ -9,11 +9,11 @@ import pytest
 import yaml
 
 import pnt_gym
-from agents.fit import design, twins, writing
+from agents.fit import design, misfit, twins, writing
 from agents.fit.density import Density
 from agents.fit.design import DesignPool, information
 from agents.fit.fitted import Fitted, fit_log
-from agents.fit.misfit import DEVIATION, EXPECTED, WINSOR, find_misfit
+from agents.fit.misfit import DEVIATION, EXPECTED, WINSOR
 from agents.fit.model import ThrowModel
 from agents.fit.parameters import priors
 from agents.fit.posterior import posterior, seal_chances
@@ -167,7 +167,7 @@ def test_one_item_of_another_drag_is_named(usual_fit: Fitted) -> None:
     kind = int(np.bincount(log.kind[log.has_landing]).argmax())
     push = np.where((log.kind == kind)[:, None], 0.05 * (log.target - log.pick[:, :2]), 0.0)
     density = Density(ThrowModel(replace(log, landing=log.landing + push), WASTE), priors(WASTE, SOME))
-    moved = find_misfit(density, density.search(found.best.z))
+    moved = misfit.find(density, density.search(found.best.z))
     least = min(moved[1:3], key=lambda finding: finding.chance)
     assert WASTE.items[kind] in least.text
     assert least.chance < 0.2

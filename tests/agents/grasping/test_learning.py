@@ -8,7 +8,7 @@ from agents.grasping.__main__ import Arguments, main
 from agents.grasping.features import NAMES, place_features
 from agents.grasping.network import PlaceNetwork
 from agents.grasping.practice import network_places, practise, worth_maps
-from agents.grasping.rules import DEPTH_SETTINGS, TUNED, Weights, rule_scores, tune
+from agents.grasping.rules import DEPTH_SETTINGS, TUNED, Weights, tune
 from agents.grasping.scenes import Scenes
 from agents.ground.cli import UsageError
 from pnt_gym.cells.grasp.images import pixel_places
@@ -30,12 +30,12 @@ def test_a_rules_score_is_the_sum_of_its_terms(features):
     names = ("rough_in", "rough_out", "distance", "slope_in", "belt_out", "valid_in")
     expected = -sum(weight * features.column(name) for weight, name in zip(weights, names, strict=False))
     odd = sum(np.abs(features.column(f"{c}_in") - features.column(f"object_{c}")) for c in ("gray", "warm"))
-    np.testing.assert_allclose(rule_scores(features, weights), expected - 0.7 * odd)
+    np.testing.assert_allclose(rules.scores(features, weights), expected - 0.7 * odd)
 
 
 def test_a_rule_chooses_the_highest_mean_score_around(features):
     weights = Weights()
-    maps = features.maps(rule_scores(features, weights))
+    maps = features.maps(rules.scores(features, weights))
     places, near = rules.places(features, weights), np.arange(-3, 4)
     kernel = np.exp(-0.5 * (np.hypot(*np.meshgrid(near, near)) * 0.005 / 0.0045) ** 2)
     padded = np.pad(maps, [(0, 0), (3, 3), (3, 3)], constant_values=np.nan)

@@ -9,12 +9,13 @@ import pytest
 from agents.controllers.own import Policy
 from agents.ground.cli import UsageError
 from agents.ground.environments import core_of, make_vector, stream_seed
+from agents.judging import trials
 from agents.judging.comparison import EARLY, Comparison, Rules, compare
 from agents.judging.figures import Figure
 from agents.judging.record import Record
 from agents.judging.throw_record import ThrowRecord, depend, run_length
 from agents.judging.trial import Trial
-from agents.judging.trials import open_trial, trial_of
+from agents.judging.trials import open_trial
 
 SMALL = {"level": "waste", "num_envs": 8}
 
@@ -231,7 +232,7 @@ def test_throws_that_depend_on_one_another_are_one_observation(
     env_id: str, level: str | None, whole: bool, length: int
 ) -> None:
     with closing(make_vector(env_id, level, 2, 1)) as env:
-        trial, core = trial_of(env), core_of(env)
+        trial, core = trials.of(env), core_of(env)
         assert (depend(core), run_length(core)) == (whole, length)
         assert trial.block(3) == (2 * length if whole else min(2 * length, 3))
         if env_id == "OneJointAssembly-v0":

@@ -11,12 +11,11 @@ from agents.dispatchers import registry
 from agents.dispatchers.rules import IndexRule
 from agents.ground.cli import UsageError
 from agents.ground.files import json_text
-from agents.judging import losses
+from agents.judging import losses, trials
 from agents.judging.evaluation import evaluate
 from agents.judging.losses import Counted, Fates
 from agents.judging.shift_record import ShiftRecord
 from agents.judging.shifts import Shifts, run_shifts
-from agents.judging.trials import trial_of
 from pnt_gym.cells.line.config import LineConfig
 from pnt_gym.cells.line.observation import decoded
 from pnt_gym.reading import parsed_json
@@ -130,7 +129,7 @@ def test_counted_throws_split_what_a_table_cannot_tell():
 def test_simulated_throws_tell_causes_and_energy():
     level = {"base": "skills3", "duration": 8.0, "throws": "flight", "cell": {"limits": {"percent": [60]}}}
     _, core = lines = vector_lines(level)
-    record = trial_of(lines[0]).run(registry.make("atc", core), 4, 0)
+    record = trials.of(lines[0]).run(registry.make("atc", core), 4, 0)
     found, throws = record.summary(), record.shifts.decisions
     assert (found["simulated"], found["fates_split"]) == (True, True)
     in_time = throws["start"] + throws["cycle_time"] <= 8.0

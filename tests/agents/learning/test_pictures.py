@@ -84,7 +84,7 @@ def test_a_training_of_pictures_goes_on_as_if_uninterrupted(tmp_path: Path) -> N
     main(asked)
     main(replace(asked, steps=48, out=tmp_path / "halves"))
     main(Arguments(resume=tmp_path / "halves", steps=96, eval_picks=0, threads=1))
-    whole, halves = (RunFolder(tmp_path / name).load_actor().numbers for name in ("whole", "halves"))
+    whole, halves = (RunFolder(tmp_path / name).actor().numbers for name in ("whole", "halves"))
     assert all(same_bits(whole[name], halves[name]) for name in whole)
     assert "eye_weight_0" in whole
     with closing(make_vector("PnTGrasp-v0", LEVEL, ROWS, 1)) as env:

@@ -9,9 +9,10 @@ import pytest
 from agents.dispatchers import registry
 from agents.dispatchers.registry import line_core
 from agents.ground.environments import make_vector, stream_seed
+from agents.judging import trials
 from agents.judging.shift_record import gantt
 from agents.judging.shifts import run_shifts
-from agents.judging.trials import open_trial, trial_of
+from agents.judging.trials import open_trial
 from pnt_gym.cells.line.view import LineView
 from tests.tools.commands import output_of
 
@@ -20,7 +21,7 @@ LEVEL = {"base": "skills3", "duration": 8.0}
 
 def test_who_took_what_has_a_row_for_each_robot():
     env = make_vector("PnTLine-v0", LEVEL, 2, 1)
-    told = trial_of(env).run(registry.make("price", line_core(env)), 2, 0).report()
+    told = trials.of(env).run(registry.make("price", line_core(env)), 2, 0).report()
     drawn = gantt(told, shift=1, span=(0.0, 8.0))
     assert drawn.startswith("<?xml")
     assert drawn == gantt(told, shift=1, span=(0.0, 8.0))
