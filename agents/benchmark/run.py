@@ -68,7 +68,7 @@ class Part(NamedTuple):
     policies: Mapping[str, bytes]
     seconds: float
 
-    def packed(self) -> bytes:
+    def pack(self) -> bytes:
         """Content of a file that keeps the part until a result is written."""
         rows, decimals, tables = content.without_columns(self.results)
         head = {"seconds": self.seconds, "decimals": decimals, "results": rows}
@@ -97,7 +97,7 @@ def jobs(planned: Iterable[Piece]) -> list[Job]:
 
 
 def _packed(piece: Piece, folder: Path) -> bytes:
-    return run_piece(piece, folder).packed()
+    return run_piece(piece, folder).pack()
 
 
 def run_piece(piece: Piece, folder: Path, stored: bytes | None = None) -> Part:
@@ -115,11 +115,11 @@ def run_piece(piece: Piece, folder: Path, stored: bytes | None = None) -> Part:
         file = piece.policy_file(lesson.throws)
         policy = None if stored is not None else _policy(piece, lesson)
         policies |= {} if policy is None else {file: policy}
-        results += _throw(piece, lesson, {} if policy is None else {content.POLICY: file})
+        results += _run(piece, lesson, {} if policy is None else {content.POLICY: file})
     return Part(results, policies, round(time.perf_counter() - began, 1))
 
 
-def _throw(piece: Piece, lesson: Lesson, details: Mapping[str, str]) -> Iterator[dict[str, Any]]:
+def _run(piece: Piece, lesson: Lesson, details: Mapping[str, str]) -> Iterator[dict[str, Any]]:
     """Rows of the controllers of an entry after a lesson, one for each of them and each level."""
     plan, entry = piece.plan, piece.entry
     names = zip(entries.labels(entry), (entry.controller, *entry.also), strict=True)

@@ -78,13 +78,13 @@ class GraspValues:
         self._slow, self._fast = config.grasp.pace
         self._practises = False
         self.reseed(0)
-        self._forget()
+        self._clear()
 
     def reseed(self, seed: int) -> None:
         """Reseed the random numbers of practice and fits."""
         self._random = np.random.default_rng([seed, 3])
 
-    def _forget(self) -> None:
+    def _clear(self) -> None:
         """Forget all picks and both fits."""
         local = [*SIGHTS["local"], len(NAMES), len(NAMES) + 1]
         self._places, self._paces = PlaceNetwork(local, len(NAMES) + 2), PlaceNetwork(None, len(TABLE) + 1)
@@ -144,7 +144,7 @@ class GraspValues:
 
     def begin_practice(self, throws: int) -> None:
         """Begin to explore, without any earlier knowledge."""
-        self._forget()
+        self._clear()
         self._practises, self._due = True, [round(share * throws) for share in ROUNDS]
 
     def end_practice(self) -> None:

@@ -109,7 +109,7 @@ def main(arguments: Arguments) -> None:
             facts = facts_of(crew, scores, offline.columns(first), authorship)
             with throws_bar() as bar:
                 offline.write(name, single, chain([first], episodes), facts, packing_progress(bar))
-    store.remove()
+    store.clear()
     console().print(tally.table(name, scores).terminal())
     console().print(f"it lies in {home.folder / name}", markup=False)
 

@@ -253,7 +253,7 @@ class EpisodeStore:
         means = [float(np.mean([returns[seed] for seed in common])) for returns in (lowest, highest)]
         return Scores(means[0], means[1], len(common))
 
-    def remove(self) -> None:
+    def clear(self) -> None:
         """Remove the collected throws from the folder, once they are in a dataset."""
         for file in chain.from_iterable(self._files.values()):
             file.unlink(missing_ok=True)

@@ -137,14 +137,16 @@ class ThrowModel:
             alike = [index for index, config in enumerate(configs) if config.cup.stiffness == cup]
             contexts = concatenate_records([self._context("mean", configs[index]) for index in alike])
             rows = np.tile(self._hidden["mean"].row, len(alike))
-            flown, _ = self._fly(contexts, rows, _with_longer_steps(configs[alike[0]]))
+            first = configs[alike[0]]
+            flown, _ = self._fly(contexts, rows, first.model_copy(update={"timestep": QUICK * first.timestep}))
             landing[alike] = flown.reshape(len(alike), -1, 2)
         return landing
 
     def outcomes(self, config: ConveyorConfig) -> Outcomes:
         """Outcomes (N x K,) of throws at the draws of their hidden values, K of each throw in a row."""
         context, row = self._context("draws", config), self._hidden["draws"].row
-        landing, touched = self._fly(context, row, _with_longer_steps(config), watch=True)
+        quick = config.model_copy(update={"timestep": QUICK * config.timestep})
+        landing, touched = self._fly(context, row, quick, watch=True)
         landing += (self.landings(config) - self.quick_landings([config])[0])[row]
         return Outcomes(landing, touched, self.seals(config), self._holds(context, row, config))
 
@@ -209,10 +211,6 @@ class ThrowModel:
         return hold.smallest_margin(self._loads[row], self._load_counts[row], config.mismatch)[1] < 0
 
 
-def _with_longer_steps(config: ConveyorConfig) -> ConveyorConfig:
-    return config.model_copy(update={"timestep": QUICK * config.timestep})
-
-
 def _picks(log: ThrowLog, config: ConveyorConfig) -> Floats:
     """Lifts (N, 3) [m]; a height that the log lacks is that of the belt and the object."""
     table = item_arrays(config.item_list())
@@ -242,11 +240,11 @@ def _gauge_readings(log: ThrowLog, table: ItemTable) -> Rows1[Measured]:
     """What the gauges read, or the item's own values where the log lacks them."""
     kind = log.kind
 
-    def reading_or(read: Floats, usual: Any) -> Floats:
+    def fill(read: Floats, usual: Any) -> Floats:
         return np.where(np.isfinite(read), read, usual)
 
     return Measured.zeros(
-        len(log), kind=kind, shape=table.shape[kind], size=reading_or(log.size, table.size[kind]),
-        mass=reading_or(log.mass, table.mass[kind]), seal=reading_or(log.seal, table.seal_force[kind]),
-        yaw=reading_or(log.yaw, 0.0), friction=table.cup_friction[kind], grasp_noise=reading_or(log.grasp, 0.0),
+        len(log), kind=kind, shape=table.shape[kind], size=fill(log.size, table.size[kind]),
+        mass=fill(log.mass, table.mass[kind]), seal=fill(log.seal, table.seal_force[kind]),
+        yaw=fill(log.yaw, 0.0), friction=table.cup_friction[kind], grasp_noise=fill(log.grasp, 0.0),
     )  # fmt: skip

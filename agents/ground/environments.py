@@ -75,16 +75,14 @@ def find(env_id: str) -> EnvSpec:
     if name in gym.registry:
         return gym.registry[name]
     if module:
-        own = [key for key, spec in gym.registry.items() if _module_of(spec) == module]
+        own: list[str] = []
+        for key, spec in gym.registry.items():
+            point = spec.entry_point
+            place = point.partition(":")[0] if isinstance(point, str) else getattr(point, "__module__", "")
+            own += [key] if place == module else []
         raise UsageError(f"module {module!r}: {unknown_name('environment', name, own, ', registered with Gymnasium')}")
     further = ", and MODULE:ID for one that MODULE registers"
     raise UsageError(unknown_name("environment", name, pnt_gym.ENV_IDS, further))
-
-
-def _module_of(spec: EnvSpec) -> str:
-    """Module of an environment's class."""
-    entry = spec.entry_point
-    return entry.partition(":")[0] if isinstance(entry, str) else getattr(entry, "__module__", "")
 
 
 def make_vector(

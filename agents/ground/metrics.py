@@ -178,7 +178,7 @@ def throughput(success: ArrayLike, cycle_time: ArrayLike) -> Throughput:
 def interval(values: ArrayLike) -> Interval:
     """Mean of values (N,) with its bootstrap percentile interval."""
     (rows,) = _columns(values=values)
-    return _interval(float(rows.mean()), _resampled_sums(rows) / len(rows))
+    return _interval(float(rows.mean()), _sample(rows) / len(rows))
 
 
 def difference(a: ArrayLike, b: ArrayLike) -> Interval:
@@ -214,10 +214,10 @@ def rate_difference(success_a: ArrayLike, time_a: ArrayLike, success_b: ArrayLik
         return 60.0 * (successes_a / seconds_a - successes_b / seconds_b)
 
     columns = np.stack([sa, ta, sb, tb], axis=1)
-    return _interval(float(rate(*columns.sum(axis=0))), rate(*_resampled_sums(columns).T))
+    return _interval(float(rate(*columns.sum(axis=0))), rate(*_sample(columns).T))
 
 
-def _resampled_sums(rows: Floats) -> Floats:
+def _sample(rows: Floats) -> Floats:
     """Sums over the rows (N, ...) of each bootstrap resample (RESAMPLES, ...)."""
     counts = _resample_counts(len(rows))
     blocks = range(0, RESAMPLES, _BLOCK)

@@ -186,7 +186,7 @@ class ThrowRecord(Record):
         error = rows["error_m"]
         found: dict[str, Any] = {
             "landing_error_by_seed_m": [float(np.nanmean(seed_errors)) for seed_errors in error],
-            **_scatter({name: rows[name] for name in PLACES if name in rows}),
+            **_figures({name: rows[name] for name in PLACES if name in rows}),
         }
         if "pick" in rows:
             pick = rows["pick"]
@@ -217,12 +217,12 @@ def summary(throws: Throws) -> dict[str, Any]:
     names = dict.fromkeys([*(name for name in METRES if name in info), *throws.errors])
     return {
         **summarise(ThrowRecord.shown, Rows.of(live_rows(throws))),
-        **_scatter({METRES.get(name, name).removeprefix("landing_"): info[name] for name in names}),
+        **_figures({METRES.get(name, name).removeprefix("landing_"): info[name] for name in names}),
         **{f"{name}_rate": float(flag.mean()) for name, flag in info.items() if flag.dtype == np.bool_},
     }
 
 
-def _scatter(columns: Mapping[str, Floats]) -> dict[str, float]:
+def _figures(columns: Mapping[str, Floats]) -> dict[str, float]:
     """Mean and standard deviation of each error that was measured."""
     figures: dict[str, float] = {}
     for name, column in columns.items():

@@ -136,7 +136,7 @@ def live_rows(throws: Throws) -> dict[str, NDArray[Any]]:
         columns["ended"] = info["ended_in"] >= 0
     if "picked" in info:
         columns["picked"] = throws.picked
-    return _complete(columns)
+    return _columns(columns)
 
 
 def kept_columns(throws: Throws) -> dict[str, Any]:
@@ -176,10 +176,10 @@ def kept_rows(columns: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
         rows["pick"] = np.array(columns["pick"])
     if "dropped" in columns:
         rows["picked"] = ~shares["unpicked"]
-    return _complete(rows)
+    return _columns(rows)
 
 
-def _complete(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+def _columns(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Columns with one for each throw, and with the objects that could have been sorted."""
     ones = np.ones(len(columns["error_m"]))
     offered = {"offered": ones + columns["passed"]} if "passed" in columns else {}

@@ -66,7 +66,7 @@ def td3_bc(lesson: Lesson, seed: int) -> Function:
     """
     with fit_from(seed):
         states, actions, _ = map(torch.as_tensor, lesson)
-        (critic, centre, scale), policy = _fit_critic(lesson), _policy(lesson)
+        (critic, centre, scale), policy = _train(lesson), _policy(lesson)
 
         def loss(rows: Tensor) -> Tensor:
             chosen = policy(states[rows])
@@ -83,7 +83,7 @@ def iql(lesson: Lesson, seed: int) -> Function:
     """Policy that imitates the better actions of the throws (Kostrikov et al. 2021, Eq. 5 to 7, discount 0)."""
     with fit_from(seed):
         states, actions, _ = map(torch.as_tensor, lesson)
-        (critic, _, _), policy = _fit_critic(lesson), _policy(lesson)
+        (critic, _, _), policy = _train(lesson), _policy(lesson)
         value = _network(states.shape[1], 1)
         with torch.no_grad():
             worth = critic(torch.cat([states, actions], 1))[:, 0]
@@ -104,7 +104,7 @@ def iql(lesson: Lesson, seed: int) -> Function:
         return _function(policy)
 
 
-def _fit_critic(lesson: Lesson) -> tuple[nn.Sequential, Tensor, Tensor]:
+def _train(lesson: Lesson) -> tuple[nn.Sequential, Tensor, Tensor]:
     """Critic that returns the standardised reward (N, 1) to expect of observations and actions (N, D + A).
 
     Mean and standard deviation of the rewards stand beside the critic.

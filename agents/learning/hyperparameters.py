@@ -169,7 +169,7 @@ def _check(name: str, value: Any) -> None:
     if not _fits(name, value):
         hint = quotes_hint(value) if isinstance(value, str) else ""
         raise UsageError(f"hyperparameter {name} is {one_sentence(repr(value), 80)}; it must be {_text(name)}{hint}")
-    weights = max(map(_weights, _layers(value)), default=0) if name == "net_arch" else 0
+    weights = max(map(_count, _layers(value)), default=0) if name == "net_arch" else 0
     if weights > MOST_WEIGHTS:
         raise UsageError(f"hyperparameter net_arch asks for {weights:,} weights; it must be at most {MOST_WEIGHTS:,}")
 
@@ -184,7 +184,7 @@ def _layers(value: Any) -> list[Any]:
     return list(value.values()) if isinstance(value, dict) else [value]
 
 
-def _weights(sizes: list[int]) -> int:
+def _count(sizes: list[int]) -> int:
     return sum(before * after for before, after in pairwise(sizes))
 
 

@@ -49,14 +49,8 @@ HEADER: Final = 1024
 """Largest size of an array's header in a file [bytes]."""
 
 
-def save_memory(memory: Any, path: Path) -> None:
-    """Write the throws in a replay buffer to a .npz file."""
-    rows: dict[str, Any] = {name: array[: memory.size()] for name, array in _arrays(memory).items()}
-    np.savez(path, pos=memory.pos, full=memory.full, **rows)
-
-
 def load_memory(memory: Any, path: Path) -> None:
-    """Fill a new replay buffer from a file that `save_memory` has written.
+    """Fill a new replay buffer from a file of a checkpoint.
 
     Raises:
         ValueError: the file is of a buffer of another size, or of another kind, or its numbers are not finite.
@@ -283,7 +277,9 @@ class RunFolder:
         actor.save(parts / POLICY)
         model.save(parts / MODEL)
         if getattr(model, "replay_buffer", None) is not None:
-            save_memory(model.replay_buffer, parts / MEMORY)  # type: ignore[attr-defined]
+            memory: Any = model.replay_buffer  # type: ignore[attr-defined]
+            rows: dict[str, Any] = {name: array[: memory.size()] for name, array in _arrays(memory).items()}
+            np.savez(parts / MEMORY, pos=memory.pos, full=memory.full, **rows)
         save_random(model, parts / RANDOM)
         shutil.rmtree(place, ignore_errors=True)
         parts.rename(place)

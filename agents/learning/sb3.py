@@ -264,7 +264,7 @@ def build(algo: str, env: VecEnv, settings: Mapping[str, Any], seed: int) -> Bas
         UsageError: the settings do not fit the algorithm.
     """
     model = _make(algo, env, settings, seed)
-    _start_at_zero(model)
+    _begin(model)
     return model
 
 
@@ -314,7 +314,7 @@ def _policy(algo: str, name: str | None, sees_pictures: bool) -> str | type[Any]
     return name or ("MlpLstmPolicy" if algo in RECURRENT else usual)
 
 
-def _start_at_zero(model: BaseAlgorithm) -> None:
+def _begin(model: BaseAlgorithm) -> None:
     """Scale the layer of the mean action by `SMALL`, so that first actions are nearly zero; scorers need no scaling.
 
     SAC begins with a standard deviation that hardly depends on the observation, if `log_std_init` says which one.

@@ -42,7 +42,7 @@ CHANCES: Final = ("kind", "percent", "distance", "hits", "picked")
 """Columns of throws that make a table of chances."""
 
 
-def table_place(config: LineConfig, release: str | None, folder: Path = MADE, controller: str | None = None) -> Path:
+def place(config: LineConfig, release: str | None, folder: Path = MADE, controller: str | None = None) -> Path:
     """File of a line's table that a command makes.
 
     Args:
@@ -83,17 +83,17 @@ def with_table(
     there for these figures, while the shipped chances hold. With a controller, throws are counted once more as the
     controller chooses them by the first table.
     """
-    place = table_place(config, release, folder)
-    if not place.is_file():
-        calibrate(config, place, throws, seed, threads=threads, release=release)
-    with_chances = LineConfig.load(config, chances=str(place))
+    file = place(config, release, folder)
+    if not file.is_file():
+        calibrate(config, file, throws, seed, threads=threads, release=release)
+    with_chances = LineConfig.load(config, chances=str(file))
     ships = release is None and shipped_table(config).is_file()
     if controller is not None:
-        place = table_place(config, release, folder, controller)
-        if not place.is_file():
+        file = place(config, release, folder, controller)
+        if not file.is_file():
             line = config if ships else with_chances
-            calibrate(line, place, throws, seed, threads=threads, release=release, controller=controller)
-        with_chances = LineConfig.load(config, chances=str(place))
+            calibrate(line, file, throws, seed, threads=threads, release=release, controller=controller)
+        with_chances = LineConfig.load(config, chances=str(file))
     counted = losses.read(with_chances)
     return (config if ships and controller is None else with_chances), counted
 

@@ -85,7 +85,7 @@ class Panel(plugin.ViewerPlugin):
     @messages.handler
     def on_update(self, _: messages.UpdateEvent) -> None:
         """Draw the markers."""
-        self.viewer.extra_geoms[:] = map(_geom, self._shown.shapes if self._shown else ())
+        self.viewer.extra_geoms[:] = map(_make, self._shown.shapes if self._shown else ())
 
     @messages.handler
     def on_build_gui(self, _: messages.BuildGuiEvent) -> None:
@@ -261,7 +261,7 @@ def _draw(picture: Frame) -> None:
     imgui.Dummy(imgui.Vec2(ZOOM * picture.shape[1], ZOOM * len(picture)))
 
 
-def _geom(marker: Marker) -> Any:
+def _make(marker: Marker) -> Any:
     geom = mujoco.MjvGeom()
     marker.write(geom)
     return geom

@@ -17,7 +17,7 @@ from ..reproduce import record
 from ..results import content, study
 from . import contents, page, pictures, submissions, templates
 from .blocks import makers_from, rewrite
-from .figures import kind_of
+from .figures import KINDS, USUAL
 from .page import Chapter, sections
 from .pays import crossover_grid, curves_figures, improvement_grid, mismatch_figures
 from .questions import DRAWINGS, QUESTIONS
@@ -120,7 +120,7 @@ def _chapters(name: str, data: Mapping[str, Any], results: Path) -> list[Chapter
 
 def benchmark_chapter(name: str, data: Mapping[str, Any]) -> Chapter:
     """Tables and figures of a benchmark."""
-    kind = kind_of(data)
+    kind = KINDS.get(data["trial"], USUAL)
     prefix = "" if name == "benchmark" else f"{name}_"
     figures = {f"{prefix}{file}": text for file, text in kind.figures(data).items()}
     return Chapter(name, tuple(kind.grids(data)), figures)

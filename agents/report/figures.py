@@ -64,11 +64,6 @@ SMOOTHED = 5
 """Picks over which a curve is averaged."""
 
 
-def line_figures(data: Mapping[str, Any]) -> dict[str, str]:
-    """SVG texts of a benchmark of lines, by file name."""
-    return {"value.svg": svg(gains_figure(data)), "learning_curves.svg": svg(learning_curves(data, VALUE))}
-
-
 def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
     """SVG texts of a benchmark of throws, by file name; no clouds of a cell that tells its errors only.
 
@@ -233,13 +228,14 @@ def figures(data: Data) -> dict[str, str]:
 
 KINDS: Final = {
     "throws": Kind(lambda data: [*tables.grids(data), *profiles.grids(data)], throw_figures),
-    "work_shifts": Kind(line.grids, line_figures),
+    "work_shifts": Kind(
+        line.grids,
+        lambda data: {"value.svg": svg(gains_figure(data)), "learning_curves.svg": svg(learning_curves(data, VALUE))},
+    ),
 }
-
-
-def kind_of(data: Data) -> Kind:
-    """The kind of task that a benchmark was about."""
-    return KINDS.get(data["trial"], Kind(grids, figures))
+"""Kinds of tasks that have tables and figures of their own."""
+USUAL: Final = Kind(grids, figures)
+"""Tables and figures of any other kind of task."""
 
 
 def _figures(data: Data) -> dict[str, judged.Figure]:

@@ -43,7 +43,26 @@ WITHOUT: Final = "without a planner"
 
 def curves_figures(data: Data) -> dict[str, str]:
     """SVG texts by file name."""
-    return {"curves.svg": svg(curves_figure(data)), "curves_profiles.svg": svg(profiles_figure(data))}
+    figure, (error, pace) = subplots(2, 1, (WIDTH, 8.6), sharex=True)
+    first = list(_curves(data, "sorted_per_min"))[:DISTINCT]
+    for axes, name, factor in ((error, "landing_error_mean_m", 1000.0), (pace, "sorted_per_min", 1.0)):
+        for colour, (label, points) in zip(COLOURS, _curves(data, name).items(), strict=False):
+            throws = sorted(points)
+            values = [factor * np.array(points[count]) for count in throws]
+            means, style = [v.mean() for v in values], "-" if label in first else "--"
+            axes.plot(throws, means, style, marker="o", markersize=3, color=colour, label=label)
+            axes.fill_between(throws, [v.min() for v in values], [v.max() for v in values], color=colour, alpha=0.1)
+        fixed = [row for row in data["rows"] if row["part"] == FIXED]
+        for dash, row in zip(STYLES, fixed, strict=False):
+            axes.axhline(factor * row[name], color="black", linestyle=dash, linewidth=1.0, label=row["controller"])
+        axes.set_xscale("log")
+    dress(error, "", "landing error [mm]")
+    error.set_yscale("log")
+    error.set_yticks(ERROR_TICKS, [str(tick) for tick in ERROR_TICKS])
+    error.minorticks_off()
+    dress(pace, "throws learned from", "sorted per minute")
+    figure.legend(*pace.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
+    return {"curves.svg": svg(figure), "curves_profiles.svg": svg(profiles_figure(data))}
 
 
 def mismatch_figures(data: Data) -> dict[str, str]:
@@ -102,7 +121,7 @@ def mismatch_values(results: Data) -> dict[str, Any]:
     # The smallest mismatch from which a learner sorts more per minute than the planner, by effect.
     pays: dict[str, float | None] = {}
     for effect in dict.fromkeys(row["effect"] for row in data["rows"]):
-        starts = [_crossover(rows, "sorted_per_min", 1.0) for rows in _by_learner(data, effect).values()]
+        starts = [_limit(rows, "sorted_per_min", 1.0) for rows in _by_learner(data, effect).values()]
         pays[effect] = min((start for start in starts if start is not None), default=None)
     known = sorted((start, effect) for effect, start in pays.items() if start is not None)
     if TOGETHER not in pays or not known:
@@ -121,30 +140,6 @@ def _read(data: Data, *names: str) -> Data:
     if not rows or not all({"part", *names} <= set(row) for row in rows):
         raise NoFigure(f"no rows with {', '.join(names)}")
     return data
-
-
-def curves_figure(data: Data) -> Figure:
-    """Landing error and sorted per minute over throws: mean, smallest and largest of the seeds."""
-    figure, (error, pace) = subplots(2, 1, (WIDTH, 8.6), sharex=True)
-    first = list(_curves(data, "sorted_per_min"))[:DISTINCT]
-    for axes, name, factor in ((error, "landing_error_mean_m", 1000.0), (pace, "sorted_per_min", 1.0)):
-        for colour, (label, points) in zip(COLOURS, _curves(data, name).items(), strict=False):
-            throws = sorted(points)
-            values = [factor * np.array(points[count]) for count in throws]
-            means, style = [v.mean() for v in values], "-" if label in first else "--"
-            axes.plot(throws, means, style, marker="o", markersize=3, color=colour, label=label)
-            axes.fill_between(throws, [v.min() for v in values], [v.max() for v in values], color=colour, alpha=0.1)
-        fixed = [row for row in data["rows"] if row["part"] == FIXED]
-        for dash, row in zip(STYLES, fixed, strict=False):
-            axes.axhline(factor * row[name], color="black", linestyle=dash, linewidth=1.0, label=row["controller"])
-        axes.set_xscale("log")
-    dress(error, "", "landing error [mm]")
-    error.set_yscale("log")
-    error.set_yticks(ERROR_TICKS, [str(tick) for tick in ERROR_TICKS])
-    error.minorticks_off()
-    dress(pace, "throws learned from", "sorted per minute")
-    figure.legend(*pace.get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=4)
-    return figure
 
 
 def profiles_figure(data: Data) -> Figure:
@@ -182,7 +177,7 @@ def crossover_grid(data: Data) -> Grid:
         for label, measured in _by_learner(data, effect).items():
             largest = measured[-1]["landing_error_m"]
             gain = f"{-1000 * largest['value']:.1f} mm ({-1000 * largest['high']:.1f}..{-1000 * largest['low']:.1f})"
-            starts = _crossover(measured, "landing_error_m", -1.0), _crossover(measured, "sorted_per_min", 1.0)
+            starts = _limit(measured, "landing_error_m", -1.0), _limit(measured, "sorted_per_min", 1.0)
             rows.append([effect, label, *("-" if start is None else f"{start:g}" for start in starts), gain])
     header = ("effect", "learner", "errs less from", "sorts more from", "gain at the largest mismatch")
     note = (
@@ -193,7 +188,7 @@ def crossover_grid(data: Data) -> Grid:
     return Grid("Where learning begins to pay", header, rows, note)
 
 
-def _crossover(rows: Sequence[Data], name: str, sign: float) -> float | None:
+def _limit(rows: Sequence[Data], name: str, sign: float) -> float | None:
     """The smallest mismatch from which on a figure is clearly above the planner's, or below for a sign of -1."""
     start: float | None = None
     for row in reversed(rows):

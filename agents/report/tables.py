@@ -149,7 +149,7 @@ def shift_table(data: Data) -> Grid:
             who(row)[1],
             str(row["shifts"]),
             *(f"{1000 * row[f'landing_error_{part}_m']:.1f} mm" for part in parts),
-            _over(row, static),
+            _share(row, static),
             percent(row["landing_near_share"]),
         ]
         for row in sorted(data["table"], key=lambda row: row["level"])
@@ -163,7 +163,7 @@ def shift_table(data: Data) -> Grid:
     return Grid("What adapting is worth", header, rows, note)
 
 
-def _over(row: Data, static: Mapping[tuple[str, int], Data]) -> str:
+def _share(row: Data, static: Mapping[tuple[str, int], Data]) -> str:
     """A row's error over that of the static policy of its level, and of its throws if there is one."""
     like = [static_row for (level, _), static_row in static.items() if level == row["level"]]
     base = static.get((row["level"], row["throws"]), like[0] if like else None)

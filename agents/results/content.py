@@ -339,12 +339,12 @@ def _decimals(found: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, int]:
     exact: dict[str, int] = {}
     for name, arrays in columns.items():
         if any(array.dtype.kind == "f" for array in arrays):
-            decimals = next((d for d in range(MOST_DECIMALS + 1) if _are_exact(arrays, d)), None)
+            decimals = next((d for d in range(MOST_DECIMALS + 1) if _fits(arrays, d)), None)
             exact |= {} if decimals is None else {name: decimals}
     return exact
 
 
-def _are_exact(arrays: Sequence[NDArray[Any]], decimals: int) -> bool:
+def _fits(arrays: Sequence[NDArray[Any]], decimals: int) -> bool:
     """Whether numbers can be stored as whole ones, in units of a decimal."""
     for array in arrays:
         numbers = array[np.isfinite(array)]
