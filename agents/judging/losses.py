@@ -169,7 +169,7 @@ class Fates:
             for name in ("sorted", "misplaced", "on_floor", "passed", "passed_tried")
         )
         if "lost" in shifts.decisions:
-            # Numbers of objects that were lost on the way by shift and item, in the form of `like` (S, K).
+            # Numbers of objects that were lost on the way by shift and item (S, K).
             in_time = shifts.decisions["start"] + shifts.decisions["cycle_time"] <= config.duration
             rows = in_time & shifts.decisions["lost"].astype(bool) & (shifts.decisions["ended_in"] < 0)
             counts = np.zeros_like(floor)

@@ -43,7 +43,6 @@ def _draw(part: Any, config: LineConfig, title: str) -> None:
         axes.add_patch(Ellipse((robot.x, 0.0), *reach, fill=False, linestyle="--", linewidth=0.7, color="#4c72b0"))
         axes.annotate(robot.name, (robot.x, right - 0.04), ha="center", va="top", fontsize=8, color="#4c72b0")
         _draw_bins(axes, config, index, _arriving(cell, index))
-    # Name the axes and colours.
     for colour, words in ((WINDOW, "window"), (PALE_RED, "not every bin is reached"), (RED, "no throw arrives")):
         axes.scatter([], [], s=30, marker="s", color=colour, label=words)
     axes.plot([], [], linestyle="--", linewidth=0.7, color="#4c72b0", label="reach of the hand")

@@ -45,8 +45,7 @@ def save(policy: Actor | Scorer, file: Path, about: Mapping[str, str]) -> None:
     model = graph(policy, about)
     onnx.checker.check_model(model, full_check=True)
     if isinstance(policy, Actor) and policy.output != "scores":
-        # Make sure that the runtime acts like the policy, on all sample observations at once and on the first
-        # alone.
+        # The runtime must act like the policy, on all sample observations at once and on the first alone.
         session, observations = _session(model), _sample(policy.sizes[0])
         actions = [session.run(["action"], {"observation": rows})[0] for rows in (observations, observations[:1])]
         differences = np.abs(np.concatenate(actions) - policy(np.concatenate([observations, observations[:1]]))) / (
@@ -69,7 +68,7 @@ def graph(policy: Actor | Scorer, about: Mapping[str, str]) -> Any:
     observation_size, output_size = policy.sizes
     nodes, floats = _Nodes(), TensorProto.FLOAT
     if isinstance(policy, Actor) and policy.output != "scores":
-        # Append the action, from the last layer's output; returns the name of the action.
+        # The action, from the output of the last layer.
         value = _layers(nodes, policy, "observation")
         if np.isfinite(policy.bound):
             value = nodes.add(

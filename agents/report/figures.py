@@ -71,7 +71,7 @@ def throw_figures(data: Mapping[str, Any]) -> dict[str, str]:
     """
     if is_of_shifts(data):
         return {"over_the_shift.svg": svg(over_the_shift(data))}
-    # Whether a controller has learned from several numbers of throws.
+    # Some controller has learned from several numbers of throws.
     counts = {(row["label"], row["throws"]) for row in data["table"] if row["throws"] > 0}
     has_curves = len(counts) > len({label for label, _ in counts})
     drawn = {"sorted_per_min.svg": headline.figure(data)} if has_curves else {}

@@ -270,7 +270,7 @@ def _make(
         "own": [parcel.digest(module) for module in map(module_of, (entry.controller, plan.env)) if module is not None],
         "depends": [*parts, kind.dependencies(entry.over, level_configs, {}, (0,)), *learned],
     }
-    # Whether a level is the user's own, and its config can be sent to another machine instead of its name.
+    # The configs of the user's own levels, which can be sent to another machine instead of their names.
     user_configs = {
         level: config
         for level, config in configs.items()
